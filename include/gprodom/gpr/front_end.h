@@ -1,0 +1,30 @@
+// A radar front end: traces in, displacement measurements out. It knows nothing of states.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom::gpr {
+
+// Front ends run on one thread (the GPR thread when live) and are driven by data time alone.
+class FrontEnd {
+ public:
+  virtual ~FrontEnd() = default;
+
+  // One valid trace, in time order. Must be cheap enough for several hundred traces a second.
+  virtual void add_trace(const GprTrace& trace) = 0;
+
+  // What can be said at `tick`, given the traces up to it. `time` of each result is left to the caller.
+  virtual std::vector<Displacement> tick(TimeNs tick) = 0;
+
+  // Forgets all traces (after a gap, a reset, a change of trace length or sample interval).
+  virtual void reset() = 0;
+};
+
+// nullptr for "none". Throws ConfigError on an unknown name.
+std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config);
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,61 @@
+// The estimator: measurements in, poses out. Knows no LCM, no ROS and no clock.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+// kInline does radar and solver work where it is due and always finishes it (replay, Python).
+// kThreaded gives each a thread; a result not ready at its data time is dropped and counted.
+enum class Execution { kInline, kThreaded };
+
+// What one step produced, each list in time order.
+struct Outputs {
+  std::vector<OdometryEstimate> odometry;      // one per accepted IMU sample, in `odom`
+  std::vector<Displacement> displacements;     // from the radar front end, as they take effect
+  std::vector<Correction> corrections;         // map -> odom, when it changes
+  std::vector<SubsurfaceFeatureMatrix> sfm;    // when the front end makes them and is asked to
+  std::vector<Status> status;                  // once per second of data time
+  std::vector<std::string> warnings;           // rate-limited, ready to be logged
+};
+
+// Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
+// (with kInline).
+class Odometry {
+ public:
+  // Throws ConfigError where settings contradict each other.
+  explicit Odometry(const Config& config, Execution execution = Execution::kInline);
+  ~Odometry();
+  Odometry(const Odometry&) = delete;
+  Odometry& operator=(const Odometry&) = delete;
+
+  // Bad samples (non-finite, out of range, out of time) are counted, warned of and dropped.
+  void add(const ImuSample& sample);
+  void add(const WheelSample& sample);
+  void add(const GprTrace& trace);
+  void add(const Displacement& external);
+
+  // Counts a message that could not be decoded, so that health tells of it.
+  void reject(const std::string& channel, const std::string& reason);
+
+  // Estimates as far as the data added so far allow.
+  Outputs step();
+
+  // End of data: what still waits for its reorder window is worked off.
+  Outputs finish();
+
+  // Forgets everything but the configuration and starts at the initialiser.
+  void reset();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gprodom
