@@ -1,0 +1,44 @@
+"""gprodom: odometry from ground-penetrating radar, IMU and wheel encoder.
+
+The command line is ``gprodom`` (see `gprodom.cli`). The estimator itself is C++ and is reached
+through ``gprodom.Odometry`` and its companions, which come from the extension ``gprodom._core``.
+
+In a checkout the compiled parts (``_core``, ``lcmtypes``) lie in the build folder, under
+``build/python/gprodom``; GPRODOM_BUILD names another build folder. An installed package holds them
+itself.
+"""
+
+import os as _os
+from importlib import import_module as _import_module
+from pathlib import Path as _Path
+from typing import Any as _Any
+
+
+def _build_folder() -> _Path | None:
+    """The build folder of the checkout that this package runs from; None where it is installed."""
+    named = _os.environ.get("GPRODOM_BUILD")
+    if named:
+        return _Path(named).resolve()
+    checkout = _Path(__file__).resolve().parents[2]
+    return checkout / "build" if (checkout / "CMakeLists.txt").is_file() else None
+
+
+_build = _build_folder()
+if _build is not None:
+    __path__.append(str(_build / "python" / "gprodom"))
+
+
+def __getattr__(name: str) -> _Any:
+    """``gprodom.Odometry`` and what else the extension offers, loaded when first asked for."""
+    if name.startswith("_"):
+        raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
+    try:
+        core = _import_module("gprodom._core")
+    except ModuleNotFoundError as error:
+        if error.name != "gprodom._core":
+            raise
+        raise AttributeError(
+            f"module 'gprodom' has no attribute {name!r}: its extension gprodom._core is not "
+            "built (cmake --build build) or not installed"
+        ) from None
+    return getattr(core, name)

@@ -1,0 +1,96 @@
+"""The ``gprodom`` command.
+
+Every subcommand is a module with two functions:
+
+``add_parser(subparsers)``
+    adds its parser and ends with ``parser.set_defaults(run=run)``;
+``run(args) -> int``
+    does the work and returns the exit code.
+
+A module is registered by its name in `COMMANDS`. Modules are all imported to build the parser, so
+they import what is slow (matplotlib, scipy) inside `run`.
+
+Exit codes: 0 done, 1 failed (one line on stderr), 2 bad usage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from types import FrameType
+from typing import Any, NoReturn
+
+from gprodom.errors import Error
+
+COMMANDS: tuple[str, ...] = ()
+
+DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."
+
+EPILOG = """\
+examples:
+  gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
+  gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
+  gprodom COMMAND --help
+
+exit codes: 0 done, 1 failed, 2 bad usage
+"""
+
+Subparsers = Any  # argparse's own class for this is private
+
+
+def add_command(
+    subparsers: Subparsers, name: str, summary: str, description: str, examples: str
+) -> argparse.ArgumentParser:
+    """A subcommand's parser with house style: summary, description, examples at the end."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        name,
+        help=summary,
+        description=description,
+        epilog=f"examples:\n{examples.rstrip()}\n",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return parser
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser with all registered subcommands."""
+    parser = argparse.ArgumentParser(
+        prog="gprodom",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    subparsers = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name in COMMANDS:
+        import_module(name).add_parser(subparsers)
+    return parser
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
+    raise SystemExit(128 + signal.SIGTERM)  # unwinds, so that half-written files are removed
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line; returns the exit code."""
+    signal.signal(signal.SIGTERM, _terminate)
+    args = build_parser().parse_args(arguments)
+    try:
+        code: int = args.run(args)
+        sys.stdout.flush()
+        return code
+    except Error as error:
+        print(f"gprodom: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:  # the reader of our output has gone (gprodom … | head)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"gprodom: error: {where}{error.strerror or error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT

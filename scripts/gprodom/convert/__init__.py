@@ -1,0 +1,1 @@
+"""Recordings of other makes, turned into LCM logs."""

@@ -1,0 +1,41 @@
+"""LCM for this package: the one place that decides where it comes from.
+
+The PyPI module ``lcm`` where it is installed (a checkout's virtual environment); else our own thin
+binding over Debian's liblcm, `gprodom.lcm_ctypes`, which has the same API. GPRODOM_LCM=pypi or
+GPRODOM_LCM=ctypes forces one.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from gprodom.errors import Error
+
+_choice = os.environ.get("GPRODOM_LCM", "")
+if _choice not in ("", "pypi", "ctypes"):
+    raise Error(f"GPRODOM_LCM is {_choice!r}: expected pypi or ctypes")
+
+if TYPE_CHECKING:
+    from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+
+    SOURCE = _choice
+elif _choice == "ctypes":
+    from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+
+    SOURCE = "ctypes"
+else:
+    try:
+        from lcm import LCM, Event, EventLog, LCMSubscription
+
+        SOURCE = "pypi"
+    except ModuleNotFoundError:
+        if _choice == "pypi":
+            raise Error("GPRODOM_LCM=pypi, but the module lcm is not installed") from None
+        from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+
+        SOURCE = "ctypes"
+
+DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"  # nothing leaves the machine
+
+__all__ = ["DEFAULT_URL", "LCM", "SOURCE", "Event", "EventLog", "LCMSubscription"]

@@ -1,0 +1,1 @@
+"""Drives, sensors and ground made up from a seed."""

@@ -1,0 +1,44 @@
+"""What the tests share: where test data lie, and a network of their own for live LCM."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+
+
+def shared_folder() -> Path:
+    """Recorded data for tests: beside the checkout, or named by GPRODOM_SHARED."""
+    return Path(os.environ.get("GPRODOM_SHARED", CHECKOUT.parent / "shared"))
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of shared test data; the test is skipped where there is none."""
+    folder = shared_folder() / "data"
+    if not folder.is_dir():
+        pytest.skip(f"no shared test data in {folder} (name its parent in GPRODOM_SHARED)")
+    return folder
+
+
+def run_isolated(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Runs Python code in a network namespace where LCM multicast stays on the loopback."""
+    if shutil.which("unshare") is None:
+        pytest.skip("unshare (util-linux) is not installed")
+    setup = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
+    probe = subprocess.run(["unshare", "-rn", "sh", "-c", setup], capture_output=True, text=True)
+    if probe.returncode != 0:
+        pytest.skip(f"no network namespace: {probe.stderr.strip()}")
+    return subprocess.run(
+        ["unshare", "-rn", "sh", "-c", f'{setup} && exec "$@"', "sh"]
+        + [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
