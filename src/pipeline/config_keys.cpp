@@ -1,0 +1,159 @@
+#include "pipeline/config_keys.h"
+
+#include <map>
+
+namespace gprodom {
+namespace {
+
+using Keys = std::vector<ConfigKey>;
+
+const Range kAny{};
+const Range kPositive{0.0, std::numeric_limits<double>::infinity(), true};
+const Range kNotNegative{0.0, std::numeric_limits<double>::infinity(), false};
+const NonEmpty kName{};
+
+Range between(double minimum, double maximum) { return {minimum, maximum, false}; }
+
+// clang-format off
+void add_channels(Keys& keys, ChannelConfig& c) {
+  keys.insert(keys.end(), {
+    {"channels.gpr_trace", &c.gpr_trace, "", kName, "in: gpr_trace_t"},
+    {"channels.imu", &c.imu, "", kName, "in: imu_t"},
+    {"channels.wheel", &c.wheel, "", kName, "in: wheel_t"},
+    {"channels.displacement_in", &c.displacement_in, "", kName, "in: displacement_t of another process"},
+    {"channels.command", &c.command, "", kName, "in: command_t"},
+    {"channels.displacement", &c.displacement, "", kName, "out: displacement_t of the radar front end"},
+    {"channels.odometry", &c.odometry, "", kName, "out: odometry_t in odom, continuous"},
+    {"channels.odometry_map", &c.odometry_map, "", kName, "out: odometry_t in map, may jump"},
+    {"channels.pose", &c.pose, "", kName, "out: bot_core.pose_t in map, for viewers"},
+    {"channels.correction", &c.correction, "", kName, "out: correction_t, map to odom"},
+    {"channels.status", &c.status, "", kName, "out: status_t, once a second"},
+    {"channels.sfm", &c.sfm, "", kName, "out: sfm_t"},
+  });
+}
+
+void add_time(Keys& keys, TimeConfig& c) {
+  keys.insert(keys.end(), {
+    {"time.reorder_window", &c.reorder_window, "s", between(0, 10), "data later than this behind the newest are dropped"},
+    {"time.max_jump", &c.max_jump, "s", kPositive, "a stamp further ahead of the others than this is a jump"},
+    {"time.imu_gap", &c.imu_gap, "s", kPositive, "IMU data further apart than this are a gap"},
+  });
+}
+
+void add_imu(Keys& keys, ImuConfig& c) {
+  keys.insert(keys.end(), {
+    {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body"},
+    {"imu.gyro_noise_density", &c.gyro_noise_density, "rad/s/sqrt(Hz)", kPositive, "floor, raised by what a standstill shows"},
+    {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "floor, raised by what a standstill shows"},
+    {"imu.gyro_bias_walk", &c.gyro_bias_walk, "rad/s^2/sqrt(Hz)", kPositive, "random walk of the gyro bias"},
+    {"imu.accel_bias_walk", &c.accel_bias_walk, "m/s^3/sqrt(Hz)", kPositive, "random walk of the accelerometer bias"},
+    {"imu.accel_bias_sigma", &c.accel_bias_sigma, "m/s^2", kPositive, "prior of the accelerometer bias"},
+    {"imu.max_acceleration", &c.max_acceleration, "m/s^2", kPositive, "samples beyond are dropped"},
+    {"imu.max_angular_velocity", &c.max_angular_velocity, "rad/s", kPositive, "samples beyond are dropped"},
+    {"imu.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
+  });
+}
+
+void add_wheel(Keys& keys, WheelConfig& c) {
+  keys.insert(keys.end(), {
+    {"wheel.enabled", &c.enabled, "", kAny, "use the wheel encoder"},
+    {"wheel.form", &c.form, "", Choices{"increment", "distance"}, "signed increment with the gyro, or the paper's distance norm"},
+    {"wheel.scale", &c.scale, "", between(0.1, 10), "reported distance over true distance"},
+    {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior of the scale; 0 holds it fixed"},
+    {"wheel.scale_walk", &c.scale_walk, "1/sqrt(s)", kNotNegative, "random walk of the scale"},
+    {"wheel.lever_arm", &c.lever_arm, "m", between(-100, 100), "the wheel's contact point in body"},
+    {"wheel.noise", &c.noise, "m/sqrt(m)", kPositive, "random error, growing with distance"},
+    {"wheel.noise_floor", &c.noise_floor, "m", kPositive, "of one increment, from the encoder's resolution"},
+    {"wheel.lateral_noise", &c.lateral_noise, "m/sqrt(m)", kPositive, "side slip, growing with distance"},
+    {"wheel.vertical_noise", &c.vertical_noise, "m/sqrt(m)", kPositive, "motion off the ground plane, growing with distance"},
+    {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond lose weight; 0: none do"},
+    {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
+    {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
+  });
+}
+
+void add_standstill(Keys& keys, StandstillConfig& c) {
+  keys.insert(keys.end(), {
+    {"standstill.enabled", &c.enabled, "", kAny, "detect standstill from IMU and wheel, and use it"},
+    {"standstill.window", &c.window, "s", between(0.05, 10), "over which IMU and wheel must be still"},
+    {"standstill.imu_ratio", &c.imu_ratio, "", between(1, 100), "IMU variance over that of its noise at which the robot no longer stands"},
+    {"standstill.velocity_sigma", &c.velocity_sigma, "m/s", kPositive, "of zero velocity"},
+    {"standstill.position_sigma", &c.position_sigma, "m", kPositive, "of no motion between two states"},
+    {"standstill.rotation_sigma", &c.rotation_sigma, "rad", kPositive, "of no rotation between two states"},
+  });
+}
+
+void add_initializer(Keys& keys, InitializerConfig& c) {
+  keys.insert(keys.end(), {
+    {"initializer.duration", &c.duration, "s", between(0.1, 600), "standstill needed to start"},
+    {"initializer.max_gyro_std", &c.max_gyro_std, "rad/s", kPositive, "noisier: not standing"},
+    {"initializer.max_accel_std", &c.max_accel_std, "m/s^2", kPositive, "noisier: not standing"},
+    {"initializer.max_gyro_mean", &c.max_gyro_mean, "rad/s", kPositive, "faster: turning, or a broken gyro"},
+    {"initializer.position_sigma", &c.position_sigma, "m", kPositive, "prior of the origin's position"},
+    {"initializer.yaw_sigma", &c.yaw_sigma, "rad", kPositive, "prior of the origin's yaw"},
+    {"initializer.gravity", &c.gravity, "m/s^2", between(9, 10.5), "magnitude of gravity"},
+  });
+}
+
+void add_smoother(Keys& keys, SmootherConfig& c) {
+  keys.insert(keys.end(), {
+    {"smoother.state_rate", &c.state_rate, "Hz", between(0.5, 50), "states per second"},
+    {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the window that is solved for"},
+    {"smoother.max_iterations", &c.max_iterations, "", between(1, 100), "of the solver, per update"},
+    {"smoother.latency", &c.latency, "s", between(0, 1), "of data time, from a state to the effect of its solution"},
+  });
+}
+
+void add_gpr(Keys& keys, GprConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
+    {"gpr.front_end", &c.front_end, "", Choices{"stationarity", "none"}, "what makes displacements of traces"},
+    {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
+    {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
+    {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
+    {"gpr.max_gap", &c.max_gap, "s", kPositive, "traces further apart: the front end starts afresh"},
+    {"gpr.stationary_window", &c.stationary_window, "s", between(0.05, 10), "of traces compared to see a standstill"},
+  });
+}
+
+void add_logging(Keys& keys, LoggingConfig& c) {
+  keys.insert(keys.end(), {
+    {"logging.level", &c.level, "", Choices{"debug", "info", "warning", "error"}, "what the daemon writes to its log"},
+    {"logging.warning_period", &c.warning_period, "s", kNotNegative, "between repeated warnings of one kind"},
+  });
+}
+// clang-format on
+
+}  // namespace
+
+std::vector<ConfigKey> config_keys(Config& config) {
+  Keys keys;
+  add_channels(keys, config.channels);
+  add_time(keys, config.time);
+  add_imu(keys, config.imu);
+  add_wheel(keys, config.wheel);
+  add_standstill(keys, config.standstill);
+  add_initializer(keys, config.initializer);
+  add_smoother(keys, config.smoother);
+  add_gpr(keys, config.gpr);
+  add_logging(keys, config.logging);
+  return keys;
+}
+
+std::string section_description(const std::string& section) {
+  static const std::map<std::string, std::string> descriptions = {
+      {"channels", "Names of the LCM channels."},
+      {"time", "What is asked of the time stamps of incoming data."},
+      {"imu", "Mounting and noise of the IMU."},
+      {"wheel", "Scale, mounting and noise of the wheel encoder."},
+      {"standstill", "Zero-velocity updates."},
+      {"initializer", "Start from a standstill: gravity, gyro bias and the origin."},
+      {"smoother", "The fixed-lag smoother."},
+      {"gpr", "The ground-penetrating radar and its front end."},
+      {"logging", "The daemon's log."},
+  };
+  const auto found = descriptions.find(section);
+  return found == descriptions.end() ? std::string() : found->second;
+}
+
+}  // namespace gprodom

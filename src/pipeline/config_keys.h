@@ -1,0 +1,50 @@
+// The one table that binds each YAML key to its field in Config, with unit, range and meaning.
+// Reading, checking, comparing and describing a configuration all walk over this table.
+//
+// To add a key: add the field, with its default, to include/gprodom/config.h; add one line to
+// config_keys.cpp, beside its neighbours (sections may nest: "gpr.sfm.rows"); then write
+// config/gprodom.yaml anew: `gprodomd --print-config > config/gprodom.yaml`. A new type of field
+// needs a case in FieldPointer below and in config_value.cpp.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gprodom/config.h"
+
+namespace gprodom {
+
+// What a number, or each component of a vector, may be. Bounds are inclusive but for
+// `above_minimum`. Never infinite or NaN.
+struct Range {
+  double minimum = -std::numeric_limits<double>::infinity();
+  double maximum = std::numeric_limits<double>::infinity();
+  bool above_minimum = false;
+};
+
+using Choices = std::vector<std::string>;
+
+// For strings that name something (a channel): any text that is not empty.
+struct NonEmpty {};
+
+using Allowed = std::variant<Range, Choices, NonEmpty>;
+using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*>;
+
+struct ConfigKey {
+  std::string name;  // "wheel.scale"
+  FieldPointer field;
+  std::string unit;  // empty where there is none
+  Allowed allowed;
+  std::string description;
+};
+
+// The table, bound to `config`: its fields are read and written through it.
+std::vector<ConfigKey> config_keys(Config& config);
+
+// What heads a section in config/gprodom.yaml; empty for a section that needs no words.
+std::string section_description(const std::string& section);
+
+}  // namespace gprodom
