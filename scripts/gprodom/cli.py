@@ -26,7 +26,7 @@ from typing import Any, NoReturn
 
 from gprodom.errors import Error
 
-COMMANDS: tuple[str, ...] = ()
+COMMANDS: tuple[str, ...] = ("gprodom.convert.command",)
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."
 

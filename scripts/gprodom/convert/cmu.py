@@ -1,0 +1,148 @@
+"""A CMU-GPR sequence as arrays.
+
+The dataset's files, its readme and its own tools disagree in places; what holds here is found from
+the data: header wording is not relied on, the accelerometer is the triad that shows gravity, the
+last four IMU columns are an orientation where they have unit norm.
+
+Rows whose time goes back (the recorder wrote from several threads) are sorted into place, rows of
+equal time are kept in file order, and both are counted: an estimator wants its data in order of
+time, and dropping them would hide what the recording holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.console import Progress
+from gprodom.convert.quantum import find_quantum
+from gprodom.convert.source import GPR, IMU, TRUTH, WHEEL, File, read_files
+from gprodom.convert.table import Table, parse
+from gprodom.errors import Error
+
+SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
+VOLTS_PER_COUNT = 0.05 / 32767
+FALLBACK_QUANTUM = 1e-6  # m per tick where the wheel's values lie on no grid
+
+_GRAVITY = 9.81  # m/s^2
+_GRAVITY_TOLERANCE = 1.5  # m/s^2; a standing MEMS triad is well within, a turning gyro never
+_UNIT_NORM_TOLERANCE = 0.01
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One sequence. Times: int64 microseconds since 1970, ascending."""
+
+    imu_utime: Ints  # (i,)
+    acceleration: Floats  # (i, 3), m/s^2, specific force
+    angular_velocity: Floats  # (i, 3), rad/s
+    orientation: Floats  # (i, 4), w x y z
+    has_orientation: npt.NDArray[np.bool_]  # (i,)
+    gyro_first: bool  # the file had the angular rate before the acceleration
+    wheel_utime: Ints  # (w,)
+    ticks: Ints  # (w,)
+    metres_per_tick: float
+    gpr_utime: Ints  # (g,)
+    traces: npt.NDArray[np.int32]  # (g, samples), counts
+    truth_utime: Ints  # (t,)
+    truth: Floats  # (t, 3), m, in the instrument's frame; t = 0 where there is none
+    out_of_order: dict[str, int]  # rows sorted into place, by sensor
+
+
+def read_recording(sequence: Path) -> Recording:
+    """Reads a sequence, a directory or a zip. Raises `Error` with file and line."""
+    files = read_files(sequence)
+    wheels = [files[name] for name in WHEEL if name in files]
+    if len(wheels) > 1:
+        raise Error(f"{sequence}: expected one wheel file, got both {' and '.join(WHEEL)}")
+    missing = [name for name in (IMU, GPR) if name not in files] + ([] if wheels else [WHEEL[0]])
+    if missing:
+        raise Error(f"{sequence}: incomplete sequence, missing {', '.join(missing)}")
+    read = [files[IMU], files[GPR], wheels[0], *([files[TRUTH]] if TRUTH in files else [])]
+    with Progress("reading", sum(len(file.data) for file in read)) as progress:
+
+        def counted(parse_file: Callable[[File], Table], file: File) -> Table:
+            table = parse_file(file)
+            progress.advance(len(file.data))
+            return table
+
+        imu = counted(_parse_imu, files[IMU])
+        wheel = counted(_parse_wheel, wheels[0])
+        truth = counted(parse_truth, files[TRUTH]) if TRUTH in files else _NO_TRUTH
+        gpr = counted(_parse_gpr, files[GPR])
+    acceleration, rate, gyro_first = _find_gravity(imu.values, files[IMU].label)
+    orientation = (
+        imu.values[:, 6:10] if imu.values.shape[1] >= 10 else np.zeros((len(imu.utime), 4))
+    )
+    norm = np.linalg.norm(orientation, axis=1)
+    quantum = find_quantum(wheel.values[:, 0], wheel.decimals) or FALLBACK_QUANTUM
+    return Recording(
+        imu_utime=imu.utime,
+        acceleration=acceleration,
+        angular_velocity=rate,
+        orientation=orientation,
+        has_orientation=np.abs(norm - 1) < _UNIT_NORM_TOLERANCE,
+        gyro_first=gyro_first,
+        wheel_utime=wheel.utime,
+        ticks=np.rint(wheel.values[:, 0] / quantum).astype(np.int64),
+        metres_per_tick=quantum,
+        gpr_utime=gpr.utime,
+        traces=gpr.values.astype(np.int32),
+        truth_utime=truth.utime,
+        truth=truth.values,
+        out_of_order={
+            "imu": imu.out_of_order,
+            "wheel": wheel.out_of_order,
+            "gpr": gpr.out_of_order,
+            "truth": truth.out_of_order,
+        },
+    )
+
+
+_NO_TRUTH = Table(np.zeros(0, np.int64), np.zeros((0, 3)), 0, 0)
+
+
+def _parse_imu(file: File) -> Table:
+    what = "time, acceleration and angular rate, orientation w x y z"
+    return _not_empty(parse(file, (11, 7), what), file)
+
+
+def _parse_wheel(file: File) -> Table:
+    return _not_empty(parse(file, (2,), "time, distance"), file)
+
+
+def _parse_gpr(file: File) -> Table:
+    return _not_empty(parse(file, range(9, 100_000), "time, samples", integers=True), file)
+
+
+def parse_truth(file: File) -> Table:
+    """The total station's positions; (0, 3) values where the file is empty or only a header."""
+    table = parse(file, (4,), "time, x, y, z")
+    return table if len(table.utime) else _NO_TRUTH
+
+
+def _not_empty(table: Table, file: File) -> Table:
+    if not len(table.utime):
+        raise Error(f"{file.label}: expected rows of data, got none")
+    return table
+
+
+def _find_gravity(values: Floats, label: str) -> tuple[Floats, Floats, bool]:
+    """Acceleration and angular rate (n, 3), and whether the angular rate stands first."""
+    triads = values[:, 0:3], values[:, 3:6]
+    norms = [float(np.median(np.linalg.norm(triad, axis=1))) for triad in triads]
+    shows = [abs(norm - _GRAVITY) < _GRAVITY_TOLERANCE for norm in norms]
+    if shows[0] == shows[1]:
+        raise Error(
+            f"{label}: expected one of columns 2-4 and 5-7 to show gravity (norm near "
+            f"{_GRAVITY} m/s^2), got median norms {norms[0]:.3g} and {norms[1]:.3g}"
+        )
+    gyro_first = shows[1]
+    return triads[gyro_first], triads[not gyro_first], gyro_first

@@ -1,0 +1,117 @@
+"""``gprodom convert``: recordings of other makes to LCM logs."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL, VOLTS_PER_COUNT, Recording, read_recording
+from gprodom.convert.summary import as_text, summarise
+from gprodom.errors import Error
+from gprodom.log_writer import Stream, write_log
+from gprodom.wire import encode
+
+Fields = dict[str, npt.ArrayLike]
+
+CMU_EXAMPLES = """\
+  gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
+  gprodom convert cmu beach/ -o beach.lcmlog --sample-interval 3.125e-10 --json
+"""
+
+CMU_DESCRIPTION = """\
+Converts a sequence of the CMU-GPR dataset to an LCM log with the channels GPR_TRACE, IMU, WHEEL
+and, where there is truth, TOTAL_STATION, in order of time (at equal times: IMU, WHEEL, GPR_TRACE,
+TOTAL_STATION). SEQ is a directory or the dataset's zip. Rows that are out of order are sorted into
+place and counted; a malformed row ends the conversion, and no log is left behind.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``convert`` and its formats."""
+    parser = add_command(
+        subparsers,
+        "convert",
+        "convert a recording to an LCM log",
+        "Converts recordings of other makes to LCM logs.",
+        CMU_EXAMPLES,
+    )
+    formats = parser.add_subparsers(metavar="FORMAT", required=True)
+    cmu = add_command(
+        formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION, CMU_EXAMPLES
+    )
+    cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
+    cmu.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    cmu.add_argument(
+        "--sample-interval",
+        metavar="S",
+        type=_positive,
+        default=SAMPLE_INTERVAL,
+        help="seconds between radar samples (default: %(default)s)",
+    )
+    add_json_flag(cmu)
+    cmu.set_defaults(run=run)
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"expected a positive number, got {text}")
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Converts and prints the summary."""
+    output: Path = args.output
+    if output.is_dir() or (output.exists() and output.samefile(args.sequence)):
+        raise Error(f"{output}: expected a file to write, got a directory or the sequence itself")
+    recording = read_recording(args.sequence)
+    write_log(output, streams(recording, args.sample_interval))
+    summary = summarise(recording, args.sample_interval)
+    if args.json:
+        print_json({"log": str(output), **summary})
+    else:
+        print(as_text(summary))
+    return 0
+
+
+def streams(recording: Recording, sample_interval: float) -> list[Stream]:
+    """The recording's messages, in the order they have at equal times."""
+    imu: Fields = {
+        "linear_acceleration": recording.acceleration,
+        "angular_velocity": recording.angular_velocity,
+        "has_orientation": recording.has_orientation,
+        "orientation": recording.orientation,
+    }
+    wheel: Fields = {
+        "ticks": recording.ticks,
+        "metres_per_tick": recording.metres_per_tick,
+    }
+    gpr: Fields = {
+        "seq": np.arange(len(recording.gpr_utime)),
+        "antenna_id": 0,
+        "sample_interval": sample_interval,
+        "time_zero": 0.0,
+        "volts_per_count": VOLTS_PER_COUNT,
+        "samples": recording.traces,
+    }
+    return [
+        Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
+        for channel, name, utime, fields in (
+            ("IMU", "imu_t", recording.imu_utime, imu),
+            ("WHEEL", "wheel_t", recording.wheel_utime, wheel),
+            ("GPR_TRACE", "gpr_trace_t", recording.gpr_utime, gpr),
+            (
+                "TOTAL_STATION",
+                "position_truth_t",
+                recording.truth_utime,
+                {"position": recording.truth},
+            ),
+        )
+        if len(utime)
+    ]

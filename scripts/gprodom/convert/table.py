@@ -1,0 +1,128 @@
+"""CSV files of a recording: a time in decimal seconds, then numbers; strict, with line numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal, InvalidOperation
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.convert.source import File
+from gprodom.errors import Error
+
+_SECONDS = re.compile(rb"\s*(\d{1,12})(?:\.(\d*))?\s*\Z")
+_LATEST = 1 << 62  # us
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows sorted by time; rows of equal time keep the order of the file."""
+
+    utime: npt.NDArray[np.int64]  # (n,), us since 1970
+    values: npt.NDArray[np.float64]  # (n, columns after the time)
+    out_of_order: int  # rows that stood after a later one
+    decimals: int  # most digits after the point in the first value column
+
+
+def to_microseconds(text: bytes) -> int:
+    """Decimal seconds to the nearest microsecond, by digits: never through a float.
+
+    Raises ValueError where `text` is no number of seconds since 1970.
+    """
+    match = _SECONDS.match(text)
+    if match is not None:
+        seconds, fraction = match.group(1), match.group(2) or b""
+        digits = fraction[:7].ljust(7, b"0")
+        return int(seconds) * 1_000_000 + int(digits[:6]) + (digits[6] >= 0x35)
+    try:
+        value = Decimal(text.decode("ascii").strip())
+        exact = (value * 1_000_000).to_integral_value(ROUND_HALF_UP)
+    except (InvalidOperation, UnicodeDecodeError):
+        raise ValueError("not a time") from None
+    if not value.is_finite() or not 0 <= exact < _LATEST:
+        raise ValueError("not a time since 1970")
+    return int(exact)
+
+
+def _is_number(text: bytes) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _rows(file: File) -> Iterator[tuple[int, list[bytes]]]:
+    """Line number and cells of each row that is neither blank nor the header."""
+    for number, line in enumerate(file.data.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
+        if not line.strip():
+            continue
+        cells = line.split(b",")
+        if number == 1 and not _is_number(cells[0]):
+            continue
+        yield number, cells
+
+
+def _shown(text: bytes) -> str:
+    shown = text.decode("ascii", "backslashreplace")
+    return repr(shown if len(shown) <= 40 else shown[:37] + "...")
+
+
+def parse(file: File, columns: Sequence[int], what: str, integers: bool = False) -> Table:
+    """Reads `file`, whose rows have one of the numbers of columns in `columns`, time included.
+
+    All rows have as many as the first. `what` describes a row in errors. With `integers`, values
+    must be whole numbers of 32 bits. Rows whose time goes back are sorted into place and counted.
+    """
+    times: list[int] = []
+    values: list[list[float]] = []
+    width = 0
+    decimals = 0
+    for number, cells in _rows(file):
+        where = f"{file.label}:{number}"
+        if not width:
+            if len(cells) not in columns:
+                wanted = f"{columns[0]} or more" if len(columns) > 9 else _either(columns)
+                raise Error(f"{where}: expected {wanted} columns ({what}), got {len(cells)}")
+            width = len(cells)
+        if len(cells) != width:
+            raise Error(f"{where}: expected {width} columns ({what}), got {len(cells)}")
+        try:
+            times.append(to_microseconds(cells[0]))
+        except ValueError:
+            expected = "a time in seconds since 1970"
+            raise Error(f"{where}: expected {expected}, got {_shown(cells[0])}") from None
+        values.append(_numbers(cells[1:], where, integers))
+        decimals = max(decimals, len(cells[1].strip().partition(b".")[2]))
+    utime = np.array(times, np.int64)
+    order = np.argsort(utime, kind="stable")
+    table = np.array(values, np.float64).reshape(len(times), max(width - 1, 0))
+    late = int(np.count_nonzero(utime < np.maximum.accumulate(utime))) if len(utime) else 0
+    return Table(utime[order], table[order], late, decimals)
+
+
+def _either(columns: Sequence[int]) -> str:
+    return " or ".join(str(count) for count in columns)
+
+
+def _numbers(cells: list[bytes], where: str, integers: bool) -> list[float]:
+    try:
+        row = [float(cell) for cell in cells]
+    except ValueError:
+        row = []
+    if row and math.isfinite(sum(row)) and not any(b"_" in cell for cell in cells):
+        if not integers:
+            return row
+        if all(value.is_integer() and -(2**31) <= value < 2**31 for value in row):
+            return row
+    for position, cell in enumerate(cells, start=2):
+        expected = "a whole number of 32 bits" if integers else "a finite number"
+        value = float(cell) if _is_number(cell) and b"_" not in cell else math.nan
+        whole = value.is_integer() and -(2**31) <= value < 2**31
+        if not math.isfinite(value) or (integers and not whole):
+            raise Error(f"{where}: expected {expected} in column {position}, got {_shown(cell)}")
+    return row  # finite numbers whose sum is not

@@ -1,0 +1,68 @@
+"""Reads LCM logs as numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import wire
+from gprodom.errors import Error
+from gprodom.lcm import EventLog
+from gprodom.messages import by_fingerprint, message
+
+# What a type's messages are read as: arrays by field; "type" is the type's name, "log_utime" (n,)
+# the log's own stamps.
+Channel = dict[str, Any]
+
+
+def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> dict[str, Channel]:
+    """The messages of a log by channel and field; only `channels` where given.
+
+    ``read(path)["IMU"]["angular_velocity"]`` is (n, 3). Times (``utime``) are int64 microseconds.
+    Messages of variable structure (status_t, sfm_t, command_t) come decoded as a list in
+    ``"messages"``. Channels of foreign types are left out.
+    """
+    if not Path(path).is_file():
+        raise Error(f"{path}: no such log")
+    payloads: dict[str, list[bytes]] = {}
+    stamps: dict[str, list[int]] = {}
+    log = EventLog(str(path), "r")
+    for event in log:
+        channel = event.channel
+        if channels is not None and channel not in channels:
+            continue
+        payloads.setdefault(channel, []).append(event.data)
+        stamps.setdefault(channel, []).append(event.timestamp)
+    log.close()
+    if not payloads and channels is None and Path(path).stat().st_size > 0:
+        raise Error(f"{path}: expected an LCM log, found no event in it")
+    known = by_fingerprint()
+    result: dict[str, Channel] = {}
+    for channel, messages in payloads.items():
+        kinds = {data[:8] for data in messages}
+        if kinds.isdisjoint(known):
+            continue
+        if len(kinds) > 1:
+            raise Error(f"{path}: channel {channel} holds messages of {len(kinds)} types")
+        name = known[kinds.pop()]
+        result[channel] = _decode(name, messages, f"{path}: channel {channel}")
+        result[channel]["type"] = name
+        result[channel]["log_utime"] = np.array(stamps[channel], np.int64)
+    return result
+
+
+def _decode(name: str, payloads: list[bytes], where: str) -> Channel:
+    if name in wire.LAYOUTS:
+        return dict(wire.decode(name, payloads, where))
+    decoder = message(name)
+    messages = [decoder.decode(data) for data in payloads]
+    return {"utime": np.array([m.utime for m in messages], np.int64), "messages": messages}
+
+
+def of_type(log: dict[str, Channel], name: str) -> dict[str, Channel]:
+    """The channels of a log read by `read` that hold messages of type `name`."""
+    return {channel: content for channel, content in log.items() if content["type"] == name}

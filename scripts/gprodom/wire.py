@@ -1,0 +1,164 @@
+"""LCM messages of one type as numpy arrays, encoded and decoded all at once.
+
+The generated classes handle one message at a time; a log holds hundreds of thousands. The layouts
+here restate those of ``lcmtypes/*.lcm`` for the types that come often; a test compares them with
+the generated classes. LCM is big-endian and packed: fingerprint, then the fields in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.errors import Error
+from gprodom.messages import fingerprint
+
+Arrays = dict[str, npt.NDArray[np.generic]]
+
+# Name, type, shape. An empty type is a string; a shape that is a name is an array whose length
+# stands in the field of that name. At most one such field a type.
+Field = tuple[str, str, tuple[int, ...] | str]
+
+LAYOUTS: dict[str, list[Field]] = {
+    "gpr_trace_t": [
+        ("utime", ">i8", ()),
+        ("seq", ">i8", ()),
+        ("antenna_id", ">i4", ()),
+        ("sample_interval", ">f8", ()),
+        ("time_zero", ">f8", ()),
+        ("volts_per_count", ">f8", ()),
+        ("num_samples", ">i4", ()),
+        ("samples", ">i4", "num_samples"),
+    ],
+    "imu_t": [
+        ("utime", ">i8", ()),
+        ("linear_acceleration", ">f8", (3,)),
+        ("angular_velocity", ">f8", (3,)),
+        ("has_orientation", ">i1", ()),
+        ("orientation", ">f8", (4,)),
+    ],
+    "wheel_t": [("utime", ">i8", ()), ("ticks", ">i8", ()), ("metres_per_tick", ">f8", ())],
+    "position_truth_t": [("utime", ">i8", ()), ("position", ">f8", (3,))],
+    "displacement_t": [
+        ("utime", ">i8", ()),
+        ("utime_from", ">i8", ()),
+        ("utime_to", ">i8", ()),
+        ("source", "", ()),
+        ("kind", ">i1", ()),
+        ("valid", ">i1", ()),
+        ("distance", ">f8", ()),
+        ("sigma", ">f8", ()),
+        ("lateral", ">f8", ()),
+        ("lateral_sigma", ">f8", ()),
+        ("mirrored", ">i1", ()),
+        ("scale", ">f8", ()),
+        ("score", ">f8", ()),
+    ],
+    "odometry_t": [
+        ("utime", ">i8", ()),
+        ("frame", "", ()),
+        ("position", ">f8", (3,)),
+        ("orientation", ">f8", (4,)),
+        ("velocity", ">f8", (3,)),
+        ("angular_velocity", ">f8", (3,)),
+        ("pose_covariance", ">f8", (36,)),
+        ("velocity_covariance", ">f8", (9,)),
+        ("gyro_bias", ">f8", (3,)),
+        ("accel_bias", ">f8", (3,)),
+        ("wheel_scale", ">f8", ()),
+        ("wheel_scale_sigma", ">f8", ()),
+        ("distance", ">f8", ()),
+        ("flags", ">i4", ()),
+    ],
+    "correction_t": [
+        ("utime", ">i8", ()),
+        ("position", ">f8", (3,)),
+        ("orientation", ">f8", (4,)),
+        ("revisits", ">i4", ()),
+        ("covariance", ">f8", (36,)),
+    ],
+}
+
+_LENGTH = "length of "  # prefixes the name of a string's length field
+
+
+def _dtype(name: str, extent: int) -> np.dtype[np.void]:
+    """The message's layout; its one string or array of variable length takes `extent` elements."""
+    fields: list[tuple[str, str, tuple[int, ...]]] = [("fingerprint", "V8", ())]
+    for field, kind, shape in LAYOUTS[name]:
+        if kind == "":
+            fields.append((_LENGTH + field, ">i4", ()))
+            fields.append((field, f"S{extent}", ()))
+        elif isinstance(shape, str):
+            fields.append((field, kind, (extent,)))
+        else:
+            fields.append((field, kind, shape))
+    return np.dtype(fields)
+
+
+def _extent(name: str, size: int) -> int:
+    """How many elements the variable field has in a message of `size` bytes; -1: none fits."""
+    fixed = _dtype(name, 0).itemsize
+    for _, kind, shape in LAYOUTS[name]:
+        if kind == "" or isinstance(shape, str):
+            element = 1 if kind == "" else np.dtype(kind).itemsize
+            extent, left = divmod(size - fixed, element)
+            return extent if left == 0 and extent >= (kind == "") else -1
+    return 0 if size == fixed else -1
+
+
+def encode(name: str, arrays: Mapping[str, npt.ArrayLike], count: int) -> list[bytes]:
+    """`count` messages of type `name`. Each field: one value for all or one per message.
+
+    Types with a string cannot be encoded; a variable array is (count, n).
+    """
+    extent = 0
+    for field, _, shape in LAYOUTS[name]:
+        if isinstance(shape, str):
+            extent = np.shape(arrays[field])[-1]
+            arrays = {**arrays, shape: extent}
+    dtype = _dtype(name, extent)
+    table = np.zeros(count, dtype)
+    table["fingerprint"] = np.void(fingerprint(name))
+    for field, _, _ in LAYOUTS[name]:
+        table[field] = arrays[field]
+    data, size = table.tobytes(), dtype.itemsize
+    return [data[start : start + size] for start in range(0, count * size, size)]
+
+
+def decode(name: str, payloads: Sequence[bytes], where: str) -> Arrays:
+    """The fields of `payloads`, messages of type `name`, each as an array with one row a message.
+
+    Booleans are bool, strings str; arrays of differing lengths make an object array. Raises `Error`
+    beginning with `where` on a message of impossible length.
+    """
+    sizes = np.array([len(payload) for payload in payloads])
+    result: Arrays = {}
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        extent = _extent(name, int(size))
+        if extent < 0:
+            raise Error(f"{where}: message {rows[0]} has {size} bytes, no length of a {name}")
+        data = b"".join(payloads[row] for row in rows.tolist())
+        table = np.frombuffer(data, _dtype(name, extent))
+        for field, kind, shape in LAYOUTS[name]:
+            column = _column(table, field, kind)
+            if len(rows) == len(payloads):
+                result[field] = column
+                continue
+            ragged = kind == "" or isinstance(shape, str)
+            if field not in result:
+                whole = np.empty((len(payloads), *column.shape[1:]), column.dtype)
+                result[field] = np.empty(len(payloads), object) if ragged else whole
+            for row, value in zip(rows, column, strict=True):
+                result[field][row] = value
+    return result
+
+
+def _column(table: npt.NDArray[np.void], field: str, kind: str) -> npt.NDArray[np.generic]:
+    if kind == "":  # ends with a zero byte, which numpy drops
+        return np.char.decode(table[field], "utf-8", "replace")
+    column: npt.NDArray[np.generic] = table[field].astype(np.dtype(kind).newbyteorder("="))
+    return column.astype(bool) if field in ("has_orientation", "valid", "mirrored") else column
