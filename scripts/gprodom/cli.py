@@ -26,7 +26,10 @@ from typing import Any, NoReturn
 
 from gprodom.errors import Error
 
-COMMANDS: tuple[str, ...] = ("gprodom.convert.command",)
+COMMANDS: tuple[str, ...] = (
+    "gprodom.convert.command",
+    "gprodom.score.command",
+)
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."
 

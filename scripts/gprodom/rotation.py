@@ -1,0 +1,98 @@
+"""Unit quaternions (w, x, y, z) and rotation matrices on arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def to_matrix(q: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_yaw(yaw: Array) -> Array:
+    """Quaternions (..., 4) of a rotation by `yaw` (rad) about z."""
+    half = 0.5 * np.asarray(yaw, dtype=float)
+    zero = np.zeros_like(half)
+    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+
+
+def from_matrix(matrix: Array) -> Array:
+    """Quaternion (4) of one rotation matrix (3, 3): the eigenvector of Bar-Itzhack's 4 x 4 form."""
+    m = np.asarray(matrix, dtype=float)
+    k = np.array(
+        [
+            [np.trace(m), m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [0.0, m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [0.0, 0.0, m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
+            [0.0, 0.0, 0.0, m[2, 2] - m[0, 0] - m[1, 1]],
+        ]
+    )
+    q = np.linalg.eigh(k, UPLO="U")[1][:, -1]
+    return np.asarray(-q if q[0] < 0 else q)
+
+
+def yaw_matrix(yaw: float) -> Array:
+    """(3, 3) rotation by `yaw` (rad) about z."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def multiply(a: Array, b: Array) -> Array:
+    """Hamilton product a b of quaternions (..., 4)."""
+    aw, ax, ay, az = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
+    bw, bx, by, bz = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: Array) -> Array:
+    """Inverse of unit quaternions (..., 4)."""
+    return np.asarray(np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0]))
+
+
+def to_vector(q: Array) -> Array:
+    """Rotation vectors (..., 3; rad, angle at most pi) of unit quaternions (..., 4)."""
+    q = np.asarray(q, dtype=float)
+    q = np.where(q[..., :1] < 0, -q, q)
+    norm = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(norm, q[..., :1])
+    # Near zero, angle / norm tends to 2 / w.
+    ratio = np.where(norm > 1e-12, angle / np.maximum(norm, 1e-300), 2.0)
+    return np.asarray(ratio * q[..., 1:])
+
+
+def yaw_of(q: Array) -> Array:
+    """Yaw (rad) of quaternions (..., 4): the heading of the body's x axis."""
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
+
+
+def slerp(a: Array, b: Array, weight: Array) -> Array:
+    """Spherical interpolation (n, 4) from `a` (weight 0) to `b` (weight 1), the short way round."""
+    dot = np.sum(a * b, axis=-1, keepdims=True)
+    b = np.where(dot < 0, -b, b)
+    angle = np.arccos(np.clip(np.abs(dot), 0.0, 1.0))
+    weight = np.asarray(weight, dtype=float)[..., None]
+    small = angle < 1e-6  # here sin(k a) / sin(a) is k to rounding
+    sin = np.where(small, 1.0, np.sin(angle))
+    wa = np.where(small, 1 - weight, np.sin((1 - weight) * angle) / sin)
+    wb = np.where(small, weight, np.sin(weight * angle) / sin)
+    q = wa * a + wb * b
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))

@@ -1,0 +1,1 @@
+"""Trajectories against truth: association, alignment, figures, tables and pictures."""

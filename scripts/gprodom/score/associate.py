@@ -1,0 +1,55 @@
+"""Which estimate belongs to which truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gprodom.errors import Error
+from gprodom.trajectory import Trajectory, interpolate
+
+MIN_PAIRS = 10
+MAX_GAP_S = 1.0
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Estimate and truth at the same n stamps (the truth's). `excluded`: truth points left out."""
+
+    estimate: Trajectory
+    truth: Trajectory
+    excluded: int
+
+
+def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GAP_S) -> Pairs:
+    """The estimate interpolated to every stamp of the truth.
+
+    Truth points before the first or after the last estimate are left out, and those that fall
+    between two estimates more than `max_gap_s` apart, so that nothing is extrapolated or invented.
+    """
+    if len(estimate) == 0 or len(truth) == 0:
+        raise Error("nothing to score: the estimate or the truth holds no poses")
+    inside = (truth.time >= estimate.time[0]) & (truth.time <= estimate.time[-1])
+    if not inside.any():
+        raise Error(
+            "estimate and truth do not overlap in time: estimate "
+            f"{_span(estimate)}, truth {_span(truth)}; are they of the same sequence?"
+        )
+    right = np.clip(np.searchsorted(estimate.time, truth.time), 0, len(estimate) - 1)
+    left = np.maximum(right - 1, 0)
+    gap = estimate.time[right] - estimate.time[left]
+    exact = estimate.time[right] == truth.time
+    used = inside & (exact | (gap <= round(max_gap_s * 1e6)))
+    count = int(used.sum())
+    if count < MIN_PAIRS:
+        raise Error(
+            f"too few points to score: {count} truth points lie where the estimate has no gap over "
+            f"{max_gap_s:g} s (of {len(truth)}); at least {MIN_PAIRS} are needed"
+        )
+    paired = truth.select(used)
+    return Pairs(interpolate(estimate, paired.time), paired, len(truth) - count)
+
+
+def _span(trajectory: Trajectory) -> str:
+    return f"{trajectory.time[0] * 1e-6:.3f}-{trajectory.time[-1] * 1e-6:.3f} s"

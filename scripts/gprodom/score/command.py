@@ -1,0 +1,139 @@
+"""``gprodom score``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.errors import UsageError
+from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.associate import MAX_GAP_S, associate
+from gprodom.score.figures import Comparison, compare
+from gprodom.score.record import Record, describe, make_record, sequence_name
+from gprodom.score.sources import FRAMES, Source, read_estimate, read_truth
+from gprodom.trajectory import Trajectory
+
+DESCRIPTION = f"""\
+Scores a trajectory against truth. EST and TRUTH are each an LCM log, a TUM file, a total station's
+ts_meas.csv, or a sequence (directory or zip). Of a log, EST is ODOMETRY_MAP (or ODOMETRY, see
+--frame) as it was published, TRUTH is TOTAL_STATION, or ODOMETRY_MAP where there is none.
+
+The estimate is interpolated to the truth's stamps. Truth outside the estimate's span, or in a gap
+of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`.
+
+figures:
+  ate_rmse_m    RMS distance to the truth after alignment; in the horizontal plane for first and
+                se2, in space for none and se3
+  rpe_1m_m      RMS relative error over consecutive stretches of 1 m of the truth's path: of point
+                distances, or of the full relative translation where the truth has attitude
+  end_m         distance to the truth at the last point, after alignment
+  distance_pct  end_m in percent of the distance that the truth travels
+  nees_xy/_yaw  mean normalised squared error by the estimate's own covariance (2 and 1 where it
+                is right), truth placed by its first pose, or by its first --first-m metres where
+                it has no attitude; null without covariance, yaw also null without attitude
+  n             points compared
+"""
+
+EXAMPLES = """\
+  gprodom score out.lcmlog 1700001000-0-gates_g-cmu-gpr.zip --plot report
+  gprodom score estimate.tum truth.tum --align se3 --json
+  gprodom score live.lcmlog replay.lcmlog --align none --frame odom
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds the subcommand."""
+    parser = add_command(
+        subparsers, "score", "compare a trajectory with truth", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
+    parser.add_argument("truth", metavar="TRUTH", type=Path, help="what it should have been")
+    parser.add_argument(
+        "--align",
+        choices=ALIGNMENTS,
+        default="se2",
+        help="how EST is placed in the truth's frame (default se2): not at all; turned about z and "
+        "moved by its first metres, or by all points; turned in space and moved by all points",
+    )
+    parser.add_argument(
+        "--first-m",
+        type=float,
+        default=FIRST_M,
+        metavar="M",
+        help=f"metres that --align first aligns by (default {FIRST_M:g})",
+    )
+    parser.add_argument(
+        "--prism",
+        type=parse_point,
+        metavar="X,Y,Z",
+        help="where on the robot the truth is measured (m, body frame; default 0,0,0)",
+    )
+    parser.add_argument(
+        "--frame", choices=FRAMES, default="map", help="which pose of a log (default map)"
+    )
+    add_json_flag(parser)
+    parser.add_argument(
+        "--plot",
+        type=Path,
+        metavar="DIR",
+        help="write trajectory.png, error.png and report.html there",
+    )
+    parser.set_defaults(run=run)
+
+
+def parse_point(text: str) -> tuple[float, float, float]:
+    """x,y,z from a command line."""
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected three numbers X,Y,Z") from None
+    return x, y, z
+
+
+def at_prism(estimate: Trajectory, truth: Trajectory, prism: tuple[float, ...]) -> Trajectory:
+    """The estimate's path of the point whose truth was measured."""
+    if truth.orientation is not None:
+        raise UsageError("--prism is for a truth of points; this one has attitude")
+    return estimate.moved(np.array(prism))
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the subcommand."""
+    if not args.first_m > 0:
+        raise UsageError(f"--first-m {args.first_m:g}: expected a distance above 0")
+    estimate = read_estimate(args.estimate, args.frame)
+    truth = read_truth(args.truth)
+    path = estimate.trajectory
+    if args.prism is not None:
+        path = at_prism(path, truth.trajectory, args.prism)
+    comparison = compare(associate(path, truth.trajectory), args.align, args.first_m)
+    record = _record(estimate, args.truth, comparison)
+    if args.plot is not None:
+        from gprodom.score.page import write_report
+
+        written = write_report(comparison, record, args.plot)
+    if args.json:
+        print_json(record.as_dict())
+    else:
+        print(describe(record))
+        if args.plot is not None:
+            print("written: " + ", ".join(str(item) for item in written))
+    return 0
+
+
+def _record(estimate: Source, truth: Path, comparison: Comparison) -> Record:
+    """Method and mode are read off the name that a benchmark gives: METHOD[.smoothed].tum."""
+    method = estimate.path.name.split(".")[0]
+    mode = "smoothed" if estimate.path.name.endswith(".smoothed.tum") else "causal"
+    return make_record(
+        sequence_name(truth),
+        method,
+        mode,
+        comparison.alignment,
+        comparison.figures,
+        estimate.jumps,
+    )

@@ -1,0 +1,158 @@
+"""The figures of a score, on associated pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import rotation
+from gprodom.errors import Error
+from gprodom.score.align import PLANAR, Alignment, Transform, first_pose, fit
+from gprodom.score.associate import Pairs
+from gprodom.trajectory import path_length
+
+Array = NDArray[np.float64]
+RPE_DISTANCE_M = 1.0
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a score says; None where the data cannot say it.
+
+    ate_rmse_m: RMS distance between aligned estimate and truth; in the plane for the alignments
+      `first` and `se2`, in space for `none` and `se3`.
+    rpe_1m_m: RMS relative error over consecutive stretches in which the truth travels 1 m: of the
+      distance between the stretch's end points, or, where truth has attitude, of the full relative
+      translation. Independent of the alignment.
+    end_m: distance between estimate and truth at the last pair, after alignment.
+    distance_pct: end_m in percent of the distance that the truth travels.
+    nees_xy, nees_yaw: mean over the pairs of e^T P^-1 e (2 and 1 degrees of freedom), P the
+      estimate's own covariance, with truth placed in the estimate's frame by its first pose,
+      whatever the alignment (`align.first_pose`). None without covariances; nees_yaw also None
+      where truth has no attitude.
+    n: pairs. excluded: truth points outside the estimate's span or in its gaps.
+    distance_m: distance that the truth travels.
+    """
+
+    ate_rmse_m: float
+    rpe_1m_m: float | None
+    end_m: float
+    distance_pct: float | None
+    nees_xy: float | None
+    nees_yaw: float | None
+    n: int
+    excluded: int
+    distance_m: float
+
+
+FIGURE_NAMES = (
+    "ate_rmse_m",
+    "rpe_1m_m",
+    "end_m",
+    "distance_pct",
+    "nees_xy",
+    "nees_yaw",
+    "n",
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A score with what its pictures need: the pairs, the alignment and the error at each pair."""
+
+    figures: Figures
+    pairs: Pairs
+    alignment: Alignment
+    transform: Transform
+    error_m: Array  # (n,)
+
+
+def errors(pairs: Pairs, transform: Transform, planar: bool) -> Array:
+    """Distances (n,), metres, between the transformed estimate and the truth."""
+    difference = transform.apply(pairs.estimate).position - pairs.truth.position
+    return np.asarray(np.linalg.norm(difference[:, : 2 if planar else 3], axis=1))
+
+
+def stretches(position: Array, metres: float) -> NDArray[np.int64]:
+    """Indices (k,) that cut a path (n, 3) into consecutive stretches of at least `metres`."""
+    cuts, travelled = [0], 0.0
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    for i, step in enumerate(steps, start=1):
+        travelled += float(step)
+        if travelled >= metres:
+            cuts.append(i)
+            travelled = 0.0
+    return np.array(cuts, dtype=np.int64)
+
+
+def relative_errors(pairs: Pairs, metres: float = RPE_DISTANCE_M) -> Array:
+    """Relative errors (k,), metres, over stretches in which the truth travels `metres`."""
+    cuts = stretches(pairs.truth.position, metres)
+    i, j = cuts[:-1], cuts[1:]
+    estimate, truth = pairs.estimate, pairs.truth
+    step_estimate = estimate.position[j] - estimate.position[i]
+    step_truth = truth.position[j] - truth.position[i]
+    if estimate.orientation is None or truth.orientation is None:
+        return np.asarray(
+            np.abs(np.linalg.norm(step_estimate, axis=1) - np.linalg.norm(step_truth, axis=1))
+        )
+    body_estimate = _into_body(estimate.orientation[i], step_estimate)
+    body_truth = _into_body(truth.orientation[i], step_truth)
+    # The norm of inv(truth step) * estimate step does not depend on its rotation.
+    return np.asarray(np.linalg.norm(body_estimate - body_truth, axis=1))
+
+
+def _into_body(q: Array, vectors: Array) -> Array:
+    return np.asarray(np.einsum("nji,nj->ni", rotation.to_matrix(q), vectors))
+
+
+def nees(pairs: Pairs, first_m: float) -> tuple[float | None, float | None]:
+    """Mean normalised estimation error squared of (x, y) and of yaw; None without meaning."""
+    covariance = pairs.estimate.covariance
+    if covariance is None:
+        return None, None
+    try:
+        placement, rest = first_pose(pairs, first_m)
+    except Error:  # the truth does not travel far enough to be placed
+        return None, None
+    truth = placement.apply(pairs.truth)
+    block = covariance[rest][:, :2, :2]
+    if not rest.any() or np.any(np.linalg.det(block) <= 0):
+        return None, None
+    error = (pairs.estimate.position - truth.position)[rest][:, :2]
+    weighted = np.linalg.solve(block, error[..., None])[..., 0]
+    nees_xy = float(np.mean(np.sum(error * weighted, axis=1)))
+    if pairs.estimate.orientation is None or truth.orientation is None:
+        return nees_xy, None
+    turn = rotation.multiply(pairs.estimate.orientation, rotation.conjugate(truth.orientation))
+    variance = covariance[:, 5, 5]
+    if np.any(variance <= 0):
+        return nees_xy, None
+    return nees_xy, float(np.mean(rotation.to_vector(turn)[:, 2] ** 2 / variance))
+
+
+def compare(pairs: Pairs, alignment: Alignment, first_m: float) -> Comparison:
+    """All figures of one estimate against one truth."""
+    transform = fit(pairs, alignment, first_m)
+    error = errors(pairs, transform, alignment in PLANAR)
+    relative = relative_errors(pairs)
+    distance = float(path_length(pairs.truth.position)[-1])
+    nees_xy, nees_yaw = nees(pairs, first_m)
+    figures = Figures(
+        ate_rmse_m=_rms(error),
+        rpe_1m_m=_rms(relative) if relative.size else None,
+        end_m=float(error[-1]),
+        distance_pct=100 * float(error[-1]) / distance if distance > 0 else None,
+        nees_xy=nees_xy,
+        nees_yaw=nees_yaw,
+        n=len(pairs.truth),
+        excluded=pairs.excluded,
+        distance_m=distance,
+    )
+    return Comparison(figures, pairs, alignment, transform, error)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,54 @@
+"""Pictures of one score."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom.plot import canvas
+from gprodom.score.figures import Comparison
+from gprodom.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def draw_paths(axis: Axes, truth: NDArray[np.float64], paths: Mapping[str, Trajectory]) -> None:
+    """Truth (n, 3) in grey and the (already aligned) paths over it, seen from above."""
+    axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+    for i, (name, path) in enumerate(paths.items()):
+        colour = canvas.COLOURS[i % len(canvas.COLOURS)]
+        axis.plot(path.position[:, 0], path.position[:, 1], color=colour, linewidth=1.0, label=name)
+    axis.plot(*truth[0, :2], "o", color="0.2", markersize=5)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_xlabel("x in the truth's frame (m)")
+    axis.set_ylabel("y (m)")
+
+
+def trajectory_figure(comparison: Comparison, title: str) -> Figure:
+    """Aligned estimate over truth."""
+    figure, (axis,) = canvas.new_figure(width=7.0, height=5.5)
+    aligned = comparison.transform.apply(comparison.pairs.estimate)
+    draw_paths(axis, comparison.pairs.truth.position, {"estimate": aligned})
+    axis.set_title(f"{title}, aligned: {comparison.alignment}")
+    axis.legend(loc="best", frameon=False)
+    return figure
+
+
+def error_figure(comparison: Comparison, title: str) -> Figure:
+    """Error over time."""
+    figure, (axis,) = canvas.new_figure(width=7.0, height=3.2)
+    seconds = comparison.pairs.truth.seconds()
+    axis.plot(seconds, comparison.error_m, color=canvas.COLOURS[0], linewidth=1.0)
+    rmse = comparison.figures.ate_rmse_m
+    axis.axhline(rmse, color=canvas.COLOURS[1], linewidth=1.0, label=f"RMS {rmse:.3f} m")
+    axis.set_xlabel("time (s)")
+    axis.set_ylabel("position error (m)")
+    axis.set_ylim(bottom=0)
+    axis.set_title(title)
+    axis.legend(loc="best", frameon=False)
+    return figure

@@ -1,0 +1,114 @@
+"""A score as it is printed, written and read back: one flat record."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from gprodom.console import format_table
+from gprodom.score.align import Alignment
+from gprodom.score.figures import Figures
+from gprodom.score.jumps import MapJumps
+
+Mode = str  # causal: as published, never rewritten; smoothed: the final solution
+
+
+@dataclass(frozen=True)
+class Record:
+    """One row of results. The fields are the columns of results.csv and the keys of --json.
+
+    Figures as in `figures.Figures`; None (an empty cell, JSON null) where the data cannot say.
+    map_jumps, map_jump_mean_m, map_jump_max_m: corrections that moved the published pose in `map`,
+    None where no log tells.
+    """
+
+    sequence: str
+    scene: str
+    method: str
+    mode: Mode
+    align: Alignment
+    ate_rmse_m: float
+    rpe_1m_m: float | None
+    end_m: float
+    distance_pct: float | None
+    nees_xy: float | None
+    nees_yaw: float | None
+    n: int
+    excluded: int
+    distance_m: float
+    map_jumps: int | None = None
+    map_jump_mean_m: float | None = None
+    map_jump_max_m: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """By column name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+COLUMNS = tuple(field.name for field in fields(Record))
+
+
+def make_record(
+    sequence: str,
+    method: str,
+    mode: Mode,
+    align: Alignment,
+    figures: Figures,
+    jumps: MapJumps | None = None,
+) -> Record:
+    """The record of one comparison; the scene comes from the sequence's name."""
+    return Record(
+        sequence=sequence,
+        scene=scene_of(sequence),
+        method=method,
+        mode=mode,
+        align=align,
+        **{field.name: getattr(figures, field.name) for field in fields(figures)},
+        map_jumps=jumps.count if jumps else None,
+        map_jump_mean_m=jumps.mean_m if jumps else None,
+        map_jump_max_m=jumps.max_m if jumps else None,
+    )
+
+
+def sequence_name(path: Path) -> str:
+    """The sequence's name: that of its folder, zip or log; of the folder for a bare ts_meas.csv."""
+    path = path.resolve()
+    if path.suffix == ".csv":
+        return path.parent.name
+    return path.name if path.is_dir() else re.sub(r"\.(zip|lcmlog|lcm|log|tum|txt)$", "", path.name)
+
+
+def scene_of(sequence: str) -> str:
+    """Scene of a CMU-GPR name, TIME-0-LOC-cmu-gpr → LOC; the empty string where it is none."""
+    found = re.match(r"\d+-\d+-(.+?)-cmu-gpr", sequence)
+    return found.group(1) if found else ""
+
+
+def rows_of(records: Sequence[Record], columns: Sequence[str]) -> list[list[object]]:
+    """Cells of the named columns."""
+    return [[getattr(record, name) for name in columns] for record in records]
+
+
+def describe(record: Record) -> str:
+    """One score as a table of figure and value."""
+    shown: list[list[object]] = [
+        ["ate_rmse_m", record.ate_rmse_m, "m"],
+        ["rpe_1m_m", record.rpe_1m_m, "m"],
+        ["end_m", record.end_m, "m"],
+        ["distance_pct", record.distance_pct, "% of distance, at the end"],
+        ["nees_xy", record.nees_xy, "expected 2"],
+        ["nees_yaw", record.nees_yaw, "expected 1"],
+        ["distance_m", record.distance_m, "m travelled by the truth"],
+        ["n", record.n, "points"],
+        ["excluded", record.excluded, "truth points without an estimate"],
+    ]
+    if record.map_jumps is not None:
+        shown += [
+            ["map_jumps", record.map_jumps, "corrections"],
+            ["map_jump_mean_m", record.map_jump_mean_m, "m"],
+            ["map_jump_max_m", record.map_jump_max_m, "m"],
+        ]
+    return format_table([f"align {record.align}", "value", ""], shown)

@@ -1,0 +1,133 @@
+"""Trajectories from whatever a user has: a log, a TUM file, a total station's CSV, a sequence."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from gprodom import logs
+from gprodom.convert.cmu import parse_truth
+from gprodom.convert.source import TRUTH, File, read_files
+from gprodom.errors import Error
+from gprodom.score.jumps import MapJumps, map_jumps
+from gprodom.trajectory import Trajectory, read_tum, without_repeats
+
+Frame = Literal["map", "odom"]
+FRAMES: tuple[Frame, ...] = get_args(Frame)
+CHANNELS: dict[Frame, str] = {"map": "ODOMETRY_MAP", "odom": "ODOMETRY"}
+TRUTH_CHANNEL = "TOTAL_STATION"
+CORRECTION_CHANNEL = "CORRECTION"
+
+LOG_MAGIC = b"\xed\xa1\xda\x01"
+Kind = Literal["log", "tum", "csv", "sequence"]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A trajectory, where it came from, and the jumps of `map` where the log tells of them."""
+
+    path: Path
+    kind: Kind
+    trajectory: Trajectory
+    jumps: MapJumps | None = None
+
+
+def kind_of(path: Path) -> Kind:
+    """What a file is, by its content."""
+    if path.is_dir():
+        return "sequence"
+    if not path.exists():
+        raise Error(f"{path}: no such file")
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if head.startswith(LOG_MAGIC):
+        return "log"
+    if zipfile.is_zipfile(path):
+        return "sequence"
+    line = _first_data_line(head)
+    if line.count(",") == 3:
+        return "csv"
+    if len(line.replace(",", " ").split()) == 8:
+        return "tum"
+    raise Error(
+        f"{path}: not a kind that can be scored; expected an LCM log, a TUM file "
+        "(t x y z qx qy qz qw), a ts_meas.csv (Time[s],Px[m],Py[m],Pz[m]) or a sequence"
+    )
+
+
+def _first_data_line(head: bytes) -> str:
+    for line in head.decode("utf-8", errors="replace").splitlines():
+        if re.match(r"\s*[-+0-9.]", line):
+            return line.strip()
+    # A CSV with its header alone is still a total station's, only empty.
+    first = head.decode("utf-8", errors="replace").splitlines()[:1]
+    return first[0] if first and first[0].count(",") == 3 else ""
+
+
+def read_estimate(path: Path, frame: Frame = "map") -> Source:
+    """The trajectory to be scored; of a log, that of `frame` as published."""
+    kind = kind_of(path)
+    if kind != "log":
+        return Source(path, kind, _read_file(path, kind))
+    wanted = CHANNELS[frame]
+    found = logs.read(path, [*CHANNELS.values(), CORRECTION_CHANNEL])
+    if wanted not in found:
+        raise Error(
+            f"{path}: holds no {wanted} messages; "
+            + (
+                f"score the other frame with --frame {'odom' if frame == 'map' else 'map'}"
+                if any(channel in found for channel in CHANNELS.values())
+                else "expected an output of gprodom run or gprodom-replay, or a record of gprodomd"
+            )
+        )
+    jumps = None
+    if frame == "map" and CHANNELS["odom"] in found:
+        jumps = map_jumps(found.get(CORRECTION_CHANNEL), odometry(found[CHANNELS["odom"]]))
+    return Source(path, kind, odometry(found[wanted]), jumps)
+
+
+def read_truth(path: Path) -> Source:
+    """The trajectory to score against; of a log, TOTAL_STATION, or else its ODOMETRY_MAP."""
+    kind = kind_of(path)
+    if kind != "log":
+        return Source(path, kind, _read_file(path, kind))
+    found = logs.read(path, [TRUTH_CHANNEL, *CHANNELS.values()])
+    if TRUTH_CHANNEL in found:
+        content = found[TRUTH_CHANNEL]
+        points = Trajectory(content["utime"], content["position"])
+        return Source(path, kind, without_repeats(points))
+    for channel in CHANNELS.values():
+        if channel in found:
+            return Source(path, kind, odometry(found[channel]))
+    raise Error(f"{path}: holds neither {TRUTH_CHANNEL} nor ODOMETRY_MAP messages to score against")
+
+
+def _read_file(path: Path, kind: Kind) -> Trajectory:
+    if kind == "tum":
+        return read_tum(path)
+    if kind == "csv":
+        file = File(str(path), path.read_bytes())
+    else:
+        files = read_files(path)
+        if TRUTH not in files:
+            raise Error(f"{path}: the sequence has no {TRUTH}, so no truth to score against")
+        file = files[TRUTH]
+    table = parse_truth(file)
+    if table.utime.size == 0:
+        raise Error(f"{file.label}: is empty: this sequence was recorded without truth")
+    return without_repeats(Trajectory(table.utime, table.values))
+
+
+def odometry(content: logs.Channel) -> Trajectory:
+    """The trajectory of a channel of odometry_t messages."""
+    count = content["utime"].size
+    trajectory = Trajectory(
+        content["utime"],
+        content["position"],
+        content["orientation"],
+        content["pose_covariance"].reshape(count, 6, 6),
+    )
+    return without_repeats(trajectory)
