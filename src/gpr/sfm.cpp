@@ -1,0 +1,66 @@
+#include "gprodom/gpr/sfm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace gprodom::gpr {
+
+namespace {
+
+// floor(value * cells / range), clamped to 0..cells-1.
+int cell_index(double value, int cells, double range) {
+  const double cell = std::floor(value * cells / range);
+  return static_cast<int>(std::clamp(cell, 0.0, static_cast<double>(cells - 1)));
+}
+
+}  // namespace
+
+double pixel_value(double amplitude, double amplitude_scale) {
+  if (!std::isfinite(amplitude) || amplitude <= 0.0) return 0.0;
+  return std::min(kMaxPixel, kMaxPixel * amplitude / amplitude_scale);
+}
+
+int feature_level(double pixel) {
+  const int level = static_cast<int>(std::floor(kMaxFeatureLevel * pixel / kMaxPixel));
+  return std::clamp(level, 0, kMaxFeatureLevel);
+}
+
+void build_sfm(const FeaturePoint* points, std::size_t count, const SfmGrid& grid,
+               LevelMatrix& levels) {
+  if (grid.rows <= 0 || grid.columns <= 0 || !(grid.depth_range > 0.0) || !(grid.length > 0.0) ||
+      !(grid.amplitude_scale > 0.0)) {
+    throw std::invalid_argument(
+        "build_sfm: rows, columns, depth_range, length and amplitude_scale must be positive");
+  }
+  levels.setZero(grid.rows, grid.columns);
+  for (std::size_t i = 0; i < count; ++i) {
+    const FeaturePoint& point = points[i];
+    if (!std::isfinite(point.depth) || !std::isfinite(point.position)) continue;
+    std::int8_t& cell = levels(cell_index(point.depth, grid.rows, grid.depth_range),
+                               cell_index(point.position, grid.columns, grid.length));
+    const int level = feature_level(pixel_value(point.amplitude, grid.amplitude_scale));
+    cell = std::max(cell, static_cast<std::int8_t>(level));
+  }
+}
+
+void AmplitudeScale::collect(double amplitude) {
+  if (!value_ && std::isfinite(amplitude) && amplitude > 0.0) seen_.push_back(amplitude);
+}
+
+bool AmplitudeScale::fix() {
+  if (value_ || seen_.empty()) return value_.has_value();
+  const double last = static_cast<double>(seen_.size() - 1);
+  const auto at = seen_.begin() + static_cast<std::ptrdiff_t>(std::floor(quantile_ * last));
+  std::nth_element(seen_.begin(), at, seen_.end());
+  value_ = *at;
+  std::vector<double>().swap(seen_);
+  return true;
+}
+
+void AmplitudeScale::reset() {
+  seen_.clear();
+  value_.reset();
+}
+
+}  // namespace gprodom::gpr
