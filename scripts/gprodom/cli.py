@@ -29,6 +29,7 @@ from gprodom.errors import Error
 COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
     "gprodom.score.command",
+    "gprodom.simulate.command",
 )
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."

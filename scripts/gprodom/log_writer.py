@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from gprodom.arrays import Ints
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
@@ -24,7 +24,7 @@ class Stream:
     """Messages of one channel, in time order."""
 
     channel: str
-    utime: npt.NDArray[np.int64]  # (n,), us
+    utime: Ints  # (n,), us
     payloads: Sequence[bytes]  # n
 
 

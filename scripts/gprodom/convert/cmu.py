@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from gprodom.arrays import Bools, Floats, Ints
 from gprodom.console import Progress
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.source import GPR, IMU, TRUTH, WHEEL, File, read_files
@@ -32,9 +32,6 @@ _GRAVITY = 9.81  # m/s^2
 _GRAVITY_TOLERANCE = 1.5  # m/s^2; a standing MEMS triad is well within, a turning gyro never
 _UNIT_NORM_TOLERANCE = 0.01
 
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Recording:
@@ -44,13 +41,13 @@ class Recording:
     acceleration: Floats  # (i, 3), m/s^2, specific force
     angular_velocity: Floats  # (i, 3), rad/s
     orientation: Floats  # (i, 4), w x y z
-    has_orientation: npt.NDArray[np.bool_]  # (i,)
+    has_orientation: Bools  # (i,)
     gyro_first: bool  # the file had the angular rate before the acceleration
     wheel_utime: Ints  # (w,)
     ticks: Ints  # (w,)
     metres_per_tick: float
     gpr_utime: Ints  # (g,)
-    traces: npt.NDArray[np.int32]  # (g, samples), counts
+    traces: Ints  # (g, samples), counts
     truth_utime: Ints  # (t,)
     truth: Floats  # (t, 3), m, in the instrument's frame; t = 0 where there is none
     out_of_order: dict[str, int]  # rows sorted into place, by sensor

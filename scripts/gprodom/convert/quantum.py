@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from gprodom.arrays import Floats
 
 _MOST_DIVISIONS = 6  # the smallest step seen may be up to this many ticks
 _FLOAT_TOLERANCE = 1e-9  # m; sums of floats are off their grid by less

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from gprodom.arrays import Ints
 from gprodom.console import format_table
 from gprodom.convert.cmu import Recording
 
 _GAP_RATIO = 5.0  # times the median interval, from which an interval counts as a gap
 
 
-def describe_times(utime: npt.NDArray[np.int64], out_of_order: int) -> dict[str, Any]:
+def describe_times(utime: Ints, out_of_order: int) -> dict[str, Any]:
     """Count, rate (Hz), gaps and span of one sensor's stamps (n,), us, ascending."""
     steps = np.diff(utime) * 1e-6
     median = float(np.median(steps)) if len(steps) else 0.0
@@ -71,7 +71,7 @@ def as_text(summary: dict[str, Any]) -> str:
         ]
         for name, sensor in summary["sensors"].items()
     ]
-    window = summary["samples_per_trace"] * summary["sample_interval_s"] * 1e9
+    window = (summary["samples_per_trace"] - 1) * summary["sample_interval_s"] * 1e9
     return "\n".join(
         [
             format_table(header, rows),

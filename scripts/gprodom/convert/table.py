@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal, InvalidOperation
 
 import numpy as np
-import numpy.typing as npt
 
+from gprodom.arrays import Floats, Ints
 from gprodom.convert.source import File
 from gprodom.errors import Error
 
@@ -22,8 +22,8 @@ _LATEST = 1 << 62  # us
 class Table:
     """Rows sorted by time; rows of equal time keep the order of the file."""
 
-    utime: npt.NDArray[np.int64]  # (n,), us since 1970
-    values: npt.NDArray[np.float64]  # (n, columns after the time)
+    utime: Ints  # (n,), us since 1970
+    values: Floats  # (n, columns after the time)
     out_of_order: int  # rows that stood after a later one
     decimals: int  # most digits after the point in the first value column
 

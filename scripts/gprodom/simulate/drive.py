@@ -1,0 +1,250 @@
+"""Where the robot goes: a track in the plane, driven by a smooth time law, with side slip.
+
+Everything is smooth to the second derivative of velocity, so that sampled accelerations and rates
+integrate back to the motion. The ground is flat: roll, pitch and height are zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gprodom.arrays import Floats
+
+_PEAK = 2.1875  # of the smooth step's slope
+_GRID = 0.001  # s; of the integration of position
+_SLIP_LENGTH = 0.05  # m; below it side slip is smooth, above it white
+
+
+def _step(x: Floats) -> Floats:
+    """Smooth step from 0 to 1 on [0, 1], three times differentiable."""
+    return np.asarray(x**4 * (35 - 84 * x + 70 * x**2 - 20 * x**3))
+
+
+def _step_slope(x: Floats) -> Floats:
+    return np.asarray(140 * (x * (1 - x)) ** 3)
+
+
+def _step_integral(x: Floats) -> Floats:
+    return np.asarray(x**5 * (7 - 14 * x + 10 * x**2 - 2.5 * x**3))
+
+
+@dataclass(frozen=True)
+class Bend:
+    """A piece of track that turns by `angle` (rad, positive to the left) over `length` (m)."""
+
+    length: float
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """Bends in a row; a closed track repeats, an open one goes on straight at both ends.
+
+    The weave swings the heading by `weave` (rad) with `weave_length` (m). A closed track stays
+    closed with it where half a lap holds a whole number of swings.
+    """
+
+    bends: tuple[Bend, ...]
+    closed: bool = False
+    weave: float = 0.0
+    weave_length: float = 4.0
+
+    @property
+    def length(self) -> float:
+        """Length of all bends, m."""
+        return sum(bend.length for bend in self.bends)
+
+    def heading(self, s: Floats) -> tuple[Floats, Floats]:
+        """Heading (rad) and curvature (rad/m) at the distances `s` (m) along the track."""
+        starts = np.cumsum([0.0, *(bend.length for bend in self.bends)])
+        angles = np.array([bend.angle for bend in self.bends])
+        before = np.concatenate([[0.0], np.cumsum(angles)])
+        laps = np.floor(s / self.length) if self.closed else np.zeros_like(s)
+        local = s - laps * self.length if self.closed else np.clip(s, 0.0, self.length)
+        index = np.clip(np.searchsorted(starts, local, side="right") - 1, 0, len(angles) - 1)
+        lengths = np.diff(starts)[index]
+        x = np.clip((local - starts[index]) / lengths, 0.0, 1.0)
+        heading = laps * before[-1] + before[index] + angles[index] * _step(x)
+        curvature = angles[index] / lengths * _step_slope(x)
+        number = 2 * np.pi / self.weave_length
+        heading = heading + self.weave * np.sin(number * s)
+        return heading, curvature + self.weave * number * np.cos(number * s)
+
+
+@dataclass(frozen=True)
+class Move:
+    """Along the track by `distance` (m, backwards negative) at up to `speed` (m/s, positive)."""
+
+    distance: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Standing for `duration` (s)."""
+
+    duration: float
+
+
+@dataclass(frozen=True)
+class DriveSpec:
+    """A drive. `lateral_noise` (m/sqrt(m)) is side slip, a random walk over the distance driven."""
+
+    track: Track
+    steps: tuple[Move | Stop, ...]
+    acceleration: float = 0.5  # m/s^2, at most
+    lateral_noise: float = 0.003
+    yaw: float = 0.0  # rad, of the track at its start
+
+
+@dataclass(frozen=True)
+class Motion:
+    """True motion at some times: arrays (n,). Position and yaw in the world, the rest in body."""
+
+    s: Floats  # m along the track, signed
+    travelled: Floats  # m, unsigned
+    x: Floats  # m
+    y: Floats  # m
+    yaw: Floats  # rad, continuous
+    v: Floats  # m/s, forwards
+    lateral: Floats  # m/s, to the left
+    yaw_rate: Floats  # rad/s
+    acceleration: Floats  # (n, 2), m/s^2, inertial, in body axes
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """A piece of the time law: velocity from `v0` to `v1` by a smooth step."""
+
+    start: float
+    duration: float
+    s0: float
+    travelled0: float
+    v0: float
+    v1: float
+
+    @property
+    def distance(self) -> float:
+        return 0.5 * (self.v0 + self.v1) * self.duration
+
+
+class Drive:
+    """The drive of `spec`, with side slip drawn from `random`."""
+
+    def __init__(self, spec: DriveSpec, random: np.random.RandomState) -> None:
+        self._spec = spec
+        self._phases = _time_law(spec.steps, spec.acceleration)
+        last = self._phases[-1]
+        self.duration = last.start + last.duration
+        travelled = last.travelled0 + abs(last.distance)
+        knots = int(np.ceil(travelled / _SLIP_LENGTH)) + 4
+        # White noise of this density over the distance, cubic splines of unit area between knots.
+        self._slip = random.standard_normal(knots) * (spec.lateral_noise / np.sqrt(_SLIP_LENGTH))
+        self._grid_x, self._grid_y = self._integrate()
+
+    def at(self, t: Floats) -> Motion:
+        """The motion at `t` (s from the start, ascending or not, 0 to `duration`)."""
+        motion, dx, dy = self._local(t)
+        index = np.clip((t / _GRID).astype(np.int64), 0, len(self._grid_x) - 1)
+        rest = t - index * _GRID
+        _, x0, y0 = self._local(index * _GRID)
+        # Trapezoid with slopes at both ends: the rest is a fraction of a millisecond.
+        x = self._grid_x[index] + 0.5 * rest * (x0 + dx)
+        y = self._grid_y[index] + 0.5 * rest * (y0 + dy)
+        return Motion(x=x, y=y, **motion)
+
+    def _integrate(self) -> tuple[Floats, Floats]:
+        """Position on the grid, by Simpson's rule."""
+        steps = int(np.ceil(self.duration / _GRID))
+        _, dx, dy = self._local(np.arange(2 * steps + 1) * (_GRID / 2))
+        result = []
+        for slope in (dx, dy):
+            pieces = (slope[0:-2:2] + 4 * slope[1:-1:2] + slope[2::2]) * (_GRID / 6)
+            result.append(np.concatenate([[0.0], np.cumsum(pieces)]))
+        return result[0], result[1]
+
+    def _local(self, t: Floats) -> tuple[dict[str, Floats], Floats, Floats]:
+        """What needs no integration, and the velocity in the world."""
+        s, travelled, v, a = self._law(t)
+        heading, curvature = self._spec.track.heading(s)
+        yaw = self._spec.yaw + heading
+        slope, slope_rate = self._side_slip(travelled)
+        lateral = v * slope
+        lateral_rate = a * slope + v * np.abs(v) * slope_rate
+        yaw_rate = curvature * v
+        acceleration = np.stack([a - yaw_rate * lateral, lateral_rate + yaw_rate * v], axis=1)
+        motion = {
+            "s": s,
+            "travelled": travelled,
+            "yaw": yaw,
+            "v": v,
+            "lateral": lateral,
+            "yaw_rate": yaw_rate,
+            "acceleration": acceleration,
+        }
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        return motion, v * cos - lateral * sin, v * sin + lateral * cos
+
+    def _law(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Distance along the track, distance travelled, speed and its rate."""
+        phases = self._phases
+        index = np.searchsorted([phase.start for phase in phases], t, side="right") - 1
+        index = np.clip(index, 0, len(phases) - 1)
+
+        def of(name: str) -> Floats:
+            return np.array([getattr(phase, name) for phase in phases], np.float64)[index]
+
+        duration, v0, change = of("duration"), of("v0"), of("v1") - of("v0")
+        x = np.clip((t - of("start")) / duration, 0.0, 1.0)
+        moved = duration * (v0 * x + change * _step_integral(x))
+        v = v0 + change * _step(x)
+        return (
+            of("s0") + moved,
+            of("travelled0") + np.abs(moved),
+            v,
+            change / duration * _step_slope(x),
+        )
+
+    def _side_slip(self, travelled: Floats) -> tuple[Floats, Floats]:
+        """Slope of the side slip over the distance driven, and its derivative (1/m)."""
+        position = travelled / _SLIP_LENGTH
+        index = np.minimum(position.astype(np.int64), len(self._slip) - 4)
+        f = position - index
+        weights = ((1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3)
+        slopes = (-((1 - f) ** 2), 3 * f**2 - 4 * f, -3 * f**2 + 2 * f + 1, f**2)
+        value = sum(w * self._slip[index + k] for k, w in enumerate(weights)) / 6
+        rate = sum(w * self._slip[index + k] for k, w in enumerate(slopes)) / 2
+        return np.asarray(value), np.asarray(rate) / _SLIP_LENGTH
+
+
+def _time_law(steps: Sequence[Move | Stop], acceleration: float) -> list[_Phase]:
+    phases: list[_Phase] = []
+    start = s = travelled = 0.0
+
+    def add(duration: float, v0: float, v1: float) -> None:
+        nonlocal start, s, travelled
+        if duration > 0:
+            phase = _Phase(start, duration, s, travelled, v0, v1)
+            phases.append(phase)
+            start, s = start + duration, s + phase.distance
+            travelled += abs(phase.distance)
+
+    for step in steps:
+        if isinstance(step, Stop):
+            add(step.duration, 0.0, 0.0)
+            continue
+        distance = abs(step.distance)
+        speed = min(step.speed, np.sqrt(distance * acceleration / _PEAK))
+        if speed <= 0:
+            continue
+        ramp = _PEAK * speed / acceleration
+        velocity = float(np.copysign(speed, step.distance))
+        add(ramp, 0.0, velocity)
+        add((distance - speed * ramp) / speed, velocity, velocity)
+        add(ramp, velocity, 0.0)
+    if not phases:
+        raise ValueError("a drive needs at least one step that takes time")
+    return phases

@@ -1,0 +1,136 @@
+"""Writes a simulated sequence as the CMU-GPR dataset does, and its truth beside it."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.log_writer import replacing
+from gprodom.simulate.sequence import Simulated
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # of the zip's members: the same seed gives the same bytes
+
+
+def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
+    """Writes `output`, a zip where so named and else a directory, and the truth beside it.
+
+    The truth, for tests of the parts: ``.truth.npz`` (t, s, x, y, yaw, v at 20 Hz, and the IMU's
+    biases) and ``.json`` (wheel scale, slip episodes, what was simulated). Returns the paths.
+    """
+    name = output.name.removesuffix(".zip")
+    files = {file: content.encode() for file, content in _tables(simulated).items()}
+    if output.suffix == ".zip":
+        members = {f"{name}/{file}": data for file, data in files.items()}
+        _write_bytes(output, _zip(members))
+    else:
+        output.mkdir(exist_ok=True)
+        for file, data in files.items():
+            _write_bytes(output / file, data)
+    truth, facts = (output.with_name(name + suffix) for suffix in (".truth.npz", ".json"))
+    arrays = _truth(simulated)
+    _write_bytes(truth, _zip({f"{key}.npy": _npy(array) for key, array in arrays.items()}))
+    _write_bytes(facts, (json.dumps(_facts(simulated), indent=1) + "\n").encode())
+    return [output, truth, facts]
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    with replacing(path) as part:
+        part.write_bytes(data)
+
+
+def _zip(members: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, data in members.items():
+            member = zipfile.ZipInfo(name, _EPOCH)
+            member.compress_type = zipfile.ZIP_DEFLATED
+            member.external_attr = 0o644 << 16
+            archive.writestr(member, data, compresslevel=9)
+    return buffer.getvalue()
+
+
+def _npy(array: Floats) -> bytes:
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _csv(header: str, utime: Ints, rows: Iterable[str]) -> str:
+    """CRLF lines as in the dataset, times with microseconds."""
+    lines = [header]
+    lines += [
+        f"{time // 1_000_000}.{time % 1_000_000:06d},{row}"
+        for time, row in zip(utime.tolist(), rows, strict=True)
+    ]
+    return "\r\n".join(lines) + "\r\n"
+
+
+def _tables(simulated: Simulated) -> dict[str, str]:
+    imu = simulated.imu
+    columns = np.hstack([imu.acceleration, imu.angular_velocity, imu.orientation])
+    distance = simulated.wheel.ticks * simulated.spec.wheel.quantum
+    amplitudes = ",".join(f"amp_{i + 1}" for i in range(simulated.traces.shape[1]))
+    tables = {
+        "imu_meas.csv": _csv(
+            "t_stamp,a_x,a_y,a_z,g_x,g_y,g_z,w,x,y,z",
+            simulated.imu_utime,
+            (",".join(f"{value:.8g}" for value in row) for row in columns.tolist()),
+        ),
+        "we_odom_meas.csv": _csv(
+            "Time[s],Range[m]", simulated.wheel_utime, (f"{d:.6f}" for d in distance.tolist())
+        ),
+        "gpr_meas.csv": _csv(
+            f"t_stamp,{amplitudes}",
+            simulated.gpr_utime,
+            (",".join(map(str, row)) for row in simulated.traces.tolist()),
+        ),
+        "ts_meas.csv": _csv(
+            "Time[s],Px[m],Py[m],Pz[m]",
+            simulated.station_utime,
+            (",".join(f"{value:.5f}" for value in row) for row in simulated.station.tolist()),
+        ),
+    }
+    if not len(simulated.gpr_utime):
+        del tables["gpr_meas.csv"]
+    return tables
+
+
+def _truth(simulated: Simulated) -> dict[str, Floats]:
+    motion = simulated.truth
+    nearest = np.searchsorted(simulated.imu_utime, simulated.truth_utime)
+    nearest = np.minimum(nearest, len(simulated.imu_utime) - 1)
+    return {
+        "t": simulated.truth_utime * 1e-6,
+        "s": motion.s,
+        "x": motion.x,
+        "y": motion.y,
+        "yaw": motion.yaw,
+        "v": motion.v,
+        "accel_bias": simulated.imu.accel_bias[nearest],
+        "gyro_bias": simulated.imu.gyro_bias[nearest],
+    }
+
+
+def _facts(simulated: Simulated) -> dict[str, Any]:
+    spec, drive = simulated.spec, simulated.drive
+    slips = spec.wheel.slips
+    return {
+        "scale": float(simulated.wheel.scale[0]),
+        "slip": [[slip.start, slip.duration, slip.factor] for slip in slips],
+        "spin": [[slip.start, slip.duration, slip.spin] for slip in slips if slip.spin],
+        "dist": float(simulated.truth.travelled[-1]),
+        "dur": drive.duration,
+        "bg": simulated.imu.gyro_bias[0].tolist(),
+        "ba": simulated.imu.accel_bias[0].tolist(),
+        "gpr_sample_interval": spec.ground.sample_interval if spec.ground else None,
+        "seed": simulated.seed,
+        "spec": asdict(spec),
+    }

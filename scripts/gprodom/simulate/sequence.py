@@ -1,0 +1,125 @@
+"""A whole sequence: a drive seen by IMU, wheel, radar and total station."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.simulate import ground, imu, wheel
+from gprodom.simulate.drive import Drive, DriveSpec, Motion
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.imu import ImuData, ImuSpec
+from gprodom.simulate.random import stream
+from gprodom.simulate.wheel import WheelData, WheelSpec
+
+_TRUTH_RATE = 20.0  # Hz
+
+
+@dataclass(frozen=True)
+class StationSpec:
+    """A total station that follows a prism over the track point, in a frame of its own."""
+
+    rate: float = 8.0  # Hz
+    jitter: float = 0.005  # s, of the intervals
+    noise: float = 0.0015  # m
+    height: float = 1.2  # m
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What to simulate. `ground` or `station` None: no such sensor. Slips add to the wheel's."""
+
+    drive: DriveSpec
+    imu: ImuSpec = field(default_factory=ImuSpec)
+    wheel: WheelSpec = field(default_factory=WheelSpec)
+    ground: GroundSpec | None = field(default_factory=GroundSpec)
+    station: StationSpec | None = field(default_factory=StationSpec)
+    slips: int = 0  # drawn episodes
+    start_utime: int = 1_700_000_000_000_000  # us since 1970
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Sensor data and truth. Times are int64 microseconds since 1970."""
+
+    spec: Spec  # with the slips that were drawn
+    seed: int
+    imu_utime: Ints
+    imu: ImuData
+    wheel_utime: Ints
+    wheel: WheelData
+    gpr_utime: Ints
+    traces: Ints  # (g, samples); g = 0 without radar
+    station_utime: Ints
+    station: Floats  # (t, 3), m, in the station's frame
+    truth_utime: Ints
+    truth: Motion
+    drive: Drive  # for the truth at any other time
+
+    def motion_at(self, utime: Ints) -> Motion:
+        """The true motion at `utime` (us since 1970)."""
+        return self.drive.at((utime - self.spec.start_utime) * 1e-6)
+
+
+def simulate(spec: Spec, seed: int) -> Simulated:
+    """The same `spec` and `seed` give the same numbers."""
+    drive = Drive(spec.drive, stream(seed, "drive"))
+    clock = stream(seed, "clock")
+
+    def ticks(rate: float) -> Ints:
+        """Times (us from the start) at `rate`, at a phase of the sensor's own."""
+        period = round(1e6 / rate)
+        phase = int(clock.randint(period))
+        return np.arange(phase, int(drive.duration * 1e6), period, dtype=np.int64)
+
+    imu_time, wheel_time = ticks(spec.imu.rate), ticks(spec.wheel.rate)
+    wheel_t = wheel_time * 1e-6
+    wheel_motion = drive.at(wheel_t)
+    drawn = wheel.draw_slips(spec.slips, wheel_t, wheel_motion.v, stream(seed, "slip"))
+    spec = replace(spec, wheel=replace(spec.wheel, slips=spec.wheel.slips + drawn))
+
+    gpr_time, traces = np.zeros(0, np.int64), np.zeros((0, 0), np.int32)
+    if spec.ground is not None:
+        gpr_time = ticks(spec.ground.rate)
+        antenna = drive.at(gpr_time * 1e-6)
+        traces = ground.measure(antenna.x, antenna.y, spec.ground, stream(seed, "ground"))
+    station_time, station = np.zeros(0, np.int64), np.zeros((0, 3))
+    if spec.station is not None:
+        station_time, station = _survey(drive, spec.station, stream(seed, "station"))
+    truth_time = np.arange(0, int(drive.duration * 1e6), round(1e6 / _TRUTH_RATE), dtype=np.int64)
+    return Simulated(
+        spec=spec,
+        seed=seed,
+        imu_utime=spec.start_utime + imu_time,
+        imu=imu.measure(drive.at(imu_time * 1e-6), spec.imu, stream(seed, "imu")),
+        wheel_utime=spec.start_utime + wheel_time,
+        wheel=wheel.measure(wheel_t, wheel_motion, spec.wheel, stream(seed, "wheel")),
+        gpr_utime=spec.start_utime + gpr_time,
+        traces=traces,
+        station_utime=spec.start_utime + station_time,
+        station=station,
+        truth_utime=spec.start_utime + truth_time,
+        truth=drive.at(truth_time * 1e-6),
+        drive=drive,
+    )
+
+
+def _survey(drive: Drive, spec: StationSpec, random: np.random.RandomState) -> tuple[Ints, Floats]:
+    """Times (us from the start) and positions (n, 3) as a total station reports them."""
+    count = int(drive.duration * spec.rate)
+    steps = 1.0 / spec.rate + spec.jitter * np.clip(random.standard_normal(count), -3, 3)
+    time = np.cumsum(np.rint(steps * 1e6).astype(np.int64))
+    time = time[time < int(drive.duration * 1e6)]
+    motion = drive.at(time * 1e-6)
+    yaw, origin = random.uniform(-np.pi, np.pi), random.uniform(-20, 20, 2)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    position = np.column_stack(
+        [
+            origin[0] + cos * motion.x - sin * motion.y,
+            origin[1] + sin * motion.x + cos * motion.y,
+            np.full(len(time), spec.height),
+        ]
+    )
+    return time, position + spec.noise * random.standard_normal(position.shape)

@@ -1,0 +1,79 @@
+"""A wheel encoder: scale, error that grows with distance, slip and skid, steps of the encoder.
+
+Defaults equal those of ``wheel`` in the estimator's configuration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.simulate.drive import Motion
+
+
+@dataclass(frozen=True)
+class Slip:
+    """From `start` (s) for `duration` (s) the wheel reports `factor` times the distance.
+
+    Beside it the wheel spins at `spin` (m/s, reported), also where the robot stands.
+    """
+
+    start: float
+    duration: float
+    factor: float = 1.0
+    spin: float = 0.0
+
+
+@dataclass(frozen=True)
+class WheelSpec:
+    """The scale, reported over true distance, is drawn from `scale_sigma` around `scale`."""
+
+    rate: float = 50.0  # Hz
+    scale: float = 1.0
+    scale_sigma: float = 0.02
+    scale_walk: float = 1.0e-6  # 1/sqrt(s)
+    noise: float = 0.005  # m/sqrt(m)
+    quantum: float = 0.0005  # m, of the encoder
+    lever_arm: tuple[float, float] = (0.0, 0.0)  # m; the wheel's contact point in body
+    slips: tuple[Slip, ...] = ()
+
+
+@dataclass(frozen=True)
+class WheelData:
+    """What the encoder counted (n,) and the scale it had (n,)."""
+
+    ticks: Ints
+    scale: Floats
+
+
+def measure(t: Floats, motion: Motion, spec: WheelSpec, random: np.random.RandomState) -> WheelData:
+    """Encoder counts at the times `t` (s) of `motion`."""
+    # A contact point beside the axis rolls further on the outside of a bend.
+    true = np.diff(motion.s - spec.lever_arm[1] * motion.yaw)
+    steps = np.diff(t)
+    start = spec.scale + spec.scale_sigma * random.standard_normal()
+    walk = random.standard_normal(len(steps)) * (spec.scale_walk * np.sqrt(steps))
+    scale = start + np.concatenate([[0.0], np.cumsum(walk)])
+    error = random.standard_normal(len(steps)) * (spec.noise * np.sqrt(np.abs(true)))
+    reported = scale[1:] * (true + error)
+    middle = 0.5 * (t[1:] + t[:-1])
+    for slip in spec.slips:
+        during = (middle >= slip.start) & (middle < slip.start + slip.duration)
+        reported = np.where(during, reported * slip.factor + slip.spin * steps, reported)
+    distance = np.concatenate([[0.0], np.cumsum(reported)])
+    return WheelData(np.rint(distance / spec.quantum).astype(np.int64), scale)
+
+
+def draw_slips(
+    count: int, t: Floats, speed: Floats, random: np.random.RandomState
+) -> tuple[Slip, ...]:
+    """Slip (factor above 1) and skid (below 1) episodes while the robot moves."""
+    moving = t[np.abs(speed) > 0.1]
+    slips = []
+    for _ in range(count if len(moving) else 0):
+        factor = random.uniform(1.3, 2.0) if random.uniform() < 0.5 else random.uniform(0.2, 0.7)
+        start = float(moving[random.randint(len(moving))])
+        slips.append(Slip(round(start, 3), round(random.uniform(0.6, 2.5), 3), factor))
+    return tuple(sorted(slips, key=lambda slip: slip.start))
