@@ -35,9 +35,9 @@ def run_isolated(code: str, *arguments: str) -> subprocess.CompletedProcess[str]
     probe = subprocess.run(["unshare", "-rn", "sh", "-c", setup], capture_output=True, text=True)
     if probe.returncode != 0:
         pytest.skip(f"no network namespace: {probe.stderr.strip()}")
+    inside = ["sh", "-c", f'{setup} && exec "$@"', "sh"]
     return subprocess.run(
-        ["unshare", "-rn", "sh", "-c", f'{setup} && exec "$@"', "sh"]
-        + [sys.executable, "-c", code, *arguments],
+        ["unshare", "-rn", *inside, sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
         timeout=60,

@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         args.route, args.distance, args.speed, args.standstill, stream(args.seed, "route")
     )
     with Progress("simulating", 2) as progress:
-        simulated = simulate(Spec(drive, slips=args.slips), args.seed)
+        simulated = simulate(Spec(drive, slips=args.slips, kind=args.route), args.seed)
         progress.advance()
         paths = write_sequence(simulated, args.output)
         progress.advance()

@@ -128,6 +128,7 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
         "spin": [[slip.start, slip.duration, slip.spin] for slip in slips if slip.spin],
         "dist": float(simulated.truth.travelled[-1]),
         "dur": drive.duration,
+        "kind": spec.kind,
         "bg": simulated.imu.gyro_bias[0].tolist(),
         "ba": simulated.imu.accel_bias[0].tolist(),
         "gpr_sample_interval": spec.ground.sample_interval if spec.ground else None,

@@ -26,17 +26,19 @@ def line(distance: float, speed: float, standstill: float) -> DriveSpec:
 
 
 def loop(distance: float, speed: float, standstill: float) -> DriveSpec:
-    """Somewhat more than two laps of a stadium, with one stop on the way."""
-    lap = max(distance / 2.2, 6.0)
-    straight, turn = 0.25 * lap, 0.25 * lap
+    """Somewhat more than two laps of a stadium, a tenth of it backwards on the way."""
+    back = 0.1 * distance
+    lap = max((distance - 2 * back) / 2.2, 6.0)
+    straight, turn = 0.15 * lap, 0.35 * lap
     bends = (Bend(straight), Bend(turn, math.pi)) * 2
     track = Track(bends, closed=True, weave=0.02, weave_length=lap / 8)
-    first = 0.6 * distance
     steps = (
         Stop(standstill),
-        Move(first, speed),
+        Move(0.6 * distance, speed),
         Stop(_PAUSE),
-        Move(distance - first, speed),
+        Move(-back, speed),
+        Stop(_PAUSE),
+        Move(0.4 * distance - back, speed),
         Stop(_PAUSE),
     )
     return DriveSpec(track, steps)

@@ -37,6 +37,7 @@ class Spec:
     ground: GroundSpec | None = field(default_factory=GroundSpec)
     station: StationSpec | None = field(default_factory=StationSpec)
     slips: int = 0  # drawn episodes
+    kind: str = ""  # of drive, for the record
     start_utime: int = 1_700_000_000_000_000  # us since 1970
 
 

@@ -1,0 +1,223 @@
+"""The simulator: exact motion, sensors with the errors they claim, the same bytes from a seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import CHECKOUT
+
+from gprodom.cli import main
+from gprodom.simulate import Spec, make_route, simulate, stream
+from gprodom.simulate.ground import Ground, GroundSpec
+from gprodom.simulate.imu import ImuSpec, rotation_from_rpy
+from gprodom.simulate.routes import ROUTES
+from gprodom.simulate.wheel import Slip, WheelSpec
+
+NO_NOISE = ImuSpec(
+    gyro_noise_density=0,
+    accel_noise_density=0,
+    gyro_bias_walk=0,
+    accel_bias_walk=0,
+    gyro_bias_sigma=0,
+    accel_bias_sigma=0,
+)
+NO_WHEEL_NOISE = WheelSpec(scale_sigma=0, scale_walk=0, noise=0, quantum=1e-9)
+
+
+def route(name: str, distance: float = 30.0, seed: int = 3):
+    return make_route(name, distance, 0.8, 2.0, stream(seed, "route"))
+
+
+@pytest.mark.parametrize("name", ROUTES)
+def test_imu_integrates_to_the_truth(name: str) -> None:
+    rpy = (0.2, -0.4, 2.0)
+    spec = Spec(route(name, 45.0), imu=replace(NO_NOISE, rpy_body_imu=rpy), ground=None)
+    data = simulate(spec, 3)
+    assert data.drive.duration > 60
+    truth = data.motion_at(data.imu_utime)
+    assert np.ptp(truth.lateral) > 0.01  # side slip is there
+    step = 1 / spec.imu.rate
+    rate = data.imu.angular_velocity @ rotation_from_rpy(rpy).T
+    force = data.imu.acceleration @ rotation_from_rpy(rpy).T - [0, 0, spec.imu.gravity]
+    np.testing.assert_allclose(rate[:, :2], 0, atol=1e-12)
+
+    def integrate(slope: np.ndarray) -> np.ndarray:
+        return np.concatenate([[0], np.cumsum(0.5 * step * (slope[1:] + slope[:-1]))])
+
+    yaw = truth.yaw[0] + integrate(rate[:, 2])
+    np.testing.assert_allclose(yaw, truth.yaw, atol=2e-5)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    velocity = (
+        integrate(cos * force[:, 0] - sin * force[:, 1]),
+        integrate(sin * force[:, 0] + cos * force[:, 1]),
+    )
+    for component, position in zip(velocity, (truth.x, truth.y), strict=True):
+        np.testing.assert_allclose(position[0] + integrate(component), position, atol=2e-3)
+
+
+def test_wheel_counts_the_distance_of_its_contact_point() -> None:
+    wheel = replace(NO_WHEEL_NOISE, scale=1.03, lever_arm=(0.2, 0.4))
+    data = simulate(Spec(route("loop"), wheel=wheel, ground=None), 1)
+    reported = data.wheel.ticks * wheel.quantum
+    t = (data.wheel_utime - data.spec.start_utime) * 1e-6
+    # The contact point's own path, from its position in the plane.
+    fine = np.linspace(t[0], t[-1], 400_001)
+    motion = data.drive.at(fine)
+    contact = np.stack(
+        [
+            motion.x + 0.2 * np.cos(motion.yaw) - 0.4 * np.sin(motion.yaw),
+            motion.y + 0.2 * np.sin(motion.yaw) + 0.4 * np.cos(motion.yaw),
+        ]
+    )
+    heading = 0.5 * (motion.yaw[1:] + motion.yaw[:-1])
+    forward = np.diff(contact[0]) * np.cos(heading) + np.diff(contact[1]) * np.sin(heading)
+    assert reported[-1] == pytest.approx(1.03 * forward.sum(), abs=1e-5)
+
+
+def test_slip_multiplies_and_spins() -> None:
+    slips = (Slip(0.5, 1.0, spin=0.3), Slip(6.0, 2.0, factor=1.5))
+    drive = route("line")
+    clean = simulate(Spec(drive, wheel=NO_WHEEL_NOISE, ground=None), 1)
+    slipped = simulate(Spec(drive, wheel=replace(NO_WHEEL_NOISE, slips=slips), ground=None), 1)
+    t = (clean.wheel_utime - clean.spec.start_utime) * 1e-6
+    before, after = (np.interp([6.0, 8.0], t, d.wheel.ticks * 1e-9) for d in (clean, slipped))
+    assert np.diff(after) == pytest.approx(1.5 * np.diff(before), rel=0.02)
+    assert np.interp(1.9, t, slipped.wheel.ticks * 1e-9) == pytest.approx(0.3, rel=0.03)
+    assert np.interp(1.9, t, clean.wheel.ticks * 1e-9) == 0
+
+
+def test_errors_have_the_size_they_claim() -> None:
+    """White noise, biases, scale, wheel error and side slip over many drives, each in 4 sigma."""
+    runs = 60
+    ends = []
+    for seed in range(runs):
+        drive = replace(route("random", 8.0, seed), lateral_noise=0.01)
+        data = simulate(Spec(drive, ground=None, station=None), seed)
+        motion = data.motion_at(data.wheel_utime)
+        path, wheel = motion.travelled[-1], data.spec.wheel
+        true = np.diff(motion.s)
+        reported = np.diff(data.wheel.ticks) * wheel.quantum
+        moving = np.abs(true) > 1e-4
+        error = (reported - data.wheel.scale[0] * true)[moving]
+        heading = np.column_stack([-np.sin(motion.yaw), np.cos(motion.yaw)])
+        steps = np.diff(np.column_stack([motion.x, motion.y]), axis=0)
+        slip = (steps * 0.5 * (heading[1:] + heading[:-1])).sum()
+        gyro = data.imu.angular_velocity - data.imu.gyro_bias
+        gyro[:, 2] -= data.motion_at(data.imu_utime).yaw_rate
+        ends.append(
+            [
+                (data.wheel.scale[0] - 1) / wheel.scale_sigma,
+                error.sum() / (wheel.noise * np.sqrt(path)),
+                slip / (0.01 * np.sqrt(path)),
+                *(data.imu.gyro_bias[0] / data.spec.imu.gyro_bias_sigma),
+                *(data.imu.accel_bias[0] / data.spec.imu.accel_bias_sigma),
+                *(np.sqrt(1 / 200 / len(gyro)) * gyro.sum(axis=0) / 2.3e-4),
+            ]
+        )
+    mean_square = np.mean(np.square(ends), axis=0)
+    assert np.abs(mean_square - 1).max() < 4 * np.sqrt(2 / runs)
+
+
+def test_defaults_are_those_of_the_estimator() -> None:
+    header = (CHECKOUT / "include/gprodom/config.h").read_text()
+
+    def default(struct: str, key: str) -> float:
+        body = re.search(rf"struct {struct} {{(.*?)\n}};", header, re.S)
+        assert body is not None
+        found = re.search(rf"double {key} = ([-+0-9.e]+);", body[1])
+        assert found is not None, key
+        return float(found[1])
+
+    imu, wheel = ImuSpec(), WheelSpec()
+    for key in ("gyro_noise_density", "accel_noise_density", "gyro_bias_walk", "accel_bias_walk"):
+        assert getattr(imu, key) == default("ImuConfig", key)
+    assert imu.accel_bias_sigma == default("ImuConfig", "accel_bias_sigma")
+    assert imu.gravity == default("InitializerConfig", "gravity")
+    for key in ("scale", "scale_sigma", "scale_walk", "noise"):
+        assert getattr(wheel, key) == default("WheelConfig", key)
+    assert route("line").lateral_noise == default("WheelConfig", "lateral_noise")
+
+
+def test_same_place_same_trace() -> None:
+    x, y = np.linspace(0, 5, 251), np.linspace(0, 0.2, 251)
+    ground = Ground(GroundSpec(), x, y, stream(1, "ground"))
+    traces = ground.traces(x, y)
+    np.testing.assert_array_equal(ground.traces(x[::-1], y[::-1])[::-1], traces)
+    traces = traces - traces.mean(axis=0)
+    far = traces[:-100].ravel() @ traces[100:].ravel()
+    near = traces[:-1].ravel() @ traces[1:].ravel()
+    here = traces.ravel() @ traces.ravel()
+    assert 0.9 < near / here < 0.999  # 2 cm aside is seen, and alike
+    assert abs(far / here) < 0.3
+
+
+def test_loop_closes_and_line_is_seen_again() -> None:
+    for name, again in (("loop", 2 + 24 / 2.2), ("line", 2 * 30 / 3.5 - 2)):
+        drive = replace(route(name), lateral_noise=0)
+        motion = simulate(Spec(drive, ground=None), 1).truth
+        both = np.searchsorted(motion.travelled, [2, again])
+        assert np.hypot(np.diff(motion.x[both]), np.diff(motion.y[both])) < 0.05
+
+
+def digest(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_same_seed_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["simulate", "--distance", "5", "--standstill", "1", "--slips", "2", "--json"]
+    for folder, seed in (("a", "5"), ("b", "5"), ("c", "6")):
+        (tmp_path / folder).mkdir()
+        for name in ("x.zip", "y"):
+            output = str(tmp_path / folder / name)
+            assert main([*arguments, "--seed", seed, "-o", output]) == 0
+    assert json.loads(capsys.readouterr().out.split("\n}\n")[0] + "}")["slips"] == 2
+    a, b, c = (digest(tmp_path / folder) for folder in "abc")
+    assert a == b
+    assert len(a) == 9  # a zip, four tables, two truths of two files each
+    assert not set(a.values()) & set(c.values())
+
+
+def test_sample_is_made_by_the_command_in_its_readme(tmp_path: Path) -> None:
+    sample = CHECKOUT / "sample"
+    command = re.search(
+        r"^gprodom (simulate .*) -o (\S+)$", (sample / "README.md").read_text(), re.M
+    )
+    assert command is not None
+    made = tmp_path / Path(command[2]).name
+    assert main([*command[1].split(), "-o", str(made)]) == 0
+    shipped = CHECKOUT / command[2]
+    assert shipped.stat().st_size < 5e6
+    with zipfile.ZipFile(made) as new, zipfile.ZipFile(shipped) as old:
+        assert new.namelist() == old.namelist()
+        for name in new.namelist():
+            tables = [
+                np.genfromtxt(
+                    archive.read(name).decode().splitlines(), delimiter=",", skip_header=1
+                )
+                for archive in (new, old)
+            ]
+            # Another machine's sine may differ in its last bit, and so a rounded figure by one.
+            atol = 1.0 if name.endswith("gpr_meas.csv") else 1e-6
+            np.testing.assert_allclose(*tables, rtol=1e-7, atol=atol, err_msg=name)
+    facts = [json.loads(path.with_suffix(".json").read_text()) for path in (made, shipped)]
+    assert facts[0]["slip"] == facts[1]["slip"]
+
+
+def test_bad_arguments(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["simulate", "--distance", "-3", "-o", str(tmp_path / "x.zip")]) == 2
+    assert main(["simulate", "--distance", "3", "-o", str(tmp_path / "no" / "x.zip")]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2
+    assert "expected 1 to 5000" in lines[0]
+    assert "does not exist" in lines[1]
