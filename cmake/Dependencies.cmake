@@ -19,7 +19,9 @@ target_link_libraries(gprodom_ceres INTERFACE ${CERES_SO} glog::glog Eigen3::Eig
 add_library(gprodom_yaml INTERFACE)
 target_link_libraries(gprodom_yaml INTERFACE ${YAML_CPP_LIBRARIES})
 
+# ccache, shared between checkouts: paths below this one do not count.
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
 endif()

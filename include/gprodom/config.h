@@ -31,70 +31,71 @@ struct TimeConfig {
 
 struct ImuConfig {
   Eigen::Vector3d rpy_body_imu = Eigen::Vector3d::Zero();  // rad; roll, pitch, yaw of R_body_imu
-  double gyro_noise_density = 2.3e-4;    // rad/s/sqrt(Hz); floor, raised by what a standstill shows
-  double accel_noise_density = 8.3e-4;   // m/s^2/sqrt(Hz); floor, likewise
-  double gyro_bias_walk = 1.0e-5;        // rad/s^2/sqrt(Hz)
-  double accel_bias_walk = 1.0e-4;       // m/s^3/sqrt(Hz)
-  double accel_bias_sigma = 0.03;        // m/s^2; prior of the accelerometer bias
-  double max_acceleration = 160.0;       // m/s^2; beyond: dropped
-  double max_angular_velocity = 35.0;    // rad/s; beyond: dropped
-  double time_offset = 0.0;              // s; added to every stamp
+  double gyro_noise_density = 2.3e-4;   // rad/s/sqrt(Hz); floor, raised by what a standstill shows
+  double accel_noise_density = 8.3e-4;  // m/s^2/sqrt(Hz); floor, likewise
+  double gyro_bias_walk = 1.0e-5;       // rad/s^2/sqrt(Hz)
+  double accel_bias_walk = 1.0e-4;      // m/s^3/sqrt(Hz)
+  double accel_bias_sigma = 0.03;       // m/s^2; prior of the accelerometer bias
+  double max_acceleration = 160.0;      // m/s^2; beyond: dropped
+  double max_angular_velocity = 35.0;   // rad/s; beyond: dropped
+  double time_offset = 0.0;             // s; added to every stamp
 };
 
 struct WheelConfig {
   bool enabled = true;
-  std::string form = "increment";  // increment (signed, with the gyro) | distance (the paper's norm)
-  double scale = 1.0;              // reported over true distance
-  double scale_sigma = 0.02;       // prior of the scale; 0 holds it fixed
-  double scale_walk = 1.0e-6;      // 1/sqrt(s); random walk of the scale
+  std::string form =
+      "increment";             // increment (signed, with the gyro) | distance (the paper's norm)
+  double scale = 1.0;          // reported over true distance
+  double scale_sigma = 0.02;   // prior of the scale; 0 holds it fixed
+  double scale_walk = 1.0e-6;  // 1/sqrt(s); random walk of the scale
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; wheel contact point in body
-  double noise = 0.005;            // m/sqrt(m); random error that grows with distance
-  double noise_floor = 0.0005;     // m; of an increment, from the encoder's resolution
-  double lateral_noise = 0.003;    // m/sqrt(m); side slip
-  double vertical_noise = 0.003;   // m/sqrt(m)
-  double robust_threshold = 2.5;   // standard deviations at which an increment loses weight; 0: none
-  double max_speed = 5.0;          // m/s; faster increments are dropped
-  double time_offset = 0.0;        // s; added to every stamp
+  double noise = 0.005;           // m/sqrt(m); random error that grows with distance
+  double noise_floor = 0.0005;    // m; of an increment, from the encoder's resolution
+  double lateral_noise = 0.003;   // m/sqrt(m); side slip
+  double vertical_noise = 0.003;  // m/sqrt(m)
+  double robust_threshold = 2.5;  // standard deviations at which an increment loses weight; 0: none
+  double max_speed = 5.0;         // m/s; faster increments are dropped
+  double time_offset = 0.0;       // s; added to every stamp
 };
 
 struct StandstillConfig {
   bool enabled = true;
-  double window = 0.4;           // s; over which IMU and wheel must be still
-  double imu_ratio = 1.6;        // IMU variance over its noise at which the robot no longer stands
-  double velocity_sigma = 0.002; // m/s
-  double position_sigma = 1e-4;  // m, between two states
-  double rotation_sigma = 1e-5;  // rad, between two states
+  double window = 0.4;            // s; over which IMU and wheel must be still
+  double imu_ratio = 1.6;         // IMU variance over its noise at which the robot no longer stands
+  double velocity_sigma = 0.002;  // m/s
+  double position_sigma = 1e-4;   // m, between two states
+  double rotation_sigma = 1e-5;   // rad, between two states
 };
 
 struct InitializerConfig {
-  double duration = 2.0;               // s of standstill needed to start
-  double max_gyro_std = 0.02;          // rad/s; noisier than this: not standing
-  double max_accel_std = 0.2;          // m/s^2
-  double max_gyro_mean = 0.05;         // rad/s; faster than this: turning, or a broken gyro
-  double position_sigma = 1e-3;        // m; the origin's prior
-  double yaw_sigma = 1e-3;             // rad; the origin's prior
-  double gravity = 9.80665;            // m/s^2
+  double duration = 2.0;         // s of standstill needed to start
+  double max_gyro_std = 0.02;    // rad/s; noisier than this: not standing
+  double max_accel_std = 0.2;    // m/s^2
+  double max_gyro_mean = 0.05;   // rad/s; faster than this: turning, or a broken gyro
+  double position_sigma = 1e-3;  // m; the origin's prior
+  double yaw_sigma = 1e-3;       // rad; the origin's prior
+  double gravity = 9.80665;      // m/s^2
 };
 
 struct SmootherConfig {
-  double state_rate = 5.0;     // states per second
-  double lag = 3.0;            // s
-  int max_iterations = 4;      // per update
-  double latency = 0.05;       // s of data time from submission to effect
+  double state_rate = 5.0;  // states per second
+  double lag = 3.0;         // s
+  int max_iterations = 4;   // per update
+  double latency = 0.05;    // s of data time from submission to effect
 };
 
 struct GprConfig {
   bool enabled = true;
   std::string front_end = "stationarity";  // stationarity | none
-  double tick = 0.1;             // s of data time between answers
-  double latency_budget = 0.1;   // s of data time from tick to effect
-  double wave_speed = 1.0e8;     // m/s in the ground
-  double max_gap = 1.0;          // s; traces further apart: the front end starts afresh
-  double stationary_window = 0.4;  // s of traces compared
+  double tick = 0.1;                       // s of data time between answers
+  double latency_budget = 0.1;             // s of data time from tick to effect
+  double wave_speed = 1.0e8;               // m/s in the ground
+  double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
+  double stationary_window = 0.4;          // s of traces compared
 };
 
 struct LoggingConfig {
-  std::string level = "info";  // debug | info | warning | error
+  std::string level = "info";    // debug | info | warning | error
   double warning_period = 10.0;  // s between repeated warnings of one kind
 };
 

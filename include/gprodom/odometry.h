@@ -17,12 +17,12 @@ enum class Execution { kInline, kThreaded };
 
 // What one step produced, each list in time order.
 struct Outputs {
-  std::vector<OdometryEstimate> odometry;      // one per accepted IMU sample, in `odom`
-  std::vector<Displacement> displacements;     // from the radar front end, as they take effect
-  std::vector<Correction> corrections;         // map -> odom, when it changes
-  std::vector<SubsurfaceFeatureMatrix> sfm;    // when the front end makes them and is asked to
-  std::vector<Status> status;                  // once per second of data time
-  std::vector<std::string> warnings;           // rate-limited, ready to be logged
+  std::vector<OdometryEstimate> odometry;    // one per accepted IMU sample, in `odom`
+  std::vector<Displacement> displacements;   // from the radar front end, as they take effect
+  std::vector<Correction> corrections;       // map -> odom, when it changes
+  std::vector<SubsurfaceFeatureMatrix> sfm;  // when the front end makes them and is asked to
+  std::vector<Status> status;                // once per second of data time
+  std::vector<std::string> warnings;         // rate-limited, ready to be logged
 };
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte

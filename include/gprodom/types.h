@@ -48,7 +48,12 @@ struct GprTrace {
 
 // What a radar front end, or another process, says about motion along the track. The values are
 // those of displacement_t.kind.
-enum class DisplacementKind : std::int8_t { kSequential = 0, kMotion = 1, kRevisit = 2, kExternal = 3 };
+enum class DisplacementKind : std::int8_t {
+  kSequential = 0,
+  kMotion = 1,
+  kRevisit = 2,
+  kExternal = 3
+};
 
 // From when to when, how far along the track (m), how sure (standard deviation, m).
 // kMotion is unsigned: a distance of 0 says that the robot stood from `from` to `to`.

@@ -10,9 +10,9 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from conftest import run_isolated
 
 import gprodom.lcm_ctypes
+from conftest import run_isolated
 
 pypi = pytest.importorskip("lcm")
 BINDINGS = [pytest.param(pypi, id="pypi"), pytest.param(gprodom.lcm_ctypes, id="ctypes")]

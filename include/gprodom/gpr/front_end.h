@@ -17,7 +17,8 @@ class FrontEnd {
   // One valid trace, in time order. Must be cheap enough for several hundred traces a second.
   virtual void add_trace(const GprTrace& trace) = 0;
 
-  // What can be said at `tick`, given the traces up to it. `time` of each result is left to the caller.
+  // What can be said at `tick`, given the traces up to it. `time` of each result is left to the
+  // caller.
   virtual std::vector<Displacement> tick(TimeNs tick) = 0;
 
   // Forgets all traces (after a gap, a reset, a change of trace length or sample interval).
