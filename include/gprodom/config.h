@@ -91,7 +91,7 @@ struct GprConfig {
   double latency_budget = 0.1;             // s of data time from tick to effect
   double wave_speed = 1.0e8;               // m/s in the ground
   double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
-  double stationary_window = 0.4;          // s of traces compared
+  double stationary_window = 0.6;          // s of traces compared
 };
 
 struct LoggingConfig {

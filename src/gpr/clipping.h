@@ -1,0 +1,31 @@
+// Samples at the digitiser's rails, whose true value is unknown.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace gprodom::gpr {
+
+// Learns the rails: the largest and smallest values of the stream, once the same one has come up
+// several times, which real values do not do.
+class ClippingDetector {
+ public:
+  // Marks in `used` (one per sample, 1: good) with 0 the samples at a rail and `margin` samples on
+  // either side, which interpolation and derivatives would spoil. Other entries are left alone.
+  void mark(const std::vector<float>& samples, int margin, float* used);
+  void reset() { *this = ClippingDetector(); }
+
+ private:
+  static constexpr int kRepeats = 3;
+  struct Rail {
+    float value = 0.0f;
+    int hits = 0;
+  };
+  static void learn(Rail& rail, float value, bool beyond);
+
+  Rail top_{std::numeric_limits<float>::lowest(), 0};
+  Rail bottom_{std::numeric_limits<float>::max(), 0};
+};
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,17 @@
+#include "gprodom/gpr/front_end.h"
+
+#include "gpr/stationarity.h"
+#include "gprodom/error.h"
+
+namespace gprodom::gpr {
+
+std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config) {
+  if (config.front_end == "none") return nullptr;
+  if (config.front_end == "stationarity") {
+    return std::make_unique<StationarityFrontEnd>(config.stationary_window);
+  }
+  throw ConfigError("gpr.front_end: unknown name \"" + config.front_end +
+                    "\"; expected stationarity or none");
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,187 @@
+#include "gpr/stationarity.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "gpr/synthetic_ground.h"
+#include "gprodom/error.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kWindow = 0.6;
+constexpr double kTraceStep = 0.05;
+
+// Speed profile: stands to 3 s, speeds up at 0.5 m/s^2 to 0.4 m/s, stops from 12 to 15 s, goes
+// back.
+double position_at(double t) {
+  const auto ramp = [](double since, double duration) {  // distance of a trapezoid, 0.8 s ramps
+    if (since <= 0.0) return 0.0;
+    if (since >= duration) return 0.4 * (duration - 0.8);
+    if (since < 0.8) return 0.25 * since * since;
+    const double left = duration - since;
+    if (left < 0.8) return 0.4 * (duration - 0.8) - 0.25 * left * left;
+    return 0.4 * (since - 0.4);
+  };
+  return 1.0 + ramp(t - 3.0, 9.0) - ramp(t - 15.0, 5.0);
+}
+
+struct Scene {
+  double start = 0.0, end = 23.0;
+  double noise = 60.0, gain = 1.0;
+  double step = kTraceStep;
+  std::function<void(int, GprTrace&)> spoil = [](int, GprTrace&) {};
+};
+
+// The claims of a run with a tick every 0.1 s; checks what every claim must hold.
+std::vector<Displacement> run(const Scene& scene, StationarityFrontEnd& front_end) {
+  const SyntheticGround ground(3);
+  SyntheticRadar radar(11, scene.noise, scene.gain);
+  std::vector<Displacement> claims;
+  double tick = scene.start;
+  const int count = static_cast<int>((scene.end - scene.start) / scene.step);
+  for (int i = 0; i < count; ++i) {
+    const double t = scene.start + i * scene.step;
+    for (; tick < t; tick += 0.1) {
+      for (const Displacement& d : front_end.tick(from_seconds(tick))) {
+        EXPECT_TRUE(d.valid);
+        EXPECT_EQ(d.kind, DisplacementKind::kMotion);
+        EXPECT_EQ(d.distance_m, 0.0);
+        EXPECT_GT(d.sigma_m, 0.0);
+        EXPECT_LT(d.from, d.to);
+        EXPECT_LE(d.to, from_seconds(tick));
+        claims.push_back(d);
+      }
+    }
+    GprTrace trace = radar.measure(ground, position_at(t), t);
+    scene.spoil(i, trace);
+    front_end.add_trace(trace);
+  }
+  return claims;
+}
+
+bool claimed(const std::vector<Displacement>& claims, double t) {
+  return std::any_of(claims.begin(), claims.end(), [t](const Displacement& d) {
+    return d.from <= from_seconds(t) && from_seconds(t) <= d.to;
+  });
+}
+
+// Fraction claimed of the standstills (0.2 s at their edges left out, and those before `known`),
+// and the farthest that the antenna moved within a claim.
+struct Outcome {
+  double recall = 0.0, unseen_motion = 0.0;
+};
+Outcome judge(const std::vector<Displacement>& claims, double known = 0.0, double end = 23.0) {
+  Outcome outcome;
+  int standing = 0, found = 0;
+  for (double t = known; t < end - 0.6; t += 0.01) {
+    const bool stands = (t > 0.0 && t < 2.8) || (t > 12.2 && t < 14.8) || t > 20.2;
+    if (!stands) continue;
+    ++standing;
+    found += claimed(claims, t) ? 1 : 0;
+  }
+  outcome.recall = static_cast<double>(found) / standing;
+  for (const Displacement& d : claims) {
+    for (double t = to_seconds(d.from); t <= to_seconds(d.to); t += 0.01) {
+      outcome.unseen_motion = std::max(outcome.unseen_motion,
+                                       std::abs(position_at(t) - position_at(to_seconds(d.from))));
+    }
+  }
+  return outcome;
+}
+
+TEST(Stationarity, ClaimsTheStandstillsAndNothingElse) {
+  StationarityFrontEnd front_end(kWindow);
+  const Outcome outcome = judge(run({}, front_end));
+  EXPECT_GT(outcome.recall, 0.95);
+  EXPECT_LT(outcome.unseen_motion, 2e-3);
+}
+
+// The noise of smoothed traces: 6/16 of that of the samples.
+TEST(Stationarity, LearnsTheNoiseLevelWhateverTheGain) {
+  for (const double gain : {0.05, 1.0, 40.0}) {
+    Scene scene;
+    scene.gain = gain;
+    StationarityFrontEnd front_end(kWindow);
+    const Outcome outcome = judge(run(scene, front_end));
+    EXPECT_GT(outcome.recall, 0.95) << gain;
+    EXPECT_LT(outcome.unseen_motion, 2e-3) << gain;
+    const double expected = 60.0 * gain * std::sqrt(6.0 / 16.0);
+    EXPECT_NEAR(std::sqrt(front_end.noise_variance()), expected, 0.1 * expected) << gain;
+  }
+}
+
+TEST(Stationarity, FindsStandstillsAfterAMovingStart) {
+  Scene scene;
+  scene.start = 5.0;
+  StationarityFrontEnd front_end(kWindow);
+  const std::vector<Displacement> claims = run(scene, front_end);
+  const Outcome outcome = judge(claims, scene.start);
+  EXPECT_GT(outcome.recall, 0.95);
+  EXPECT_LT(outcome.unseen_motion, 2e-3);
+}
+
+// Noise that grows threefold, as after a change of gain, is learned anew at the next long
+// standstill.
+TEST(Stationarity, FollowsANoiseThatRose) {
+  Scene scene;
+  scene.end = 30.0;
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  scene.spoil = [&](int i, GprTrace& trace) {
+    if (i * kTraceStep < 8.0) return;
+    for (float& sample : trace.samples) sample += 170.0f * normal(random);
+  };
+  StationarityFrontEnd front_end(kWindow);
+  const std::vector<Displacement> claims = run(scene, front_end);
+  EXPECT_LT(judge(claims).unseen_motion, 4e-3);
+  EXPECT_TRUE(claimed(claims, 28.0));
+}
+
+TEST(Stationarity, SaysNothingOfADeadAntenna) {
+  Scene scene;
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  scene.spoil = [&](int i, GprTrace& trace) {
+    for (float& sample : trace.samples) sample = i % 400 < 200 ? 60.0f * normal(random) : 0.0f;
+  };
+  StationarityFrontEnd front_end(kWindow);
+  EXPECT_TRUE(run(scene, front_end).empty());
+}
+
+TEST(Stationarity, LeavesOutASpikedTrace) {
+  Scene scene;
+  scene.spoil = [](int i, GprTrace& trace) {
+    if (i % 40 != 13) return;
+    for (int k = 40; k < 120; ++k) trace.samples[k] += k % 5 == 0 ? 8000.0f : -3000.0f;
+  };
+  StationarityFrontEnd front_end(kWindow);
+  const Outcome outcome = judge(run(scene, front_end));
+  EXPECT_GT(outcome.recall, 0.9);
+  EXPECT_LT(outcome.unseen_motion, 2e-3);
+}
+
+TEST(Stationarity, WorksAtOtherTraceRates) {
+  for (const double step : {0.1, 0.01}) {
+    Scene scene;
+    scene.step = step;
+    StationarityFrontEnd front_end(kWindow);
+    const Outcome outcome = judge(run(scene, front_end));
+    EXPECT_GT(outcome.recall, 0.9) << step;
+    EXPECT_LT(outcome.unseen_motion, 4e-3) << step;
+  }
+}
+
+TEST(FrontEnd, IsMadeByName) {
+  GprConfig config;
+  EXPECT_NE(make_front_end(config), nullptr);
+  config.front_end = "none";
+  EXPECT_EQ(make_front_end(config), nullptr);
+  config.front_end = "crystal_ball";
+  EXPECT_THROW(make_front_end(config), ConfigError);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
