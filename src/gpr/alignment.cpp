@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dot_product.h"
+#include "gpr/dot_product.h"
 
 namespace gprodom::gpr {
 
@@ -16,12 +16,21 @@ constexpr double kNoDistance = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPlaceVarianceFloor = 0.01;  // columns^2, see locate_minimum
 
 // Row-major levels to 16-bit columns, one after the other: the overlap of two shifted windows is
-// then one contiguous run in each.
-void to_columns(const LevelMatrix& levels, std::vector<std::int16_t>& columns) {
-  const auto rows = levels.rows(), count = levels.cols();
-  columns.resize(static_cast<std::size_t>(rows * count));
-  Eigen::Map<Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>>(
-      columns.data(), rows, count) = levels.cast<std::int16_t>();
+// then one contiguous run in each. Returns the number of filled cells.
+int to_columns(const LevelMatrix& levels, std::vector<std::int16_t>& columns) {
+  const auto rows = static_cast<std::size_t>(levels.rows());
+  const auto count = static_cast<std::size_t>(levels.cols());
+  columns.resize(rows * count);
+  const std::int8_t* level = levels.data();
+  int filled = 0;
+  for (std::size_t r = 0; r < rows; ++r) {
+    std::int16_t* cell = columns.data() + r;
+    for (std::size_t c = 0; c < count; ++c, ++level, cell += rows) {
+      *cell = *level;
+      filled += *level > 0 ? 1 : 0;
+    }
+  }
+  return filled;
 }
 
 // sum[c] = energy of columns 0..c-1.
@@ -104,13 +113,11 @@ void Aligner::fill_distances(const T* a, const T* b, int rows, int columns) {
 
 Alignment Aligner::align(const LevelMatrix& a, const LevelMatrix& b) {
   check_sizes(a.rows(), a.cols(), b.rows(), b.cols());
-  to_columns(a, columns_a_);
-  to_columns(b, columns_b_);
+  const int filled = to_columns(a, columns_a_) + to_columns(b, columns_b_);
   fill_distances<std::int16_t, std::int32_t>(
       columns_a_.data(), columns_b_.data(), static_cast<int>(a.rows()), static_cast<int>(a.cols()));
-  // A feature fills some cells; only filled ones tell where they are.
-  const auto filled = static_cast<double>((a.array() > 0).count() + (b.array() > 0).count()) / 2.0;
-  return locate_minimum(distances_, std::max(1.0, filled));
+  // Only filled cells tell where they are.
+  return locate_minimum(distances_, std::max(1.0, 0.5 * filled));
 }
 
 Alignment Aligner::align(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
