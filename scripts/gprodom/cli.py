@@ -28,8 +28,12 @@ from gprodom.errors import Error
 
 COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
-    "gprodom.score.command",
     "gprodom.simulate.command",
+    "gprodom.run",
+    "gprodom.score.command",
+    "gprodom.benchmark.command",
+    "gprodom.calibrate",
+)
 )
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import rotation
+from gprodom import logs, rotation
 from gprodom.errors import Error
 from gprodom.trajectory import Times, Trajectory
 
@@ -58,3 +58,29 @@ def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Traj
     position[1:, 0] = np.cumsum(step * np.cos(middle))
     position[1:, 1] = np.cumsum(step * np.sin(middle))
     return Trajectory(time, position, rotation.from_yaw(heading - heading[0]))
+
+
+def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
+    """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's WHEEL channel."""
+    wheel = _channel(log, "WHEEL")
+    return wheel["utime"], np.asarray(wheel["ticks"] * wheel["metres_per_tick"], dtype=float)
+
+
+def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
+    """Times (n,) and yaw (n,), rad, of a log's IMU channel (`yaw_from_gyro`)."""
+    imu = _channel(log, "IMU")
+    time = imu["utime"]
+    standstill_end = first_motion(*wheel_distance(log))
+    acceleration, rate = imu["linear_acceleration"], imu["angular_velocity"]
+    return time, yaw_from_gyro(time, acceleration, rate, standstill_end)
+
+
+def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:
+    """The method `wheel`: wheel distance with gyro yaw, at the wheel's stamps."""
+    return integrate(*wheel_distance(log), *gyro_yaw(log))
+
+
+def _channel(log: dict[str, logs.Channel], name: str) -> logs.Channel:
+    if name not in log:
+        raise Error(f"the log holds no {name} messages, which dead reckoning needs")
+    return log[name]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gprodom.errors import Error
-from gprodom.trajectory import Trajectory, interpolate
+from gprodom.trajectory import Times, Trajectory, interpolate
 
 MIN_PAIRS = 10
 MAX_GAP_S = 1.0
@@ -22,6 +23,16 @@ class Pairs:
     excluded: int
 
 
+def covered(trajectory: Trajectory, time: Times, max_gap_s: float = MAX_GAP_S) -> NDArray[np.bool_]:
+    """Mask (m,) of the stamps that lie inside the trajectory and in no gap over `max_gap_s`."""
+    inside = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
+    right = np.clip(np.searchsorted(trajectory.time, time), 0, len(trajectory) - 1)
+    left = np.maximum(right - 1, 0)
+    gap = trajectory.time[right] - trajectory.time[left]
+    exact = trajectory.time[right] == time
+    return np.asarray(inside & (exact | (gap <= round(max_gap_s * 1e6))))
+
+
 def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GAP_S) -> Pairs:
     """The estimate interpolated to every stamp of the truth.
 
@@ -30,17 +41,12 @@ def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GA
     """
     if len(estimate) == 0 or len(truth) == 0:
         raise Error("nothing to score: the estimate or the truth holds no poses")
-    inside = (truth.time >= estimate.time[0]) & (truth.time <= estimate.time[-1])
-    if not inside.any():
+    used = covered(estimate, truth.time, max_gap_s)
+    if truth.time[-1] < estimate.time[0] or truth.time[0] > estimate.time[-1]:
         raise Error(
             "estimate and truth do not overlap in time: estimate "
             f"{_span(estimate)}, truth {_span(truth)}; are they of the same sequence?"
         )
-    right = np.clip(np.searchsorted(estimate.time, truth.time), 0, len(estimate) - 1)
-    left = np.maximum(right - 1, 0)
-    gap = estimate.time[right] - estimate.time[left]
-    exact = estimate.time[right] == truth.time
-    used = inside & (exact | (gap <= round(max_gap_s * 1e6)))
     count = int(used.sum())
     if count < MIN_PAIRS:
         raise Error(

@@ -25,6 +25,10 @@ LOG_MAGIC = b"\xed\xa1\xda\x01"
 Kind = Literal["log", "tum", "csv", "sequence"]
 
 
+class NoTruthError(Error):
+    """A recording without truth: nothing wrong with it, only nothing to score against."""
+
+
 @dataclass(frozen=True)
 class Source:
     """A trajectory, where it came from, and the jumps of `map` where the log tells of them."""
@@ -89,20 +93,25 @@ def read_estimate(path: Path, frame: Frame = "map") -> Source:
     return Source(path, kind, odometry(found[wanted]), jumps)
 
 
-def read_truth(path: Path) -> Source:
-    """The trajectory to score against; of a log, TOTAL_STATION, or else its ODOMETRY_MAP."""
+def read_truth(path: Path, measured: bool = False) -> Source:
+    """The trajectory to score against.
+
+    Of a log, TOTAL_STATION, or else its ODOMETRY_MAP or ODOMETRY; with `measured`, only the first.
+    """
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
-    found = logs.read(path, [TRUTH_CHANNEL, *CHANNELS.values()])
+    estimates = [] if measured else list(CHANNELS.values())
+    found = logs.read(path, [TRUTH_CHANNEL, *estimates])
     if TRUTH_CHANNEL in found:
         content = found[TRUTH_CHANNEL]
         points = Trajectory(content["utime"], content["position"])
         return Source(path, kind, without_repeats(points))
-    for channel in CHANNELS.values():
+    for channel in estimates:
         if channel in found:
             return Source(path, kind, odometry(found[channel]))
-    raise Error(f"{path}: holds neither {TRUTH_CHANNEL} nor ODOMETRY_MAP messages to score against")
+    wanted = " or ".join([TRUTH_CHANNEL, *estimates])
+    raise NoTruthError(f"{path}: holds no {wanted} messages to score against")
 
 
 def _read_file(path: Path, kind: Kind) -> Trajectory:
@@ -113,11 +122,11 @@ def _read_file(path: Path, kind: Kind) -> Trajectory:
     else:
         files = read_files(path)
         if TRUTH not in files:
-            raise Error(f"{path}: the sequence has no {TRUTH}, so no truth to score against")
+            raise NoTruthError(f"{path}: the sequence has no {TRUTH}, so no truth to score against")
         file = files[TRUTH]
     table = parse_truth(file)
     if table.utime.size == 0:
-        raise Error(f"{file.label}: is empty: this sequence was recorded without truth")
+        raise NoTruthError(f"{file.label}: is empty: this sequence was recorded without truth")
     return without_repeats(Trajectory(table.utime, table.values))
 
 

@@ -1,0 +1,1 @@
+"""Methods on sequences: trajectories, results.csv, results.json, report.html."""

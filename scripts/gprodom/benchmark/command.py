@@ -1,0 +1,143 @@
+"""``gprodom benchmark``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+from pathlib import Path
+
+from gprodom.benchmark.jobs import Sequence, Settings
+from gprodom.benchmark.page import write_report
+from gprodom.benchmark.results import as_json, describe, write_csv, write_json
+from gprodom.benchmark.schedule import run_all
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.errors import UsageError
+from gprodom.methods import describe_methods, find_method
+from gprodom.run import add_config_options
+from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.record import scene_of, sequence_name
+from gprodom.score.sources import kind_of
+
+DESCRIPTION = f"""\
+Runs methods on sequences (CMU-GPR directories or zips, or LCM logs), scores them against the
+sequences' own truth, and writes
+
+  DIR/SEQUENCE/METHOD.tum   the trajectory as published (causal)
+  DIR/results.csv           a row for each sequence and method
+  DIR/results.json          the same, with means, the K of each row, and what failed
+  DIR/report.html           tables and trajectories; fetches nothing
+
+The scene is read off a sequence's name (TIME-0-SCENE-cmu-gpr). Methods with a K (displacement per
+unit of shift) have it fitted on the other sequences of the scene. A second run with the same
+arguments goes on where the first stopped; what changed is run again. A failure leaves the other
+rows going and ends with exit code 1.
+
+methods:
+{describe_methods()}
+"""
+
+EXAMPLES = """\
+  gprodom benchmark data/*.zip --methods wheel,imu_wheel,gprodom -o out
+  gprodom benchmark data/*.zip --methods sfm,trace_count -o out --sample-interval beach=3.125e-10
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds the subcommand."""
+    parser = add_command(
+        subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("sources", metavar="SEQ", type=Path, nargs="+", help="sequence or LCM log")
+    parser.add_argument("--methods", required=True, metavar="A,B", help="see above")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    parser.add_argument(
+        "-j",
+        "--jobs",
+        type=int,
+        metavar="N",
+        default=os.cpu_count() or 1,
+        help="jobs at a time (default: one a processor)",
+    )
+    add_config_options(parser)
+    parser.add_argument(
+        "--align", choices=ALIGNMENTS, default="se2", help="as in gprodom score (default se2)"
+    )
+    parser.add_argument(
+        "--first-m",
+        type=float,
+        default=FIRST_M,
+        metavar="M",
+        help=f"metres that --align first aligns by (default {FIRST_M:g})",
+    )
+    parser.add_argument(
+        "--sample-interval",
+        action="append",
+        default=[],
+        metavar="[SCENE=]S",
+        type=parse_interval,
+        help=f"seconds between radar samples, of all sequences or of a scene's (default "
+        f"{SAMPLE_INTERVAL:g}); may be repeated",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def parse_interval(text: str) -> tuple[str, float]:
+    """SCENE=S or S to (scene, seconds); the empty scene stands for all."""
+    scene, _, number = text.rpartition("=")
+    try:
+        seconds = float(number)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < 1e-6:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected [SCENE=]SECONDS, such as 2e-10")
+    return scene, seconds
+
+
+def name_sequences(
+    sources: list[Path], output: Path, intervals: dict[str, float]
+) -> list[Sequence]:
+    """The sequences by name; their names must differ, since their results go side by side."""
+    sequences: dict[str, Sequence] = {}
+    for source in sources:
+        kind_of(source)  # a missing file ends the command before any work
+        name = sequence_name(source)
+        if name in sequences:
+            raise UsageError(f"{source}: a second sequence of the name {name}")
+        scene = scene_of(name)
+        interval = intervals.get(scene, intervals.get("", SAMPLE_INTERVAL))
+        sequences[name] = Sequence(name, source.resolve(), output / name, interval)
+    return list(sequences.values())
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the subcommand."""
+    methods = [find_method(name) for name in dict.fromkeys(re.split(r"[,\s]+", args.methods))]
+    if args.jobs < 1:
+        raise UsageError(f"-j {args.jobs}: expected at least 1")
+    output: Path = args.output
+    sequences = name_sequences(args.sources, output, dict(args.sample_interval))
+    settings = Settings(args.config, tuple(args.overrides), args.align, args.first_m)
+    for sequence in sequences:
+        sequence.folder.mkdir(parents=True, exist_ok=True)
+    outcomes = run_all(sequences, methods, settings, args.jobs)
+    order = {sequence.name: i for i, sequence in enumerate(sequences)}
+    records = [outcome.record for outcome in outcomes if outcome.record is not None]
+    by_sequence = sorted(records, key=lambda record: order[record.sequence])
+    content = as_json(outcomes, by_sequence, settings)
+    write_csv(output / "results.csv", by_sequence)
+    write_json(output / "results.json", content)
+    write_report(output / "report.html", sequences, outcomes, records, settings)
+    if args.json:
+        print_json(content)
+    else:
+        print(describe(records, args.align))
+        print(f"written: {output / 'results.csv'}, results.json, report.html")
+    failures = [outcome for outcome in outcomes if outcome.failure]
+    for outcome in failures:
+        print(f"failed: {outcome.method} on {outcome.sequence}: {outcome.failure}", file=sys.stderr)
+    return 1 if failures else 0

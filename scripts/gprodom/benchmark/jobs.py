@@ -1,0 +1,213 @@
+"""One method on one sequence; what it makes is kept, so that a later run can go on from there."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import logs
+from gprodom.calibrate import Fit, Shifts, fit_k, measure_shifts
+from gprodom.displacement import Displacements, reckon
+from gprodom.errors import Error
+from gprodom.estimate import Estimate, as_log, estimate
+from gprodom.log_writer import replacing
+from gprodom.methods import Method
+from gprodom.replay import default_config, find_program
+from gprodom.score.align import Alignment
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
+from gprodom.score.record import Record, make_record, scene_of
+from gprodom.score.sources import NoTruthError, read_truth
+from gprodom.trajectory import Trajectory, write_tum
+
+CAUSAL = "causal"
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A sequence of the benchmark and where its results go."""
+
+    name: str
+    source: Path
+    folder: Path
+    sample_interval: float
+
+    @property
+    def scene(self) -> str:
+        """The scene in the name; sequences without one are a scene together."""
+        return scene_of(self.name)
+
+    @property
+    def log(self) -> Path:
+        """Its converted log, while the benchmark runs."""
+        return self.folder / "input.lcmlog"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all jobs of a benchmark share."""
+
+    config: Path | None
+    overrides: tuple[str, ...]
+    align: Alignment
+    first_m: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one job: a record (None where the sequence has no truth), or a failure."""
+
+    sequence: str
+    method: str
+    record: Record | None = None
+    failure: str = ""
+    k: Fit | None = None
+    reused: bool = False
+
+
+def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: object) -> str:
+    """Changes when anything does that the result depends on."""
+    facts: list[object] = [sequence.sample_interval, method, settings, *more]
+    facts.append(_stamp(sequence.source))
+    if method.reckoned != "wheel":
+        facts.append(_stamp(find_program()))
+        facts.append((settings.config or default_config()).read_text(encoding="utf-8"))
+    return hashlib.sha256(repr(facts).encode()).hexdigest()
+
+
+def _stamp(path: Path) -> list[tuple[str, int, int]]:
+    files = sorted(path.rglob("*.csv")) if path.is_dir() else [path]
+    stats = [(file.name, file.stat()) for file in files]
+    return [(name, stat.st_size, stat.st_mtime_ns) for name, stat in stats]
+
+
+def convert(sequence: Sequence) -> None:
+    """Makes the sequence's log, unless it is there. Of several jobs that need it one does."""
+    with (sequence.folder / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not sequence.log.exists():
+            made = as_log(sequence.source, sequence.folder, sequence.sample_interval)
+            if made != sequence.log:
+                sequence.log.symlink_to(made.resolve())
+
+
+def clean(sequence: Sequence) -> None:
+    """Removes what only the jobs needed."""
+    for name in (sequence.log.name, ".lock"):
+        (sequence.folder / name).unlink(missing_ok=True)
+
+
+def read_sequence_truth(sequence: Sequence) -> Trajectory | None:
+    """The sequence's truth; None where it was recorded without."""
+    try:
+        return read_truth(sequence.source, measured=True).trajectory
+    except NoTruthError:
+        return None
+
+
+def shifts_path(sequence: Sequence, front_end: str) -> Path:
+    """Where the shifts of a front end on a sequence are kept."""
+    return sequence.folder / f"{front_end}.shifts.npz"
+
+
+def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
+    """Measures the shifts of the method's front end, unless they are kept from before."""
+    path = shifts_path(sequence, method.front_end)
+    key = fingerprint(sequence, method, settings)
+    if path.exists() and str(np.load(path)["key"]) == key:
+        return
+    path.unlink(missing_ok=True)  # what another configuration left must not be taken for this one's
+    convert(sequence)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        output = Path(name) / "output.lcmlog"
+        truth = read_sequence_truth(sequence)
+        overrides = settings.overrides
+        shifts = measure_shifts(sequence.log, method, settings.config, overrides, truth, output)
+    with replacing(path) as part, part.open("wb") as file:
+        np.savez(file, key=key, **vars(shifts))
+
+
+def load_shifts(sequence: Sequence, front_end: str) -> Shifts:
+    """What `save_shifts` kept."""
+    path = shifts_path(sequence, front_end)
+    if not path.exists():
+        raise Error(f"the shifts of {front_end} on {sequence.name} could not be measured")
+    with np.load(path) as data:
+        return Shifts(*(data[name] for name in ("start", "end", "shift", "distance")))
+
+
+def fit_on_others(sequence: Sequence, method: Method, others: list[Sequence]) -> Fit:
+    """K for `sequence` from `others`, the other sequences of its scene."""
+    found = [other for other in others if shifts_path(other, method.front_end).exists()]
+    if not found:
+        raise Error(
+            f"no other sequence of scene {sequence.scene!r} with {method.front_end} shifts to fit "
+            "K on: give more sequences of the scene"
+        )
+    return fit_k([load_shifts(other, method.front_end) for other in found])
+
+
+def run_job(
+    sequence: Sequence, method: Method, settings: Settings, others: list[Sequence]
+) -> Outcome:
+    """Runs and scores one method on one sequence, or reuses what an earlier run left.
+
+    Never raises: what goes wrong is the outcome's `failure`, so that other jobs go on.
+    """
+    try:
+        fit = fit_on_others(sequence, method, others) if method.k_key else None
+        return _run_job(sequence, method, settings, fit)
+    except Error as error:
+        return Outcome(sequence.name, method.name, failure=str(error))
+    except Exception as error:  # a fault of ours in one job must not cost the others their results
+        return Outcome(sequence.name, method.name, failure=f"{type(error).__name__}: {error}")
+
+
+def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | None) -> Outcome:
+    tum = sequence.folder / f"{method.name}.tum"
+    kept = sequence.folder / f"{method.name}.json"
+    key = fingerprint(sequence, method, settings, fit)
+    if tum.exists() and kept.exists():
+        before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+        if before["key"] == key:
+            record = Record(**before["record"]) if before["record"] else None
+            return Outcome(sequence.name, method.name, record, k=fit, reused=True)
+    convert(sequence)
+    result = _estimate(sequence, method, settings, fit)
+    write_tum(tum, result.trajectory)
+    record = _score(sequence, method, settings, result)
+    content = {"key": key, "record": record.as_dict() if record else None}
+    with replacing(kept) as part:
+        part.write_text(json.dumps(content, indent=1), encoding="utf-8")
+    return Outcome(sequence.name, method.name, record, k=fit)
+
+
+def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit | None) -> Estimate:
+    if method.reckoned == "displacements" and fit is not None:
+        # The shifts are measured already; the front end need not run again.
+        shifts = load_shifts(sequence, method.front_end)
+        displacements = Displacements(shifts.start, shifts.end, fit.k * shifts.shift)
+        return Estimate(reckon(logs.read(sequence.log, ["IMU", "WHEEL"]), displacements))
+    overrides = [*settings.overrides, *([f"{method.k_key}={fit.k!r}"] if fit else [])]
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        output = Path(name) / "output.lcmlog"
+        return estimate(sequence.log, method, settings.config, overrides, output)
+
+
+def _score(
+    sequence: Sequence, method: Method, settings: Settings, result: Estimate
+) -> Record | None:
+    truth = read_sequence_truth(sequence)
+    if truth is None:
+        return None
+    score = compare(associate(result.trajectory, truth), settings.align, settings.first_m)
+    return make_record(
+        sequence.name, method.name, CAUSAL, settings.align, score.figures, result.jumps
+    )

@@ -1,0 +1,101 @@
+"""results.csv, results.json and the table of a benchmark."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from gprodom.benchmark.jobs import Outcome, Settings
+from gprodom.console import format_table, to_json
+from gprodom.log_writer import replacing
+from gprodom.score.record import COLUMNS, Record
+
+AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw")
+
+
+def write_csv(path: Path, records: Sequence[Record]) -> None:
+    """One row a record; an empty cell where a figure is null."""
+    with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for record in records:
+            writer.writerow(record.as_dict())
+
+
+def mean_of(records: Sequence[Record], figure: str) -> float | None:
+    """Mean over the records that have the figure; None where none has."""
+    values = [getattr(record, figure) for record in records]
+    known = [value for value in values if value is not None]
+    return fmean(known) if known else None
+
+
+def summarise(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Means by method and mode: of every figure, and of ate_rmse_m by scene. Over sequences alike,
+    whatever their length. `sequences` says over how many."""
+    groups: dict[tuple[str, str], list[Record]] = {}
+    for record in records:
+        groups.setdefault((record.method, record.mode), []).append(record)
+    scenes = list(dict.fromkeys(record.scene for record in records))
+    return [
+        {
+            "method": method,
+            "mode": mode,
+            "sequences": len(group),
+            "scenes": {
+                scene: mean_of([r for r in group if r.scene == scene], "ate_rmse_m")
+                for scene in scenes
+            },
+            **{figure: mean_of(group, figure) for figure in AVERAGED},
+        }
+        for (method, mode), group in groups.items()
+    ]
+
+
+def table_cells(summary: Sequence[dict[str, Any]]) -> tuple[list[str], list[list[object]]]:
+    """Header and rows of the one table: mean ATE by scene and over all, then the other figures."""
+    scenes = list(summary[0]["scenes"]) if summary else []
+    header = ["method", "mode", "sequences", *(scene or "ATE" for scene in scenes)]
+    header += ["mean ATE (m)", "RPE 1 m (m)", "end (m)", "% of dist.", "NEES xy", "NEES yaw"]
+    rows: list[list[object]] = [
+        [line["method"], line["mode"], line["sequences"], *line["scenes"].values()]
+        + [line[figure] for figure in AVERAGED]
+        for line in summary
+    ]
+    return header, rows
+
+
+def as_json(
+    outcomes: Sequence[Outcome], records: Sequence[Record], settings: Settings
+) -> dict[str, Any]:
+    """Everything: settings, records, means, the K of each job and what failed."""
+    return {
+        "align": settings.align,
+        "first_m": settings.first_m,
+        "config": str(settings.config) if settings.config else None,
+        "set": list(settings.overrides),
+        "records": [record.as_dict() for record in records],
+        "means": summarise(records),
+        "k": [{"sequence": o.sequence, "method": o.method, **asdict(o.k)} for o in outcomes if o.k],
+        "failures": [
+            {"sequence": o.sequence, "method": o.method, "reason": o.failure}
+            for o in outcomes
+            if o.failure
+        ],
+    }
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Writes results.json."""
+    with replacing(path) as part:
+        part.write_text(to_json(content) + "\n", encoding="utf-8")
+
+
+def describe(records: Sequence[Record], align: str) -> str:
+    """The table as text."""
+    header, rows = table_cells(summarise(records))
+    note = f"ATE and end after alignment {align}; means over sequences; scenes: mean ATE (m)"
+    return format_table(header, rows) + "\n" + note

@@ -1,0 +1,113 @@
+"""The jobs of a benchmark, over worker processes."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import TypeVar
+
+from gprodom.benchmark.jobs import Outcome, Sequence, Settings, clean, run_job, save_shifts
+from gprodom.console import Progress
+from gprodom.errors import Error
+from gprodom.methods import METHODS, Method
+
+Result = TypeVar("Result")
+
+
+def run_all(
+    sequences: list[Sequence], methods: list[Method], settings: Settings, workers: int
+) -> list[Outcome]:
+    """All methods on all sequences; a failure leaves the others going.
+
+    First the shifts that K is fitted on, then everything. Jobs of different sequences stand next to
+    each other, so that workers seldom wait for the same conversion.
+    """
+    front_ends = dict.fromkeys(method.front_end for method in methods if method.k_key)
+    total = len(sequences) * (len(front_ends) + len(methods))
+    with (
+        Progress("benchmark", total) as progress,
+        ProcessPoolExecutor(workers, initializer=_leave_interrupts) as pool,
+    ):
+
+        def together(tasks: list[Callable[[], Result]]) -> list[Result]:
+            futures = [pool.submit(task) for task in tasks]
+            for _ in as_completed(futures):
+                progress.advance()
+            return [future.result() for future in futures]
+
+        try:
+            reasons = together(
+                [
+                    _Measure(each, METHODS[name], settings)
+                    for name in front_ends
+                    for each in sequences
+                ]
+            )
+            wanted = [(name, each.name) for name in front_ends for each in sequences]
+            unmeasured = dict(zip(wanted, reasons, strict=True))
+            return together(
+                [
+                    _Run(
+                        each,
+                        method,
+                        settings,
+                        unmeasured.get((method.front_end, each.name), ""),
+                        [
+                            other
+                            for other in sequences
+                            if other.scene == each.scene and other != each
+                        ],
+                    )
+                    for method in methods
+                    for each in sequences
+                ]
+            )
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+        finally:
+            for sequence in sequences:
+                clean(sequence)
+
+
+class _Measure:
+    """Measures the shifts of one front end on one sequence; says why it could not, or nothing."""
+
+    def __init__(self, sequence: Sequence, method: Method, settings: Settings) -> None:
+        self._arguments = (sequence, method, settings)
+
+    def __call__(self) -> str:
+        try:
+            save_shifts(*self._arguments)
+        except Error as error:
+            return str(error)
+        except Exception as error:  # as in run_job: ours to mend, not the other jobs' to suffer
+            return f"{type(error).__name__}: {error}"
+        return ""
+
+
+class _Run:
+    """One method on one sequence; fails at once where the shifts that it needs are missing."""
+
+    def __init__(
+        self,
+        sequence: Sequence,
+        method: Method,
+        settings: Settings,
+        unmeasured: str,
+        others: list[Sequence],
+    ) -> None:
+        self._unmeasured = unmeasured
+        self._sequence, self._method = sequence, method
+        self._settings, self._others = settings, others
+
+    def __call__(self) -> Outcome:
+        if self._unmeasured:
+            return Outcome(self._sequence.name, self._method.name, failure=self._unmeasured)
+        return run_job(self._sequence, self._method, self._settings, self._others)
+
+
+def _leave_interrupts() -> None:
+    """An interrupt ends a worker at once, without a traceback; the parent cancels the rest."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -1,0 +1,178 @@
+"""``gprodom calibrate``: constants of a robot and a scene, from recordings with truth."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.displacement import CHANNEL, Displacements, sequential
+from gprodom.errors import Error, UsageError
+from gprodom.estimate import OnProgress, as_log
+from gprodom.methods import METHODS, Method, find_method
+from gprodom.replay import run_replay
+from gprodom.run import add_config_options
+from gprodom.score.associate import covered
+from gprodom.score.record import sequence_name
+from gprodom.score.sources import read_truth
+from gprodom.trajectory import Trajectory, interpolate
+
+Array = NDArray[np.float64]
+
+# Shifts are measured with this K (metres a unit) and divided by it: the front end's own units.
+MEASURING_K = 0.01
+HUBER = 1.345  # standard deviations; 95 % efficient on normal errors
+MIN_PAIRS = 20
+
+DESCRIPTION = """\
+Fits K, the displacement in metres per unit of shift that a sequential radar front end reports
+(columns of its matrix; traces for trace_count), on sequences with truth: robust least squares
+(Huber) of the true displacement over each window on the size of its shift. Set what it prints as
+gpr.k. Fit it on other sequences of a scene than those you score.
+"""
+
+EXAMPLES = """\
+  gprodom calibrate k 1700001000-0-gates_g-cmu-gpr.zip 1700002000-0-gates_g-cmu-gpr.zip
+  gprodom calibrate k garage.lcmlog --method dec --json
+"""
+
+
+@dataclass(frozen=True)
+class Shifts:
+    """Shifts of windows (n,), in the front end's units and signed, with the true displacement."""
+
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    shift: Array
+    distance: Array  # (n,), metres, straight-line; NaN where the truth does not cover the window
+
+
+@dataclass(frozen=True)
+class Fit:
+    """K in metres per unit of shift, over n windows; robust spread of the residuals, metres."""
+
+    k: float
+    n: int
+    residual_m: float
+
+
+def true_distance(truth: Trajectory, displacements: Displacements) -> Array:
+    """Straight-line displacement (n,), metres, of the truth over each window; NaN without truth."""
+    distance = np.full(len(displacements), np.nan)
+    known = covered(truth, displacements.start) & covered(truth, displacements.end)
+    start = interpolate(truth, displacements.start[known]).position
+    end = interpolate(truth, displacements.end[known]).position
+    distance[known] = np.linalg.norm((end - start)[:, :2], axis=1)
+    return distance
+
+
+def measure_shifts(
+    log: Path,
+    method: Method,
+    config: Path | None,
+    overrides: Sequence[str],
+    truth: Trajectory | None,
+    output: Path,
+    on_progress: OnProgress | None = None,
+) -> Shifts:
+    """Replays `log` with the method's front end and reads the shifts that it published."""
+    measuring = [*method.overrides, *overrides, f"{method.k_key}={MEASURING_K}"]
+    run_replay(log, output, config, measuring, on_progress)
+    found = sequential(logs.read(output, [CHANNEL]), method.front_end)
+    distance = np.full(len(found), np.nan) if truth is None else true_distance(truth, found)
+    return Shifts(found.start, found.end, found.distance / MEASURING_K, distance)
+
+
+def fit_k(shifts: Sequence[Shifts]) -> Fit:
+    """Robust least squares through the origin of true displacement on the size of the shift."""
+    if not shifts:
+        raise Error("no sequence to fit K on")
+    x = np.abs(np.concatenate([part.shift for part in shifts]))
+    y = np.concatenate([part.distance for part in shifts])
+    x, y = x[np.isfinite(y)], y[np.isfinite(y)]
+    if x.size < MIN_PAIRS or not np.any(x > 0):
+        raise Error(
+            f"K cannot be fitted: {int(np.sum(x > 0))} windows with truth and a shift other than "
+            f"0; at least {MIN_PAIRS} are needed"
+        )
+    k, spread = float(x @ y / (x @ x)), 0.0
+    for _ in range(100):
+        residual = y - k * x
+        spread = 1.4826 * float(np.median(np.abs(residual - np.median(residual))))
+        size = np.maximum(np.abs(residual), 1e-12)
+        weight = np.minimum(1.0, HUBER * max(spread, 1e-9) / size)
+        before, k = k, float(np.sum(weight * x * y) / np.sum(weight * x * x))
+        if abs(k - before) <= 1e-12 * abs(k):
+            break
+    return Fit(k, int(x.size), spread)
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``calibrate`` and its subjects."""
+    parser = add_command(
+        subparsers,
+        "calibrate",
+        "fit constants on recordings with truth",
+        "Fits constants of a robot and a scene on recordings with truth.",
+        EXAMPLES,
+    )
+    subjects = parser.add_subparsers(metavar="WHAT", required=True)
+    k = add_command(
+        subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES
+    )
+    k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="with truth")
+    k.add_argument("--method", default="sfm", help="sfm (default), bscan, dec or trace_count")
+    add_config_options(k)
+    k.add_argument(
+        "--sample-interval",
+        type=float,
+        metavar="S",
+        default=SAMPLE_INTERVAL,
+        help="seconds between radar samples of sequences (default %(default)s)",
+    )
+    add_json_flag(k)
+    k.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``calibrate k``."""
+    method = find_method(args.method)
+    if not method.k_key:
+        having = ", ".join(name for name, each in METHODS.items() if each.k_key)
+        raise UsageError(f"--method {method.name} has no K; expected one of {having}")
+    parts: dict[str, Shifts] = {}
+    with Progress("measuring shifts", len(args.sources)) as progress:
+        for i, source in enumerate(args.sources):
+            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+                folder = Path(name)
+                log = as_log(source, folder, args.sample_interval)
+                truth = read_truth(source, measured=True).trajectory
+                parts[sequence_name(source)] = measure_shifts(
+                    log,
+                    method,
+                    args.config,
+                    args.overrides,
+                    truth,
+                    folder / "output.lcmlog",
+                    lambda share, done=i: progress.update(done + share),  # type: ignore[misc]
+                )
+    whole = fit_k(list(parts.values()))
+    fits = {name: fit_k([part]) for name, part in parts.items()}
+    if args.json:
+        each = {name: asdict(fit) for name, fit in fits.items()}
+        print_json({"method": method.name, "key": method.k_key, **asdict(whole), "sequences": each})
+        return 0
+    rows = [[name, f"{fit.k:.6g}", fit.n, fit.residual_m] for name, fit in fits.items()]
+    rows.append(["all", f"{whole.k:.6g}", whole.n, whole.residual_m])
+    print(format_table(["sequence", "K (m)", "windows", "residual (m)"], rows))
+    print(f"{method.k_key}: {whole.k:.6g}")
+    return 0

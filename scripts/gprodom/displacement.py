@@ -1,0 +1,70 @@
+"""Sequential radar displacements of a log as arrays, and dead reckoning on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.dead_reckoning import gyro_yaw, integrate, wheel_distance
+from gprodom.errors import Error
+from gprodom.trajectory import Times, Trajectory
+
+Array = NDArray[np.float64]
+CHANNEL = "GPR_DISPLACEMENT"
+SEQUENTIAL = 0  # displacement_t.kind
+
+
+@dataclass(frozen=True)
+class Displacements:
+    """Valid sequential displacements in time order: times (n,) in microseconds, metres (n,)."""
+
+    start: Times
+    end: Times
+    distance: Array
+
+    def __len__(self) -> int:
+        return int(self.start.size)
+
+
+def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
+    """Those that `source` (a front end's name) published as sequential and valid."""
+    if CHANNEL not in log:
+        raise Error(f"the replay published no {CHANNEL} messages: is the radar in use?")
+    content = log[CHANNEL]
+    wanted = (
+        (content["kind"] == SEQUENTIAL)
+        & content["valid"]
+        & (content["source"] == source)
+        & (content["utime_to"] > content["utime_from"])
+    )
+    if not wanted.any():
+        found = ", ".join(sorted(set(content["source"].tolist())))
+        raise Error(f"no valid displacement of {source!r} was published (sources: {found})")
+    order = np.argsort(content["utime_to"][wanted], kind="stable")
+    return Displacements(
+        content["utime_from"][wanted][order],
+        content["utime_to"][wanted][order],
+        content["distance"][wanted][order],
+    )
+
+
+def reckon(log: dict[str, logs.Channel], displacements: Displacements) -> Trajectory:
+    """Dead reckoning on radar distance: its size from the radar, its sign from the wheel, gyro yaw.
+
+    Windows may overlap, so each displacement counts as a mean speed at the middle of its window;
+    between windows, and over those without a valid one, the speed is interpolated. Where the wheel
+    stands the robot does.
+    """
+    time, wheel = wheel_distance(log)
+    span = (displacements.end - displacements.start) * 1e-6
+    middle = 0.5e-6 * (displacements.start - time[0] + displacements.end - time[0])
+    order = np.argsort(middle, kind="stable")
+    seconds = (time - time[0]) * 1e-6
+    speed = np.interp(seconds, middle[order], (np.abs(displacements.distance) / span)[order])
+    sign = np.sign(np.diff(wheel))
+    step = sign * 0.5 * (speed[1:] + speed[:-1]) * np.diff(seconds)
+    distance = np.concatenate([[0.0], np.cumsum(step)])
+    return integrate(time, distance, *gyro_yaw(log))

@@ -1,0 +1,61 @@
+"""One method on one sequence: from whatever the sequence is in to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gprodom import logs
+from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.command import streams
+from gprodom.dead_reckoning import wheel_and_gyro
+from gprodom.displacement import CHANNEL, reckon, sequential
+from gprodom.errors import Error
+from gprodom.log_writer import write_log
+from gprodom.methods import Method
+from gprodom.replay import run_replay
+from gprodom.score.jumps import MapJumps
+from gprodom.score.sources import kind_of, read_estimate
+from gprodom.trajectory import Trajectory
+
+OnProgress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A trajectory as published (causal), and the jumps of `map` where a replay tells of them."""
+
+    trajectory: Trajectory
+    jumps: MapJumps | None = None
+
+
+def as_log(source: Path, folder: Path, sample_interval: float = SAMPLE_INTERVAL) -> Path:
+    """`source` itself where it is a log; a sequence is converted into `folder`."""
+    kind = kind_of(source)
+    if kind == "log":
+        return source
+    if kind != "sequence":
+        raise Error(f"{source}: expected a sequence (directory or zip) or an LCM log")
+    log = folder / "input.lcmlog"
+    write_log(log, streams(read_recording(source), sample_interval))
+    return log
+
+
+def estimate(
+    log: Path,
+    method: Method,
+    config: Path | None,
+    overrides: Sequence[str],
+    output: Path,
+    on_progress: OnProgress | None = None,
+) -> Estimate:
+    """Runs `method` on `log`. A replay writes its log to `output`; `wheel` needs none."""
+    if method.reckoned == "wheel":
+        return Estimate(wheel_and_gyro(logs.read(log, ["IMU", "WHEEL"])))
+    run_replay(log, output, config, [*method.overrides, *overrides], on_progress=on_progress)
+    if method.reckoned == "displacements":
+        displacements = sequential(logs.read(output, [CHANNEL]), method.front_end)
+        return Estimate(reckon(logs.read(log, ["IMU", "WHEEL"]), displacements))
+    published = read_estimate(output)
+    return Estimate(published.trajectory, published.jumps)

@@ -1,0 +1,65 @@
+"""The methods of a benchmark: what each changes in the configuration, or how it is reckoned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gprodom.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Method:
+    """One row of a results table.
+
+    overrides: KEY=VALUE over the configuration given, before the user's own --set.
+    reckoned: computed here by dead reckoning: from the wheel, or from the radar displacements of a
+      replay; the estimator's poses are not used.
+    front_end: the radar front end whose sequential displacements are measured, where there is one.
+    k_key: configuration key of the displacement per unit of shift (K), where the method has one.
+    """
+
+    name: str
+    summary: str
+    overrides: tuple[str, ...] = ()
+    reckoned: str = ""  # "", "wheel" or "displacements"
+    front_end: str = ""
+    k_key: str = ""
+
+
+def _sequential(name: str, summary: str, reckoned: str = "") -> Method:
+    front_end = "sfm" if reckoned else name
+    overrides = ("gpr.enabled=true", f"gpr.front_end={front_end}")
+    return Method(name, summary, overrides, reckoned, front_end, "gpr.k")
+
+
+METHODS = {
+    method.name: method
+    for method in (
+        Method("wheel", "wheel distance with gyro yaw, dead reckoning", reckoned="wheel"),
+        _sequential(
+            "gpr_sfm", "SFM distance alone, sign from the wheel, gyro yaw", "displacements"
+        ),
+        Method("imu_wheel", "IMU and wheel, no radar", ("gpr.enabled=false",)),
+        _sequential("bscan", "IMU, wheel and radar: B-scans matched by cosine similarity"),
+        _sequential("dec", "IMU, wheel and radar: dominant energy curves"),
+        _sequential("sfm", "IMU, wheel and radar: subsurface feature matrices (the paper)"),
+        _sequential("trace_count", "IMU, wheel and the number of radar traces"),
+        Method(
+            "gprodom",
+            "IMU, wheel and radar motion (stationarity), no revisits",
+            ("gpr.enabled=true", "gpr.front_end=stationarity"),
+        ),
+    )
+}
+
+
+def find_method(name: str) -> Method:
+    """The method of that name."""
+    if name not in METHODS:
+        raise UsageError(f"unknown method {name!r}; expected one of {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+def describe_methods() -> str:
+    """One line a method, for help texts."""
+    return "\n".join(f"  {method.name:<12} {method.summary}" for method in METHODS.values())

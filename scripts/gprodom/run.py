@@ -1,0 +1,113 @@
+"""``gprodom run``: one method on one sequence, to a TUM file."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.errors import UsageError
+from gprodom.estimate import as_log, estimate
+from gprodom.methods import describe_methods, find_method
+from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
+from gprodom.score.record import describe, make_record, sequence_name
+from gprodom.score.sources import read_truth
+from gprodom.trajectory import write_tum
+
+DESCRIPTION = f"""\
+Runs one method on a CMU-GPR sequence (directory or zip; converted first) or on an LCM log, writes
+the trajectory as it was published (causal), and scores it where --truth is given.
+
+methods:
+{describe_methods()}
+"""
+
+EXAMPLES = """\
+  gprodom run 1700001000-0-gates_g-cmu-gpr.zip --method imu_wheel --tum garage.tum
+  gprodom run garage.lcmlog --method gprodom -o out.lcmlog --truth garage.lcmlog
+  gprodom run garage.lcmlog --method gprodom --set wheel.scale=0.97 --tum garage.tum
+"""
+
+
+def add_config_options(parser: argparse.ArgumentParser) -> None:
+    """``-c`` and ``--set``, as every program has them that takes a config."""
+    parser.add_argument(
+        "-c", "--config", type=Path, metavar="CONFIG", help="configuration (default gprodom.yaml)"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="override one configuration key; may be repeated",
+    )
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds the subcommand."""
+    parser = add_command(subparsers, "run", "run a method on a sequence", DESCRIPTION, EXAMPLES)
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
+    parser.add_argument("--method", required=True, help="see above")
+    add_config_options(parser)
+    parser.add_argument("--tum", type=Path, metavar="FILE", help="write the trajectory there")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="LOG", help="keep the replay's log there"
+    )
+    parser.add_argument(
+        "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"
+    )
+    parser.add_argument(
+        "--align", choices=ALIGNMENTS, default="se2", help="alignment of the score (default se2)"
+    )
+    parser.add_argument(
+        "--sample-interval",
+        type=float,
+        metavar="S",
+        default=SAMPLE_INTERVAL,
+        help="seconds between radar samples of a sequence (default %(default)s)",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the subcommand."""
+    method = find_method(args.method)
+    if args.output and method.reckoned == "wheel":
+        raise UsageError("-o: the method wheel is dead reckoning, there is no replay to keep")
+    # Read first, so that a wrong file is told of at once and not after the work.
+    truth = read_truth(args.truth) if args.truth else None
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name)
+        log = as_log(args.source, folder, args.sample_interval)
+        output = args.output or folder / "output.lcmlog"
+        with Progress(method.name, 1.0) as progress:
+            result = estimate(log, method, args.config, args.overrides, output, progress.update)
+    if args.tum:
+        write_tum(args.tum, result.trajectory)
+    figures: dict[str, object] = {"method": method.name, "poses": len(result.trajectory)}
+    text = f"{method.name}: {len(result.trajectory)} poses"
+    if truth is not None:
+        pairs = associate(result.trajectory, truth.trajectory)
+        score = compare(pairs, args.align, FIRST_M)
+        record = make_record(
+            sequence_name(args.source),
+            method.name,
+            "causal",
+            args.align,
+            score.figures,
+            result.jumps,
+        )
+        figures |= record.as_dict()
+        text += "\n" + describe(record)
+    if args.json:
+        print_json(figures)
+    else:
+        print(text)
+    return 0

@@ -1,0 +1,138 @@
+"""The benchmark on two small sequences, and the fit of K."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
+from gprodom.calibrate import Shifts, fit_k
+from gprodom.cli import main
+from gprodom.errors import Error
+from gprodom.methods import METHODS
+from gprodom.score.record import COLUMNS
+from gprodom.trajectory import read_tum
+
+
+def write_csv(path: Path, header: str, time: np.ndarray, columns: list[np.ndarray]) -> None:
+    rows = [
+        f"{t // 1_000_000}.{t % 1_000_000:06d},"
+        + ",".join(f"{column[i]:.9g}" for column in columns)
+        for i, t in enumerate(time.tolist())
+    ]
+    path.write_text("\r\n".join([header, *rows, ""]))
+
+
+def make_sequence(folder: Path, wheel_scale: float = 1.0) -> Path:
+    """2 s of standstill, then 8 m at 0.5 m/s on a circle of 4 m radius."""
+    folder.mkdir(parents=True)
+    time = 1_700_000_000_000_000 + np.arange(0, 18_000_000, 20_000)
+    seconds = (time - time[0]) * 1e-6
+    travelled = 0.5 * np.maximum(seconds - 2, 0)
+    rate = np.where(seconds > 2, 0.125, 0.0)
+    zero = 0 * seconds
+    angle = travelled / 4
+    write_csv(
+        folder / "imu_meas.csv",
+        "t,a_x,a_y,a_z,g_x,g_y,g_z",
+        time,
+        [zero, zero, zero + 9.81, zero, zero, rate],
+    )
+    write_csv(folder / "we_odom_meas.csv", "Time[s],Range[m]", time, [wheel_scale * travelled])
+    position = [4 * np.sin(angle), 4 - 4 * np.cos(angle), zero]
+    write_csv(
+        folder / "ts_meas.csv", "Time[s],Px[m],Py[m],Pz[m]", time[::5], [p[::5] for p in position]
+    )
+    traces = [np.round(zero[::5] + i) for i in range(12)]
+    write_csv(folder / "gpr_meas.csv", "t," + ",".join("a" * 12), time[::5], traces)
+    return folder
+
+
+def test_benchmark_scores_goes_on_and_survives_a_broken_sequence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr", wheel_scale=1.02)
+    broken = make_sequence(tmp_path / "1700001000-0-yard-cmu-gpr")
+    (broken / "imu_meas.csv").write_text("t,a\n1.0,x\n")
+    out = tmp_path / "out"
+    arguments = ["benchmark", str(good), str(broken), "--methods", "wheel", "-o", str(out), "-j2"]
+    assert main([*arguments, "--json"]) == 1
+    printed = capsys.readouterr()
+    assert "1700001000-0-yard-cmu-gpr" in printed.err
+    result = json.loads(printed.out)
+    assert [record["sequence"] for record in result["records"]] == [good.name]
+    assert result["failures"][0]["sequence"] == broken.name
+    assert result == json.loads((out / "results.json").read_text())
+    with (out / "results.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS
+    assert rows[0]["scene"] == "yard"
+    assert rows[0]["nees_xy"] == ""
+    # 2 % of wheel scale over 8 m on a curve: centimetres, and 8.16 m of path.
+    assert 0.01 < float(rows[0]["ate_rmse_m"]) < 0.1
+    path = read_tum(out / good.name / "wheel.tum")
+    assert np.linalg.norm(np.diff(path.position, axis=0), axis=1).sum() == pytest.approx(
+        8.16, rel=0.01
+    )
+    assert "1700000000" in (out / "report.html").read_text()
+    assert not list(out.rglob("*.lcmlog"))  # what only the work needed is gone
+
+    tum = out / good.name / "wheel.tum"
+    before = tum.stat().st_mtime_ns
+    main(arguments)
+    assert tum.stat().st_mtime_ns == before  # went on, did not do it again
+    main([*arguments, "--align", "none"])
+    assert tum.stat().st_mtime_ns != before  # what changed is run again
+
+
+def shifts(rng: np.random.Generator, k: float, n: int = 300) -> Shifts:
+    """Backward and forward windows of K k, 5 mm noise, a tenth of them wildly wrong."""
+    shift = rng.uniform(-20, 20, n)
+    distance = np.abs(k * shift + rng.normal(0, 0.005, n))
+    distance[::10] += 2.0
+    distance[1] = np.nan
+    return Shifts(np.arange(n), np.arange(n) + 1, shift, distance)
+
+
+def test_k_is_robust() -> None:
+    fit = fit_k([shifts(np.random.default_rng(1), 0.03), shifts(np.random.default_rng(2), 0.03)])
+    assert fit.k == pytest.approx(0.03, rel=0.02)
+    assert fit.n == 598
+
+
+def test_k_needs_shifts() -> None:
+    still = Shifts(np.arange(50), np.arange(50) + 1, np.zeros(50), np.zeros(50))
+    with pytest.raises(Error, match="K cannot be fitted"):
+        fit_k([still])
+
+
+def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    sequences = []
+    for i, k in enumerate([0.1, 0.03, 0.03]):
+        sequence = Sequence(f"170000{i}000-0-yard-cmu-gpr", tmp_path, tmp_path / str(i), 2e-10)
+        sequence.folder.mkdir()
+        np.savez(shifts_path(sequence, "sfm"), key="", **vars(shifts(rng, k)))
+        sequences.append(sequence)
+    fit = fit_on_others(sequences[0], METHODS["sfm"], sequences[1:])
+    assert fit.k == pytest.approx(0.03, rel=0.02)
+    with pytest.raises(Error, match="no other sequence"):
+        fit_on_others(sequences[0], METHODS["sfm"], [])
+
+
+def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sequence = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr")
+    arguments = [
+        "benchmark",
+        str(sequence),
+        "--methods",
+        "wheel,magic",
+        "-o",
+        str(tmp_path / "out"),
+    ]
+    assert main(arguments) == 2
+    assert "magic" in capsys.readouterr().err
