@@ -100,13 +100,14 @@ def _dtype(name: str, extent: int) -> np.dtype[np.void]:
 
 def _extent(name: str, size: int) -> int:
     """How many elements the variable field has in a message of `size` bytes; -1: none fits."""
-    fixed = _dtype(name, 0).itemsize
+    with_one = _dtype(name, 1).itemsize
     for _, kind, shape in LAYOUTS[name]:
         if kind == "" or isinstance(shape, str):
             element = 1 if kind == "" else np.dtype(kind).itemsize
-            extent, left = divmod(size - fixed, element)
-            return extent if left == 0 and extent >= (kind == "") else -1
-    return 0 if size == fixed else -1
+            more, left = divmod(size - with_one, element)
+            least = 1 if kind == "" else 0  # a string has its zero byte
+            return 1 + more if left == 0 and 1 + more >= least else -1
+    return 0 if size == with_one else -1
 
 
 def encode(name: str, arrays: Mapping[str, npt.ArrayLike], count: int) -> list[bytes]:
