@@ -32,4 +32,6 @@ add_custom_target(gprodom_lcmtypes_generated ALL DEPENDS ${lcm_stamp})
 add_library(gprodom_lcmtypes INTERFACE)
 add_dependencies(gprodom_lcmtypes gprodom_lcmtypes_generated)
 target_include_directories(gprodom_lcmtypes SYSTEM INTERFACE ${lcm_cpp_root})
+# LCM reads and writes doubles through int64_t pointers, which the optimiser else takes for no access.
+target_compile_options(gprodom_lcmtypes INTERFACE -fno-strict-aliasing)
 target_link_libraries(gprodom_lcmtypes INTERFACE PkgConfig::LCM)

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "gprodom/error.h"
@@ -171,6 +172,20 @@ void Loader::read_override(const std::string& text) {
   }
 }
 
+// Two things under one channel name could not be told apart. `where` is the file, or empty.
+void check_channels(Config& config, const std::string& where) {
+  std::map<std::string, std::string> owner;
+  for (const auto& key : config_keys(config)) {
+    if (section_of(key.name) != "channels") continue;
+    const std::string& channel = *std::get<std::string*>(key.field);
+    const auto [other, is_new] = owner.emplace(channel, key.name);
+    if (!is_new) {
+      throw ConfigError(where + key.name + ": expected a channel of its own, got \"" + channel +
+                        "\", which is " + other->second);
+    }
+  }
+}
+
 }  // namespace
 
 Config load_config(const std::string& path, const std::vector<std::string>& overrides) {
@@ -178,6 +193,7 @@ Config load_config(const std::string& path, const std::vector<std::string>& over
   Loader loader(config);
   loader.read_file(path);
   for (const auto& text : overrides) loader.read_override(text);
+  check_channels(config, path + ": ");
   return config;
 }
 
@@ -185,6 +201,7 @@ Config default_config(const std::vector<std::string>& overrides) {
   Config config;
   Loader loader(config);
   for (const auto& text : overrides) loader.read_override(text);
+  check_channels(config, "");
   return config;
 }
 

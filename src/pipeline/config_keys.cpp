@@ -10,25 +10,25 @@ using Keys = std::vector<ConfigKey>;
 const Range kAny{};
 const Range kPositive{0.0, std::numeric_limits<double>::infinity(), true};
 const Range kNotNegative{0.0, std::numeric_limits<double>::infinity(), false};
-const NonEmpty kName{};
+const Text kChannel{63};  // LCM carries no longer names
 
 Range between(double minimum, double maximum) { return {minimum, maximum, false}; }
 
 // clang-format off
 void add_channels(Keys& keys, ChannelConfig& c) {
   keys.insert(keys.end(), {
-    {"channels.gpr_trace", &c.gpr_trace, "", kName, "in: gpr_trace_t"},
-    {"channels.imu", &c.imu, "", kName, "in: imu_t"},
-    {"channels.wheel", &c.wheel, "", kName, "in: wheel_t"},
-    {"channels.displacement_in", &c.displacement_in, "", kName, "in: displacement_t of another process"},
-    {"channels.command", &c.command, "", kName, "in: command_t"},
-    {"channels.displacement", &c.displacement, "", kName, "out: displacement_t of the radar front end"},
-    {"channels.odometry", &c.odometry, "", kName, "out: odometry_t in odom, continuous"},
-    {"channels.odometry_map", &c.odometry_map, "", kName, "out: odometry_t in map, may jump"},
-    {"channels.pose", &c.pose, "", kName, "out: bot_core.pose_t in map, for viewers"},
-    {"channels.correction", &c.correction, "", kName, "out: correction_t, map to odom"},
-    {"channels.status", &c.status, "", kName, "out: status_t, once a second"},
-    {"channels.sfm", &c.sfm, "", kName, "out: sfm_t"},
+    {"channels.gpr_trace", &c.gpr_trace, "", kChannel, "in: gpr_trace_t"},
+    {"channels.imu", &c.imu, "", kChannel, "in: imu_t"},
+    {"channels.wheel", &c.wheel, "", kChannel, "in: wheel_t"},
+    {"channels.displacement_in", &c.displacement_in, "", kChannel, "in: displacement_t of another process"},
+    {"channels.command", &c.command, "", kChannel, "in: command_t"},
+    {"channels.displacement", &c.displacement, "", kChannel, "out: displacement_t of the radar front end"},
+    {"channels.odometry", &c.odometry, "", kChannel, "out: odometry_t in odom, continuous"},
+    {"channels.odometry_map", &c.odometry_map, "", kChannel, "out: odometry_t in map, may jump"},
+    {"channels.pose", &c.pose, "", kChannel, "out: bot_core.pose_t in map, for viewers"},
+    {"channels.correction", &c.correction, "", kChannel, "out: correction_t, map to odom"},
+    {"channels.status", &c.status, "", kChannel, "out: status_t, once a second"},
+    {"channels.sfm", &c.sfm, "", kChannel, "out: sfm_t"},
   });
 }
 

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <variant>
@@ -27,10 +28,12 @@ struct Range {
 
 using Choices = std::vector<std::string>;
 
-// For strings that name something (a channel): any text that is not empty.
-struct NonEmpty {};
+// For strings that name something: text of this length at most, never empty.
+struct Text {
+  std::size_t max_length = 0;
+};
 
-using Allowed = std::variant<Range, Choices, NonEmpty>;
+using Allowed = std::variant<Range, Choices, Text>;
 using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*>;
 
 struct ConfigKey {

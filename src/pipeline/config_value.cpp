@@ -87,6 +87,8 @@ std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, c
   if (choices && std::find(choices->begin(), choices->end(), text) == choices->end()) {
     return std::nullopt;
   }
+  const auto* limit = std::get_if<Text>(&key.allowed);
+  if (limit && text.size() > limit->max_length) return std::nullopt;
   return text;
 }
 
@@ -138,6 +140,9 @@ std::string expectation(const ConfigKey& key) {
   const std::string range = short_range(key);
   if (std::holds_alternative<Choices>(key.allowed)) return "one of " + range;
   std::string text = kind_name(key.field);
+  if (const auto* limit = std::get_if<Text>(&key.allowed)) {
+    text += " of at most " + std::to_string(limit->max_length) + " characters";
+  }
   if (!range.empty()) text += (range.find(" to ") < range.find("above") ? " from " : " ") + range;
   if (!key.unit.empty()) text += " (" + key.unit + ")";
   return text;

@@ -89,7 +89,10 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
             "FILE:2: wheel.lever_arm: expected [x, y, z], three numbers from -100 to 100 (m), "
             "got [\"1\", \"2\"]");
   EXPECT_EQ(error_of_file("channels:\n  imu:\n"),
-            "FILE:2: channels.imu: expected text, got nothing");
+            "FILE:2: channels.imu: expected text of at most 63 characters, got nothing");
+  EXPECT_EQ(error_of_file("channels:\n  imu: WHEEL\n"),
+            "FILE: channels.wheel: expected a channel of its own, got \"WHEEL\", which is "
+            "channels.imu");
   EXPECT_EQ(error_of_file("wheel:\n  scale:\n    deeper: 1\n"),
             "FILE:2: wheel.scale: expected a number from 0.1 to 10, got a map");
   EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n  scale: 2\n"),
