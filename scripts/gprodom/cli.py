@@ -34,7 +34,6 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.benchmark.command",
     "gprodom.calibrate",
 )
-)
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."
 

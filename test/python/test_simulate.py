@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import CHECKOUT
 
+from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.simulate import Spec, make_route, simulate, stream
 from gprodom.simulate.ground import Ground, GroundSpec
