@@ -6,18 +6,13 @@ import argparse
 import math
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL, VOLTS_PER_COUNT, Recording, read_recording
+from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.errors import Error
-from gprodom.log_writer import Stream, write_log
-from gprodom.wire import encode
-
-Fields = dict[str, npt.ArrayLike]
+from gprodom.log_writer import write_log
 
 CMU_EXAMPLES = """\
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
@@ -78,40 +73,3 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(as_text(summary))
     return 0
-
-
-def streams(recording: Recording, sample_interval: float) -> list[Stream]:
-    """The recording's messages, in the order they have at equal times."""
-    imu: Fields = {
-        "linear_acceleration": recording.acceleration,
-        "angular_velocity": recording.angular_velocity,
-        "has_orientation": recording.has_orientation,
-        "orientation": recording.orientation,
-    }
-    wheel: Fields = {
-        "ticks": recording.ticks,
-        "metres_per_tick": recording.metres_per_tick,
-    }
-    gpr: Fields = {
-        "seq": np.arange(len(recording.gpr_utime)),
-        "antenna_id": 0,
-        "sample_interval": sample_interval,
-        "time_zero": 0.0,
-        "volts_per_count": VOLTS_PER_COUNT,
-        "samples": recording.traces,
-    }
-    return [
-        Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
-        for channel, name, utime, fields in (
-            ("IMU", "imu_t", recording.imu_utime, imu),
-            ("WHEEL", "wheel_t", recording.wheel_utime, wheel),
-            ("GPR_TRACE", "gpr_trace_t", recording.gpr_utime, gpr),
-            (
-                "TOTAL_STATION",
-                "position_truth_t",
-                recording.truth_utime,
-                {"position": recording.truth},
-            ),
-        )
-        if len(utime)
-    ]
