@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gprodom import logs
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
-from gprodom.convert.command import streams
+from gprodom.convert.streams import streams
 from gprodom.dead_reckoning import wheel_and_gyro
 from gprodom.displacement import CHANNEL, reckon, sequential
 from gprodom.errors import Error

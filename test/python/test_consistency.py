@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
-from conftest import CHECKOUT
 
+from conftest import CHECKOUT
 from gprodom.errors import Error
 from gprodom.replay import find_program
 
