@@ -33,6 +33,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.score.command",
     "gprodom.benchmark.command",
     "gprodom.calibrate",
+    "gprodom.plot.command",
 )
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."

@@ -17,15 +17,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_paths(axis: Axes, truth: NDArray[np.float64], paths: Mapping[str, Trajectory]) -> None:
-    """Truth (n, 3) in grey and the (already aligned) paths over it, seen from above."""
-    axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+def draw_paths(
+    axis: Axes, truth: NDArray[np.float64] | None, paths: Mapping[str, Trajectory]
+) -> None:
+    """Truth (n, 3), if any, in grey and the (already aligned) paths over it, seen from above."""
+    if truth is not None:
+        axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+        axis.plot(*truth[0, :2], "o", color="0.2", markersize=5)
     for i, (name, path) in enumerate(paths.items()):
         colour = canvas.COLOURS[i % len(canvas.COLOURS)]
         axis.plot(path.position[:, 0], path.position[:, 1], color=colour, linewidth=1.0, label=name)
-    axis.plot(*truth[0, :2], "o", color="0.2", markersize=5)
     axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x in the truth's frame (m)")
+    axis.set_xlabel("x (m)")
     axis.set_ylabel("y (m)")
 
 

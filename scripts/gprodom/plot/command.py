@@ -1,0 +1,168 @@
+"""``gprodom plot``."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+
+from gprodom import logs
+from gprodom.calibrate import measure_shifts
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.dead_reckoning import wheel_distance
+from gprodom.errors import Error, UsageError
+from gprodom.estimate import as_log
+from gprodom.methods import find_method
+from gprodom.plot import canvas
+from gprodom.plot.log import flag_shares, log_figure
+from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
+from gprodom.run import add_config_options
+from gprodom.score.align import ALIGNMENTS, FIRST_M, fit
+from gprodom.score.associate import associate
+from gprodom.score.pictures import draw_paths
+from gprodom.score.sources import FRAMES, read_estimate, read_truth
+from gprodom.trajectory import Trajectory
+
+EXAMPLES = """\
+  gprodom plot trajectory wheel.tum imu_wheel.tum --truth garage.zip -o paths.png
+  gprodom plot log out.lcmlog -o garage.png
+  gprodom plot observability data/*gates_g*.zip -o out
+"""
+
+OBSERVABILITY = """\
+Measures what time-ordered windows of radar traces observe: the shift that a front end finds against
+the displacement that took place, for each of --methods side by side. Writes observability.png and
+observability.json to DIR and prints the figures.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``plot`` and its subjects."""
+    parser = add_command(subparsers, "plot", "draw pictures", "Draws pictures (PNG).", EXAMPLES)
+    subjects = parser.add_subparsers(metavar="WHAT", required=True)
+    _add_trajectory(subjects)
+    _add_log(subjects)
+    _add_observability(subjects)
+
+
+def _add_trajectory(subjects: Subparsers) -> None:
+    parser = add_command(
+        subjects,
+        "trajectory",
+        "trajectories seen from above",
+        "Draws trajectories (logs or TUM files) seen from above, over the truth where it is given.",
+        EXAMPLES,
+    )
+    parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
+    parser.add_argument("--truth", type=Path, metavar="TRUTH", help="draw these aligned to it")
+    parser.add_argument(
+        "--align", choices=ALIGNMENTS, default="se2", help="as in gprodom score (default se2)"
+    )
+    parser.add_argument("--frame", choices=FRAMES, default="map", help="of logs (default map)")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.set_defaults(run=run_trajectory)
+
+
+def _add_log(subjects: Subparsers) -> None:
+    parser = add_command(
+        subjects,
+        "log",
+        "speed, uncertainty and flags along time",
+        "Draws what a log of the estimator says along time: speed beside the wheel's, standard\n"
+        "deviations, and the flags (standing, slipping and so on); prints the share of each flag.",
+        EXAMPLES,
+    )
+    parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    add_json_flag(parser)
+    parser.set_defaults(run=run_log)
+
+
+def _add_observability(subjects: Subparsers) -> None:
+    parser = add_command(
+        subjects, "observability", "what radar windows observe", OBSERVABILITY, EXAMPLES
+    )
+    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="with truth")
+    parser.add_argument(
+        "--methods", default="sfm,trace_count", metavar="A,B", help="default sfm,trace_count"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    add_config_options(parser)
+    parser.add_argument(
+        "--sample-interval",
+        type=float,
+        metavar="S",
+        default=SAMPLE_INTERVAL,
+        help="seconds between radar samples of sequences (default %(default)s)",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run_observability)
+
+
+def run_trajectory(args: argparse.Namespace) -> int:
+    """Runs ``plot trajectory``."""
+    paths: dict[str, Trajectory] = {}
+    truth = read_truth(args.truth).trajectory if args.truth else None
+    for path in args.estimates:
+        trajectory = read_estimate(path, args.frame).trajectory
+        if truth is not None:
+            pairs = associate(trajectory, truth)
+            trajectory = fit(pairs, args.align, FIRST_M).apply(pairs.estimate)
+        paths[path.stem] = trajectory
+    figure, (axis,) = canvas.new_figure(width=7.5, height=5.5)
+    draw_paths(axis, None if truth is None else truth.position, paths)
+    axis.legend(loc="best", frameon=False)
+    canvas.save(figure, args.output)
+    return 0
+
+
+def run_log(args: argparse.Namespace) -> int:
+    """Runs ``plot log``."""
+    log = logs.read(args.log, ["ODOMETRY", "WHEEL"])
+    if "ODOMETRY" not in log:
+        raise Error(f"{args.log}: holds no ODOMETRY messages; expected a log of the estimator")
+    canvas.save(log_figure(log, args.log.stem), args.output)
+    shares = flag_shares(log)
+    if args.json:
+        print_json({"messages": int(log["ODOMETRY"]["utime"].size), "flags": shares})
+    else:
+        print(format_table(["flag", "share"], [[name, share] for name, share in shares.items()]))
+    return 0
+
+
+def run_observability(args: argparse.Namespace) -> int:
+    """Runs ``plot observability``."""
+    methods = [find_method(name.strip()) for name in args.methods.split(",")]
+    for method in methods:
+        if not method.k_key:
+            raise UsageError(f"--methods: {method.name} measures no shift")
+    seen: dict[str, list[Observed]] = {method.name: [] for method in methods}
+    with Progress("measuring shifts", len(args.sources) * len(methods)) as progress:
+        for source in args.sources:
+            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+                folder = Path(name)
+                log = as_log(source, folder, args.sample_interval)
+                truth = read_truth(source, measured=True).trajectory
+                wheel = wheel_distance(logs.read(log, ["WHEEL"]))
+                for method in methods:
+                    output = folder / "output.lcmlog"
+                    shifts = measure_shifts(log, method, args.config, args.overrides, truth, output)
+                    seen[method.name].append(observe(shifts, *wheel))
+                    progress.advance()
+    pooled = {name: pool(parts) for name, parts in seen.items()}
+    figures = {name: measure(windows) for name, windows in pooled.items()}
+    content = {name: asdict(found) for name, found in figures.items()}
+    args.output.mkdir(parents=True, exist_ok=True)
+    canvas.save(observability_figure(pooled, figures), args.output / "observability.png")
+    (args.output / "observability.json").write_text(to_json(content) + "\n", encoding="utf-8")
+    if args.json:
+        print_json(content)
+    else:
+        rows = [
+            [key, *(content[name][key] for name in content)] for key in next(iter(content.values()))
+        ]
+        print(format_table(["figure", *content], rows))
+    return 0

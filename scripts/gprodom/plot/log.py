@@ -1,0 +1,92 @@
+"""What a replayed or recorded log says along time: speed, standing, slipping, uncertainty."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.dead_reckoning import wheel_distance
+from gprodom.plot import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# odometry_t.flags by bit.
+FLAGS = {
+    "standing": 1,
+    "slipping": 2,
+    "no wheel": 4,
+    "no radar": 8,
+    "IMU gap": 16,
+    "solver failed": 32,
+}
+SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
+
+
+def spans(seconds: NDArray[np.float64], on: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """(start, duration) of each stretch in which `on` (n,) holds, in seconds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    last = seconds.size - 1
+    return [
+        (float(seconds[a]), float(seconds[min(b, last)] - seconds[a]))
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
+    """Speed of robot and wheel, uncertainty of position and yaw, flags; from ODOMETRY and WHEEL."""
+    odometry = log["ODOMETRY"]
+    origin = int(odometry["utime"][0])
+    seconds = (odometry["utime"] - origin) * 1e-6
+    figure, axes = canvas.new_figure(3, 1, width=9.0, height=7.0, sharex=True)
+    _draw_speed(axes[0], log, seconds, origin)
+    _draw_sigma(axes[1], odometry, seconds)
+    _draw_flags(axes[2], odometry["flags"], seconds)
+    axes[0].set_title(title)
+    axes[2].set_xlabel("time (s)")
+    return figure
+
+
+def _draw_speed(
+    axis: Axes, log: dict[str, logs.Channel], seconds: NDArray[np.float64], origin: int
+) -> None:
+    if "WHEEL" in log:
+        time, distance = wheel_distance(log)
+        clock = (time - origin) * 1e-6
+        ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
+        behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
+        colour = canvas.COLOURS[1]
+        axis.plot(clock, (ahead - behind) / SPEED_SPAN_S, color=colour, lw=0.8, label="wheel")
+    speed = log["ODOMETRY"]["velocity"][:, 0]
+    axis.plot(seconds, speed, color=canvas.COLOURS[0], lw=0.8, label="estimate")
+    axis.set_ylabel("forward speed (m/s)")
+    axis.legend(loc="upper right", frameon=False, ncols=2)
+
+
+def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]) -> None:
+    variance = odometry["pose_covariance"].reshape(-1, 6, 6)
+    position = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
+    yaw = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
+    axis.plot(seconds, position, color=canvas.COLOURS[0], lw=1.0, label="position (m)")
+    axis.plot(seconds, yaw, color=canvas.COLOURS[2], lw=1.0, label="yaw (degrees)")
+    axis.set_ylabel("standard deviation")
+    axis.set_ylim(bottom=0)
+    axis.legend(loc="upper left", frameon=False, ncols=2)
+
+
+def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:
+    for row, (_, bit) in enumerate(FLAGS.items()):
+        bars = spans(seconds, (flags & bit) != 0)
+        axis.broken_barh(bars, (row - 0.35, 0.7), color=canvas.COLOURS[row % len(canvas.COLOURS)])
+    axis.set_yticks(range(len(FLAGS)), list(FLAGS))
+    axis.set_ylim(len(FLAGS) - 0.5, -0.5)
+
+
+def flag_shares(log: dict[str, logs.Channel]) -> dict[str, float]:
+    """Share of the ODOMETRY messages in which each flag is set, 0 to 1."""
+    flags = log["ODOMETRY"]["flags"]
+    return {name: float(np.mean((flags & bit) != 0)) for name, bit in FLAGS.items()}
