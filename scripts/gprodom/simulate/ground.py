@@ -31,9 +31,9 @@ class GroundSpec:
     depth: tuple[float, float] = (0.08, 1.5)  # m, of scatterers
     layers: tuple[float, ...] = (0.45, 1.1)  # m, mean depths
     attenuation: float = 1.2  # 1/m, of amplitude over depth
-    amplitude: float = 2500.0  # counts, of a scatterer near the surface
+    amplitude: float = 12000.0  # counts, of a scatterer near the surface
     direct: float = 14000.0  # counts, of the wave that goes straight across
-    noise: float = 25.0  # counts, of each sample
+    noise: float = 30.0  # counts, of each sample
 
 
 def _wavelet(t: Floats, frequency: float) -> Floats:
