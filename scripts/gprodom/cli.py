@@ -85,8 +85,8 @@ def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; returns the exit code."""
     signal.signal(signal.SIGTERM, _terminate)
-    args = build_parser().parse_args(arguments)
     try:
+        args = build_parser().parse_args(arguments)
         code: int = args.run(args)
         sys.stdout.flush()
         return code

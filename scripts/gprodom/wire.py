@@ -141,7 +141,7 @@ def decode(name: str, payloads: Sequence[bytes], where: str) -> Arrays:
         rows = np.flatnonzero(sizes == size)
         extent = _extent(name, int(size))
         if extent < 0:
-            raise Error(f"{where}: message {rows[0]} has {size} bytes, no length of a {name}")
+            raise Error(f"{where}: message {rows[0]} has {size} bytes, as no {name} can")
         data = b"".join(payloads[row] for row in rows.tolist())
         table = np.frombuffer(data, _dtype(name, extent))
         for field, kind, shape in LAYOUTS[name]:
