@@ -95,20 +95,20 @@ def rows_of(records: Sequence[Record], columns: Sequence[str]) -> list[list[obje
 def describe(record: Record) -> str:
     """One score as a table of figure and value."""
     shown: list[list[object]] = [
-        ["ate_rmse_m", record.ate_rmse_m, "m"],
-        ["rpe_1m_m", record.rpe_1m_m, "m"],
-        ["end_m", record.end_m, "m"],
-        ["distance_pct", record.distance_pct, "% of distance, at the end"],
-        ["nees_xy", record.nees_xy, "expected 2"],
-        ["nees_yaw", record.nees_yaw, "expected 1"],
-        ["distance_m", record.distance_m, "m travelled by the truth"],
-        ["n", record.n, "points"],
-        ["excluded", record.excluded, "truth points without an estimate"],
+        ["ate_rmse_m", record.ate_rmse_m],
+        ["rpe_1m_m", record.rpe_1m_m],
+        ["end_m", record.end_m],
+        ["distance_pct (end_m of the distance)", record.distance_pct],
+        ["nees_xy (2 is right)", record.nees_xy],
+        ["nees_yaw (1 is right)", record.nees_yaw],
+        ["n (points compared)", record.n],
+        ["excluded (truth without estimate)", record.excluded],
+        ["distance_m (of the truth)", record.distance_m],
     ]
     if record.map_jumps is not None:
         shown += [
-            ["map_jumps", record.map_jumps, "corrections"],
-            ["map_jump_mean_m", record.map_jump_mean_m, "m"],
-            ["map_jump_max_m", record.map_jump_max_m, "m"],
+            ["map_jumps", record.map_jumps],
+            ["map_jump_mean_m", record.map_jump_mean_m],
+            ["map_jump_max_m", record.map_jump_max_m],
         ]
-    return format_table([f"align {record.align}", "value", ""], shown)
+    return format_table([f"aligned: {record.align}", "value"], shown)
