@@ -155,7 +155,7 @@ def run(args: argparse.Namespace) -> int:
             with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
                 folder = Path(name)
                 log = as_log(source, folder, args.sample_interval)
-                truth = read_truth(source, measured=True).trajectory
+                truth = read_truth(source, frame=None).trajectory
                 parts[sequence_name(source)] = measure_shifts(
                     log,
                     method,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
+import re
 import shutil
 import subprocess
-import tempfile
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,7 +13,6 @@ import gprodom
 from gprodom.errors import Error
 
 PROGRAM = "gprodom-replay"
-POLL_S = 0.2
 
 
 def find_program(name: str = PROGRAM) -> Path:
@@ -50,49 +48,29 @@ def run_replay(
     """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
 
     `config` is the default configuration where None.
-    `on_progress` is told the share of the log that is read, from 0 to 1.
+    `on_progress` is told the share of the log that is done, from 0 to 1.
     """
-    command = [
-        str(find_program()),
-        "-c",
-        str(config or default_config()),
-        str(log),
-        "-o",
-        str(output),
-    ]
+    command = [str(find_program()), "-c", str(config or default_config()), "--progress"]
+    command += [str(log), "-o", str(output)]
     for override in overrides:
         command += ["--set", override]
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=said)
+    said: deque[str] = deque(maxlen=20)
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace"
+    ) as process:
         try:
-            while True:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    process.wait(POLL_S)
-                    break
-                if on_progress is not None:
-                    on_progress(_share_read(process.pid, log))
-        finally:
-            if process.poll() is None:
-                process.terminate()
-                process.wait()
-        if process.returncode != 0:
-            said.seek(0)
-            raise Error(_failure(said.read(), process.returncode))
-
-
-def _failure(said: bytes, code: int) -> str:
-    lines = [line for line in said.decode("utf-8", errors="replace").splitlines() if line.strip()]
-    last = lines[-1].strip() if lines else "it said nothing"
-    return f"{PROGRAM} ended with {f'signal {-code}' if code < 0 else f'code {code}'}: {last}"
-
-
-def _share_read(pid: int, log: Path) -> float:
-    """How far into `log` the process has read: the kernel tells the position of its open file."""
-    with contextlib.suppress(OSError, ValueError):
-        target = log.resolve()
-        for link in Path(f"/proc/{pid}/fd").iterdir():
-            if Path(os.readlink(link)) == target:
-                info = Path(f"/proc/{pid}/fdinfo/{link.name}").read_text()
-                position = int(info.split("pos:", 1)[1].split(None, 1)[0])
-                return position / max(target.stat().st_size, 1)
-    return 0.0
+            assert process.stderr is not None
+            for line in process.stderr:
+                share = re.fullmatch(r"progress ([0-9.]+)\s*", line)
+                if share is None:
+                    said.append(line.strip())
+                elif on_progress is not None:
+                    on_progress(float(share.group(1)))
+        except BaseException:
+            process.terminate()
+            raise
+    if process.returncode != 0:
+        code = process.returncode
+        how = f"signal {-code}" if code < 0 else f"code {code}"
+        last = next((line for line in reversed(said) if line), "it said nothing")
+        raise Error(f"{PROGRAM} ended with {how}: {last}")

@@ -107,7 +107,7 @@ def clean(sequence: Sequence) -> None:
 def read_sequence_truth(sequence: Sequence) -> Trajectory | None:
     """The sequence's truth; None where it was recorded without."""
     try:
-        return read_truth(sequence.source, measured=True).trajectory
+        return read_truth(sequence.source, frame=None).trajectory
     except NoTruthError:
         return None
 

@@ -145,7 +145,7 @@ def run_observability(args: argparse.Namespace) -> int:
             with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
                 folder = Path(name)
                 log = as_log(source, folder, args.sample_interval)
-                truth = read_truth(source, measured=True).trajectory
+                truth = read_truth(source, frame=None).trajectory
                 wheel = wheel_distance(logs.read(log, ["WHEEL"]))
                 for method in methods:
                     output = folder / "output.lcmlog"

@@ -20,7 +20,7 @@ from gprodom.trajectory import Trajectory
 DESCRIPTION = f"""\
 Scores a trajectory against truth. EST and TRUTH are each an LCM log, a TUM file, a total station's
 ts_meas.csv, or a sequence (directory or zip). Of a log, EST is ODOMETRY_MAP (or ODOMETRY, see
---frame) as it was published, TRUTH is TOTAL_STATION, or ODOMETRY_MAP where there is none.
+--frame) as it was published, TRUTH is TOTAL_STATION, or where there is none the same as EST.
 
 The estimate is interpolated to the truth's stamps. Truth outside the estimate's span, or in a gap
 of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`.
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.first_m > 0:
         raise UsageError(f"--first-m {args.first_m:g}: expected a distance above 0")
     estimate = read_estimate(args.estimate, args.frame)
-    truth = read_truth(args.truth)
+    truth = read_truth(args.truth, args.frame)
     path = estimate.trajectory
     if args.prism is not None:
         path = at_prism(path, truth.trajectory, args.prism)

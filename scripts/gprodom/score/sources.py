@@ -93,15 +93,15 @@ def read_estimate(path: Path, frame: Frame = "map") -> Source:
     return Source(path, kind, odometry(found[wanted]), jumps)
 
 
-def read_truth(path: Path, measured: bool = False) -> Source:
+def read_truth(path: Path, frame: Frame | None = "map") -> Source:
     """The trajectory to score against.
 
-    Of a log, TOTAL_STATION, or else its ODOMETRY_MAP or ODOMETRY; with `measured`, only the first.
+    Of a log, TOTAL_STATION, or else the estimate in `frame`; with None, only what was measured.
     """
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
-    estimates = [] if measured else list(CHANNELS.values())
+    estimates = [] if frame is None else [CHANNELS[frame]]
     found = logs.read(path, [TRUTH_CHANNEL, *estimates])
     if TRUTH_CHANNEL in found:
         content = found[TRUTH_CHANNEL]
