@@ -37,7 +37,7 @@ DESCRIPTION = """\
 Fits K, the displacement in metres per unit of shift that a sequential radar front end reports
 (columns of its matrix; traces for trace_count), on sequences with truth: robust least squares
 (Huber) of the true displacement over each window on the size of its shift. Set what it prints as
-gpr.k. Fit it on other sequences of a scene than those you score.
+gpr.sequential.k. Fit it on other sequences of a scene than those you score.
 """
 
 EXAMPLES = """\

@@ -29,7 +29,7 @@ class Method:
 def _sequential(name: str, summary: str, reckoned: str = "") -> Method:
     front_end = "sfm" if reckoned else name
     overrides = ("gpr.enabled=true", f"gpr.front_end={front_end}")
-    return Method(name, summary, overrides, reckoned, front_end, "gpr.k")
+    return Method(name, summary, overrides, reckoned, front_end, "gpr.sequential.k")
 
 
 METHODS = {

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import gprodom
 from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
 from gprodom.calibrate import Shifts, fit_k
 from gprodom.cli import main
@@ -87,6 +89,96 @@ def test_benchmark_scores_goes_on_and_survives_a_broken_sequence(
     assert tum.stat().st_mtime_ns == before  # went on, did not do it again
     main([*arguments, "--align", "none"])
     assert tum.stat().st_mtime_ns != before  # what changed is run again
+
+
+# Stands in for gprodom-replay: sees 2 m travelled as 100 columns of shift, forwards; dec fails.
+STAND_IN = """#!{python}
+import argparse, sys
+import numpy as np
+from gprodom import logs
+from gprodom.dead_reckoning import wheel_distance
+from gprodom.lcm import EventLog
+from gprodom.messages import message
+
+parser = argparse.ArgumentParser()
+parser.add_argument("log")
+parser.add_argument("-c")
+parser.add_argument("-o")
+parser.add_argument("--set", action="append", default=[])
+parser.add_argument("--progress", action="store_true")
+args = parser.parse_args()
+keys = dict(pair.split("=") for pair in args.set)
+print("progress 0.5", file=sys.stderr)
+if keys["gpr.front_end"] == "dec":
+    print("error: no such front end", file=sys.stderr)
+    sys.exit(1)
+time, distance = wheel_distance(logs.read(args.log, ["WHEEL"]))
+out = EventLog(args.o, "w", overwrite=True)
+for i in range(0, len(time) - 25, 25):
+    sent = message("displacement_t")()
+    sent.utime_from, sent.utime_to, sent.utime = int(time[i]), int(time[i + 25]), int(time[i + 25])
+    sent.source, sent.kind, sent.valid = keys["gpr.front_end"], 0, True
+    shift = (distance[i + 25] - distance[i]) / 0.02
+    sent.distance = float(keys["gpr.sequential.k"]) * shift
+    out.write_event(sent.utime, "GPR_DISPLACEMENT", sent.encode())
+for t, x in zip(time.tolist(), distance.tolist()):
+    sent = message("odometry_t")()
+    sent.utime, sent.position, sent.orientation = t, [x, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+    sent.pose_covariance = np.eye(6).ravel().tolist()
+    out.write_event(t, "ODOMETRY_MAP", sent.encode())
+"""
+
+
+@pytest.fixture
+def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = tmp_path / "build" / "bin" / "gprodom-replay"
+    program.parent.mkdir(parents=True)
+    program.write_text(STAND_IN.format(python=sys.executable))
+    program.chmod(0o755)
+    monkeypatch.setattr("gprodom.replay.find_program", lambda: program)
+    monkeypatch.setattr("gprodom.benchmark.jobs.find_program", lambda: program)
+    config = tmp_path / "gprodom.yaml"
+    config.write_text("")
+    monkeypatch.setattr("gprodom.replay.default_config", lambda: config)
+    monkeypatch.setattr("gprodom.benchmark.jobs.default_config", lambda: config)
+    scripts = Path(gprodom.__file__).resolve().parents[1]
+    monkeypatch.setenv("PYTHONPATH", str(scripts))
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_k_is_fitted_on_the_others_and_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sources = [str(make_sequence(tmp_path / f"170000{i}000-0-yard-cmu-gpr")) for i in range(2)]
+    out = tmp_path / "out"
+    arguments = ["benchmark", *sources, "--methods", "gpr_sfm,sfm,dec", "-o", str(out), "--json"]
+    assert main(arguments) == 1
+    printed = capsys.readouterr()
+    result = json.loads(printed.out)
+    assert {(k["method"], round(k["k"], 4)) for k in result["k"]} == {
+        ("gpr_sfm", 0.02),
+        ("sfm", 0.02),
+    }
+    found = {record["method"]: record["ate_rmse_m"] for record in result["records"]}
+    assert set(found) == {"gpr_sfm", "sfm"}
+    assert found["gpr_sfm"] < 0.02  # a perfect radar on a perfect gyro
+    assert [failure["method"] for failure in result["failures"]] == ["dec", "dec"]
+    assert "gprodom-replay ended with code 1: error: no such front end" in printed.err
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_calibrate_k_and_observability(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = str(make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr"))
+    assert main(["calibrate", "k", source, "--method", "sfm", "--json"]) == 0
+    fit = json.loads(capsys.readouterr().out)
+    assert fit["k"] == pytest.approx(0.02, rel=0.01)
+    assert fit["key"] == "gpr.sequential.k"
+    out = tmp_path / "out"
+    assert main(["plot", "observability", source, "-o", str(out), "--json"]) == 0
+    seen = json.loads(capsys.readouterr().out)
+    assert seen == json.loads((out / "observability.json").read_text())
+    assert set(seen) == {"sfm", "trace_count"}
+    assert (out / "observability.png").read_bytes().startswith(b"\x89PNG")
 
 
 def shifts(rng: np.random.Generator, k: float, n: int = 300) -> Shifts:
