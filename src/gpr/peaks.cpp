@@ -35,7 +35,8 @@ void check(const PeakOptions& o) {
 }  // namespace
 
 struct PeakExtractor::Work {
-  explicit Work(const PeakOptions& o) : options(o), f_test(o.significance), joint(options, f_test) {}
+  explicit Work(const PeakOptions& o)
+      : options(o), f_test(o.significance), joint(options, f_test) {}
 
   PeakOptions options;
   FTest f_test;
@@ -101,9 +102,9 @@ void PeakExtractor::Work::add_fits(const float* trace) {
   const int total = static_cast<int>(pulses.size());
   for (int begin = 0; begin < total;) {
     int end = begin + 1;
-    while (end < total && end - begin < options.max_joint &&
-           overlap(pulses[static_cast<std::size_t>(end - 1)],
-                   pulses[static_cast<std::size_t>(end)])) {
+    while (
+        end < total && end - begin < options.max_joint &&
+        overlap(pulses[static_cast<std::size_t>(end - 1)], pulses[static_cast<std::size_t>(end)])) {
       ++end;
     }
     joint.run(trace, pulses, begin, end, peaks, counts);

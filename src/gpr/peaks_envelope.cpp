@@ -7,8 +7,8 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr int kTerms = 16;                  // odd k: 1, 3, ..., 31
-constexpr int kMargin = 2 * kTerms;         // zeros on either side
+constexpr int kTerms = 16;           // odd k: 1, 3, ..., 31
+constexpr int kMargin = 2 * kTerms;  // zeros on either side
 constexpr double kPi = 3.14159265358979323846;
 
 std::array<float, kTerms> hilbert_taps() {
@@ -51,7 +51,8 @@ void analytic_signal(const float* trace, std::size_t size, AnalyticSignal& signa
     const auto h = [j](int at) { return taps[static_cast<std::size_t>(j + at)]; };
     imaginary += h(0) * pair(j) + h(1) * pair(j + 1) + h(2) * pair(j + 2) + h(3) * pair(j + 3);
   }
-  Eigen::Map<Eigen::ArrayXf>(signal.envelope.data(), n) = (real.square() + imaginary.square()).sqrt();
+  Eigen::Map<Eigen::ArrayXf>(signal.envelope.data(), n) =
+      (real.square() + imaginary.square()).sqrt();
 }
 
 }  // namespace gprodom::gpr

@@ -161,8 +161,9 @@ bool JointFit::fit() {
   return true;
 }
 
-// Error of predicting a sample from the first `count` pulses over its standard deviation, from noise
-// and from the errors of the parameters. The curve of the last of them is carried on before its start.
+// Error of predicting a sample from the first `count` pulses over its standard deviation, from
+// noise and from the errors of the parameters. The curve of the last of them is carried on before
+// its start.
 double JointFit::prediction_error(int count, int sample) const {
   using Slope = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxGroupParameters, 1>;
   const int linear = 2 * count_ + 1;
@@ -203,7 +204,8 @@ bool JointFit::widen_gates() {
     while (start[index(k)] > limit && belongs(k, start[index(k)] - 1)) --start[index(k)];
     grown |= start[index(k)] < pulse.start;
     if (k == 0) continue;
-    for (int& stop = stop_[index(k - 1)]; stop < start[index(k)] && prediction_error(k, stop) <= kSupport; ++stop) {
+    for (int& stop = stop_[index(k - 1)];
+         stop < start[index(k)] && prediction_error(k, stop) <= kSupport; ++stop) {
       grown = true;
     }
   }
@@ -251,8 +253,8 @@ void JointFit::accept(int k) {
     energy += (trace_[i] - peak.gamma) * (trace_[i] - peak.gamma);
   }
   const double share = static_cast<double>(fit_.freedom) / samples_.size;
-  const double noise = options_.noise_sigma * options_.noise_sigma * share *
-                       (peak.gate_end - peak.gate_begin);
+  const double noise =
+      options_.noise_sigma * options_.noise_sigma * share * (peak.gate_end - peak.gate_begin);
   const bool fits = misfit - noise <= options_.max_residual * energy;
   if (!fits || !peak.covariance.allFinite() || peak.sample > peak.gate_end) {
     ++counts_->misfit;

@@ -11,13 +11,14 @@ constexpr double kMinOmega = kTwoPi / 25.0;  // rad per sample: the gates of a j
 constexpr double kMaxOmega = kTwoPi / 3.0;
 constexpr double kMinSeparation = 0.75;  // of a period
 constexpr double kMaxValley = 0.75;      // of the lower of two maxima, for them to be two pulses
-constexpr float kDominant = 0.5F;        // of the greatest envelope: samples that tell the frequency
-constexpr double kMaxDetuning = 1.6;     // of a pulse's start frequency from the dominant one
+constexpr float kDominant = 0.5F;     // of the greatest envelope: samples that tell the frequency
+constexpr double kMaxDetuning = 1.6;  // of a pulse's start frequency from the dominant one
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// Sums for the ratio exp(2 (-alpha + j omega)) that best takes each z[i] to z[i + 2] in least squares.
-// Of white noise the analytic signal is uncorrelated at even lags, so noise does not pull the frequency.
+// Sums for the ratio exp(2 (-alpha + j omega)) that best takes each z[i] to z[i + 2] in least
+// squares. Of white noise the analytic signal is uncorrelated at even lags, so noise does not pull
+// the frequency.
 struct StepSums {
   static constexpr int kLag = 2;
   double real = 0.0, imaginary = 0.0, energy = 0.0;
@@ -50,8 +51,8 @@ double dominant_omega(const AnalyticSignal& signal) {
   return std::clamp(sums.omega(), kMinOmega, kMaxOmega);
 }
 
-// Twice a running mean over an odd number of samples near a quarter of a period, which takes out the
-// ripple that noise outside the pulse's band puts on the envelope.
+// Twice a running mean over an odd number of samples near a quarter of a period, which takes out
+// the ripple that noise outside the pulse's band puts on the envelope.
 void smooth(const std::vector<float>& in, double period, std::vector<float>& out,
             std::vector<float>& work) {
   const int size = static_cast<int>(in.size());

@@ -16,9 +16,9 @@ constexpr double kFirstDamping = 1e-3;
 constexpr double kMinDamping = 1e-4;
 constexpr double kMaxDamping = 1e5;
 
-// Everything of one fit of K pulses. Columns of the basis: C_k, S_k (cosine and sine of pulse k), then
-// ones; columns of the derivative: df/dalpha_k, df/domega_k. Each column begins, at an even row, with
-// the first sample of its pulse; rows are padded with zeros to an even number.
+// Everything of one fit of K pulses. Columns of the basis: C_k, S_k (cosine and sine of pulse k),
+// then ones; columns of the derivative: df/dalpha_k, df/domega_k. Each column begins, at an even
+// row, with the first sample of its pulse; rows are padded with zeros to an even number.
 template <int K>
 class VarPro {
  public:
@@ -45,7 +45,7 @@ class VarPro {
 
   const GroupSamples& samples_;
   DampedSinusoid* pulses_;
-  int rows_;                  // even
+  int rows_;                     // even
   std::array<int, kAll> first_;  // row where a column begins, even
   alignas(16) double column_[kAll][kMaxGroupSamples];
   alignas(16) double value_[kMaxGroupSamples];
@@ -86,7 +86,8 @@ VarPro<K>::VarPro(const GroupSamples& samples, DampedSinusoid* pulses)
 
 template <int K>
 double VarPro<K>::dot(int p, int q) const {
-  const int from = std::max(first_[static_cast<std::size_t>(p)], first_[static_cast<std::size_t>(q)]);
+  const int from =
+      std::max(first_[static_cast<std::size_t>(p)], first_[static_cast<std::size_t>(q)]);
   return Column(column_[p] + from, rows_ - from).dot(Column(column_[q] + from, rows_ - from));
 }
 
@@ -150,7 +151,8 @@ bool VarPro<K>::solve_linear(const Nonlinear& theta) {
   for (int q = 0; q < kLinear; ++q) {
     for (int p = 0; p <= q; ++p) basis_gram_(q, p) = dot(p, q);
     const int from = first_[static_cast<std::size_t>(q)];
-    projection[q] = Column(column_[q] + from, rows_ - from).dot(Column(value_ + from, rows_ - from));
+    projection[q] =
+        Column(column_[q] + from, rows_ - from).dot(Column(value_ + from, rows_ - from));
   }
   basis_factor_.compute(basis_gram_);
   if (basis_factor_.info() != Eigen::Success) return false;
@@ -166,8 +168,8 @@ bool VarPro<K>::solve_linear(const Nonlinear& theta) {
   return std::isfinite(residual_sum_);
 }
 
-// Kaufman's Jacobian of the projected residual, -P_perp (dPhi/dtheta) c: its normal matrix is the Schur
-// complement of the full Gauss-Newton matrix on theta, its gradient -D' r.
+// Kaufman's Jacobian of the projected residual, -P_perp (dPhi/dtheta) c: its normal matrix is the
+// Schur complement of the full Gauss-Newton matrix on theta, its gradient -D' r.
 template <int K>
 bool VarPro<K>::linearise() {
   Eigen::Matrix<double, kNonlinear, kNonlinear> gram;
@@ -189,8 +191,8 @@ bool VarPro<K>::linearise() {
     for (int p = 0; p < kLinear; ++p) mixed_gram_(p, q) = dot(p, kLinear + q);
     for (int p = 0; p <= q; ++p) gram(p, q) = gram(q, p) = dot(kLinear + p, kLinear + q);
     const int from = first_[static_cast<std::size_t>(kLinear + q)];
-    gradient_[q] =
-        Column(column_[kLinear + q] + from, rows_ - from).dot(Column(residual_ + from, rows_ - from));
+    gradient_[q] = Column(column_[kLinear + q] + from, rows_ - from)
+                       .dot(Column(residual_ + from, rows_ - from));
   }
   const Eigen::Matrix<double, kLinear, kNonlinear> half =
       basis_factor_.matrixL().solve(mixed_gram_);
@@ -201,7 +203,8 @@ bool VarPro<K>::linearise() {
 template <int K>
 FitStatus VarPro<K>::search(int max_iterations, GroupFit& fit) {
   Nonlinear theta;
-  for (int k = 0; k < K; ++k) theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
+  for (int k = 0; k < K; ++k)
+    theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
   fit.freedom = samples_.size - kAll;
   fit.iterations = 0;
   if (fit.freedom < 1) return FitStatus::kTooFewSamples;
@@ -219,8 +222,8 @@ FitStatus VarPro<K>::search(int max_iterations, GroupFit& fit) {
     const Eigen::LLT<Eigen::Matrix<double, kNonlinear, kNonlinear>> factor(damped);
     if (factor.info() != Eigen::Success) return FitStatus::kNotConverged;
     const Nonlinear step = factor.solve(gradient_);
-    if (damping < 1.0 && step.dot(gradient_) < kStepTolerance * best / fit.freedom +
-                                                   kEnergyTolerance * energy_) {
+    if (damping < 1.0 &&
+        step.dot(gradient_) < kStepTolerance * best / fit.freedom + kEnergyTolerance * energy_) {
       status = FitStatus::kConverged;
       break;
     }
@@ -252,8 +255,8 @@ FitStatus VarPro<K>::search(int max_iterations, GroupFit& fit) {
   return status;
 }
 
-// (J' J)^-1 of all parameters from the blocks: with G the basis' Gram matrix, E the mixed one and S the
-// Schur complement, [[G^-1 + G^-1 E S^-1 E' G^-1, -G^-1 E S^-1], [., S^-1]].
+// (J' J)^-1 of all parameters from the blocks: with G the basis' Gram matrix, E the mixed one and S
+// the Schur complement, [[G^-1 + G^-1 E S^-1 E' G^-1, -G^-1 E S^-1], [., S^-1]].
 template <int K>
 void VarPro<K>::finish(GroupFit& fit) {
   fit.gamma = coefficient_[kLinear - 1];

@@ -46,7 +46,8 @@ std::vector<std::vector<Peak>> extract_all(PeakExtractor& extractor, const Trace
   require_dimensions(traces, 2, "(traces, samples)");
   std::vector<std::vector<Peak>> peaks;
   for (py::ssize_t i = 0; i < traces.shape(0); ++i) {
-    peaks.push_back(extractor.extract(traces.data(i, 0), static_cast<std::size_t>(traces.shape(1))));
+    peaks.push_back(
+        extractor.extract(traces.data(i, 0), static_cast<std::size_t>(traces.shape(1))));
   }
   return peaks;
 }
@@ -57,8 +58,8 @@ void bind_gpr_peaks(py::module_& module) {
   const PeakOptions defaults;
   py::class_<PeakOptions>(module, "PeakOptions", "How peaks are found and fitted; see gpr/peaks.h.")
       .def(py::init([](bool fit, double noise_sigma, double min_snr, double min_relative,
-                       double gate_periods, int max_joint, double significance,
-                       double max_residual, int max_iterations) {
+                       double gate_periods, int max_joint, double significance, double max_residual,
+                       int max_iterations) {
              return PeakOptions{fit,       noise_sigma,  min_snr,      min_relative,  gate_periods,
                                 max_joint, significance, max_residual, max_iterations};
            }),

@@ -16,7 +16,15 @@
 namespace gprodom::gpr {
 
 // Order of Peak::covariance.
-enum PeakParameter { kPeakTime, kPeakAmplitude, kPeakAlpha, kPeakBeta, kPeakGamma, kPeakOmega, kPeakPhi };
+enum PeakParameter {
+  kPeakTime,
+  kPeakAmplitude,
+  kPeakAlpha,
+  kPeakBeta,
+  kPeakGamma,
+  kPeakOmega,
+  kPeakPhi
+};
 using PeakCovariance = Eigen::Matrix<double, 7, 7>;
 
 // Times in samples of the trace, amplitudes in its unit. Without the fit (PeakOptions::fit) only
@@ -32,26 +40,27 @@ struct Peak {
   double residual = 0.0;   // RMS of data - curve over RMS of data - gamma, within the gate
   int gate_begin = 0;      // first and one past the last sample of the pulse that were fitted
   int gate_end = 0;
-  int joint = 0;           // pulses fitted together with this one, itself included; 0: no fit
+  int joint = 0;  // pulses fitted together with this one, itself included; 0: no fit
   PeakCovariance covariance = PeakCovariance::Zero();
 };
 
 struct PeakOptions {
-  bool fit = true;              // false: envelope maximum and a parabola through it
-  double noise_sigma = 0.0;     // of one sample, in the trace's unit; 0: taken from each fit's residual
-  double min_snr = 3.5;         // envelope over noise_sigma from which a maximum is a pulse
-  double min_relative = 0.05;   // envelope over the trace's greatest, likewise
-  double gate_periods = 1.5;    // from the envelope maximum on
-  int max_joint = 3;            // overlapping pulses fitted together, 1..3
-  double significance = 0.01;   // of the F-test that a pulse must pass to be kept
-  double max_residual = 0.3;    // misfit energy over signal energy, noise_sigma^2 taken off
+  bool fit = true;  // false: envelope maximum and a parabola through it
+  double noise_sigma =
+      0.0;               // of one sample, in the trace's unit; 0: taken from each fit's residual
+  double min_snr = 3.5;  // envelope over noise_sigma from which a maximum is a pulse
+  double min_relative = 0.05;  // envelope over the trace's greatest, likewise
+  double gate_periods = 1.5;   // from the envelope maximum on
+  int max_joint = 3;           // overlapping pulses fitted together, 1..3
+  double significance = 0.01;  // of the F-test that a pulse must pass to be kept
+  double max_residual = 0.3;   // misfit energy over signal energy, noise_sigma^2 taken off
   int max_iterations = 15;
 };
 
 // What became of the pulses seen since construction.
 struct PeakCounts {
   std::size_t traces = 0;
-  std::size_t pulses = 0;         // envelope maxima that stood out
+  std::size_t pulses = 0;  // envelope maxima that stood out
   std::size_t accepted = 0;
   std::size_t insignificant = 0;  // F-test: the other pulses explain it
   std::size_t not_converged = 0;

@@ -1,4 +1,5 @@
-// A run of overlapping pulses fitted together: which samples, from which start, with how many pulses.
+// A run of overlapping pulses fitted together: which samples, from which start, with how many
+// pulses.
 #pragma once
 
 #include <array>
@@ -25,17 +26,18 @@ class FTest {
 // Samples: each pulse's gate, from its envelope maximum up to the gate's end or, if sooner, to the
 // valley before the next pulse, since a pulse's rise is no part of the model. After a first fit the
 // gate is carried backwards over samples that the curve predicts within 2.5 standard deviations,
-// likewise the earlier pulse's gate forwards into the valley, and all is fitted again. Where a pulse
-// decays from a sharp onset this finds the onset; a pulse with a slow rise keeps its gate.
+// likewise the earlier pulse's gate forwards into the valley, and all is fitted again. Where a
+// pulse decays from a sharp onset this finds the onset; a pulse with a slow rise keeps its gate.
 //
-// Number of pulses: the least significant that fails the F-test is left out and the rest fitted again.
-// Where the joint fit fails, the pulse to blame is rejected and those on its two sides are fitted apart.
+// Number of pulses: the least significant that fails the F-test is left out and the rest fitted
+// again. Where the joint fit fails, the pulse to blame is rejected and those on its two sides are
+// fitted apart.
 class JointFit {
  public:
   JointFit(const PeakOptions& options, const FTest& f_test);
 
-  // Appends the accepted peaks of pulses[begin..end) of `all` to `peaks`, in order of time, and counts
-  // what became of each.
+  // Appends the accepted peaks of pulses[begin..end) of `all` to `peaks`, in order of time, and
+  // counts what became of each.
   void run(const float* trace, const std::vector<Pulse>& all, int begin, int end,
            std::vector<Peak>& peaks, PeakCounts& counts);
 

@@ -1,4 +1,5 @@
-// Pulse candidates: maxima of the envelope, the gate that each is fitted in, and where its fit starts.
+// Pulse candidates: maxima of the envelope, the gate that each is fitted in, and where its fit
+// starts.
 #pragma once
 
 #include <vector>
@@ -8,19 +9,19 @@
 namespace gprodom::gpr {
 
 struct Pulse {
-  int maximum = 0;         // sample of the envelope's maximum
-  double height = 0.0;     // envelope there
-  int valley = 0;          // sample of the envelope's minimum before the next pulse (or trace end)
-  int gate_end = 0;        // one past the last sample of the gate, at most the trace's length
-  double alpha = 0.0;      // per sample: start value
-  double omega = 0.0;      // rad per sample: start value
+  int maximum = 0;      // sample of the envelope's maximum
+  double height = 0.0;  // envelope there
+  int valley = 0;       // sample of the envelope's minimum before the next pulse (or trace end)
+  int gate_end = 0;     // one past the last sample of the gate, at most the trace's length
+  double alpha = 0.0;   // per sample: start value
+  double omega = 0.0;   // rad per sample: start value
   double centre_omega = 0.0;  // rad per sample: the trace's dominant frequency
 };
 
-// Envelope maxima of at least `threshold`, in order of time. Of two closer than 0.75 of a period the
-// higher stays. Start values: over the first period from the maximum z[i+1] ~ exp(-alpha + j omega)
-// z[i] in least squares, which is the mean instantaneous frequency and log-envelope slope, weighted
-// by energy. The gate reaches `gate_periods` of that frequency past the maximum.
+// Envelope maxima of at least `threshold`, in order of time. Of two closer than 0.75 of a period
+// the higher stays. Start values: over the first period from the maximum z[i+1] ~ exp(-alpha + j
+// omega) z[i] in least squares, which is the mean instantaneous frequency and log-envelope slope,
+// weighted by energy. The gate reaches `gate_periods` of that frequency past the maximum.
 void find_pulses(AnalyticSignal& signal, double threshold, double gate_periods,
                  std::vector<Pulse>& pulses);
 
