@@ -106,7 +106,7 @@ def test_plot_log_tells_the_flags(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     picture = tmp_path / "log.png"
-    assert main(["plot", "log", str(log), "-o", str(picture), "--json"]) == 0
+    assert main(["plot", "log", str(log), "--wheel", str(log), "-o", str(picture), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["flags"]["standing"] == pytest.approx(0.2, abs=0.01)
     assert picture.read_bytes().startswith(b"\x89PNG")
 

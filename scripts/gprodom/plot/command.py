@@ -28,7 +28,7 @@ from gprodom.trajectory import Trajectory
 
 EXAMPLES = """\
   gprodom plot trajectory wheel.tum imu_wheel.tum --truth garage.zip -o paths.png
-  gprodom plot log out.lcmlog -o garage.png
+  gprodom plot log out.lcmlog --wheel garage.lcmlog -o garage.png
   gprodom plot observability data/*gates_g*.zip -o out
 """
 
@@ -76,6 +76,12 @@ def _add_log(subjects: Subparsers) -> None:
         EXAMPLES,
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
+    parser.add_argument(
+        "--wheel",
+        type=Path,
+        metavar="LOG",
+        help="take the wheel's speed from this log: the replay's input (its output holds none)",
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
     add_json_flag(parser)
     parser.set_defaults(run=run_log)
@@ -124,6 +130,8 @@ def run_log(args: argparse.Namespace) -> int:
     log = logs.read(args.log, ["ODOMETRY", "WHEEL"])
     if "ODOMETRY" not in log:
         raise Error(f"{args.log}: holds no ODOMETRY messages; expected a log of the estimator")
+    if args.wheel:
+        log |= logs.read(args.wheel, ["WHEEL"])
     canvas.save(log_figure(log, args.log.stem), args.output)
     shares = flag_shares(log)
     if args.json:
