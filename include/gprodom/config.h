@@ -84,6 +84,23 @@ struct SmootherConfig {
   double latency = 0.05;    // s of data time from submission to effect
 };
 
+// Details retention, on each trace in this order.
+struct GprFilterConfig {
+  double dewow_window = 8e-9;          // s of the running mean that is taken out; 0: none
+  double time_zero_max = 1e-9;         // s by which a trace may start early or late; 0: not tracked
+  std::string background = "running";  // running | window | none
+  int background_memory = 400;         // traces
+  std::string wavelet = "sym4";        // db1 .. db8 | sym4 | sym5 | sym6 | sym8 | none
+  int wavelet_levels = 4;              // the approximation of the last one is zeroed
+  double wavelet_threshold = 1.0;      // of noise sigma sqrt(2 ln n)
+  double band_low = 1.5e8;             // Hz
+  double band_high = 9.0e8;            // Hz
+  double band_length = 1.0e-8;         // s of the filter that is run both ways; 0: no band-pass
+  double gain_rate = 0.0;              // 1/sample
+  double gain_power = 0.0;             // of the sample number
+  int gain_flat_after = 80;            // samples
+};
+
 struct GprConfig {
   bool enabled = true;
   std::string front_end = "stationarity";  // stationarity | none
@@ -92,6 +109,7 @@ struct GprConfig {
   double wave_speed = 1.0e8;               // m/s in the ground
   double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
   double stationary_window = 0.6;          // s of traces compared
+  GprFilterConfig filter;
 };
 
 struct LoggingConfig {

@@ -116,6 +116,24 @@ void add_gpr(Keys& keys, GprConfig& c) {
   });
 }
 
+void add_gpr_filter(Keys& keys, GprFilterConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.filter.dewow_window", &c.dewow_window, "s", between(0, 1e-6), "of the running mean that is taken out; 0: none"},
+    {"gpr.filter.time_zero_max", &c.time_zero_max, "s", between(0, 1e-7), "by which a trace may start early or late; 0: not tracked"},
+    {"gpr.filter.background", &c.background, "", Choices{"running", "window", "none"}, "mean trace that is taken out"},
+    {"gpr.filter.background_memory", &c.background_memory, "traces", between(1, 100000), "in the background"},
+    {"gpr.filter.wavelet", &c.wavelet, "", Choices{"db1", "db2", "db3", "db4", "db5", "db6", "db7", "db8", "sym4", "sym5", "sym6", "sym8", "none"}, "of the stationary transform"},
+    {"gpr.filter.wavelet_levels", &c.wavelet_levels, "", between(1, 6), "the approximation of the last one is zeroed"},
+    {"gpr.filter.wavelet_threshold", &c.wavelet_threshold, "", between(0, 100), "of the details, times noise sigma sqrt(2 ln n)"},
+    {"gpr.filter.band_low", &c.band_low, "Hz", kPositive, "lower edge of the band-pass"},
+    {"gpr.filter.band_high", &c.band_high, "Hz", kPositive, "upper edge of the band-pass"},
+    {"gpr.filter.band_length", &c.band_length, "s", between(0, 1e-6), "of the filter that is run both ways; 0: no band-pass"},
+    {"gpr.filter.gain_rate", &c.gain_rate, "1/sample", between(-1, 1), "of the exponential gain"},
+    {"gpr.filter.gain_power", &c.gain_power, "", between(-5, 5), "of the sample number in the gain"},
+    {"gpr.filter.gain_flat_after", &c.gain_flat_after, "samples", between(0, 100000), "the gain grows no further"},
+  });
+}
+
 void add_logging(Keys& keys, LoggingConfig& c) {
   keys.insert(keys.end(), {
     {"logging.level", &c.level, "", Choices{"debug", "info", "warning", "error"}, "what the daemon writes to its log"},
@@ -136,6 +154,7 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_initializer(keys, config.initializer);
   add_smoother(keys, config.smoother);
   add_gpr(keys, config.gpr);
+  add_gpr_filter(keys, config.gpr.filter);
   add_logging(keys, config.logging);
   return keys;
 }
@@ -150,6 +169,7 @@ std::string section_description(const std::string& section) {
       {"initializer", "Start from a standstill: gravity, gyro bias and the origin."},
       {"smoother", "The fixed-lag smoother."},
       {"gpr", "The ground-penetrating radar and its front end."},
+      {"gpr.filter", "Details retention: what is done to each trace, in this order."},
       {"logging", "The daemon's log."},
   };
   const auto found = descriptions.find(section);
