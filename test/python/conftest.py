@@ -32,12 +32,14 @@ def run_isolated(code: str, *arguments: str) -> subprocess.CompletedProcess[str]
     if shutil.which("unshare") is None:
         pytest.skip("unshare (util-linux) is not installed")
     setup = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
-    probe = subprocess.run(["unshare", "-rn", "sh", "-c", setup], capture_output=True, text=True)
+    # In a chroot root may make a network namespace but no user namespace.
+    unshare = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
+    probe = subprocess.run([*unshare, "sh", "-c", setup], capture_output=True, text=True)
     if probe.returncode != 0:
         pytest.skip(f"no network namespace: {probe.stderr.strip()}")
     inside = ["sh", "-c", f'{setup} && exec "$@"', "sh"]
     return subprocess.run(
-        ["unshare", "-rn", *inside, sys.executable, "-c", code, *arguments],
+        [*unshare, *inside, sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
         timeout=60,
