@@ -128,7 +128,7 @@ std::optional<double> TimeZeroTracker::refine(const float* x, int n, double dela
 }
 
 double TimeZeroTracker::align(const float* x, int n, float* out) {
-  if (reference_.size() != n || lost_ >= kMaxLost) {
+  if (reference_.size() != n || lost_ >= kMaxLost || !(reference_.squaredNorm() > 0.0f)) {
     reference_.setZero(n);
     moved_.resize(n);
     traces_ = 0.0;

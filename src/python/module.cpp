@@ -1,11 +1,13 @@
 // Module gprodom._core: what Python reaches of the C++ library, one bind function per part.
 #include <pybind11/pybind11.h>
 
+void bind_gpr_filter(pybind11::module_& module);
 void bind_gpr_peaks(pybind11::module_& module);
 void bind_gpr_sfm(pybind11::module_& module);
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "Compiled parts of gprodom.";
+  bind_gpr_filter(module);
   bind_gpr_peaks(module);
   bind_gpr_sfm(module);
 }
