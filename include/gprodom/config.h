@@ -36,6 +36,7 @@ struct ImuConfig {
   double gyro_bias_walk = 1.0e-5;       // rad/s^2/sqrt(Hz)
   double accel_bias_walk = 1.0e-4;      // m/s^3/sqrt(Hz)
   double accel_bias_sigma = 0.03;       // m/s^2; prior of the accelerometer bias
+  bool adaptive_noise = true;           // raise the noise of an interval to what its samples show
   double max_acceleration = 160.0;      // m/s^2; beyond: dropped
   double max_angular_velocity = 35.0;   // rad/s; beyond: dropped
   double time_offset = 0.0;             // s; added to every stamp
@@ -109,6 +110,9 @@ struct GprConfig {
   double wave_speed = 1.0e8;               // m/s in the ground
   double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
   double stationary_window = 0.6;          // s of traces compared
+  std::string fusion = "signed";           // signed | norm (the paper's): how a displacement enters
+  double robust_threshold = 2.5;           // standard deviations at which it loses weight; 0: none
+  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; antenna centre in body
   GprFilterConfig filter;
 };
 

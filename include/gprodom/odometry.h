@@ -55,6 +55,8 @@ class Odometry {
 
  private:
   class Impl;
+  Config config_;
+  Execution execution_;
   std::unique_ptr<Impl> impl_;
 };
 

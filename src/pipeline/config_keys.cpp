@@ -48,6 +48,7 @@ void add_imu(Keys& keys, ImuConfig& c) {
     {"imu.gyro_bias_walk", &c.gyro_bias_walk, "rad/s^2/sqrt(Hz)", kPositive, "random walk of the gyro bias"},
     {"imu.accel_bias_walk", &c.accel_bias_walk, "m/s^3/sqrt(Hz)", kPositive, "random walk of the accelerometer bias"},
     {"imu.accel_bias_sigma", &c.accel_bias_sigma, "m/s^2", kPositive, "prior of the accelerometer bias"},
+    {"imu.adaptive_noise", &c.adaptive_noise, "", kAny, "raise the noise of an interval to what its samples show"},
     {"imu.max_acceleration", &c.max_acceleration, "m/s^2", kPositive, "samples beyond are dropped"},
     {"imu.max_angular_velocity", &c.max_angular_velocity, "rad/s", kPositive, "samples beyond are dropped"},
     {"imu.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
@@ -113,6 +114,9 @@ void add_gpr(Keys& keys, GprConfig& c) {
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
     {"gpr.max_gap", &c.max_gap, "s", kPositive, "traces further apart: the front end starts afresh"},
     {"gpr.stationary_window", &c.stationary_window, "s", between(0.05, 10), "of traces compared to see a standstill"},
+    {"gpr.fusion", &c.fusion, "", Choices{"signed", "norm"}, "how a displacement enters: with its sign, or as the paper's norm"},
+    {"gpr.robust_threshold", &c.robust_threshold, "", kNotNegative, "standard deviations at which a displacement loses weight; 0: none"},
+    {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
   });
 }
 

@@ -4,10 +4,12 @@
 void bind_gpr_filter(pybind11::module_& module);
 void bind_gpr_peaks(pybind11::module_& module);
 void bind_gpr_sfm(pybind11::module_& module);
+void bind_odometry(pybind11::module_& module);
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "Compiled parts of gprodom.";
   bind_gpr_filter(module);
   bind_gpr_peaks(module);
   bind_gpr_sfm(module);
+  bind_odometry(module);
 }

@@ -1,0 +1,89 @@
+// Rotations: exponential, logarithm and Jacobians of SO(3), exact for every angle up to pi.
+// Formulas: docs/estimation.md, section "Rotations"; Forster et al., T-RO 2017, section III.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace gprodom::so3 {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// skew(a) b = a x b
+inline Matrix3d skew(const Vector3d& a) {
+  Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+// Below this angle the series of order 6 are exact to rounding.
+constexpr double kSmallAngle = 0.02;
+
+// Coefficients of the power series sum_k (-1)^k phi^(2k) / (2k + n)!, n = 1..4: with phi the angle,
+// s1 = sin/phi, s2 = (1 - cos)/phi^2, s3 = (phi - sin)/phi^3, s4 = (phi^2/2 + cos - 1)/phi^4.
+struct Series {
+  double s1, s2, s3, s4;
+
+  explicit Series(double angle) {
+    const double x = angle * angle;
+    if (angle < kSmallAngle) {
+      s1 = 1 - x / 6 * (1 - x / 20 * (1 - x / 42));
+      s2 = 0.5 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56)));
+      s3 = 1.0 / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72)));
+      s4 = 1.0 / 24 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90)));
+    } else {
+      const double s = std::sin(angle), c = std::cos(angle);
+      s1 = s / angle;
+      s2 = (1 - c) / x;
+      s3 = (angle - s) / (x * angle);
+      s4 = (0.5 * x + c - 1) / (x * x);
+    }
+  }
+};
+
+inline Matrix3d exp_matrix(const Vector3d& phi) {
+  const Series a(phi.norm());
+  const Matrix3d k = skew(phi);
+  return Matrix3d::Identity() + a.s1 * k + a.s2 * (k * k);
+}
+
+inline Quaterniond exp(const Vector3d& phi) {
+  const double half = 0.5 * phi.norm();
+  const Vector3d xyz = 0.5 * Series(half).s1 * phi;
+  return {std::cos(half), xyz.x(), xyz.y(), xyz.z()};
+}
+
+// Rotation vector of norm at most pi.
+inline Vector3d log(const Quaterniond& q) {
+  const double sign = q.w() < 0 ? -1.0 : 1.0;
+  const Vector3d v = sign * q.vec();
+  const double n = v.norm();
+  const double half = std::atan2(n, sign * q.w());
+  return n < 1e-10 ? Vector3d(2 * v) : Vector3d(2 * half / n * v);
+}
+
+// exp(phi + d) = exp(left_jacobian(phi) d) exp(phi) to first order.
+inline Matrix3d left_jacobian(const Vector3d& phi) {
+  const Series a(phi.norm());
+  const Matrix3d k = skew(phi);
+  return Matrix3d::Identity() + a.s2 * k + a.s3 * (k * k);
+}
+
+inline Matrix3d right_jacobian(const Vector3d& phi) { return left_jacobian(-phi); }
+
+// Valid below 2 pi.
+inline Matrix3d left_jacobian_inverse(const Vector3d& phi) {
+  const double x = phi.squaredNorm(), angle = std::sqrt(x);
+  const Matrix3d k = skew(phi);
+  const double c = angle < kSmallAngle
+                       ? (1.0 + x / 60 * (1 + x / 42)) / 12
+                       : (1 - 0.5 * angle * std::sin(angle) / (1 - std::cos(angle))) / x;
+  return Matrix3d::Identity() - 0.5 * k + c * (k * k);
+}
+
+inline Matrix3d right_jacobian_inverse(const Vector3d& phi) { return left_jacobian_inverse(-phi); }
+
+}  // namespace gprodom::so3

@@ -1,0 +1,87 @@
+// From the sensors' data of one state interval to factors, a solve and a snapshot of the result.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/fixed_lag_smoother.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+// While IMU data are missing the robot may turn and speed up at will: densities that cover a
+// robot's turning and accelerating.
+constexpr ImuNoise kBridgedImuNoise{0.5, 2.0};
+
+// IMU and wheel over a step of constant rate and force; body axes.
+struct MotionStep {
+  double dt = 0.0;  // s
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
+  double wheel_m = 0.0;  // signed
+  bool bridged = false;  // no IMU data: values held, noise opened up
+};
+
+// What is known about the interval from the newest state to a new one.
+struct StateInput {
+  TimeNs time = 0;  // of the new state
+  std::vector<MotionStep> steps;
+  ImuNoise noise;  // of the IMU over the interval
+  bool has_wheel = false;
+  bool standing = false;            // proven: the robot did not move
+  bool wheel_contradicted = false;  // it stands, or moves otherwise, although the wheel turns
+  std::vector<Displacement> displacements;  // newly in effect, of any earlier time
+};
+
+struct StateResult {
+  NavState state;  // the newest
+  StateMatrix covariance = StateMatrix::Zero();
+  SolveSummary solve;
+  Eigen::Vector3d p_before = Eigen::Vector3d::Zero();  // of the newest state, predicted by the IMU
+  double wheel_weight = 1.0;  // robust weight of the newest wheel increment
+  bool standing = false;
+  bool no_wheel = false;
+  bool bridged = false;  // IMU data were missing
+  int displacements_used = 0, displacements_dropped = 0;
+};
+
+// The first state with its prior, from the initialiser.
+struct InitialState {
+  NavState state;
+  MarginalPrior prior;
+  ImuNoise noise;
+};
+
+// Owns the smoother. One thread at a time.
+class StateEstimator {
+ public:
+  StateEstimator(const Config& config, const InitialState& initial);
+
+  // A failed solve leaves the states as predicted from the last good ones and says so in the
+  // result. Never throws on data.
+  StateResult add(const StateInput& input);
+
+  const FixedLagSmoother& smoother() const { return smoother_; }
+
+ private:
+  const Factor* add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
+                                 FixedLagSmoother::StateId b);
+  bool add_displacement(const Displacement& displacement);
+  void restart(const NavState& state);
+
+  Config config_;
+  Eigen::Vector3d gravity_odom_;
+  StateMatrix last_covariance_;  // of the last state that a solve ended with
+  FixedLagSmoother smoother_;
+};
+
+// The newest state carried forward by the IMU alone: what the robot knows between two solves.
+OdometryEstimate predict(const NavState& state, const StateMatrix& covariance,
+                         const ImuPreintegration& since, double gravity_mps2);
+
+// A state moved along by preintegrated IMU data, without covariance.
+NavState propagate(const NavState& state, const ImuPreintegration& since, double gravity_mps2);
+
+}  // namespace gprodom

@@ -1,0 +1,206 @@
+#include "gprodom/factors.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace gprodom {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using so3::skew;
+
+namespace {
+
+void resize(Residual& r, Jacobian* Ja, Jacobian* Jb, int rows) {
+  r.resize(rows);
+  if (Ja) Ja->setZero(rows, kStateDim);
+  if (Jb) Jb->setZero(rows, kStateDim);
+}
+
+// A point fixed to the body and its derivative in the chart: c = p + R l moves by
+// skew(-c) theta + rho.
+struct BodyPoint {
+  Vector3d c;
+  BodyPoint(const NavState& x, const Vector3d& lever_arm)
+      : c(x.p_odom + x.q_odom_body * lever_arm) {}
+  Matrix3d d_theta() const { return -skew(c); }
+};
+
+// The norm with a defined derivative everywhere: sqrt(x^2 + eps^2), eps 0.1 mm.
+double smooth_norm(const Vector3d& x) { return std::sqrt(x.squaredNorm() + 1e-8); }
+
+}  // namespace
+
+ImuFactor::ImuFactor(const ImuPreintegration& preintegration, const Vector3d& gravity_odom)
+    : preintegration_(preintegration), gravity_odom_(gravity_odom) {
+  // With covariance L L^T the whitening is L^-1.
+  const Eigen::LLT<Matrix9d> llt(preintegration.covariance());
+  if (preintegration.duration() <= 0 || llt.info() != Eigen::Success)
+    throw std::invalid_argument("ImuFactor: preintegrated covariance is not positive definite");
+  whitening_ = llt.matrixL().solve(Matrix9d::Identity());
+}
+
+void ImuFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                         Jacobian* Jb) const {
+  const double dt = preintegration_.duration();
+  const Vector3d g = gravity_odom_;
+  const Matrix3d RaT = a.R_odom_body().transpose();
+  const Vector3d dbg = a.gyro_bias - preintegration_.gyro_bias();
+  const auto delta = preintegration_.delta(a.gyro_bias, a.accel_bias);
+
+  const Eigen::Quaterniond error = delta.q.conjugate() * a.q_odom_body.conjugate() * b.q_odom_body;
+  const Vector3d phi = so3::log(error);
+  const Vector3d dv = b.v_odom - a.v_odom - g * dt;
+  const Vector3d dp = b.p_odom - a.p_odom - a.v_odom * dt - 0.5 * g * dt * dt;
+  Eigen::Matrix<double, 9, 1> raw;
+  raw << phi, RaT * dv - delta.v, RaT * dp - delta.p;
+
+  r = whitening_ * raw;
+  if (!Ja) return;
+
+  Eigen::Matrix<double, 9, kStateDim> A = Eigen::Matrix<double, 9, kStateDim>::Zero(), B = A;
+  const Matrix3d Jr_inv = so3::right_jacobian_inverse(phi);
+  const Matrix3d theta = Jr_inv * b.R_odom_body().transpose();
+  B.block<3, 3>(0, row::kTheta) = theta;
+  A.block<3, 3>(0, row::kTheta) = -theta;
+  // The correction Exp(dq_dbg dbg) sits on the right of dq, so on the left of the error, inverted.
+  A.block<3, 3>(0, row::kBg) = -Jr_inv * error.conjugate().toRotationMatrix() *
+                               so3::right_jacobian(preintegration_.dq_dbg() * dbg) *
+                               preintegration_.dq_dbg();
+
+  // Turning the state a turns what is measured in its frame; v and p turn with theta (the chart).
+  A.block<3, 3>(3, row::kTheta) = RaT * skew(b.v_odom - g * dt);
+  A.block<3, 3>(3, row::kV) = -RaT;
+  A.block<3, 3>(3, row::kBg) = -preintegration_.dv_dbg();
+  A.block<3, 3>(3, row::kBa) = -preintegration_.dv_dba();
+  B.block<3, 3>(3, row::kTheta) = -RaT * skew(b.v_odom);
+  B.block<3, 3>(3, row::kV) = RaT;
+
+  A.block<3, 3>(6, row::kTheta) = RaT * skew(b.p_odom - 0.5 * g * dt * dt);
+  A.block<3, 3>(6, row::kP) = -RaT;
+  A.block<3, 3>(6, row::kV) = -RaT * dt;
+  A.block<3, 3>(6, row::kBg) = -preintegration_.dp_dbg();
+  A.block<3, 3>(6, row::kBa) = -preintegration_.dp_dba();
+  B.block<3, 3>(6, row::kTheta) = -RaT * skew(b.p_odom);
+  B.block<3, 3>(6, row::kP) = RaT;
+
+  *Ja = whitening_ * A;
+  *Jb = whitening_ * B;
+}
+
+RandomWalkFactor::RandomWalkFactor(double gyro_bias_sigma, double accel_bias_sigma,
+                                   double scale_sigma) {
+  weight_ << Vector3d::Constant(1 / gyro_bias_sigma), Vector3d::Constant(1 / accel_bias_sigma),
+      1 / scale_sigma;
+}
+
+void RandomWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                                Jacobian* Jb) const {
+  resize(r, Ja, Jb, 7);
+  r << b.gyro_bias - a.gyro_bias, b.accel_bias - a.accel_bias, b.wheel_scale - a.wheel_scale;
+  r = weight_.cwiseProduct(r);
+  if (!Ja) return;
+  Ja->rightCols<7>().diagonal() = -weight_;
+  Jb->rightCols<7>().diagonal() = weight_;
+}
+
+WheelFactor::WheelFactor(const WheelIncrement& increment, const Vector3d& lever_arm,
+                         const Vector3d& variance, double robust_threshold)
+    : increment_(increment),
+      lever_arm_(lever_arm),
+      robust_threshold_(robust_threshold),
+      weight_(variance.cwiseSqrt().cwiseInverse()) {}
+
+void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                           Jacobian* Jb) const {
+  resize(r, Ja, Jb, 3);
+  const Matrix3d RaT = a.R_odom_body().transpose();
+  const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
+  const double s = a.wheel_scale;
+  const Vector3d measured =
+      increment_.displacement() + increment_.d_dbg() * (a.gyro_bias - increment_.gyro_bias());
+  r = weight_.asDiagonal() * (RaT * (cb.c - ca.c) - measured / s);
+  if (!Ja) return;
+  const Matrix3d W = weight_.asDiagonal();
+  // d/dtheta_a of R_a^T (c_b - c_a): the frame turns, and c_a with it: R_a^T skew(c_b).
+  Ja->block<3, 3>(0, row::kTheta) = W * RaT * skew(cb.c);
+  Ja->block<3, 3>(0, row::kP) = -W * RaT;
+  Ja->block<3, 3>(0, row::kBg) = -W * increment_.d_dbg() / s;
+  Ja->col(row::kScale) = W * measured / (s * s);
+  Jb->block<3, 3>(0, row::kTheta) = W * RaT * cb.d_theta();
+  Jb->block<3, 3>(0, row::kP) = W * RaT;
+}
+
+WheelDistanceFactor::WheelDistanceFactor(double distance_m, double sigma_m,
+                                         const Vector3d& lever_arm, double robust_threshold)
+    : distance_m_(std::abs(distance_m)),
+      sigma_m_(sigma_m),
+      lever_arm_(lever_arm),
+      robust_threshold_(robust_threshold) {}
+
+void WheelDistanceFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                                   Jacobian* Jb) const {
+  resize(r, Ja, Jb, 1);
+  const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
+  const Vector3d d = cb.c - ca.c;
+  const double norm = smooth_norm(d), s = a.wheel_scale;
+  r[0] = (norm - distance_m_ / s) / sigma_m_;
+  if (!Ja) return;
+  const Eigen::RowVector3d u = d.transpose() / (norm * sigma_m_);
+  Ja->block<1, 3>(0, row::kTheta) = -u * ca.d_theta();
+  Ja->block<1, 3>(0, row::kP) = -u;
+  (*Ja)(0, row::kScale) = distance_m_ / (s * s * sigma_m_);
+  Jb->block<1, 3>(0, row::kTheta) = u * cb.d_theta();
+  Jb->block<1, 3>(0, row::kP) = u;
+}
+
+void StandstillFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                                Jacobian* Jb) const {
+  resize(r, Ja, Jb, 9);
+  const double wr = 1 / sigmas_.rotation, wp = 1 / sigmas_.position, wv = 1 / sigmas_.velocity;
+  const Matrix3d RaT = a.R_odom_body().transpose(), RbT = b.R_odom_body().transpose();
+  const Vector3d phi = so3::log(a.q_odom_body.conjugate() * b.q_odom_body);
+  r << wr * phi, wp * (RaT * (b.p_odom - a.p_odom)), wv * (RbT * b.v_odom);
+  if (!Ja) return;
+  const Matrix3d theta = wr * so3::right_jacobian_inverse(phi) * RbT;
+  Ja->block<3, 3>(0, row::kTheta) = -theta;
+  Ja->block<3, 3>(3, row::kTheta) = wp * RaT * skew(b.p_odom);
+  Ja->block<3, 3>(3, row::kP) = -wp * RaT;
+  Jb->block<3, 3>(0, row::kTheta) = theta;
+  Jb->block<3, 3>(3, row::kTheta) = -wp * RaT * skew(b.p_odom);
+  Jb->block<3, 3>(3, row::kP) = wp * RaT;
+  Jb->block<3, 3>(6, row::kV) = wv * RbT;  // the velocity in body does not turn with theta
+}
+
+void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                                  Jacobian* Jb) const {
+  resize(r, Ja, Jb, 1);
+  const auto& m = measurement_;
+  const BodyPoint pa(a, lever_arm_), pb(b, lever_arm_);
+  // Position at the measurement's own time, by the state's velocity; it turns with theta as c does.
+  const Vector3d ca = pa.c + m.offset_a_s * a.v_odom, cb = pb.c + m.offset_b_s * b.v_odom;
+  const Vector3d d = cb - ca;
+  const double w = 1 / m.sigma_m;
+  Eigen::RowVector3d u;  // d r / d d
+  Vector3d pivot;        // a's theta moves d as skew(pivot): frame and point together
+  if (m.form == Form::kSigned) {
+    const Vector3d axis = a.q_odom_body * Vector3d::UnitX();
+    r[0] = w * (axis.dot(d) - m.distance_m);
+    u = w * axis.transpose();
+    pivot = cb;
+  } else {
+    const double norm = smooth_norm(d);
+    r[0] = w * (norm - std::abs(m.distance_m));
+    u = w * d.transpose() / norm;
+    pivot = ca;
+  }
+  if (!Ja) return;
+  Ja->block<1, 3>(0, row::kTheta) = u * skew(pivot);
+  Ja->block<1, 3>(0, row::kP) = -u;
+  Ja->block<1, 3>(0, row::kV) = -m.offset_a_s * u;
+  Jb->block<1, 3>(0, row::kTheta) = -u * skew(cb);
+  Jb->block<1, 3>(0, row::kP) = u;
+  Jb->block<1, 3>(0, row::kV) = m.offset_b_s * u;
+}
+
+}  // namespace gprodom

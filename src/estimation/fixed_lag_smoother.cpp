@@ -1,0 +1,243 @@
+#include "gprodom/fixed_lag_smoother.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace gprodom {
+
+namespace {
+
+// Typical sizes of the error's rows. Eliminating in these units keeps the pivots within a few
+// orders of magnitude of each other.
+StateVector row_units() {
+  StateVector u;
+  u << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
+      Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-4),
+      Eigen::Vector3d::Constant(1e-2), 1e-2;
+  return u;
+}
+
+// Cauchy: rho(r) = c^2/2 log(1 + (r/c)^2), and its weight rho'(r) / r.
+double robust_cost(double r, double c) {
+  return c > 0 ? 0.5 * c * c * std::log1p(r * r / (c * c)) : 0.5 * r * r;
+}
+double robust_weight(double r, double c) { return c > 0 ? 1 / (1 + r * r / (c * c)) : 1.0; }
+
+double total_cost(const Factor& factor, const Residual& r) {
+  double sum = 0;
+  for (int i = 0; i < r.size(); ++i) sum += robust_cost(r[i], factor.robust_threshold(i));
+  return sum;
+}
+
+void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb) {
+  for (int i = 0; i < r.size(); ++i) {
+    const double c = factor.robust_threshold(i);
+    if (c <= 0) continue;
+    const double w = std::sqrt(robust_weight(r[i], c));
+    r[i] *= w;
+    Ja.row(i) *= w;
+    Jb.row(i) *= w;
+  }
+}
+
+}  // namespace
+
+FixedLagSmoother::FixedLagSmoother(const SmootherOptions& options, const NavState& first,
+                                   MarginalPrior prior)
+    : options_(options), states_{first}, prior_(std::move(prior)) {}
+
+FixedLagSmoother::StateId FixedLagSmoother::add_state(const NavState& predicted) {
+  if (predicted.time <= newest().time)
+    throw std::invalid_argument("FixedLagSmoother: a state must be newer than the last");
+  states_.push_back(predicted);
+  return newest_id();
+}
+
+bool FixedLagSmoother::add_factor(StateId a, StateId b, std::unique_ptr<const Factor> factor) {
+  if (a < oldest_id() || b > newest_id() || a >= b) return false;
+  const auto place = std::upper_bound(links_.begin(), links_.end(), a,
+                                      [](StateId id, const Link& link) { return id < link.a; });
+  links_.insert(place, Link{a, b, std::move(factor)});
+  return true;
+}
+
+double FixedLagSmoother::cost(const States& x) const {
+  Eigen::VectorXd rp;
+  prior_.evaluate(x.data(), rp, nullptr);
+  double sum = 0.5 * rp.squaredNorm();
+  Residual r;
+  for (const Link& link : links_) {
+    link.factor->evaluate(x[index(link.a)], x[index(link.b)], r, nullptr, nullptr);
+    sum += total_cost(*link.factor, r);
+  }
+  return sum;
+}
+
+double FixedLagSmoother::linearise(const States& x) {
+  bandwidth_ = std::max<size_t>(1, prior_.states() > 0 ? prior_.states() - 1 : 0);
+  for (const Link& link : links_)
+    bandwidth_ = std::max(bandwidth_, static_cast<size_t>(link.b - link.a));
+  H_.assign(x.size() * (bandwidth_ + 1), StateMatrix::Zero());
+  g_.assign(x.size(), StateVector::Zero());
+
+  Eigen::VectorXd rp;
+  Eigen::MatrixXd Jp;
+  prior_.evaluate(x.data(), rp, &Jp);
+  double sum = 0.5 * rp.squaredNorm();
+  for (int i = 0; i < prior_.states(); ++i) {
+    const auto Ji = Jp.middleCols<kStateDim>(i * kStateDim);
+    g_[i].noalias() += Ji.transpose() * rp;
+    for (int j = 0; j <= i; ++j)
+      block(H_, i, j).noalias() += Ji.transpose() * Jp.middleCols<kStateDim>(j * kStateDim);
+  }
+
+  Residual r;
+  Jacobian Ja, Jb;
+  for (const Link& link : links_) {
+    const size_t a = index(link.a), b = index(link.b);
+    link.factor->evaluate(x[a], x[b], r, &Ja, &Jb);
+    sum += total_cost(*link.factor, r);
+    weight_rows(*link.factor, r, Ja, Jb);
+    block(H_, a, a).noalias() += Ja.transpose() * Ja;
+    block(H_, b, a).noalias() += Jb.transpose() * Ja;
+    block(H_, b, b).noalias() += Jb.transpose() * Jb;
+    g_[a].noalias() += Ja.transpose() * r;
+    g_[b].noalias() += Jb.transpose() * r;
+  }
+
+  static const StateVector units = row_units();
+  for (auto& h : H_) h = units.asDiagonal() * h * units.asDiagonal();
+  for (auto& g : g_) g.array() *= units.array();
+  return sum;
+}
+
+// Left-looking block Cholesky of the band, oldest state first.
+bool FixedLagSmoother::eliminate(double damping) {
+  const size_t n = g_.size();
+  L_ = H_;
+  for (size_t i = 0; i < n; ++i) {
+    const size_t first = i > bandwidth_ ? i - bandwidth_ : 0;
+    for (size_t j = first; j <= i; ++j) {
+      StateMatrix& Lij = block(L_, i, j);
+      if (i == j) Lij.diagonal() *= 1 + damping;
+      const size_t shared = std::max(first, j > bandwidth_ ? j - bandwidth_ : 0);
+      for (size_t k = shared; k < j; ++k)
+        Lij.noalias() -= block(L_, i, k) * block(L_, j, k).transpose();
+      if (j < i) {
+        block(L_, j, j).transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(
+            Lij);
+      } else {
+        const Eigen::LLT<StateMatrix> llt(Lij);
+        if (llt.info() != Eigen::Success) return false;
+        Lij = llt.matrixL();
+      }
+    }
+  }
+  return true;
+}
+
+double FixedLagSmoother::solve_step(std::vector<StateVector>& step) const {
+  const size_t n = g_.size();
+  step.resize(n);
+  double decrease = 0;
+  for (size_t i = 0; i < n; ++i) {
+    StateVector y = -g_[i];
+    for (size_t k = i > bandwidth_ ? i - bandwidth_ : 0; k < i; ++k)
+      y.noalias() -= block(L_, i, k) * step[k];
+    step[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
+    decrease += 0.5 * step[i].squaredNorm();  // half |L^-1 g|^2
+  }
+  static const StateVector units = row_units();
+  for (size_t i = n; i-- > 0;) {
+    for (size_t k = i + 1; k < std::min(n, i + bandwidth_ + 1); ++k)
+      step[i].noalias() -= block(L_, k, i).transpose() * step[k];
+    block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(step[i]);
+  }
+  for (auto& s : step) s.array() *= units.array();
+  return decrease;
+}
+
+SolveSummary FixedLagSmoother::solve() {
+  SolveSummary summary;
+  std::vector<StateVector> step;
+  States trial(states_.size());
+  double damping = 0, expected = 0;
+  summary.cost = linearise(states_);
+  while (summary.steps < options_.max_iterations) {
+    if (!std::isfinite(summary.cost)) return summary;
+    if (!eliminate(damping)) {
+      damping = std::max(1e-6, 10 * damping);
+      ++summary.steps;
+      continue;
+    }
+    expected = solve_step(step);
+    std::transform(states_.begin(), states_.end(), step.begin(), trial.begin(), retract);
+    const double trial_cost = cost(trial);
+    ++summary.steps;
+    // Rounding of a large cost is no reason to refuse a step.
+    if (std::isfinite(trial_cost) && trial_cost <= summary.cost * (1 + 1e-12) + 1e-9) {
+      ++summary.accepted;
+      states_.swap(trial);
+      summary.cost = trial_cost;
+      summary.usable = true;
+      damping = 0;
+      if (expected < options_.convergence || summary.steps == options_.max_iterations) break;
+      linearise(states_);
+    } else {
+      damping = std::max(1e-6, 10 * damping);
+    }
+  }
+  if (!summary.usable) return summary;
+  if (damping > 0 && !eliminate(0)) return summary;
+  static const StateVector units = row_units();
+  const StateMatrix L_inverse = block(L_, g_.size() - 1, g_.size() - 1)
+                                    .triangularView<Eigen::Lower>()
+                                    .solve(StateMatrix::Identity());
+  const StateMatrix inverse =
+      units.asDiagonal() * (L_inverse.transpose() * L_inverse) * units.asDiagonal();
+  newest_covariance_ = 0.5 * (inverse + inverse.transpose());
+  return summary;
+}
+
+void FixedLagSmoother::marginalise() {
+  const TimeNs horizon = newest().time - from_seconds(options_.lag_s);
+  while (states_.size() > 1 && states_.front().time < horizon) {
+    // The prior on the states 1..n that the oldest is tied to, and the rows that go into it.
+    const auto end = std::find_if(links_.begin(), links_.end(),
+                                  [this](const Link& link) { return link.a > first_id_; });
+    Eigen::Index rows = prior_.A.rows();
+    size_t held = std::max(2, prior_.states());
+    for (auto link = links_.begin(); link != end; ++link) {
+      rows += link->factor->dimension();
+      held = std::max(held, index(link->b) + 1);
+    }
+
+    // The prior keeps the Jacobian it was made with (its first estimate): exact null space.
+    Eigen::VectorXd r(rows), rp;
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, held * kStateDim);
+    prior_.evaluate(states_.data(), rp, nullptr);
+    r.head(rp.size()) = rp;
+    J.topLeftCorner(prior_.A.rows(), prior_.A.cols()) = prior_.A;
+    Eigen::Index at = rp.size();
+    Residual rf;
+    Jacobian Ja, Jb;
+    for (auto link = links_.begin(); link != end; ++link) {
+      const size_t b = index(link->b);
+      link->factor->evaluate(states_[0], states_[b], rf, &Ja, &Jb);
+      weight_rows(*link->factor, rf, Ja, Jb);
+      r.segment(at, rf.size()) = rf;
+      J.block(at, 0, rf.size(), kStateDim) = Ja;
+      J.block(at, b * kStateDim, rf.size(), kStateDim) = Jb;
+      at += rf.size();
+    }
+    eliminate_first_state(std::move(J), std::move(r), prior_.A, prior_.b);
+    prior_.x0.assign(states_.begin() + 1, states_.begin() + static_cast<long>(held));
+    links_.erase(links_.begin(), end);
+    states_.erase(states_.begin());
+    ++first_id_;
+  }
+}
+
+}  // namespace gprodom

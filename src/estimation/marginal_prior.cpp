@@ -1,0 +1,29 @@
+#include "gprodom/marginal_prior.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+namespace gprodom {
+
+void MarginalPrior::evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::MatrixXd* J) const {
+  const int n = states();
+  r = b;
+  if (J) J->resize(A.rows(), A.cols());
+  for (int i = 0; i < n; ++i) {
+    const auto Ai = A.middleCols<kStateDim>(i * kStateDim);
+    r.noalias() += Ai * local(x0[i], x[i]);
+    if (J) J->middleCols<kStateDim>(i * kStateDim).noalias() = Ai * local_jacobian(x0[i], x[i]);
+  }
+}
+
+void eliminate_first_state(Eigen::MatrixXd J, Eigen::VectorXd r, Eigen::MatrixXd& A,
+                           Eigen::VectorXd& b) {
+  const Eigen::Index columns = J.cols() - kStateDim;
+  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(J);  // in place
+  r.applyOnTheLeft(qr.householderQ().adjoint());
+  const Eigen::Index rows = std::clamp<Eigen::Index>(J.rows() - kStateDim, 0, columns);
+  A = J.block(kStateDim, kStateDim, rows, columns).triangularView<Eigen::Upper>();
+  b = r.segment(kStateDim, rows);
+}
+
+}  // namespace gprodom

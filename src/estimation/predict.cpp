@@ -1,0 +1,70 @@
+#include "gprodom/state_estimator.h"
+
+namespace gprodom {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using so3::skew;
+
+NavState propagate(const NavState& x, const ImuPreintegration& since, double gravity_mps2) {
+  const double dt = since.duration();
+  const Vector3d g(0, 0, -gravity_mps2);
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+  NavState y = x;
+  y.time = x.time + from_seconds(dt);
+  y.q_odom_body = (x.q_odom_body * delta.q).normalized();
+  y.p_odom = x.p_odom + x.v_odom * dt + 0.5 * g * dt * dt + x.q_odom_body * delta.p;
+  y.v_odom = x.v_odom + g * dt + x.q_odom_body * delta.v;
+  return y;
+}
+
+// Errors here are plain ones in odom axes: R_true = Exp(phi) R, p_true = p + dp, v_true = v + dv.
+OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
+                         const ImuPreintegration& since, double gravity_mps2) {
+  const NavState y = propagate(x, since, gravity_mps2);
+  const double dt = since.duration();
+  const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body(), I = Matrix3d::Identity();
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+
+  // From the chart's error at x (rho and nu turn with theta) to the plain error at y.
+  // Rows: phi, dp, dv.
+  Eigen::Matrix<double, 9, kStateDim> F = Eigen::Matrix<double, 9, kStateDim>::Zero();
+  F.block<3, 3>(0, row::kTheta) = I;
+  F.block<3, 3>(0, row::kBg) = Ry * since.dq_dbg();
+  F.block<3, 3>(3, row::kTheta) = -skew(x.p_odom + x.v_odom * dt + R * delta.p);
+  F.block<3, 3>(3, row::kP) = I;
+  F.block<3, 3>(3, row::kV) = dt * I;
+  F.block<3, 3>(3, row::kBg) = R * since.dp_dbg();
+  F.block<3, 3>(3, row::kBa) = R * since.dp_dba();
+  F.block<3, 3>(6, row::kTheta) = -skew(x.v_odom + R * delta.v);
+  F.block<3, 3>(6, row::kV) = I;
+  F.block<3, 3>(6, row::kBg) = R * since.dv_dbg();
+  F.block<3, 3>(6, row::kBa) = R * since.dv_dba();
+  Matrix9d G = Matrix9d::Zero();  // preintegrated noise: rotation (at y), velocity, position (at x)
+  G.block<3, 3>(0, 0) = Ry;
+  G.block<3, 3>(3, 6) = R;
+  G.block<3, 3>(6, 3) = R;
+  const Eigen::Matrix<double, 9, kStateDim> FP = F * covariance;
+  const Matrix9d GS = G * since.covariance();
+  Matrix9d P = FP * F.transpose() + GS * G.transpose();
+  P = 0.5 * (P + P.transpose()).eval();
+
+  OdometryEstimate out;
+  out.time = y.time;
+  out.p_odom_body = y.p_odom;
+  out.q_odom_body = y.q_odom_body;
+  out.v_body = Ry.transpose() * y.v_odom;
+  out.pose_covariance << P.block<3, 3>(3, 3), P.block<3, 3>(3, 0), P.block<3, 3>(0, 3),
+      P.block<3, 3>(0, 0);
+  Eigen::Matrix<double, 3, 9> V = Eigen::Matrix<double, 3, 9>::Zero();  // R^T v under the errors
+  V.leftCols<3>() = Ry.transpose() * skew(y.v_odom);
+  V.rightCols<3>() = Ry.transpose();
+  out.velocity_covariance = V * P * V.transpose();
+  out.gyro_bias = y.gyro_bias;
+  out.accel_bias = y.accel_bias;
+  out.wheel_scale = y.wheel_scale;
+  out.wheel_scale_sigma = std::sqrt(covariance(row::kScale, row::kScale));
+  return out;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,140 @@
+#include "gprodom/state_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// A scale held fixed still needs a finite weight: 0.1 ppm.
+constexpr double kFixedScaleSigma = 1e-7;
+
+double robust_weight(const Factor& factor, const NavState& a, const NavState& b) {
+  Residual r;
+  factor.evaluate(a, b, r, nullptr, nullptr);
+  const double c = factor.robust_threshold(0);
+  return c > 0 ? 1 / (1 + r[0] * r[0] / (c * c)) : 1.0;
+}
+
+}  // namespace
+
+StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
+    : config_(config),
+      gravity_odom_(0, 0, -config.initializer.gravity),
+      last_covariance_((initial.prior.A.transpose() * initial.prior.A).inverse()),
+      smoother_({config.smoother.lag, config.smoother.max_iterations}, initial.state,
+                initial.prior) {}
+
+StateResult StateEstimator::add(const StateInput& input) {
+  const NavState& last = smoother_.newest();
+  ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
+  StateResult result;
+  for (const MotionStep& step : input.steps) {
+    imu.integrate(step.acceleration, step.angular_velocity, step.dt,
+                  step.bridged ? kBridgedImuNoise : input.noise);
+    result.bridged |= step.bridged;
+  }
+  NavState predicted = propagate(last, imu, config_.initializer.gravity);
+  predicted.time = input.time;
+  result.p_before = predicted.p_odom;
+
+  const auto a = smoother_.newest_id();
+  const auto b = smoother_.add_state(predicted);
+  const double root_dt = std::sqrt(imu.duration());
+  smoother_.add_factor(a, b, std::make_unique<ImuFactor>(imu, gravity_odom_));
+  const double scale_walk = config_.wheel.scale_sigma > 0 ? config_.wheel.scale_walk : 0.0;
+  smoother_.add_factor(
+      a, b,
+      std::make_unique<RandomWalkFactor>(config_.imu.gyro_bias_walk * root_dt,
+                                         config_.imu.accel_bias_walk * root_dt,
+                                         std::max(scale_walk * root_dt, kFixedScaleSigma)));
+  const Factor* wheel = nullptr;
+  if (input.standing) {
+    const auto& s = config_.standstill;
+    smoother_.add_factor(a, b,
+                         std::make_unique<StandstillFactor>(StandstillSigmas{
+                             s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
+  } else if (input.has_wheel && !input.wheel_contradicted) {
+    wheel = add_wheel_factor(input, a, b);
+  }
+  for (const Displacement& d : input.displacements)
+    ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
+
+  result.solve = smoother_.solve();
+  if (wheel) result.wheel_weight = robust_weight(*wheel, smoother_.state(a), smoother_.state(b));
+  if (result.solve.usable) {
+    smoother_.marginalise();
+    last_covariance_ = smoother_.newest_covariance();
+    result.state = smoother_.newest();
+  } else {
+    restart(predicted);
+    result.state = predicted;
+  }
+  result.covariance = last_covariance_;
+  result.standing = input.standing;
+  result.no_wheel = !input.has_wheel;
+  return result;
+}
+
+// A window that cannot be solved is given up: the prediction stands, less sure than before.
+void StateEstimator::restart(const NavState& state) {
+  StateVector growth;
+  growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
+      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), 1e-3;
+  last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
+  MarginalPrior prior;
+  prior.x0 = {state};
+  prior.A = last_covariance_.llt().matrixL().solve(StateMatrix::Identity());
+  prior.b = StateVector::Zero();
+  smoother_ = FixedLagSmoother({config_.smoother.lag, config_.smoother.max_iterations}, state,
+                               std::move(prior));
+}
+
+const Factor* StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
+                                               FixedLagSmoother::StateId b) {
+  const WheelConfig& c = config_.wheel;
+  WheelIncrement increment(smoother_.state(a).gyro_bias);
+  for (const MotionStep& step : input.steps)
+    increment.integrate(step.angular_velocity, step.dt, step.wheel_m);
+  const Vector3d variance =
+      increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
+  std::unique_ptr<const Factor> factor;
+  if (c.form == "distance")
+    factor = std::make_unique<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
+                                                   c.lever_arm, c.robust_threshold);
+  else
+    factor = std::make_unique<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold);
+  const Factor* added = factor.get();
+  return smoother_.add_factor(a, b, std::move(factor)) ? added : nullptr;
+}
+
+// The states nearest to the measurement's two ends; velocities bridge the rest.
+bool StateEstimator::add_displacement(const Displacement& d) {
+  const TimeNs half_interval = from_seconds(0.5 / config_.smoother.state_rate);
+  auto nearest = [&](TimeNs time) {
+    auto best = smoother_.oldest_id();
+    for (auto id = best; id <= smoother_.newest_id(); ++id)
+      if (std::abs(smoother_.state(id).time - time) < std::abs(smoother_.state(best).time - time))
+        best = id;
+    return best;
+  };
+  const auto a = nearest(d.from), b = nearest(d.to);
+  const TimeNs offset_a = d.from - smoother_.state(a).time,
+               offset_b = d.to - smoother_.state(b).time;
+  if (!d.valid || std::abs(offset_a) > half_interval || std::abs(offset_b) > half_interval)
+    return false;
+  DisplacementFactor::Measurement m;
+  m.distance_m = d.distance_m;
+  m.sigma_m = d.sigma_m;
+  m.offset_a_s = to_seconds(offset_a);
+  m.offset_b_s = to_seconds(offset_b);
+  m.form = config_.gpr.fusion == "norm" ? DisplacementFactor::Form::kNorm
+                                        : DisplacementFactor::Form::kSigned;
+  m.robust_threshold = config_.gpr.robust_threshold;
+  return smoother_.add_factor(a, b, std::make_unique<DisplacementFactor>(m, config_.gpr.lever_arm));
+}
+
+}  // namespace gprodom

@@ -1,0 +1,54 @@
+#include "pipeline/health.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace gprodom {
+
+Health::Health(double warning_period_s) : period_(from_seconds(warning_period_s)) {}
+
+void Health::count(const std::string& channel, const std::string& reason, TimeNs now) {
+  const std::string key = channel + ": " + reason;
+  Event& event = events_[key];
+  ++event.count;
+  // A clock that was set back must not silence warnings.
+  const bool due =
+      event.count == 1 || now >= event.last_warning + period_ || now < event.last_warning;
+  if (!due) return;
+  const std::int64_t since = event.count - event.at_last_warning;
+  warnings_.push_back(since > 1 ? key + " (" + std::to_string(since) + " times)" : key);
+  event.at_last_warning = event.count;
+  event.last_warning = now;
+}
+
+void Health::set(const std::string& topic, HealthLevel level, const std::string& text) {
+  if (text.empty()) {
+    if (conditions_.erase(topic) > 0) warnings_.push_back(topic + ": over");
+    return;
+  }
+  const auto [it, fresh] = conditions_.try_emplace(topic, Condition{level, text});
+  if (fresh) warnings_.push_back(topic + ": " + text);
+  it->second = {level, text};
+}
+
+Status Health::status(TimeNs now) const {
+  Status status;
+  status.time = now;
+  for (const auto& [topic, condition] : conditions_) {
+    status.health = std::max(status.health, condition.level);
+    status.reasons.push_back(topic + ": " + condition.text);
+  }
+  for (const auto& [key, event] : events_) {
+    status.names.push_back(key);
+    status.values.push_back(static_cast<double>(event.count));
+  }
+  for (const auto& [name, value] : values_) {
+    status.names.push_back(name);
+    status.values.push_back(value);
+  }
+  return status;
+}
+
+std::vector<std::string> Health::take_warnings() { return std::exchange(warnings_, {}); }
+
+}  // namespace gprodom

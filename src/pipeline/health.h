@@ -1,0 +1,50 @@
+// What went wrong and how often, said once per period and summed up for status_t.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+class Health {
+ public:
+  explicit Health(double warning_period_s);
+
+  // Counts an event, such as ("IMU", "stamp repeated"), and keeps a warning if none of its kind was
+  // given within the period of data time.
+  void count(const std::string& channel, const std::string& reason, TimeNs now);
+
+  // States for as long as they hold; an empty text ends one.
+  void set(const std::string& topic, HealthLevel level, const std::string& text);
+
+  void value(const std::string& name, double value) { values_[name] = value; }
+  void add(const std::string& name, double amount) { values_[name] += amount; }
+  void maximum(const std::string& name, double value) {
+    values_[name] = std::max(values_[name], value);
+  }
+
+  Status status(TimeNs now) const;
+  std::vector<std::string> take_warnings();
+
+ private:
+  struct Event {
+    std::int64_t count = 0, at_last_warning = 0;
+    TimeNs last_warning = 0;
+  };
+  struct Condition {
+    HealthLevel level;
+    std::string text;
+  };
+
+  TimeNs period_;
+  std::map<std::string, Event> events_;  // by "channel: reason"
+  std::map<std::string, Condition> conditions_;
+  std::map<std::string, double> values_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,36 @@
+#include "pipeline/plausibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+std::string fault(const ImuSample& s, const Config& config) {
+  if (!s.acceleration.allFinite() || !s.angular_velocity.allFinite()) return "value not finite";
+  if (s.acceleration.norm() > config.imu.max_acceleration) return "beyond imu.max_acceleration";
+  if (s.angular_velocity.norm() > config.imu.max_angular_velocity)
+    return "beyond imu.max_angular_velocity";
+  return {};
+}
+
+std::string fault(const WheelSample& s, const Config& /*config*/) {
+  if (!std::isfinite(s.distance_m)) return "distance not finite";
+  return std::abs(s.distance_m) < 1e9 ? "" : "distance beyond a million kilometres";
+}
+
+std::string fault(const GprTrace& s, const Config& /*config*/) {
+  if (s.samples.size() < 16) return "fewer than 16 samples";
+  if (!(s.sample_interval_s > 0 && s.sample_interval_s < 1e-6))
+    return "sample interval not between 0 and 1 us";
+  const bool finite =
+      std::all_of(s.samples.begin(), s.samples.end(), [](float x) { return std::isfinite(x); });
+  return finite ? "" : "sample not finite";
+}
+
+std::string fault(const Displacement& s, const Config& /*config*/) {
+  if (!std::isfinite(s.distance_m) || !std::isfinite(s.sigma_m) || s.sigma_m <= 0)
+    return "distance or sigma not finite and positive";
+  return s.from < s.to ? "" : "utime_from not before utime_to";
+}
+
+}  // namespace gprodom

@@ -1,0 +1,16 @@
+// Why a measurement cannot be used, in words for the log; empty where it can.
+#pragma once
+
+#include <string>
+
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+std::string fault(const ImuSample& sample, const Config& config);
+std::string fault(const WheelSample& sample, const Config& config);
+std::string fault(const GprTrace& trace, const Config& config);
+std::string fault(const Displacement& displacement, const Config& config);
+
+}  // namespace gprodom

@@ -1,0 +1,46 @@
+// The newest state in effect, carried to the newest IMU sample: what is published.
+#pragma once
+
+#include "gprodom/state_estimator.h"
+#include "gprodom/types.h"
+#include "pipeline/sensor_history.h"
+
+namespace gprodom {
+
+class Prediction {
+ public:
+  Prediction(double gravity_mps2, TimeNs max_gap) : gravity_(gravity_mps2), max_gap_(max_gap) {}
+
+  // Starts from a new state and integrates again what the IMU said since.
+  void rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu);
+
+  // On to `now`, and the estimate there. Its time never goes back.
+  OdometryEstimate advance(const ImuHistory& imu, TimeNs now);
+
+  const StateResult& base() const { return base_; }
+  TimeNs time() const { return time_; }
+  Eigen::Vector3d position() const { return propagate(base_.state, since_, gravity_).p_odom; }
+
+ private:
+  void integrate(const ImuHistory& imu, TimeNs from, TimeNs to);
+
+  double gravity_;
+  TimeNs max_gap_;
+  StateResult base_;
+  ImuNoise noise_;
+  ImuPreintegration since_;  // from base_ to time_
+  TimeNs time_ = 0;
+  Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();
+  double distance_m_ = 0.0;  // published so far
+};
+
+// The first state as if a solve had ended with it.
+StateResult initial_result(const InitialState& initial);
+
+// What the samples show, but not less than the reference. Few samples say nothing.
+ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
+
+// Signed wheel distance of each step. false, and zeros, where the wheel does not cover them all.
+bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from);
+
+}  // namespace gprodom

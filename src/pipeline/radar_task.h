@@ -1,0 +1,39 @@
+// One tick's work of the radar thread: traces to the front end, its answer back.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/gpr/front_end.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+struct RadarAnswer {
+  TimeNs tick = 0;
+  std::vector<Displacement> displacements;
+  std::vector<std::string> notes;  // why the front end started afresh, if it did
+};
+
+class RadarTask {
+ public:
+  explicit RadarTask(const GprConfig& config);
+
+  bool enabled() const { return front_end_ != nullptr; }
+
+  // traces: those since the last tick, in time order. Traces of another length or sample interval
+  // than the last, or after a gap, start the front end afresh.
+  RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick);
+
+ private:
+  TimeNs max_gap_;
+  std::unique_ptr<gpr::FrontEnd> front_end_;
+  TimeNs last_time_ = 0;
+  size_t num_samples_ = 0;
+  double sample_interval_s_ = 0.0;
+};
+
+}  // namespace gprodom

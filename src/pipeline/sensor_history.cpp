@@ -1,0 +1,111 @@
+#include "pipeline/sensor_history.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+namespace {
+
+template <typename Entries>
+auto first_after(Entries& entries, TimeNs time) {
+  return std::upper_bound(entries.begin(), entries.end(), time,
+                          [](TimeNs t, const auto& entry) { return t < entry.time; });
+}
+
+// Drops what lies before `time` except the last entry, which interpolation starts from.
+template <typename Entries>
+void forget(Entries& entries, TimeNs time) {
+  const auto keep = first_after(entries, time);
+  if (keep - entries.begin() > 1) entries.erase(entries.begin(), keep - 1);
+}
+
+ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
+  const double u = b.time > a.time
+                       ? static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time)
+                       : 0.0;
+  return {time, a.acceleration + u * (b.acceleration - a.acceleration),
+          a.angular_velocity + u * (b.angular_velocity - a.angular_velocity)};
+}
+
+}  // namespace
+
+void ImuHistory::insert(const ImuSample& sample) {
+  samples_.insert(first_after(samples_, sample.time), sample);
+}
+
+void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }
+
+std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {
+  return {first_after(samples_, from - 1), first_after(samples_, to)};
+}
+
+std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
+  std::vector<MotionStep> steps;
+  if (samples_.empty() || to <= from) return steps;
+  // Beyond either end of the data the nearest sample is held.
+  auto at = [&](decltype(samples_)::const_iterator next, TimeNs time) {
+    if (next == samples_.begin()) return interpolate(*next, *next, time);
+    if (next == samples_.end()) return interpolate(samples_.back(), samples_.back(), time);
+    return interpolate(*(next - 1), *next, time);
+  };
+  auto next = first_after(samples_, from);
+  ImuSample left = at(next, from);
+  while (left.time < to) {
+    const TimeNs end = next == samples_.end() ? to : std::min(to, next->time);
+    const TimeNs before = next == samples_.begin() ? from : (next - 1)->time;
+    const TimeNs after = next == samples_.end() ? to : next->time;
+    const ImuSample right = at(next, end);
+    steps.push_back({to_seconds(end - left.time), 0.5 * (left.acceleration + right.acceleration),
+                     0.5 * (left.angular_velocity + right.angular_velocity), 0.0,
+                     after - before > max_gap});
+    left = right;
+    left.time = end;
+    if (next != samples_.end() && next->time <= end) ++next;
+  }
+  return steps;
+}
+
+bool WheelHistory::insert(const WheelSample& sample) {
+  const auto next = first_after(entries_, sample.time);
+  if (next == entries_.begin()) {
+    entries_.push_front({sample.time, sample.distance_m,
+                         entries_.empty() ? sample.distance_m
+                                          : entries_.front().distance_m + sample.distance_m -
+                                                entries_.front().reported,
+                         false});
+    return true;
+  }
+  const Entry& before = *(next - 1);
+  const double moved = sample.distance_m - before.reported;
+  const double dt = to_seconds(sample.time - before.time);
+  // A stamp may be off by some milliseconds; 20 ms more than measured are granted.
+  const bool jumped = std::abs(moved) > max_speed_ * (dt + 0.02);
+  entries_.insert(
+      next, {sample.time, sample.distance_m, before.distance_m + (jumped ? 0.0 : moved), jumped});
+  return !jumped;
+}
+
+void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }
+
+void WheelHistory::clear() { entries_.clear(); }
+
+std::optional<double> WheelHistory::distance(TimeNs time) const {
+  const auto next = first_after(entries_, time);
+  if (next == entries_.begin()) return std::nullopt;
+  const Entry& a = *(next - 1);
+  if (a.time == time) return a.distance_m;
+  if (next == entries_.end()) return std::nullopt;
+  if (next->jumped || next->time - a.time > kMaxGap) return std::nullopt;
+  const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
+  return a.distance_m + u * (next->distance_m - a.distance_m);
+}
+
+double WheelHistory::path(TimeNs from, TimeNs to) const {
+  double sum = 0;
+  for (auto i = first_after(entries_, from - 1); i != entries_.end() && i->time <= to; ++i)
+    if (i != entries_.begin()) sum += std::abs(i->distance_m - (i - 1)->distance_m);
+  return sum;
+}
+
+}  // namespace gprodom

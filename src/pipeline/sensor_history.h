@@ -1,0 +1,61 @@
+// The last seconds of each sensor, ordered by stamp, and what they say between two times.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/state_estimator.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+class ImuHistory {
+ public:
+  // Late samples go where their stamp puts them. Body axes.
+  void insert(const ImuSample& sample);
+  void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
+  void clear() { samples_.clear(); }
+
+  bool covers(TimeNs time) const { return !samples_.empty() && samples_.back().time >= time; }
+  const std::deque<ImuSample>& samples() const { return samples_; }
+  std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
+
+  // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
+  // ends. Steps across more than max_gap without samples are marked as bridged.
+  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap) const;
+
+ private:
+  std::deque<ImuSample> samples_;
+};
+
+class WheelHistory {
+ public:
+  explicit WheelHistory(double max_speed) : max_speed_(max_speed) {}
+
+  // false where the distance jumped further than max_speed allows: a corrupt count, or an encoder
+  // that was set to zero. The distance then goes on from where it was; the time of the jump counts
+  // as not covered.
+  bool insert(const WheelSample& sample);
+  void forget_before(TimeNs time);
+  void clear();
+
+  // Signed distance, linear between samples; nullopt outside the data and across gaps and jumps.
+  std::optional<double> distance(TimeNs time) const;
+
+  // Unsigned distance over the samples of [from, to]; 0 where there are none.
+  double path(TimeNs from, TimeNs to) const;
+
+ private:
+  static constexpr TimeNs kMaxGap = 300'000'000;  // ns
+  struct Entry {
+    TimeNs time;
+    double reported, distance_m;
+    bool jumped;  // since the entry before
+  };
+  double max_speed_;
+  std::deque<Entry> entries_;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,213 @@
+// gprodom.Odometry: the estimator in-process, the same code as the daemon's.
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "gprodom/config.h"
+#include "gprodom/error.h"
+#include "gprodom/odometry.h"
+
+namespace py = pybind11;
+
+namespace gprodom {
+namespace {
+
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+void require(bool holds, const char* expected) {
+  if (!holds) throw py::value_error(expected);
+}
+
+Eigen::Vector3d row3(const Array& a, py::ssize_t i) { return {a.at(i, 0), a.at(i, 1), a.at(i, 2)}; }
+
+void check_rows(const py::array& time, const Array& values, py::ssize_t columns, const char* what) {
+  require(time.ndim() == 1 && values.ndim() == 2 && values.shape(0) == time.shape(0) &&
+              values.shape(1) == columns,
+          what);
+}
+
+using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+// Everything a sequence holds, merged by stamp (IMU first, then wheel, then radar at equal stamps)
+// and stepped through: much faster than one call per message.
+Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration, const Array& rate,
+            const Times& wheel_time, const Array& wheel_distance, const Times& gpr_time,
+            const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
+            double sample_interval, const std::function<void(double)>& progress) {
+  check_rows(imu_time, acceleration, 3,
+             "acceleration: expected an array (n, 3) beside imu_time (n,)");
+  check_rows(imu_time, rate, 3, "angular_velocity: expected an array (n, 3) beside imu_time (n,)");
+  require(wheel_time.ndim() == 1 && wheel_distance.ndim() == 1 &&
+              wheel_time.shape(0) == wheel_distance.shape(0),
+          "wheel_distance: expected an array (n,) beside wheel_time (n,)");
+  require(gpr_time.shape(0) == 0 || (traces.ndim() == 2 && traces.shape(0) == gpr_time.shape(0)),
+          "traces: expected an array (n, samples) beside gpr_time (n,)");
+  Outputs all;
+  py::ssize_t i = 0, w = 0, g = 0;
+  const py::ssize_t n = imu_time.shape(0), nw = wheel_time.shape(0), ng = gpr_time.shape(0);
+  const auto step = [&] {
+    Outputs out = odometry.step();
+    auto append = [](auto& to, auto& from) {
+      to.insert(to.end(), std::make_move_iterator(from.begin()),
+                std::make_move_iterator(from.end()));
+    };
+    append(all.odometry, out.odometry);
+    append(all.displacements, out.displacements);
+    append(all.status, out.status);
+    append(all.warnings, out.warnings);
+  };
+  while (i < n || w < nw || g < ng) {
+    constexpr auto kNever = std::numeric_limits<std::int64_t>::max();
+    const std::int64_t ti = i < n ? imu_time.at(i) : kNever,
+                       tw = w < nw ? wheel_time.at(w) : kNever,
+                       tg = g < ng ? gpr_time.at(g) : kNever;
+    if (ti <= tw && ti <= tg) {
+      odometry.add(ImuSample{ti, row3(acceleration, i), row3(rate, i)});
+      if (++i % 2000 == 0 && progress) progress(static_cast<double>(i) / static_cast<double>(n));
+    } else if (tw <= tg) {
+      odometry.add(WheelSample{tw, wheel_distance.at(w++)});
+    } else {
+      GprTrace trace;
+      trace.time = tg;
+      trace.seq = g;
+      trace.sample_interval_s = sample_interval;
+      trace.samples.assign(traces.data(g, 0), traces.data(g, 0) + traces.shape(1));
+      ++g;
+      odometry.add(trace);
+    }
+    step();
+  }
+  Outputs rest = odometry.finish();
+  all.status.insert(all.status.end(), rest.status.begin(), rest.status.end());
+  return all;
+}
+
+// (n, columns) of what `row` writes for each estimate.
+template <typename Row>
+Array table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns, Row row) {
+  Array out({static_cast<py::ssize_t>(estimates.size()), columns});
+  for (size_t k = 0; k < estimates.size(); ++k)
+    row(estimates[k], out.mutable_data(static_cast<py::ssize_t>(k), 0));
+  return out;
+}
+
+py::dict arrays(const std::vector<OdometryEstimate>& e) {
+  const auto copy = [](const auto& m, double* to) {
+    for (Eigen::Index k = 0; k < m.size(); ++k) to[k] = m.data()[k];
+  };
+  Times time(static_cast<py::ssize_t>(e.size()));
+  py::array_t<std::int32_t> flags(static_cast<py::ssize_t>(e.size()));
+  for (size_t k = 0; k < e.size(); ++k) {
+    time.mutable_at(k) = e[k].time;
+    flags.mutable_at(k) = e[k].flags;
+  }
+  py::dict d;
+  d["time"] = time;
+  d["flags"] = flags;
+  d["position"] = table(e, 3, [&](const auto& x, double* to) { copy(x.p_odom_body, to); });
+  d["orientation"] = table(e, 4, [](const auto& x, double* to) {
+    to[0] = x.q_odom_body.w(), to[1] = x.q_odom_body.x(), to[2] = x.q_odom_body.y(),
+    to[3] = x.q_odom_body.z();
+  });
+  d["velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.v_body, to); });
+  d["angular_velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.omega_body, to); });
+  d["pose_covariance"] =
+      table(e, 36, [&](const auto& x, double* to) { copy(x.pose_covariance, to); });
+  d["gyro_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.gyro_bias, to); });
+  d["accel_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.accel_bias, to); });
+  d["wheel_scale"] = table(
+      e, 2, [](const auto& x, double* to) { to[0] = x.wheel_scale, to[1] = x.wheel_scale_sigma; });
+  return d;
+}
+
+py::dict to_dict(const Status& s) {
+  py::dict values;
+  for (size_t k = 0; k < s.names.size(); ++k) values[py::str(s.names[k])] = s.values[k];
+  py::dict d;
+  d["time"] = s.time;
+  d["health"] = static_cast<int>(s.health);
+  d["reasons"] = s.reasons;
+  d["values"] = values;
+  return d;
+}
+
+}  // namespace
+}  // namespace gprodom
+
+void bind_odometry(py::module_& m) {
+  using namespace gprodom;
+  py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
+  py::class_<Outputs>(m, "Outputs", "What one step produced, each in time order.")
+      .def_property_readonly(
+          "odometry", [](const Outputs& o) { return arrays(o.odometry); },
+          "Arrays of one row per estimate: time (ns), position (m, odom), orientation (w x y z), "
+          "velocity and angular_velocity (body), pose_covariance (n, 36), gyro_bias, accel_bias, "
+          "wheel_scale (value, sigma), flags.")
+      .def_property_readonly(
+          "status",
+          [](const Outputs& o) {
+            py::list l;
+            for (const auto& s : o.status) l.append(to_dict(s));
+            return l;
+          },
+          "One dict per second of data: time, health, reasons, values.")
+      .def_property_readonly(
+          "displacements",
+          [](const Outputs& o) {
+            py::list l;
+            for (const auto& x : o.displacements) {
+              py::dict d;
+              d["time"] = x.time, d["from"] = x.from, d["to"] = x.to, d["source"] = x.source;
+              d["kind"] = static_cast<int>(x.kind), d["valid"] = x.valid;
+              d["distance"] = x.distance_m, d["sigma"] = x.sigma_m, d["score"] = x.score;
+              l.append(d);
+            }
+            return l;
+          },
+          "One dict per displacement measurement, as it took effect.")
+      .def_readonly("warnings", &Outputs::warnings);
+
+  py::class_<Odometry>(
+      m, "Odometry",
+      "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
+      .def(py::init([](const std::string& config, const std::vector<std::string>& set) {
+             return std::make_unique<Odometry>(config.empty() ? default_config(set)
+                                                              : load_config(config, set));
+           }),
+           py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
+           "config: path of a YAML file, empty for the defaults; set: overrides 'key=value'.\n"
+           "Raises ConfigError with the file, line and key.")
+      .def(
+          "add_imu",
+          [](Odometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
+             const Eigen::Vector3d& rate) {
+            o.add(ImuSample{time, acceleration, rate});
+          },
+          py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"))
+      .def(
+          "add_wheel",
+          [](Odometry& o, std::int64_t time, double distance) {
+            o.add(WheelSample{time, distance});
+          },
+          py::arg("time"), py::arg("distance"), "distance: signed, cumulative, metres.")
+      .def(
+          "add_gpr",
+          [](Odometry& o, std::int64_t time, const std::vector<float>& samples,
+             double sample_interval, double time_zero, std::int64_t seq) {
+            GprTrace t;
+            t.time = time, t.seq = seq, t.sample_interval_s = sample_interval;
+            t.time_zero_s = time_zero, t.samples = samples;
+            o.add(t);
+          },
+          py::arg("time"), py::arg("samples"), py::arg("sample_interval"),
+          py::arg("time_zero") = 0.0, py::arg("seq") = 0)
+      .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
+      .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
+      .def("reset", &Odometry::reset)
+      .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
+           py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
+           py::arg("sample_interval") = 2e-10, py::arg("progress") = std::function<void(double)>{},
+           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing.");
+}

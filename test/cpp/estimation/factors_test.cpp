@@ -1,0 +1,209 @@
+// Analytic against numeric Jacobians of every factor and of the prior, at random states with
+// attitudes up to 180 degrees and residual rotations up to 3 rad.
+#include "gprodom/factors.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "gprodom/marginal_prior.h"
+
+namespace gprodom {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double uniform(double lo, double hi) {
+    return std::uniform_real_distribution<double>(lo, hi)(engine_);
+  }
+  Vector3d vector(double size) {
+    return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
+  }
+  Vector3d rotation(double max_angle) { return vector(1.0).normalized() * uniform(0, max_angle); }
+  NavState state() {
+    NavState x;
+    x.q_odom_body = so3::exp(rotation(M_PI));
+    x.p_odom = vector(50);
+    x.v_odom = vector(3);
+    x.gyro_bias = vector(0.02);
+    x.accel_bias = vector(0.2);
+    x.wheel_scale = uniform(0.9, 1.1);
+    return x;
+  }
+  // A state near enough that the residual rotation between it and x's prediction is below 3 rad.
+  NavState near(const NavState& x, const Eigen::Quaterniond& delta) {
+    NavState y = state();
+    y.q_odom_body = x.q_odom_body * delta * so3::exp(rotation(3.0));
+    y.p_odom = x.p_odom + vector(2);
+    return y;
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+// Central differences of fourth order.
+MatrixXd numeric(const std::function<VectorXd(const StateVector&)>& f, Eigen::Index rows) {
+  MatrixXd J(rows, kStateDim);
+  for (int k = 0; k < kStateDim; ++k) {
+    const double h = 1e-3;
+    auto at = [&](double x) {
+      StateVector d = StateVector::Zero();
+      d[k] = x;
+      return f(d);
+    };
+    J.col(k) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+  }
+  return J;
+}
+
+void expect_same(const MatrixXd& analytic, const MatrixXd& n, const char* what) {
+  for (Eigen::Index i = 0; i < n.rows(); ++i)
+    EXPECT_LT((analytic.row(i) - n.row(i)).norm(), 1e-6 * (1e-6 + n.row(i).norm()))
+        << what << ", row " << i << "\nanalytic " << analytic.row(i) << "\nnumeric  " << n.row(i);
+}
+
+void check(const Factor& factor, const NavState& a, const NavState& b) {
+  Residual r;
+  Jacobian Ja, Jb;
+  factor.evaluate(a, b, r, &Ja, &Jb);
+  ASSERT_EQ(r.size(), factor.dimension());
+  auto residual = [&](const NavState& x, const NavState& y) {
+    Residual v;
+    factor.evaluate(x, y, v, nullptr, nullptr);
+    return VectorXd(v);
+  };
+  expect_same(Ja,
+              numeric([&](const StateVector& d) { return residual(retract(a, d), b); }, r.size()),
+              "earlier state");
+  expect_same(Jb,
+              numeric([&](const StateVector& d) { return residual(a, retract(b, d)); }, r.size()),
+              "later state");
+
+  // Turning about gravity and shifting both states changes nothing: the global directions that
+  // no factor may observe are the same vectors at every state.
+  Eigen::Matrix<double, kStateDim, 4> global = Eigen::Matrix<double, kStateDim, 4>::Zero();
+  global(row::kTheta + 2, 3) = 1;
+  global.block<3, 3>(row::kP, 0).setIdentity();
+  EXPECT_LT(((Ja + Jb) * global).cwiseAbs().maxCoeff(), 1e-9 * Ja.cwiseAbs().maxCoeff());
+}
+
+const Vector3d kGravity(0, 0, -9.80665);
+
+ImuPreintegration some_preintegration(Random& random) {
+  ImuPreintegration p({1.6e-4, 5.9e-4}, random.vector(0.02), random.vector(0.2));
+  for (int i = 0; i < 40; ++i)
+    p.integrate(random.vector(3) + Vector3d(0, 0, 9.8), random.vector(2), 0.005);
+  return p;
+}
+
+TEST(Factors, ImuJacobians) {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const ImuPreintegration p = some_preintegration(random);
+    const NavState a = random.state();
+    check(ImuFactor(p, kGravity), a, random.near(a, p.delta(a.gyro_bias, a.accel_bias).q));
+  }
+}
+
+TEST(Factors, RandomWalkJacobians) {
+  Random random(2);
+  for (int i = 0; i < 20; ++i)
+    check(RandomWalkFactor(1e-5, 1e-3, 1e-4), random.state(), random.state());
+}
+
+TEST(Factors, WheelJacobians) {
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    WheelIncrement w(random.vector(0.02));
+    for (int k = 0; k < 20; ++k) w.integrate(random.vector(2), 0.01, random.uniform(-0.02, 0.02));
+    const Vector3d lever = random.vector(1);
+    const Vector3d variance = w.variance({0.01, 0.005, 0.02, 1e-3});
+    const NavState a = random.state(), b = random.state();
+    check(WheelFactor(w, lever, variance, 0), a, b);
+    check(WheelDistanceFactor(w.distance(), 0.01, lever, 0), a, b);
+  }
+}
+
+TEST(Factors, StandstillJacobians) {
+  Random random(4);
+  for (int i = 0; i < 100; ++i) {
+    const NavState a = random.state();
+    check(StandstillFactor({}), a, random.near(a, Eigen::Quaterniond::Identity()));
+  }
+}
+
+TEST(Factors, DisplacementJacobians) {
+  Random random(5);
+  for (int i = 0; i < 100; ++i)
+    for (auto form : {DisplacementFactor::Form::kSigned, DisplacementFactor::Form::kNorm})
+      check(
+          DisplacementFactor({random.uniform(-1, 1), 0.05, 0.03, -0.07, form, 0}, random.vector(1)),
+          random.state(), random.state());
+}
+
+TEST(Factors, PriorJacobians) {
+  Random random(6);
+  for (int i = 0; i < 50; ++i) {
+    MarginalPrior prior;
+    const NavState x0 = random.state();
+    prior.x0 = {x0, random.state()};
+    prior.A = MatrixXd::Random(20, 2 * kStateDim);
+    prior.b = VectorXd::Random(20);
+    NavState x[2] = {random.near(x0, Eigen::Quaterniond::Identity()), prior.x0[1]};
+    VectorXd r;
+    MatrixXd J;
+    prior.evaluate(x, r, &J);
+    for (int k = 0; k < 2; ++k) {
+      const MatrixXd n = numeric(
+          [&](const StateVector& d) {
+            NavState y[2] = {x[0], x[1]};
+            y[k] = retract(x[k], d);
+            VectorXd v;
+            prior.evaluate(y, v, nullptr);
+            return v;
+          },
+          r.size());
+      expect_same(J.middleCols<kStateDim>(k * kStateDim), n, "prior");
+    }
+  }
+}
+
+TEST(Factors, PreintegrationBiasDerivatives) {
+  // Against integrating again at shifted biases. First order in the angle of one step (0.01 rad),
+  // so 1e-4 relative is what can be asked here.
+  Random random(7);
+  std::vector<Vector3d> force, rate;
+  for (int i = 0; i < 100; ++i) {
+    force.push_back(random.vector(3) + Vector3d(0, 0, 9.8));
+    rate.push_back(random.vector(2));
+  }
+  auto integrate = [&](const Vector3d& bg, const Vector3d& ba) {
+    ImuPreintegration p({1e-4, 1e-3}, bg, ba);
+    for (size_t i = 0; i < force.size(); ++i) p.integrate(force[i], rate[i], 0.005);
+    return p;
+  };
+  const ImuPreintegration p = integrate(Vector3d::Zero(), Vector3d::Zero());
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d h = 1e-4 * Vector3d::Unit(k);
+    const auto gp = integrate(h, {0, 0, 0}).delta(), gm = integrate(-h, {0, 0, 0}).delta();
+    const auto ap = integrate({0, 0, 0}, h).delta(), am = integrate({0, 0, 0}, -h).delta();
+    const Vector3d dq =
+        (so3::log(p.delta().q.conjugate() * gp.q) - so3::log(p.delta().q.conjugate() * gm.q)) /
+        2e-4;
+    EXPECT_LT((dq - p.dq_dbg().col(k)).norm(), 1e-6);
+    EXPECT_LT(((gp.v - gm.v) / 2e-4 - p.dv_dbg().col(k)).norm(), 1e-4 * p.dv_dbg().norm());
+    EXPECT_LT(((gp.p - gm.p) / 2e-4 - p.dp_dbg().col(k)).norm(), 1e-4 * p.dp_dbg().norm());
+    EXPECT_LT(((ap.v - am.v) / 2e-4 - p.dv_dba().col(k)).norm(), 1e-8);
+    EXPECT_LT(((ap.p - am.p) / 2e-4 - p.dp_dba().col(k)).norm(), 1e-8);
+  }
+}
+
+}  // namespace
+}  // namespace gprodom
