@@ -54,7 +54,7 @@ struct WheelConfig {
   double noise_floor = 0.0005;    // m; of an increment, from the encoder's resolution
   double lateral_noise = 0.003;   // m/sqrt(m); side slip
   double vertical_noise = 0.003;  // m/sqrt(m)
-  double robust_threshold = 2.5;  // standard deviations at which an increment loses weight; 0: none
+  double robust_threshold = 1.5;  // standard deviations at which an increment loses weight; 0: none
   double max_speed = 5.0;         // m/s; faster increments are dropped
   double time_offset = 0.0;       // s; added to every stamp
 };
@@ -80,7 +80,7 @@ struct InitializerConfig {
 
 struct SmootherConfig {
   double state_rate = 5.0;  // states per second
-  double lag = 3.0;         // s
+  double lag = 5.0;         // s
   int max_iterations = 4;   // per update
   double latency = 0.05;    // s of data time from submission to effect
 };

@@ -40,7 +40,7 @@ class FixedLagSmoother {
   StateId add_state(const NavState& predicted);  // time must grow; std::invalid_argument else
 
   // Ties a < b. false, and nothing is added, where one of them has left the window.
-  bool add_factor(StateId a, StateId b, std::unique_ptr<const Factor> factor);
+  bool add_factor(StateId a, StateId b, std::shared_ptr<const Factor> factor);
 
   // Gauss-Newton with damping where a step fails to lower the cost.
   SolveSummary solve();
@@ -60,7 +60,7 @@ class FixedLagSmoother {
  private:
   struct Link {
     StateId a, b;
-    std::unique_ptr<const Factor> factor;
+    std::shared_ptr<const Factor> factor;
   };
   using States = std::vector<NavState>;
 

@@ -50,6 +50,15 @@ class Odometry {
   // End of data: what still waits for its reorder window is worked off.
   Outputs finish();
 
+  // Keeps all states, so that smoothed() can solve over the whole run. Memory grows with the run;
+  // call it before the first add().
+  void record();
+
+  // After finish(): time and pose of every state from one solution over all data since the start;
+  // the other fields are empty. Throws std::runtime_error where there is nothing recorded, or no
+  // solution.
+  std::vector<OdometryEstimate> smoothed() const;
+
   // Forgets everything but the configuration and starts at the initialiser.
   void reset();
 

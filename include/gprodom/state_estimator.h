@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "gprodom/batch.h"
 #include "gprodom/config.h"
 #include "gprodom/fixed_lag_smoother.h"
 #include "gprodom/types.h"
@@ -65,16 +67,25 @@ class StateEstimator {
 
   const FixedLagSmoother& smoother() const { return smoother_; }
 
+  // Keeps every state and factor from here on, for a solution over the whole run. Call it before
+  // the first add().
+  void record();
+  const Batch* recorded() const { return batch_ ? &*batch_ : nullptr; }
+
  private:
   const Factor* add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                                  FixedLagSmoother::StateId b);
   bool add_displacement(const Displacement& displacement);
   void restart(const NavState& state);
+  bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
+           std::shared_ptr<const Factor> factor);
 
   Config config_;
   Eigen::Vector3d gravity_odom_;
   StateMatrix last_covariance_;  // of the last state that a solve ended with
   FixedLagSmoother smoother_;
+  FixedLagSmoother::StateId id_offset_ = 0;  // of the smoother's states since its last restart
+  std::optional<Batch> batch_;
 };
 
 // The newest state carried forward by the IMU alone: what the robot knows between two solves.

@@ -55,7 +55,7 @@ FixedLagSmoother::StateId FixedLagSmoother::add_state(const NavState& predicted)
   return newest_id();
 }
 
-bool FixedLagSmoother::add_factor(StateId a, StateId b, std::unique_ptr<const Factor> factor) {
+bool FixedLagSmoother::add_factor(StateId a, StateId b, std::shared_ptr<const Factor> factor) {
   if (a < oldest_id() || b > newest_id() || a >= b) return false;
   const auto place = std::upper_bound(links_.begin(), links_.end(), a,
                                       [](StateId id, const Link& link) { return id < link.a; });

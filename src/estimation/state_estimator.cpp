@@ -43,8 +43,9 @@ StateResult StateEstimator::add(const StateInput& input) {
 
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
+  if (batch_) batch_->add_state(predicted);
   const double root_dt = std::sqrt(imu.duration());
-  smoother_.add_factor(a, b, std::make_unique<ImuFactor>(imu, gravity_odom_));
+  tie(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
   const double scale_walk = config_.wheel.scale_sigma > 0 ? config_.wheel.scale_walk : 0.0;
   smoother_.add_factor(
       a, b,
@@ -54,9 +55,9 @@ StateResult StateEstimator::add(const StateInput& input) {
   const Factor* wheel = nullptr;
   if (input.standing) {
     const auto& s = config_.standstill;
-    smoother_.add_factor(a, b,
-                         std::make_unique<StandstillFactor>(StandstillSigmas{
-                             s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
+    tie(a, b,
+        std::make_shared<StandstillFactor>(
+            StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
   } else if (input.has_wheel && !input.wheel_contradicted) {
     wheel = add_wheel_factor(input, a, b);
   }
@@ -65,6 +66,9 @@ StateResult StateEstimator::add(const StateInput& input) {
 
   result.solve = smoother_.solve();
   if (wheel) result.wheel_weight = robust_weight(*wheel, smoother_.state(a), smoother_.state(b));
+  if (batch_)  // where the batch solution starts from
+    for (auto id = smoother_.oldest_id(); id <= b; ++id)
+      batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
   if (result.solve.usable) {
     smoother_.marginalise();
     last_covariance_ = smoother_.newest_covariance();
@@ -79,6 +83,17 @@ StateResult StateEstimator::add(const StateInput& input) {
   return result;
 }
 
+void StateEstimator::record() { batch_.emplace(smoother_.newest(), smoother_.prior()); }
+
+bool StateEstimator::tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
+                         std::shared_ptr<const Factor> factor) {
+  if (!smoother_.add_factor(a, b, factor)) return false;
+  if (batch_)
+    batch_->add_factor(static_cast<size_t>(a + id_offset_), static_cast<size_t>(b + id_offset_),
+                       std::move(factor));
+  return true;
+}
+
 // A window that cannot be solved is given up: the prediction stands, less sure than before.
 void StateEstimator::restart(const NavState& state) {
   StateVector growth;
@@ -89,6 +104,7 @@ void StateEstimator::restart(const NavState& state) {
   prior.x0 = {state};
   prior.A = last_covariance_.llt().matrixL().solve(StateMatrix::Identity());
   prior.b = StateVector::Zero();
+  id_offset_ += smoother_.newest_id();
   smoother_ = FixedLagSmoother({config_.smoother.lag, config_.smoother.max_iterations}, state,
                                std::move(prior));
 }
@@ -101,14 +117,14 @@ const Factor* StateEstimator::add_wheel_factor(const StateInput& input, FixedLag
     increment.integrate(step.angular_velocity, step.dt, step.wheel_m);
   const Vector3d variance =
       increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
-  std::unique_ptr<const Factor> factor;
+  std::shared_ptr<const Factor> factor;
   if (c.form == "distance")
-    factor = std::make_unique<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
+    factor = std::make_shared<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
                                                    c.lever_arm, c.robust_threshold);
   else
-    factor = std::make_unique<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold);
+    factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold);
   const Factor* added = factor.get();
-  return smoother_.add_factor(a, b, std::move(factor)) ? added : nullptr;
+  return tie(a, b, std::move(factor)) ? added : nullptr;
 }
 
 // The states nearest to the measurement's two ends; velocities bridge the rest.
@@ -134,7 +150,7 @@ bool StateEstimator::add_displacement(const Displacement& d) {
   m.form = config_.gpr.fusion == "norm" ? DisplacementFactor::Form::kNorm
                                         : DisplacementFactor::Form::kSigned;
   m.robust_threshold = config_.gpr.robust_threshold;
-  return smoother_.add_factor(a, b, std::make_unique<DisplacementFactor>(m, config_.gpr.lever_arm));
+  return tie(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
 }
 
 }  // namespace gprodom

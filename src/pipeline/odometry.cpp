@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -47,6 +48,8 @@ class Odometry::Impl {
   }
   Outputs step();
   Outputs finish();
+  void record() { record_ = true; }
+  std::vector<OdometryEstimate> smoothed() const;
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
   bool must_restart() const { return imu_guard_.moved(); }
@@ -86,7 +89,7 @@ class Odometry::Impl {
   std::vector<Displacement> radar_standing_;     // in effect, newest last
   std::vector<Displacement> new_displacements_;  // in effect, for the next state
 
-  bool started_ = false;
+  bool started_ = false, record_ = false;
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs newest_state_ = 0, next_state_ = 0;
   ImuNoise reference_noise_;  // at standstill
@@ -199,6 +202,7 @@ void Odometry::Impl::start_if_standing() {
 
   started_ = true;
   estimator_ = std::make_unique<StateEstimator>(config_, *initial);
+  if (record_) estimator_->record();
   reference_noise_ = initial->noise;
   newest_state_ = initial->state.time;
   // The first interval is a half to one and a half periods long.
@@ -351,6 +355,20 @@ Outputs Odometry::Impl::finish() {
   return out;
 }
 
+std::vector<OdometryEstimate> Odometry::Impl::smoothed() const {
+  if (!estimator_ || !estimator_->recorded())
+    throw std::runtime_error("nothing recorded: call record() first, and let the robot start");
+  std::vector<OdometryEstimate> estimates;
+  for (const NavState& x : estimator_->recorded()->solve({})) {
+    OdometryEstimate e;
+    e.time = x.time;
+    e.p_odom_body = x.p_odom;
+    e.q_odom_body = x.q_odom_body;
+    estimates.push_back(e);
+  }
+  return estimates;
+}
+
 // ---- the facade ---------------------------------------------------------------------------------
 
 Odometry::Odometry(const Config& config, Execution execution)
@@ -377,6 +395,10 @@ Outputs Odometry::step() {
 }
 
 Outputs Odometry::finish() { return impl_->finish(); }
+
+void Odometry::record() { impl_->record(); }
+
+std::vector<OdometryEstimate> Odometry::smoothed() const { return impl_->smoothed(); }
 
 void Odometry::reset() { impl_ = std::make_unique<Impl>(config_, execution_); }
 

@@ -138,6 +138,11 @@ py::dict to_dict(const Status& s) {
 
 void bind_odometry(py::module_& m) {
   using namespace gprodom;
+  m.def(
+      "describe_config",
+      [](const std::vector<std::string>& set) { return describe_config(default_config(set)); },
+      py::arg("set") = std::vector<std::string>{},
+      "Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.");
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
   py::class_<Outputs>(m, "Outputs", "What one step produced, each in time order.")
       .def_property_readonly(
