@@ -23,8 +23,8 @@ std::vector<double> daubechies_polynomial(int order) {
 // All roots at once (Durand-Kerner): the polynomials have simple roots and degree 7 at most.
 std::vector<Complex> roots(const std::vector<double>& p) {
   const int degree = static_cast<int>(p.size()) - 1;
-  std::vector<Complex> result;
-  for (int k = 0; k < degree; ++k) result.push_back(std::pow(Complex(0.4, 0.9), k));
+  std::vector<Complex> result(std::max(degree, 0));
+  for (int k = 0; k < degree; ++k) result[k] = std::pow(Complex(0.4, 0.9), k);
   for (int iteration = 0; iteration < 200; ++iteration) {
     for (int i = 0; i < degree; ++i) {
       Complex value = 0.0, others = p[degree];
@@ -47,7 +47,7 @@ std::vector<Zeros> zeros_inside(int order) {
     Complex z = 0.5 * (b + std::sqrt(b * b - 4.0));
     if (std::abs(z) > 1.0) z = 1.0 / z;
     if (y.imag() < 1e-9) {
-      result.push_back({z});
+      result.emplace_back(1, z);
     } else {
       result.push_back({z, std::conj(z)});
     }
@@ -67,6 +67,7 @@ std::vector<double> synthesis_low_pass(int order, const Zeros& zeros) {
   Complex sum = 0.0;
   for (const Complex& value : h) sum += value;
   std::vector<double> result;
+  result.reserve(h.size());
   for (const Complex& value : h) result.push_back((value * std::sqrt(2.0) / sum).real());
   return result;
 }
