@@ -26,6 +26,7 @@ constexpr double kSmallAngle = 0.02;
 // s1 = sin/phi, s2 = (1 - cos)/phi^2, s3 = (phi - sin)/phi^3, s4 = (phi^2/2 + cos - 1)/phi^4.
 struct Series {
   double s1, s2, s3, s4;
+  double d2, d3, d4;  // d s_n / d phi = d_n phi, since s_n' = (s_{n-1} - n s_n) / angle
 
   explicit Series(double angle) {
     const double x = angle * angle;
@@ -34,12 +35,18 @@ struct Series {
       s2 = 0.5 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56)));
       s3 = 1.0 / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72)));
       s4 = 1.0 / 24 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90)));
+      d2 = -1.0 / 12 * (1 - x / 15 * (1 - x * 3 / 112));
+      d3 = -1.0 / 60 * (1 - x / 21 * (1 - x / 48));
+      d4 = -1.0 / 360 * (1 - x / 28 * (1 - x / 60));
     } else {
       const double s = std::sin(angle), c = std::cos(angle);
       s1 = s / angle;
       s2 = (1 - c) / x;
       s3 = (angle - s) / (x * angle);
       s4 = (0.5 * x + c - 1) / (x * x);
+      d2 = (s1 - 2 * s2) / x;
+      d3 = (s2 - 3 * s3) / x;
+      d4 = (s3 - 4 * s4) / x;
     }
   }
 };

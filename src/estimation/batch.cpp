@@ -115,7 +115,9 @@ std::vector<NavState> Batch::solve(const Options& options) const {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = 1e-12;
+  solver.function_tolerance = 1e-16;
+  solver.gradient_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-12;
   solver.num_threads = 1;
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

@@ -7,6 +7,20 @@ namespace gprodom {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+// d/d phi of f phi x a + g phi x (phi x a), where d f = f' phi . d phi and d g = g' phi . d phi.
+Matrix3d turned_derivative(const Vector3d& a, const Vector3d& phi, double f, double df, double g,
+                           double dg) {
+  const Vector3d b = phi.cross(a), c = phi.cross(b);
+  Matrix3d d = -f * so3::skew(a) + (df * b + dg * c) * phi.transpose();
+  d += g * (phi * a.transpose() - 2 * a * phi.transpose());
+  d.diagonal().array() += g * phi.dot(a);
+  return d;
+}
+
+}  // namespace
+
 ImuPreintegration::ImuPreintegration(const ImuNoise& noise, const Vector3d& gyro_bias,
                                      const Vector3d& accel_bias)
     : noise_(noise), gyro_bias_(gyro_bias), accel_bias_(accel_bias) {}
@@ -24,10 +38,9 @@ void ImuPreintegration::integrate(const Vector3d& acceleration, const Vector3d& 
   const Matrix3d Jr_dt = once.transpose() * dt;  // right Jacobian of phi is once(-phi)
   const Matrix3d R_once = R * once * dt, R_twice = R * twice * (dt * dt);
 
-  // How force turned by a rate error within the step feeds velocity and position, to first order
-  // in the step's angle: d(once a)/d omega = -skew(a) dt / 2, d(twice a)/d omega = -skew(a) dt / 6.
-  const Matrix3d R_A = R * so3::skew(a);
-  const Matrix3d v_rate = (-0.5 * dt * dt) * R_A, p_rate = (-dt * dt * dt / 6) * R_A;
+  // How a rate error within the step turns the force in velocity and position.
+  const Matrix3d v_rate = R * turned_derivative(a, phi, c.s2, c.d2, c.s3, c.d3) * (dt * dt);
+  const Matrix3d p_rate = R * turned_derivative(a, phi, c.s3, c.d3, c.s4, c.d4) * (dt * dt * dt);
   const Matrix3d v_theta = -R * so3::skew(once * a) * dt;
   const Matrix3d p_theta = -R * so3::skew(twice * a) * (dt * dt);
 

@@ -47,8 +47,7 @@ Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration
   Outputs all;
   py::ssize_t i = 0, w = 0, g = 0;
   const py::ssize_t n = imu_time.shape(0), nw = wheel_time.shape(0), ng = gpr_time.shape(0);
-  const auto step = [&] {
-    Outputs out = odometry.step();
+  const auto take = [&](Outputs out) {
     auto append = [](auto& to, auto& from) {
       to.insert(to.end(), std::make_move_iterator(from.begin()),
                 std::make_move_iterator(from.end()));
@@ -77,10 +76,9 @@ Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration
       ++g;
       odometry.add(trace);
     }
-    step();
+    take(odometry.step());
   }
-  Outputs rest = odometry.finish();
-  all.status.insert(all.status.end(), rest.status.begin(), rest.status.end());
+  take(odometry.finish());
   return all;
 }
 
@@ -211,6 +209,11 @@ void bind_odometry(py::module_& m) {
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
       .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
       .def("reset", &Odometry::reset)
+      .def("record", &Odometry::record,
+           "Keep all states for smoothed(); call it before the first measurement.")
+      .def(
+          "smoothed", [](const Odometry& o) { return arrays(o.smoothed()); },
+          "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = std::function<void(double)>{},

@@ -175,35 +175,5 @@ TEST(Factors, PriorJacobians) {
   }
 }
 
-TEST(Factors, PreintegrationBiasDerivatives) {
-  // Against integrating again at shifted biases. First order in the angle of one step (0.01 rad),
-  // so 1e-4 relative is what can be asked here.
-  Random random(7);
-  std::vector<Vector3d> force, rate;
-  for (int i = 0; i < 100; ++i) {
-    force.push_back(random.vector(3) + Vector3d(0, 0, 9.8));
-    rate.push_back(random.vector(2));
-  }
-  auto integrate = [&](const Vector3d& bg, const Vector3d& ba) {
-    ImuPreintegration p({1e-4, 1e-3}, bg, ba);
-    for (size_t i = 0; i < force.size(); ++i) p.integrate(force[i], rate[i], 0.005);
-    return p;
-  };
-  const ImuPreintegration p = integrate(Vector3d::Zero(), Vector3d::Zero());
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d h = 1e-4 * Vector3d::Unit(k);
-    const auto gp = integrate(h, {0, 0, 0}).delta(), gm = integrate(-h, {0, 0, 0}).delta();
-    const auto ap = integrate({0, 0, 0}, h).delta(), am = integrate({0, 0, 0}, -h).delta();
-    const Vector3d dq =
-        (so3::log(p.delta().q.conjugate() * gp.q) - so3::log(p.delta().q.conjugate() * gm.q)) /
-        2e-4;
-    EXPECT_LT((dq - p.dq_dbg().col(k)).norm(), 1e-6);
-    EXPECT_LT(((gp.v - gm.v) / 2e-4 - p.dv_dbg().col(k)).norm(), 1e-4 * p.dv_dbg().norm());
-    EXPECT_LT(((gp.p - gm.p) / 2e-4 - p.dp_dbg().col(k)).norm(), 1e-4 * p.dp_dbg().norm());
-    EXPECT_LT(((ap.v - am.v) / 2e-4 - p.dv_dba().col(k)).norm(), 1e-8);
-    EXPECT_LT(((ap.p - am.p) / 2e-4 - p.dp_dba().col(k)).norm(), 1e-8);
-  }
-}
-
 }  // namespace
 }  // namespace gprodom
