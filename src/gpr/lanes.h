@@ -1,5 +1,5 @@
-// Loops over samples in blocks of four registers of 16 bytes, with the compiler's vector types: they
-// fit the registers of every 64-bit machine, so that no processor feature has to be asked for.
+// Loops over samples in blocks of four registers of 16 bytes, with the compiler's vector types:
+// they fit the registers of every 64-bit machine, so that no processor feature has to be asked for.
 #pragma once
 
 #include <cstring>
