@@ -22,8 +22,7 @@ struct Packet {
 };
 
 Rejection rejection(const Packet& packet, const std::string& fault) {
-  return {packet.channel,
-          "message of " + std::to_string(packet.size) + " bytes " + fault + "; dropped"};
+  return {packet.channel, "message " + fault};
 }
 
 // Decodes the packet as Message once `fault`, of its layout, is empty, and converts it.
@@ -35,7 +34,7 @@ Input decode(const Packet& packet, const std::string& fault, Convert convert) {
     return rejection(packet, "cannot be decoded");
   }
   if (!utime_fits(message.utime)) {
-    return rejection(packet, "has utime " + std::to_string(message.utime) + ", out of range");
+    return rejection(packet, "has a utime out of range");
   }
   return convert(message);
 }
@@ -84,10 +83,10 @@ Input decode_displacement(const Packet& packet) {
                                 .end();
   return decode<displacement_t>(packet, fault, [&](const displacement_t& m) -> Input {
     if (m.kind < displacement_t::SEQUENTIAL || m.kind > displacement_t::EXTERNAL) {
-      return rejection(packet, "has the unknown kind " + std::to_string(m.kind));
+      return rejection(packet, "has an unknown kind");
     }
     if (!utime_fits(m.utime_from) || !utime_fits(m.utime_to)) {
-      return rejection(packet, "has utime_from or utime_to out of range");
+      return rejection(packet, "has a utime_from or utime_to out of range");
     }
     Displacement d;
     d.time = from_utime(m.utime);

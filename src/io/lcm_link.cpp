@@ -35,47 +35,55 @@ std::string escaped(const std::string& name) {
 
 }  // namespace
 
-LcmLink::LcmLink(const std::string& url, const ChannelConfig& channels, Sink sink)
-    : channels_(channels), sink_(std::move(sink)), lcm_(with_receive_buffer(url)) {
-  if (!lcm_.good()) fail(url);
-  for (const auto& name : input_channels(channels_)) {
-    // Raw packets, since the generated decoders must not see them unchecked.
-    lcm::Subscription* subscription = lcm_.subscribeFunction<LcmLink*>(
-        escaped(name),
-        [](const lcm::ReceiveBuffer* packet, const std::string& channel, LcmLink* link) {
-          link->take(packet, channel);
-        },
-        this);
-    if (!subscription) fail(url);
-    subscription->setQueueCapacity(kQueueCapacity);
-  }
-  receiver_ = std::thread([this] { receive(); });
+LcmLink::LcmLink(const std::string& url)
+    : url_(url), lcm_(lcm_create(with_receive_buffer(url).c_str()), lcm_destroy) {
+  if (!lcm_) fail(url);
 }
 
 LcmLink::~LcmLink() { stop_receiving(); }
 
+void LcmLink::start_receiving(const ChannelConfig& channels, Sink sink) {
+  channels_ = channels;
+  sink_ = std::move(sink);
+  for (const auto& name : input_channels(channels_)) {
+    // Raw packets, since the generated decoders must not see them unchecked.
+    lcm_subscription_t* subscription =
+        lcm_subscribe(lcm_.get(), escaped(name).c_str(), &LcmLink::take, this);
+    if (!subscription) fail(url_);
+    lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
+    subscriptions_.push_back(subscription);
+  }
+  stopping_ = false;
+  receiver_ = std::thread([this] { receive(); });
+}
+
 void LcmLink::stop_receiving() {
   stopping_ = true;
   if (receiver_.joinable()) receiver_.join();
+  for (lcm_subscription_t* subscription : subscriptions_) {
+    lcm_unsubscribe(lcm_.get(), subscription);
+  }
+  subscriptions_.clear();
 }
 
 void LcmLink::receive() {
   while (!stopping_) {
-    if (lcm_.handleTimeout(kPollMs) < 0) {
+    if (lcm_handle_timeout(lcm_.get(), kPollMs) < 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(kPollMs));  // LCM says why itself
     }
   }
 }
 
-void LcmLink::take(const lcm::ReceiveBuffer* packet, const std::string& channel) {
-  auto input = decode_input(channels_, channel, packet->data, packet->data_size);
-  if (input) sink_(std::move(*input));
+void LcmLink::take(const lcm_recv_buf_t* packet, const char* channel, void* self) {
+  const auto* link = static_cast<const LcmLink*>(self);
+  auto input = decode_input(link->channels_, channel, packet->data, packet->data_size);
+  if (input) link->sink_(std::move(*input));
 }
 
 void LcmLink::publish(const std::vector<LcmMessage>& messages) {
   for (const auto& message : messages) {
-    lcm_.publish(message.channel, message.data.data(),
-                 static_cast<unsigned int>(message.data.size()));
+    lcm_publish(lcm_.get(), message.channel.c_str(), message.data.data(),
+                static_cast<unsigned int>(message.data.size()));
   }
 }
 

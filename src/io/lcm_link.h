@@ -1,9 +1,11 @@
 // The daemon's connection to LCM: a thread that receives, and publishing from any thread.
 #pragma once
 
+#include <lcm/lcm.h>
+
 #include <atomic>
 #include <functional>
-#include <lcm/lcm-cpp.hpp>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,10 +22,13 @@ class LcmLink {
   using Sink = std::function<void(Input)>;
 
   // Throws std::runtime_error, with what to do, where LCM cannot be used.
-  LcmLink(const std::string& url, const ChannelConfig& channels, Sink sink);
+  explicit LcmLink(const std::string& url);
   ~LcmLink();  // stop_receiving()
   LcmLink(const LcmLink&) = delete;
   LcmLink& operator=(const LcmLink&) = delete;
+
+  // Not while receiving already. Throws std::runtime_error.
+  void start_receiving(const ChannelConfig& channels, Sink sink);
 
   // No Sink call is under way or to come when this returns.
   void stop_receiving();
@@ -33,13 +38,18 @@ class LcmLink {
 
  private:
   void receive();
-  void take(const lcm::ReceiveBuffer* packet, const std::string& channel);
+  static void take(const lcm_recv_buf_t* packet, const char* channel, void* link);
 
-  const ChannelConfig channels_;
-  const Sink sink_;
-  lcm::LCM lcm_;  // guards itself
+  const std::string url_;
+  const std::unique_ptr<lcm_t, void (*)(lcm_t*)> lcm_;  // guards itself
+
+  // Written only while receiver_ does not run.
+  ChannelConfig channels_;
+  Sink sink_;
+  std::vector<lcm_subscription_t*> subscriptions_;
+
   std::atomic<bool> stopping_{false};
-  std::thread receiver_;  // last, so that everything above is there when it starts
+  std::thread receiver_;
 };
 
 }  // namespace gprodom

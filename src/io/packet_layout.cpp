@@ -19,7 +19,7 @@ PacketLayout::PacketLayout(const void* data, std::size_t size, std::int64_t fing
     : next_(static_cast<const std::uint8_t*>(data)), left_(size) {
   if (!take(8, "the type's fingerprint")) return;
   if (static_cast<std::int64_t>(big_endian(next_ - 8, 8)) != fingerprint) {
-    fault_ = "is of another message type, or another version of it";
+    fault_ = "is of another message type or version";
   }
 }
 
@@ -48,8 +48,7 @@ PacketLayout& PacketLayout::counted_array(const char* name, std::size_t element_
   if (!take(4, std::string("the count of ") + name)) return *this;
   const std::int32_t count = peek_int32();
   if (count < 0 || static_cast<std::size_t>(count) > max_elements) {
-    fault_ = "announces " + std::to_string(count) + " " + name + ", expected 0 to " +
-             std::to_string(max_elements);
+    fault_ = std::string("announces a count of ") + name + " that cannot be";
     return *this;
   }
   take(static_cast<std::size_t>(count) * element_bytes, name);
@@ -60,20 +59,19 @@ PacketLayout& PacketLayout::string(const char* name) {
   if (!take(4, std::string("the length of ") + name)) return *this;
   const std::int32_t length = peek_int32();
   if (length < 1 || static_cast<std::size_t>(length) > kMaxString) {
-    fault_ = "announces a " + std::string(name) + " of " + std::to_string(length) +
-             " bytes, expected 1 to " + std::to_string(kMaxString);
+    fault_ = std::string("announces a length of ") + name + " that cannot be";
     return *this;
   }
   const std::uint8_t* text = next_;
   const auto bytes = static_cast<std::size_t>(length);
   if (take(bytes, name) && std::memchr(text, 0, bytes) != text + bytes - 1) {
-    fault_ = std::string("has a ") + name + " that does not end in a zero where it should";
+    fault_ = std::string("has a ") + name + " without its closing zero";
   }
   return *this;
 }
 
 std::string PacketLayout::end() {
-  if (fault_.empty() && left_ > 0) fault_ = "has " + std::to_string(left_) + " bytes too many";
+  if (fault_.empty() && left_ > 0) fault_ = "has bytes left over";
   return fault_;
 }
 

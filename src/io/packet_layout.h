@@ -24,7 +24,8 @@ class PacketLayout {
   // An int32 length that counts the closing zero, and as many bytes.
   PacketLayout& string(const char* name);
 
-  // Nothing may be left over. Returns the fault, empty where there is none.
+  // Nothing may be left over. Returns the fault, empty where there is none. Faults of a kind read
+  // alike, whatever the packet held, since they are counted by their text.
   std::string end();
 
  private:

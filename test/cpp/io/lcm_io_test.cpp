@@ -170,8 +170,7 @@ TEST(LcmInput, RefusesHostileCounts) {
   }
   Bytes fewer = good;
   put_int32(fewer, count_at, 9);
-  EXPECT_EQ(refusal("GPR_TRACE", fewer),
-            "message of " + std::to_string(good.size()) + " bytes has 4 bytes too many; dropped");
+  EXPECT_EQ(refusal("GPR_TRACE", fewer), "message has bytes left over");
   EXPECT_EQ(refusal("GPR_TRACE", good), "accepted");
 }
 
@@ -190,8 +189,7 @@ TEST(LcmInput, RefusesHostileStrings) {
   EXPECT_NE(refusal("GPR_DISPLACEMENT_IN", unterminated), "accepted");
   displacement_t kind = displacement_message();
   kind.kind = 4;
-  EXPECT_NE(refusal("GPR_DISPLACEMENT_IN", encoded(kind)).find("unknown kind 4"),
-            std::string::npos);
+  EXPECT_NE(refusal("GPR_DISPLACEMENT_IN", encoded(kind)).find("unknown kind"), std::string::npos);
 }
 
 TEST(LcmInput, RefusesTimesThatDoNotFit) {

@@ -1,0 +1,46 @@
+// Options of our programs: one table makes both the parser and the help text.
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace gprodom {
+
+// Bad usage: exit code 2.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Option {
+  std::string name;      // "--set"; with a short form, "-c, --config"
+  std::string argument;  // "KEY=VALUE"; empty where it takes none
+  std::string help;
+  std::function<void(const std::string&)> use;
+};
+
+class CommandLine {
+ public:
+  // `usage` and `purpose` head the help text; --help and --version are added to the options.
+  CommandLine(std::string program, std::string usage, std::string purpose,
+              std::vector<Option> options);
+
+  // Calls `use` of each option in order and returns the other arguments. Throws UsageError.
+  std::vector<std::string> parse(int argc, char** argv) const;
+
+  // Whether --help or --version stands on the line; what they ask for is then printed.
+  bool answer(int argc, char** argv) const;
+
+  // Runs `work`, and turns what it throws into one line and an exit code: 1 failed, 2 bad usage.
+  int run(const std::function<int()>& work) const;
+
+ private:
+  const Option* find(const std::string& name) const;
+  void print_help() const;
+
+  std::string program_, usage_, purpose_;
+  std::vector<Option> options_;
+};
+
+}  // namespace gprodom

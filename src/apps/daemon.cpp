@@ -1,0 +1,113 @@
+#include "apps/daemon.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+
+#include <algorithm>
+#include <csignal>
+#include <utility>
+
+#include "gprodom/error.h"
+#include "gprodom/version.h"
+
+namespace gprodom {
+namespace {
+
+std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
+  auto log = std::make_shared<spdlog::logger>(
+      "gprodomd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  log->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+  log->set_level(spdlog::level::from_str(config.level));
+  log->flush_on(spdlog::level::trace);
+  return log;
+}
+
+// Keys that are applied without a fresh start of the estimator.
+bool applies_while_running(const ConfigChange& change) {
+  return change.key.rfind("logging.", 0) == 0;
+}
+
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const auto& text : texts) all += (all.empty() ? "" : "; ") + text;
+  return all;
+}
+
+}  // namespace
+
+Daemon::Daemon(DaemonOptions options)
+    : options_(std::move(options)),
+      signals_({SIGINT, SIGTERM, SIGHUP}),
+      config_(load_config(options_.config_path, options_.overrides)),
+      log_(make_log(config_.logging)),
+      link_(options_.lcm_url),
+      live_(make_live(config_)) {}
+
+Daemon::~Daemon() { stop(); }
+
+std::unique_ptr<Live> Daemon::make_live(const Config& config) {
+  return std::make_unique<Live>(config, [this, channels = config.channels](const Results& results) {
+    publish(channels, results);
+  });
+}
+
+void Daemon::run() {
+  start();
+  log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, options_.config_path,
+             options_.lcm_url);
+  for (int signal = signals_.wait(); signal == SIGHUP; signal = signals_.wait()) reread_config();
+  log_->info("stopping");
+  stop();
+  log_->info("stopped");
+}
+
+void Daemon::start() {
+  link_.start_receiving(config_.channels,
+                        [live = live_.get()](Input input) { live->push(std::move(input)); });
+}
+
+// In the direction of the data, so that each station works off what it has.
+void Daemon::stop() {
+  link_.stop_receiving();
+  live_->stop();
+}
+
+void Daemon::reread_config() {
+  Config config;
+  std::unique_ptr<Live> live;
+  std::vector<ConfigChange> changes;
+  bool afresh = false;
+  try {
+    config = load_config(options_.config_path, options_.overrides);
+    changes = differences(config_, config);
+    afresh = !std::all_of(changes.begin(), changes.end(), applies_while_running);
+    if (afresh) live = make_live(config);
+  } catch (const ConfigError& error) {
+    log_->error("config not applied, the old one stays: {}", error.what());
+    return;
+  }
+  log_->set_level(spdlog::level::from_str(config.logging.level));
+  log_->info("config reread: {} keys changed", changes.size());
+  for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);
+  config_ = config;
+  if (!afresh) return;
+  log_->warn("the estimator starts afresh with the new config");
+  stop();
+  live_ = std::move(live);
+  start();
+}
+
+void Daemon::publish(const ChannelConfig& channels, const Results& results) {
+  link_.publish(make_messages(channels, results.outputs, results.odometry_in_map));
+  for (const auto& warning : results.outputs.warnings) log_->warn(warning);
+  for (const auto& status : results.outputs.status) log_health(status);
+}
+
+void Daemon::log_health(const Status& status) {
+  if (status.health == health_) return;
+  health_ = status.health;
+  if (health_ == HealthLevel::kOk) log_->info("health: ok");
+  if (health_ == HealthLevel::kDegraded) log_->warn("health: degraded: {}", joined(status.reasons));
+  if (health_ == HealthLevel::kFailed) log_->error("health: failed: {}", joined(status.reasons));
+}
+
+}  // namespace gprodom

@@ -1,0 +1,49 @@
+// The daemon: LCM in, estimator, LCM out, until a signal ends it.
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/signal_watch.h"
+#include "gprodom/config.h"
+#include "io/lcm_link.h"
+#include "pipeline/live.h"
+
+namespace gprodom {
+
+struct DaemonOptions {
+  std::string config_path;
+  std::vector<std::string> overrides;
+  std::string lcm_url = kDefaultLcmUrl;
+};
+
+class Daemon {
+ public:
+  // Throws ConfigError, or std::runtime_error where LCM cannot be used.
+  explicit Daemon(DaemonOptions options);
+  ~Daemon();
+
+  // SIGINT and SIGTERM end it, with everything estimated published; SIGHUP rereads the config.
+  void run();
+
+ private:
+  std::unique_ptr<Live> make_live(const Config& config);
+  void start();
+  void stop();
+  void reread_config();
+  void publish(const ChannelConfig& channels, const Results& results);
+  void log_health(const Status& status);
+
+  const DaemonOptions options_;
+  SignalWatch signals_;                    // before any thread
+  Config config_;                          // main thread only
+  std::shared_ptr<spdlog::logger> log_;    // guards itself
+  HealthLevel health_ = HealthLevel::kOk;  // last logged; publish thread only
+  LcmLink link_;                           // guards itself
+  std::unique_ptr<Live> live_;             // main thread only
+};
+
+}  // namespace gprodom

@@ -1,0 +1,111 @@
+#include "apps/replay.h"
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "gprodom/error.h"
+#include "gprodom/lcm_io.h"
+#include "io/log_io.h"
+#include "io/tum.h"
+#include "pipeline/runner.h"
+
+namespace gprodom {
+namespace {
+
+constexpr long kEventsBetweenHooks = 500;
+
+class Replay {
+ public:
+  Replay(const Config& config, const ReplayFiles& files)
+      : channels_(config.channels),
+        runner_(config, Execution::kInline),
+        reader_(files.input),
+        writer_(files.output) {
+    if (!files.trajectory.empty()) trajectory_.emplace(files.trajectory);
+  }
+
+  ReplayStats run(const ReplayHooks& hooks);
+
+ private:
+  void read(const lcm::LogEvent& event);
+  void write(const Results& results);
+
+  const ChannelConfig channels_;
+  Runner runner_;
+  LogReader reader_;
+  LogWriter writer_;
+  std::optional<TumWriter> trajectory_;
+  ReplayStats stats_;
+};
+
+ReplayStats Replay::run(const ReplayHooks& hooks) {
+  const auto begin = std::chrono::steady_clock::now();
+  long events = 0;
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  while (const lcm::LogEvent* event = reader_.next()) {
+    if (events++ == 0) first = event->timestamp;
+    last = event->timestamp;
+    read(*event);
+    if (events % kEventsBetweenHooks == 0) {
+      hooks.progress(reader_.progress());
+      if (hooks.is_interrupted()) throw std::runtime_error("interrupted; nothing was written");
+    }
+  }
+  write(runner_.finish());
+  writer_.close();
+  if (trajectory_) trajectory_->close();
+  stats_.damage = reader_.damage();
+  stats_.log_seconds = static_cast<double>(last - first) * 1e-6;
+  stats_.wall_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return stats_;
+}
+
+void Replay::read(const lcm::LogEvent& event) {
+  const auto input =
+      decode_input(channels_, event.channel, event.data, static_cast<std::size_t>(event.datalen));
+  if (!input) {
+    ++stats_.unused;
+    return;
+  }
+  ++stats_.read[event.channel];
+  if (std::holds_alternative<Rejection>(*input)) ++stats_.refused;
+  write(runner_.feed(*input));
+}
+
+void Replay::write(const Results& results) {
+  const Outputs& outputs = results.outputs;
+  for (const auto& message : make_messages(channels_, outputs, results.odometry_in_map)) {
+    writer_.write(message);
+    ++stats_.published[message.channel];
+  }
+  for (const auto& pose : results.odometry_in_map) {
+    if (trajectory_) trajectory_->write(pose.time, pose.p_odom_body, pose.q_odom_body);
+  }
+  stats_.poses += static_cast<long>(results.odometry_in_map.size());
+  stats_.warnings.insert(stats_.warnings.end(), outputs.warnings.begin(), outputs.warnings.end());
+  if (!outputs.status.empty()) stats_.last_status = outputs.status.back();
+}
+
+// A log must not be replaced by what is made of it.
+void check_distinct(const ReplayFiles& files) {
+  namespace fs = std::filesystem;
+  std::error_code missing;
+  for (const auto& output : {files.output, files.trajectory}) {
+    if (!output.empty() && fs::equivalent(files.input, output, missing)) {
+      throw FileError(output + ": is the input itself; expected another file");
+    }
+  }
+}
+
+}  // namespace
+
+ReplayStats replay(const Config& config, const ReplayFiles& files, const ReplayHooks& hooks) {
+  check_distinct(files);
+  return Replay(config, files).run(hooks);
+}
+
+}  // namespace gprodom

@@ -1,0 +1,47 @@
+// Replay: the estimator driven by a log, as fast as it goes. The same input gives the same output,
+// to the byte.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+struct ReplayFiles {
+  std::string input;
+  std::string output;
+  std::string trajectory;  // TUM, in map as known at each time; empty: none
+};
+
+// What a replay was like. Times are wall-clock but for log_seconds.
+struct ReplayStats {
+  std::map<std::string, long> read;       // messages by channel
+  std::map<std::string, long> published;  // messages by channel
+  long unused = 0;                        // messages on channels that the daemon does not hear
+  long refused = 0;                       // messages that could not be decoded
+  std::vector<std::string> damage;        // what of the log could not be read
+  std::vector<std::string> warnings;
+  long poses = 0;
+  double log_seconds = 0.0;  // from the first event to the last
+  double wall_seconds = 0.0;
+  Status last_status;
+};
+
+struct ReplayHooks {
+  std::function<void(double)> progress;  // 0 to 1, now and then
+  std::function<bool()> is_interrupted;  // asked now and then
+};
+
+// Writes the files whole, or none. Throws ConfigError, FileError, or std::runtime_error where
+// interrupted.
+ReplayStats replay(const Config& config, const ReplayFiles& files, const ReplayHooks& hooks);
+
+// The statistics as a JSON object. `config_path` and the files are not part of it.
+std::string to_json(const ReplayStats& stats);
+
+}  // namespace gprodom

@@ -1,0 +1,77 @@
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/replay.h"
+
+namespace gprodom {
+namespace {
+
+std::string json(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += '\\';
+      quoted += c;
+    } else if (code < 0x20) {
+      std::array<char, 8> escape;
+      std::snprintf(escape.data(), escape.size(), "\\u%04x", code);
+      quoted += escape.data();
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+std::string json(double number) {
+  if (!std::isfinite(number)) return "null";
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.9g", number);
+  return text.data();
+}
+
+std::string json(long number) { return std::to_string(number); }
+
+std::string json(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const auto& text : texts) list += (list.empty() ? "" : ", ") + json(text);
+  return "[" + list + "]";
+}
+
+template <class Value>
+std::string json(const std::map<std::string, Value>& values) {
+  std::string object;
+  for (const auto& [name, value] : values) {
+    object += (object.empty() ? "" : ", ") + json(name) + ": " + json(value);
+  }
+  return "{" + object + "}";
+}
+
+std::string json(HealthLevel health) {
+  return health == HealthLevel::kOk         ? "\"ok\""
+         : health == HealthLevel::kDegraded ? "\"degraded\""
+                                            : "\"failed\"";
+}
+
+}  // namespace
+
+std::string to_json(const ReplayStats& stats) {
+  std::map<std::string, double> values;
+  const Status& status = stats.last_status;
+  for (std::size_t i = 0; i < status.names.size() && i < status.values.size(); ++i) {
+    values[status.names[i]] = status.values[i];
+  }
+  const double ratio = stats.wall_seconds > 0 ? stats.log_seconds / stats.wall_seconds : 0.0;
+  return "{\n  \"read\": " + json(stats.read) + ",\n  \"published\": " + json(stats.published) +
+         ",\n  \"unused\": " + json(stats.unused) + ",\n  \"refused\": " + json(stats.refused) +
+         ",\n  \"poses\": " + json(stats.poses) + ",\n  \"damage\": " + json(stats.damage) +
+         ",\n  \"warnings\": " + json(stats.warnings) +
+         ",\n  \"log_seconds\": " + json(stats.log_seconds) +
+         ",\n  \"wall_seconds\": " + json(stats.wall_seconds) +
+         ",\n  \"times_real_time\": " + json(ratio) + ",\n  \"health\": " + json(status.health) +
+         ",\n  \"reasons\": " + json(status.reasons) + ",\n  \"values\": " + json(values) + "\n}\n";
+}
+
+}  // namespace gprodom

@@ -1,0 +1,29 @@
+// Signals as data to be read, in place of handlers.
+#pragma once
+
+#include <initializer_list>
+
+namespace gprodom {
+
+// Make it before any thread starts: threads inherit which signals are blocked.
+class SignalWatch {
+ public:
+  // Throws std::runtime_error.
+  explicit SignalWatch(std::initializer_list<int> signals);
+  ~SignalWatch();
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+
+  // Waits for one of the signals and returns its number.
+  int wait();
+
+  // The same without waiting; 0 where none has come.
+  int poll();
+
+ private:
+  int read(int timeout_ms);
+
+  int descriptor_;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,105 @@
+#include "pipeline/live.h"
+
+#include <exception>
+#include <utility>
+
+namespace gprodom {
+namespace {
+
+// Half a minute of IMU, wheel and radar: a solver that is further behind is better told so.
+constexpr std::size_t kInputCapacity = 10000;
+constexpr std::size_t kResultCapacity = 10000;
+constexpr std::chrono::milliseconds kIdle(1000);
+constexpr double kSilence = 2.0;  // s without any input before the status tells of it
+
+}  // namespace
+
+Live::Live(const Config& config, Handler handler)
+    : runner_(config, Execution::kThreaded),
+      last_input_(std::chrono::steady_clock::now()),
+      handler_(std::move(handler)),
+      inputs_(kInputCapacity),
+      results_(kResultCapacity),
+      estimator_([this] { estimate(); }),
+      publisher_([this] { publish(); }) {}
+
+Live::~Live() { stop(); }
+
+void Live::push(Input input) { inputs_.push(std::move(input)); }
+
+void Live::stop() {
+  inputs_.close();
+  if (estimator_.joinable()) estimator_.join();
+  results_.close();
+  if (publisher_.joinable()) publisher_.join();
+}
+
+void Live::estimate() {
+  while (!inputs_.finished()) {
+    const auto batch = inputs_.pop_all(kIdle);
+    for (const auto& input : batch) {
+      guarded([&] { return runner_.feed(input); });
+    }
+    if (batch.empty()) {
+      guarded([&] { return runner_.step(); });
+      tell_of_silence();
+    } else {
+      last_input_ = std::chrono::steady_clock::now();
+    }
+    report_losses();
+  }
+  guarded([&] { return runner_.finish(); });
+}
+
+// A fault of our own must not take the robot's daemon down.
+template <class Work>
+void Live::guarded(Work work) {
+  try {
+    hand_out(work());
+  } catch (const std::exception& error) {
+    runner_.reset();
+    Results results;
+    results.outputs.warnings.push_back(std::string("internal error: ") + error.what() +
+                                       "; the estimator starts afresh");
+    hand_out(std::move(results));
+  }
+}
+
+void Live::report_losses() {
+  for (auto lost = inputs_.take_dropped(); lost > 0; --lost) {
+    runner_.reject("input queue", "message dropped: the estimator is slower than its input");
+  }
+  for (auto lost = results_.take_dropped(); lost > 0; --lost) {
+    runner_.reject("output queue", "result dropped: publishing is slower than the estimator");
+  }
+}
+
+// The estimator knows data time alone, so a robot whose sensors have all stopped would just fall
+// silent. Stamped with the newest data time there is.
+void Live::tell_of_silence() {
+  const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_input_;
+  if (silence.count() < kSilence) return;
+  Status status;
+  status.time = last_time_;
+  status.health = HealthLevel::kFailed;
+  status.reasons.push_back("no input for " + std::to_string(static_cast<int>(silence.count())) +
+                           " s; are the sensor drivers running, on this LCM URL?");
+  Results results;
+  results.outputs.status.push_back(status);
+  hand_out(std::move(results));
+}
+
+void Live::hand_out(Results results) {
+  if (results.empty()) return;
+  if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
+  if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
+  results_.push(std::move(results));
+}
+
+void Live::publish() {
+  while (!results_.finished()) {
+    for (const auto& results : results_.pop_all(kIdle)) handler_(results);
+  }
+}
+
+}  // namespace gprodom

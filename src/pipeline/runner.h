@@ -1,0 +1,51 @@
+// The estimator with what surrounds it, one input at a time: what live and replay share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gprodom/input.h"
+#include "gprodom/odometry.h"
+#include "pipeline/map_frame.h"
+
+namespace gprodom {
+
+struct Results {
+  Outputs outputs;
+  std::vector<OdometryEstimate> odometry_in_map;  // outputs.odometry, one for one
+
+  bool empty() const;
+};
+
+// Not thread-safe: one thread calls it.
+class Runner {
+ public:
+  // Throws ConfigError where settings contradict each other.
+  Runner(const Config& config, Execution execution);
+
+  // Adds the input, or obeys the command that it is, and steps.
+  Results feed(const Input& input);
+
+  // Steps without input, so that what worker threads have ready gets out.
+  Results step();
+
+  // End of data.
+  Results finish();
+
+  // Back to the initialiser, and map = odom.
+  void reset();
+
+  // Counts an input of `channel` that was lost or unusable.
+  void reject(const std::string& channel, const std::string& reason);
+
+ private:
+  void obey(const Command& command);
+  Results place(Outputs outputs);
+
+  std::string command_channel_;
+  std::vector<std::string> notices_;  // to go out with the next results
+  Odometry odometry_;
+  MapFrame map_;
+};
+
+}  // namespace gprodom
