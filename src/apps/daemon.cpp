@@ -85,9 +85,11 @@ void Daemon::reread_config() {
     log_->error("config not applied, the old one stays: {}", error.what());
     return;
   }
-  log_->set_level(spdlog::level::from_str(config.logging.level));
+  const auto level = spdlog::level::from_str(config.logging.level);
+  log_->set_level(std::min(level, log_->level()));  // so that the change of level shows
   log_->info("config reread: {} keys changed", changes.size());
   for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);
+  log_->set_level(level);
   config_ = config;
   if (!afresh) return;
   log_->warn("the estimator starts afresh with the new config");

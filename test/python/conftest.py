@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -27,8 +28,16 @@ def shared() -> Path:
     return folder
 
 
-def run_isolated(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Runs Python code in a network namespace where LCM multicast stays on the loopback."""
+UNPRIVILEGED = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--no-new-privs")
+
+
+def run_isolated(
+    code: str, *arguments: str, as_user: Sequence[str] = ()
+) -> subprocess.CompletedProcess[str]:
+    """Runs Python code in a network namespace where LCM multicast stays on the loopback.
+
+    Root may give `UNPRIVILEGED` as `as_user`, to run the code as nobody.
+    """
     if shutil.which("unshare") is None:
         pytest.skip("unshare (util-linux) is not installed")
     setup = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
@@ -39,7 +48,7 @@ def run_isolated(code: str, *arguments: str) -> subprocess.CompletedProcess[str]
         pytest.skip(f"no network namespace: {probe.stderr.strip()}")
     inside = ["sh", "-c", f'{setup} && exec "$@"', "sh"]
     return subprocess.run(
-        [*unshare, *inside, sys.executable, "-c", code, *arguments],
+        [*unshare, *inside, *as_user, sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
         timeout=60,

@@ -1,0 +1,150 @@
+"""What test_daemon.py does with a running gprodomd. Runs in a network namespace of its own:
+
+    python daemon_scenario.py SCENARIO FOLDER
+
+FOLDER is for files; the scenario fails by an exception.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from gprodom.lcm import LCM
+from gprodom.messages import fingerprint, message
+from gprodom.replay import find_program
+
+URL = "udpm://239.255.76.67:7667?ttl=0"
+START_UTIME = 1_700_000_000_000_000
+PATIENCE_S = 15.0
+
+
+class Daemon:
+    """A gprodomd of our own, its log and what it publishes."""
+
+    def __init__(self, folder: Path, config: str) -> None:
+        self.config = folder / "config.yaml"
+        self.config.write_text(config)
+        self._log_path = folder / "log"
+        with open(self._log_path, "w") as log:
+            self.process = subprocess.Popen(
+                [str(find_program("gprodomd")), "-c", str(self.config)], stderr=log
+            )
+        self.lcm = LCM(URL)
+        self.heard: dict[str, list[Any]] = {}
+        for channel, name in (("ODOMETRY", "odometry_t"), ("STATUS", "status_t")):
+            kept = self.heard.setdefault(channel, [])
+            self.lcm.subscribe(
+                channel,
+                lambda _, data, kept=kept, name=name: kept.append(message(name).decode(data)),
+            )
+        self.await_log(" runs: ")
+
+    def __enter__(self) -> Daemon:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()  # where the scenario has not ended it
+        self.process.wait()
+
+    def log(self) -> str:
+        return self._log_path.read_text()
+
+    def wait_for(self, what: str, happened: Callable[[], bool]) -> None:
+        """Handles messages until it `happened`."""
+        deadline = time.monotonic() + PATIENCE_S
+        while not happened():
+            assert self.process.poll() is None, f"gprodomd ended:\n{self.log()}"
+            assert time.monotonic() < deadline, f"in vain: {what}; the log:\n{self.log()}"
+            self.lcm.handle_timeout(20)
+
+    def await_log(self, text: str) -> None:
+        self.wait_for(f'"{text}" in the log', lambda: text in self.log())
+
+    def await_status(self, text: str) -> None:
+        self.wait_for(
+            f'"{text}" in STATUS',
+            lambda: any(text in reason for m in self.heard["STATUS"] for reason in m.reasons),
+        )
+
+    def reread(self, config: str) -> None:
+        self.config.write_text(config)
+        self.process.send_signal(signal.SIGHUP)
+
+    def stop(self, how: signal.Signals) -> None:
+        self.process.send_signal(how)
+        code = self.process.wait(PATIENCE_S)
+        assert code == 0, f"exit code {code}:\n{self.log()}"
+        assert self.log().rstrip().endswith("stopped"), self.log()
+
+    def stand(self, seconds: float, utime: int) -> int:
+        """A robot that stands, 100 Hz, sent at ten times real time; the utime at its end."""
+        for i in range(round(seconds * 100)):
+            imu = message("imu_t")()
+            imu.utime = utime + i * 10_000
+            imu.linear_acceleration = [0.002 * math.sin(i), 0.002 * math.cos(i), 9.80665]
+            imu.angular_velocity = [4e-4 * math.sin(1.7 * i), 4e-4 * math.cos(2.3 * i), 0.0]
+            self.lcm.publish("IMU", imu.encode())
+            wheel = message("wheel_t")()
+            wheel.utime, wheel.metres_per_tick = imu.utime, 0.001
+            self.lcm.publish("WHEEL", wheel.encode())
+            self.lcm.handle_timeout(1)
+        return utime + round(seconds * 1e6)
+
+
+def reread(folder: Path) -> None:
+    """SIGHUP: what changed is said and applied; a bad file leaves the old config."""
+    with Daemon(folder, "wheel:\n  scale: 1.0\n") as daemon:
+        daemon.reread("wheel:\n  scale: 1.0\nlogging:\n  level: warning\n")
+        daemon.await_log("config: logging.level: info -> warning")
+        daemon.reread("wheel:\n  scale: abc\n")
+        daemon.await_log(":2: wheel.scale: expected a number")
+        daemon.reread("smoother:\n  lag: 0.2\n  state_rate: 1\n")
+        daemon.await_log("smoother.lag: expected at least two state intervals")
+        assert daemon.log().count("config not applied, the old one stays") == 2
+        assert "starts afresh" not in daemon.log()
+        daemon.reread("wheel:\n  scale: 0.97\n")
+        daemon.await_log("config: wheel.scale: 1 -> 0.97")
+        daemon.await_log("config: logging.level: warning -> info")
+        daemon.await_log("the estimator starts afresh with the new config")
+        daemon.stand(5.0, START_UTIME)
+        daemon.wait_for("poses with the new scale", lambda: bool(daemon.heard["ODOMETRY"]))
+        assert daemon.heard["ODOMETRY"][-1].wheel_scale == 0.97
+        daemon.stop(signal.SIGTERM)
+
+
+def hostile(folder: Path) -> None:
+    """Packets that would crash the generated decoders are counted, and the daemon goes on."""
+    with Daemon(folder, "") as daemon:
+        trace = struct.pack(
+            ">8sqqiddd", fingerprint("gpr_trace_t"), START_UTIME, 1, 0, 2e-10, 0.0, 0.0
+        )
+        for count in (-1, 1 << 30, 2**31 - 1, -(2**31)):
+            daemon.lcm.publish("GPR_TRACE", trace + struct.pack(">i", count) + b"\0" * 64)
+        for channel in ("GPR_TRACE", "IMU", "WHEEL", "COMMAND", "GPR_DISPLACEMENT_IN"):
+            for data in (b"", b"\xff", b"\xff" * 100, fingerprint("imu_t") + b"\0" * 9):
+                daemon.lcm.publish(channel, data)
+        text = struct.pack(">8sqi", fingerprint("command_t"), START_UTIME, -5)
+        daemon.lcm.publish("COMMAND", text + b"reset\0")
+        end = daemon.stand(5.0, START_UTIME)
+        daemon.await_log("GPR_TRACE: message announces a count of samples that cannot be")
+        daemon.await_log("COMMAND: message announces a length of name that cannot be")
+        daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
+
+        reset = message("command_t")()
+        reset.utime, reset.name, reset.argument = end, "reset", ""
+        daemon.lcm.publish("COMMAND", reset.encode())
+        daemon.await_log("reset by command")
+        daemon.await_status("no input for")  # silence is told of, not kept
+        daemon.stop(signal.SIGINT)
+
+
+if __name__ == "__main__":
+    {"reread": reread, "hostile": hostile}[sys.argv[1]](Path(sys.argv[2]))

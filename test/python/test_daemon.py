@@ -1,0 +1,97 @@
+"""gprodomd from outside: its command line, and live in a network namespace."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from conftest import CHECKOUT, UNPRIVILEGED, run_isolated
+from gprodom.replay import find_program
+
+SCENARIOS = CHECKOUT / "test" / "python" / "daemon_scenario.py"
+
+
+def gprodomd(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(find_program("gprodomd")), *arguments], capture_output=True, text=True, timeout=20
+    )
+
+
+def test_check_config(tmp_path: Path) -> None:
+    for profile in sorted((CHECKOUT / "config").glob("*.yaml")):
+        result = gprodomd("-c", str(profile), "--check-config")
+        assert (result.returncode, result.stdout) == (0, f"{profile}: ok\n"), result.stderr
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("wheel:\n  scale: fast\n")
+    result = gprodomd("-c", str(bad), "--check-config")
+    assert result.returncode == 1
+    assert result.stderr == (
+        f'gprodomd: {bad}:2: wheel.scale: expected a number from 0.1 to 10, got "fast"\n'
+    )
+
+
+def test_print_config_is_the_file_and_shows_overrides() -> None:
+    plain = gprodomd("--print-config")
+    assert plain.stdout == (CHECKOUT / "config" / "gprodom.yaml").read_text()
+    changed = gprodomd("--set", "wheel.scale=0.97", "--set=wheel.max_speed=2", "--print-config")
+    assert "  scale: 0.97 " in changed.stdout
+    assert "  max_speed: 2 " in changed.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ([], 2, "-c CONFIG is needed"),
+        (["-c"], 2, "-c needs CONFIG"),
+        (["-c", "x", "extra"], 2, "unexpected argument extra"),
+        (["--fast"], 2, "unknown option --fast"),
+        (["--check-config=yes"], 2, "--check-config takes no value"),
+        (["-c", "/no/such.yaml"], 1, "/no/such.yaml: cannot be read: No such file or directory"),
+        (["--print-config", "--set", "wheel.scal=1"], 1, "did you mean wheel.scale?"),
+    ],
+)
+def test_bad_usage(arguments: list[str], code: int, said: str) -> None:
+    result = gprodomd(*arguments)
+    assert result.returncode == code
+    assert said in result.stderr
+
+
+def test_help_and_version() -> None:
+    assert "--check-config" in gprodomd("--help").stdout
+    assert gprodomd("--version").stdout.startswith("gprodomd ")
+
+
+def test_bad_lcm_url_is_one_line_that_helps() -> None:
+    config = str(CHECKOUT / "config" / "gprodom.yaml")
+    result = gprodomd("-c", config, "--lcm-url", "carrier-pigeon://")
+    assert result.returncode == 1
+    assert "expected one like udpm://" in result.stderr
+
+
+@pytest.mark.parametrize("scenario", ["reread", "hostile"])
+@pytest.mark.parametrize("user", ["ours", "unprivileged"])
+def test_live(scenario: str, user: str) -> None:
+    as_user: Sequence[str] = ()
+    if user == "unprivileged":
+        if os.geteuid() != 0:
+            pytest.skip("not root: the other case runs unprivileged already")
+        as_user = UNPRIVILEGED
+        usable = subprocess.run(
+            [*as_user, sys.executable, "-c", "import gprodom"], capture_output=True
+        )
+        if usable.returncode != 0:
+            pytest.skip("other users cannot read this checkout or its Python")
+    folder = Path(tempfile.mkdtemp(prefix="gprodom-"))  # tmp_path is closed to other users
+    folder.chmod(0o777)
+    try:
+        result = run_isolated(SCENARIOS.read_text(), scenario, str(folder), as_user=as_user)
+        assert result.returncode == 0, result.stderr
+    finally:
+        shutil.rmtree(folder)

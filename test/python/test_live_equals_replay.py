@@ -1,0 +1,164 @@
+"""One log through the live daemon and through replay: the same poses; and replay from outside."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import CHECKOUT, UNPRIVILEGED
+from gprodom.logs import read
+from gprodom.replay import find_program
+
+CONFIG = CHECKOUT / "config" / "gprodom.yaml"
+
+
+def gprodom(*arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", "gprodom", *arguments], check=True, capture_output=True)
+
+
+def replay(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [str(find_program()), "-c", str(CONFIG), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds in.lcmlog, a short simulated drive, and out.lcmlog, out.tum, out.json of its replay."""
+    folder = tmp_path_factory.mktemp("replay")
+    sequence = folder / "1700000000-0-yard-cmu-gpr"
+    gprodom("simulate", "--distance", "4", "--standstill", "4", "--seed", "3", "-o", str(sequence))
+    gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
+    outputs = ["-o", folder / "out.lcmlog", "--tum", folder / "out.tum"]
+    result = replay(folder / "in.lcmlog", *outputs, "--stats", folder / "out.json", "--progress")
+    assert result.returncode == 0, result.stderr
+    assert "progress 1.00\n" in result.stderr
+    return folder
+
+
+def test_live_equals_replay(folder: Path) -> None:
+    live_log = folder / "live.lcmlog"
+    live = subprocess.run(
+        [CHECKOUT / "scripts" / "live", CONFIG, folder / "in.lcmlog", live_log, "2"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    if live.returncode == 3:
+        pytest.skip(live.stderr.strip())
+    assert live.returncode == 0, live.stderr
+    for channel in ("ODOMETRY", "ODOMETRY_MAP"):
+        ours = read(folder / "out.lcmlog", [channel])[channel]
+        theirs = read(live_log, [channel])[channel]
+        _, at_ours, at_theirs = np.intersect1d(ours["utime"], theirs["utime"], return_indices=True)
+        assert len(at_ours) > 0.95 * len(ours["utime"])  # the logger may miss some
+        apart = np.abs(ours["position"][at_ours] - theirs["position"][at_theirs])
+        assert apart.max() < 0.01
+        # A lost message makes more than a rounding error; hardly ever is one lost here.
+        assert np.median(apart) < 1e-9
+
+
+def test_replay_is_repeatable_to_the_byte(folder: Path) -> None:
+    again = replay(folder / "in.lcmlog", "-o", folder / "2.lcmlog", "--tum", folder / "2.tum")
+    assert again.returncode == 0, again.stderr
+    assert (folder / "2.lcmlog").read_bytes() == (folder / "out.lcmlog").read_bytes()
+    assert (folder / "2.tum").read_bytes() == (folder / "out.tum").read_bytes()
+
+
+def test_outputs_hold_together(folder: Path) -> None:
+    log = read(folder / "out.lcmlog")
+    odometry, in_map = log["ODOMETRY"], log["ODOMETRY_MAP"]
+    assert np.array_equal(odometry["log_utime"], odometry["utime"])  # stamped with data time
+    assert np.array_equal(odometry["position"], in_map["position"])  # no revisits: map is odom
+    assert set(log) >= {"ODOMETRY", "ODOMETRY_MAP", "STATUS"} and "TOTAL_STATION" not in log
+    trajectory = np.loadtxt(folder / "out.tum")
+    assert np.allclose(trajectory[:, 1:4], in_map["position"], atol=1e-9)
+    assert np.allclose(trajectory[:, 0], in_map["utime"] * 1e-6, atol=1e-6)
+
+    stats = json.loads((folder / "out.json").read_text())
+    assert stats["published"]["ODOMETRY"] == stats["poses"] == len(odometry["utime"])
+    assert stats["read"]["IMU"] == len(read(folder / "in.lcmlog", ["IMU"])["IMU"]["utime"])
+    assert stats["unused"] == len(read(folder / "in.lcmlog")["TOTAL_STATION"]["utime"])
+    assert stats["refused"] == 0 and stats["damage"] == []
+    assert stats["health"] == "ok" and stats["times_real_time"] > 0
+
+
+def test_truncated_log_is_used_as_far_as_it_goes(folder: Path) -> None:
+    whole = (folder / "in.lcmlog").read_bytes()
+    cut = folder / "cut.lcmlog"
+    cut.write_bytes(whole[: len(whole) * 3 // 4 + 5])
+    result = replay(cut, "-o", folder / "cut.out.lcmlog")
+    assert result.returncode == 0
+    assert f"warning: {cut}: event " in result.stderr and "cut off" in result.stderr
+    kept = read(folder / "cut.out.lcmlog", ["ODOMETRY"])["ODOMETRY"]
+    full = read(folder / "out.lcmlog", ["ODOMETRY"])["ODOMETRY"]
+    n = len(kept["utime"])
+    assert n > 0.5 * len(full["utime"])
+    assert np.array_equal(kept["position"], full["position"][:n])
+
+
+def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
+    log = folder / "in.lcmlog"
+    text = tmp_path / "text"
+    text.write_text("no log, but long enough to be mistaken for one\n")
+    for arguments, code, said in [
+        ([log], 2, "-o OUT.lcmlog is needed"),
+        (["-o", tmp_path / "x"], 2, "expected one IN.lcmlog"),
+        ([tmp_path / "none", "-o", tmp_path / "x"], 1, "none: cannot be read: No such file"),
+        ([text, "-o", tmp_path / "x"], 1, "text: expected an LCM log"),
+        ([log, "-o", tmp_path / "no" / "x"], 1, "cannot be written: No such file or directory"),
+        ([log, "-o", log], 1, "is the input itself"),
+        ([log, "-o", tmp_path / "x", "--set", "wheel.scale=no"], 1, "--set wheel.scale=no: expec"),
+        ([log, "-o", "/dev/full"], 1, "/dev/full: cannot be written: No space left on device"),
+    ]:
+        result = replay(*arguments)
+        assert (result.returncode, said in result.stderr) == (code, True), result.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["text"]
+
+
+def test_interrupted_replay_leaves_nothing_behind(folder: Path, tmp_path: Path) -> None:
+    # The daemon's own input many times over, so that there is time to interrupt.
+    long_log = tmp_path / "long.lcmlog"
+    with open(long_log, "wb") as out:
+        for _ in range(40):
+            out.write((folder / "in.lcmlog").read_bytes())
+    command = [find_program(), "-c", CONFIG, long_log, "-o", tmp_path / "out", "--progress"]
+    process = subprocess.Popen(
+        [str(part) for part in command], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
+    )
+    assert process.stderr is not None
+    process.stderr.readline()  # under way
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=30)[1]
+    assert process.returncode == 1
+    assert b"interrupted; nothing was written" in said
+    assert [file.name for file in tmp_path.iterdir()] == ["long.lcmlog"]
+
+
+def test_runs_unprivileged(folder: Path) -> None:
+    if os.geteuid() != 0:
+        pytest.skip("not root: the other tests run unprivileged already")
+    command = [*UNPRIVILEGED, str(find_program()), "--version"]
+    if subprocess.run(command, capture_output=True).returncode != 0:
+        pytest.skip("other users cannot run this checkout's programs")
+    open_folder = Path("/tmp") / f"gprodom-unprivileged-{os.getpid()}"
+    open_folder.mkdir()
+    open_folder.chmod(0o777)
+    try:
+        shutil.copy(folder / "in.lcmlog", open_folder)
+        (open_folder / "in.lcmlog").chmod(0o644)
+        command = [*UNPRIVILEGED, str(find_program()), "-c", str(CONFIG)]
+        files = [str(open_folder / "in.lcmlog"), "-o", str(open_folder / "out.lcmlog")]
+        result = subprocess.run([*command, *files], capture_output=True, text=True, timeout=120)
+        assert result.returncode == 0, result.stderr
+        ours = (open_folder / "out.lcmlog").read_bytes()
+        assert ours == (folder / "out.lcmlog").read_bytes()
+    finally:
+        shutil.rmtree(open_folder)
