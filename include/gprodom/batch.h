@@ -28,6 +28,7 @@ class Batch {
   // Throws std::runtime_error where Ceres finds no usable solution.
   std::vector<NavState> solve(const Options& options) const;
 
+  const std::vector<NavState>& states() const { return states_; }
   size_t size() const { return states_.size(); }
 
  private:

@@ -24,7 +24,7 @@ struct ChannelConfig {
 };
 
 struct TimeConfig {
-  double reorder_window = 0.25;  // s; data later than this behind the newest are dropped
+  double reorder_window = 0.35;  // s; data later than this behind the newest are dropped
   double max_jump = 5.0;         // s; a stamp further ahead of the others than this is a jump
   double imu_gap = 0.1;          // s; IMU data further apart than this are a gap
 };
@@ -106,7 +106,7 @@ struct GprConfig {
   bool enabled = true;
   std::string front_end = "stationarity";  // stationarity | none
   double tick = 0.1;                       // s of data time between answers
-  double latency_budget = 0.1;             // s of data time from tick to effect
+  double latency_budget = 0.05;            // s of data time from tick to effect
   double wave_speed = 1.0e8;               // m/s in the ground
   double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
   double stationary_window = 0.6;          // s of traces compared

@@ -54,6 +54,10 @@ class Odometry {
   // call it before the first add().
   void record();
 
+  // Every state as the fixed-lag window last held it: time and pose, the other fields are empty.
+  // Throws std::runtime_error where nothing was recorded.
+  std::vector<OdometryEstimate> recorded() const;
+
   // After finish(): time and pose of every state from one solution over all data since the start;
   // the other fields are empty. Throws std::runtime_error where there is nothing recorded, or no
   // solution.

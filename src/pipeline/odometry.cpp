@@ -27,6 +27,16 @@ constexpr TimeNs kSecond = 1'000'000'000;
 // The first multiple of the period after a time: radar ticks and states share such a grid.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
 
+std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
+  std::vector<OdometryEstimate> estimates(states.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    estimates[i].time = states[i].time;
+    estimates[i].p_odom_body = states[i].p_odom;
+    estimates[i].q_odom_body = states[i].q_odom_body;
+  }
+  return estimates;
+}
+
 void check_consistency(const SmootherConfig& c) {
   if (c.latency >= 1 / c.state_rate)
     throw ConfigError("smoother.latency: expected less than one state interval, 1 / state_rate");
@@ -49,7 +59,7 @@ class Odometry::Impl {
   Outputs step();
   Outputs finish();
   void record() { record_ = true; }
-  std::vector<OdometryEstimate> smoothed() const;
+  const Batch& batch() const;  // throws where nothing was recorded
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
   bool must_restart() const { return imu_guard_.moved(); }
@@ -355,18 +365,10 @@ Outputs Odometry::Impl::finish() {
   return out;
 }
 
-std::vector<OdometryEstimate> Odometry::Impl::smoothed() const {
+const Batch& Odometry::Impl::batch() const {
   if (!estimator_ || !estimator_->recorded())
     throw std::runtime_error("nothing recorded: call record() first, and let the robot start");
-  std::vector<OdometryEstimate> estimates;
-  for (const NavState& x : estimator_->recorded()->solve({})) {
-    OdometryEstimate e;
-    e.time = x.time;
-    e.p_odom_body = x.p_odom;
-    e.q_odom_body = x.q_odom_body;
-    estimates.push_back(e);
-  }
-  return estimates;
+  return *estimator_->recorded();
 }
 
 // ---- the facade ---------------------------------------------------------------------------------
@@ -398,7 +400,9 @@ Outputs Odometry::finish() { return impl_->finish(); }
 
 void Odometry::record() { impl_->record(); }
 
-std::vector<OdometryEstimate> Odometry::smoothed() const { return impl_->smoothed(); }
+std::vector<OdometryEstimate> Odometry::recorded() const { return poses(impl_->batch().states()); }
+
+std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(impl_->batch().solve({})); }
 
 void Odometry::reset() { impl_ = std::make_unique<Impl>(config_, execution_); }
 

@@ -22,36 +22,42 @@ ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
   return {std::sqrt(gyro / n * dt), std::sqrt(accel / n * dt)};
 }
 
-StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
-                                   const Vector3d& gyro_bias, const ImuHistory& imu,
-                                   const WheelHistory& wheel,
-                                   const std::vector<Displacement>& radar_standing, TimeNs from,
-                                   TimeNs to) {
-  const StandstillConfig& c = config.standstill;
-  if (!c.enabled) return {};
-  const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
-  const auto samples = imu.between(from - margin, to + margin);
-  if (samples.size() < 4) return {};
+namespace {
+
+bool imu_still(const StandstillConfig& c, const ImuNoise& reference, const Vector3d& gyro_bias,
+               const std::vector<ImuSample>& samples) {
+  if (samples.size() < 4) return false;
   const ImuNoise noise = measured_noise(samples);
   Vector3d mean = Vector3d::Zero();
   for (const auto& s : samples) mean += s.angular_velocity;
   mean = mean / static_cast<double>(samples.size()) - gyro_bias;
   // The mean rate of a robot that stands is within a few deviations of its noise.
   const double span = to_seconds(samples.back().time - samples.front().time);
-  const double rate_limit = 6 * reference.gyro_density / std::sqrt(span);
   const double ratio = std::sqrt(c.imu_ratio);
-  const bool imu_still = noise.accel_density < ratio * reference.accel_density &&
-                         noise.gyro_density < ratio * reference.gyro_density &&
-                         mean.norm() < rate_limit;
-  if (!imu_still) return {};
+  return noise.accel_density < ratio * reference.accel_density &&
+         noise.gyro_density < ratio * reference.gyro_density &&
+         mean.norm() < 6 * reference.gyro_density / std::sqrt(span);
+}
 
-  const double turned = wheel.path(from - margin, to + margin);
-  const bool wheel_still =
-      config.wheel.enabled && wheel.distance(to) && turned <= 2 * config.wheel.noise_floor;
+}  // namespace
+
+StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
+                                   const Vector3d& gyro_bias, const ImuHistory& imu,
+                                   const WheelHistory& wheel,
+                                   const std::vector<Displacement>& radar_standing, TimeNs from,
+                                   TimeNs to) {
+  const StandstillConfig& c = config.standstill;
+  if (!c.enabled || !imu_still(c, reference, gyro_bias, imu.between(from, to))) return {};
+  const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
+  const bool wheel_still = config.wheel.enabled && wheel.distance(to) &&
+                           wheel.path(from - margin, to + margin) <= 2 * config.wheel.noise_floor;
   const bool radar_still =
       std::any_of(radar_standing.begin(), radar_standing.end(),
                   [&](const Displacement& d) { return d.from <= from && d.to >= to; });
-  return {wheel_still || radar_still, radar_still && !wheel_still};
+  // Without the radar the IMU must be still for longer: a robot that glides evenly is, for moments.
+  const bool long_still =
+      imu_still(c, reference, gyro_bias, imu.between(from - margin, to + margin));
+  return {radar_still || (wheel_still && long_still), radar_still && !wheel_still};
 }
 
 }  // namespace gprodom

@@ -212,6 +212,9 @@ void bind_odometry(py::module_& m) {
       .def("record", &Odometry::record,
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(
+          "recorded", [](const Odometry& o) { return arrays(o.recorded()); },
+          "Time, position and orientation of every state as the fixed-lag window last held it.")
+      .def(
           "smoothed", [](const Odometry& o) { return arrays(o.smoothed()); },
           "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),

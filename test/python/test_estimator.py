@@ -1,0 +1,64 @@
+"""The estimator on recorded sequences: against the solution over all data, and what it must reach.
+
+The figures of all sequences stand in docs/results.md; here a few sequences guard them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gprodom
+from gprodom.convert.cmu import Recording, read_recording
+
+SEQUENCE = "1700009000-0-nsh_h-cmu-gpr.zip"  # the shortest
+
+
+def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
+    """An Odometry that has seen the recording up to a time (us), and its outputs."""
+    odometry = gprodom.Odometry(set=overrides)
+    odometry.record()
+    imu, wheel = recording.imu_utime <= until, recording.wheel_utime <= until
+    gpr = recording.gpr_utime <= until
+    outputs = odometry.run(
+        imu_time=recording.imu_utime[imu] * 1000,
+        acceleration=recording.acceleration[imu],
+        angular_velocity=recording.angular_velocity[imu],
+        wheel_time=recording.wheel_utime[wheel] * 1000,
+        wheel_distance=recording.ticks[wheel] * recording.metres_per_tick,
+        gpr_time=recording.gpr_utime[gpr] * 1000,
+        traces=recording.traces[gpr],
+    )
+    return odometry, outputs
+
+
+@pytest.fixture(scope="module")
+def recording(shared: Path) -> Recording:
+    if not hasattr(gprodom, "Odometry"):
+        pytest.skip("the extension gprodom._core is not built")
+    return read_recording(shared / "cmu_like" / SEQUENCE)
+
+
+def test_marginalising_costs_less_than_a_centimetre(recording: Recording) -> None:
+    # Every row quadratic: what differs is then only where the marginalised factors were linearised.
+    start, end = recording.imu_utime[[0, -1]]
+    for until in np.linspace(start, end, 11)[1:].astype(np.int64):
+        odometry, _ = estimate(recording, int(until), ["wheel.robust_threshold=0"])
+        lagged, batch = odometry.recorded(), odometry.smoothed()
+        assert lagged["time"][-1] == batch["time"][-1]
+        difference = np.linalg.norm(lagged["position"][-1] - batch["position"][-1])
+        assert difference < 0.01, f"{(until - start) / 1e6:.0f} s"
+
+
+def test_steps_are_accepted_and_output_is_sound(recording: Recording) -> None:
+    _, outputs = estimate(recording, int(recording.imu_utime[-1]), [])
+    values = outputs.status[-1]["values"]
+    assert values["solver.steps_accepted"] >= 0.999 * values["solver.steps"]
+    odometry = outputs.odometry
+    assert np.all(np.diff(odometry["time"]) > 0)
+    assert all(np.all(np.isfinite(array)) for array in odometry.values())
+    # From the standstill at the start to the last IMU sample, at the IMU's rate.
+    assert len(odometry["time"]) > 0.95 * (len(recording.imu_utime) - 450)
