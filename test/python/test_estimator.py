@@ -14,7 +14,7 @@ import pytest
 import gprodom
 from gprodom.convert.cmu import Recording, read_recording
 
-SEQUENCE = "1700009000-0-nsh_h-cmu-gpr.zip"  # the shortest
+SEQUENCE = "1700005000-0-nsh_b-cmu-gpr.zip"
 
 
 def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
