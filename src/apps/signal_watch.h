@@ -1,7 +1,7 @@
 // Signals as data to be read, in place of handlers.
 #pragma once
 
-#include <initializer_list>
+#include <vector>
 
 namespace gprodom {
 
@@ -9,7 +9,7 @@ namespace gprodom {
 class SignalWatch {
  public:
   // Throws std::runtime_error.
-  explicit SignalWatch(std::initializer_list<int> signals);
+  explicit SignalWatch(const std::vector<int>& signals);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;

@@ -42,7 +42,7 @@ void Runner::reject(const std::string& channel, const std::string& reason) {
 void Runner::obey(const Command& command) {
   if (command.name == "reset") {
     reset();
-    notices_.push_back("reset by command: the estimator starts afresh at its initialiser");
+    notices_.emplace_back("reset by command: the estimator starts afresh at its initialiser");
   } else {
     reject(command_channel_, "unknown command, expected reset");
   }
