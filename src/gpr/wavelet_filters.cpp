@@ -59,7 +59,7 @@ std::vector<Zeros> zeros_inside(int order) {
 std::vector<double> synthesis_low_pass(int order, const Zeros& zeros) {
   std::vector<Complex> h{1.0};
   const auto multiply = [&h](Complex c) {  // by (1 + c z)
-    h.push_back(0.0);
+    h.emplace_back(0.0);
     for (std::size_t i = h.size() - 1; i > 0; --i) h[i] += c * h[i - 1];
   };
   for (int k = 0; k < order; ++k) multiply(1.0);
