@@ -2,7 +2,7 @@
 // one curve, and the alignment of two such curves. After Li, Guo, Song, "Subsurface feature-based
 // ground robot/vehicle localization using a ground penetrating radar" (ICRA 2024), whose four steps
 // are background segmentation, energy points, curve refinement, alignment of curves. Their details
-// are not published; docs/sfm.md tells what each step is here.
+// are not published; the functions below say what each step is here.
 //
 // Rows are trace samples, columns traces, oldest first.
 #pragma once

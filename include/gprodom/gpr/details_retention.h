@@ -1,6 +1,6 @@
 // Details retention on a stream of traces: segmentation of the background, decomposition in
 // frequency, preservation and restoration of the details. The method's own description is
-// unpublished; this is a substitute made of well-known steps (docs/sfm.md).
+// unpublished; this is a substitute made of well-known steps.
 #pragma once
 
 #include <Eigen/Core>
