@@ -131,7 +131,7 @@ void JointFit::gather() {
   int from = 0;
   for (int k = 0; k < count_; ++k) {
     for (from = std::max(from, pulse_[index(k)].start);
-         from < stop_[index(k)] && samples_.size < kMaxGroupSamples; ++from) {
+         from < stop_[index(k)] && samples_.size < kMaxGroupSamples - 1; ++from) {
       samples_.index[index(samples_.size)] = from;
       samples_.value[index(samples_.size)] = trace_[from];
       ++samples_.size;
@@ -247,10 +247,12 @@ void JointFit::accept(int k) {
   peak.joint = count_;
 
   double misfit = 0.0, energy = 0.0;
-  for (int i = peak.gate_begin; i < peak.gate_end; ++i) {
-    const double error = trace_[i] - evaluate(pulse_.data(), count_, fit_.gamma, i);
-    misfit += error * error;
-    energy += (trace_[i] - peak.gamma) * (trace_[i] - peak.gamma);
+  for (int row = 0; row < samples_.size; ++row) {
+    const int i = samples_.index[index(row)];
+    if (i < peak.gate_begin || i >= peak.gate_end) continue;
+    const double signal = samples_.value[index(row)] - peak.gamma;
+    misfit += fit_.residual[index(row)] * fit_.residual[index(row)];
+    energy += signal * signal;
   }
   const double share = static_cast<double>(fit_.freedom) / samples_.size;
   const double noise =

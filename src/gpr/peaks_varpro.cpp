@@ -1,65 +1,72 @@
 #include "gprodom/gpr/peaks_varpro.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "gpr/small_cholesky.h"
+
 namespace gprodom::gpr {
 namespace {
 
-// The search ends where delta' (J' J) delta, in units of the noise variance, is below this.
+// The search ends where step' (J' J) step, in units of the noise variance, is below this.
 constexpr double kStepTolerance = 1e-3;
 constexpr double kEnergyTolerance = 1e-13;  // of the data's energy: the end for data without noise
-constexpr int kMaxBoundHits = 2;
 constexpr double kFirstDamping = 1e-3;
 constexpr double kMinDamping = 1e-4;
 constexpr double kMaxDamping = 1e5;
+constexpr int kMaxBoundHits = 2;
 
-// Everything of one fit of K pulses. Columns of the basis: C_k, S_k (cosine and sine of pulse k),
-// then ones; columns of the derivative: df/dalpha_k, df/domega_k. Each column begins, at an even
-// row, with the first sample of its pulse; rows are padded with zeros to an even number.
+constexpr std::size_t at(int k) { return static_cast<std::size_t>(k); }
+
+// One fit of K pulses. With C_k, S_k the cosine and sine of pulse k, the columns stand in pairs:
+//     pair k: C_k, S_k    pair K + k: i C_k, i S_k    pair 2 K: ones, data.
+// All that a step needs are the 2 x 2 products of pairs ("moments"): the basis' Gram matrix, and,
+// since df/dalpha_k = -i (a C + b S) and df/domega_k = i (b C - a S), that of the derivatives too.
+// Columns begin, at an even row, with the first sample of their pulse; rows are padded to an even
+// number with zeros.
 template <int K>
 class VarPro {
  public:
+  static constexpr int kPairs = 2 * K + 1;
   static constexpr int kLinear = 2 * K + 1;
   static constexpr int kNonlinear = 2 * K;
   static constexpr int kAll = kLinear + kNonlinear;
-  using Nonlinear = Eigen::Matrix<double, kNonlinear, 1>;
   using Linear = Eigen::Matrix<double, kLinear, 1>;
+  using Nonlinear = Eigen::Matrix<double, kNonlinear, 1>;
+  using Pair = Eigen::Matrix2d;
 
   VarPro(const GroupSamples& samples, DampedSinusoid* pulses);
 
   FitStatus search(int max_iterations, GroupFit& fit);
-  void finish(GroupFit& fit);
+  bool finish(GroupFit& fit) const;
 
  private:
-  using Column = Eigen::Map<const Eigen::VectorXd, Eigen::Aligned16>;
-
   bool inside(const Nonlinear& theta, int* offender) const;
   double share_inside(const Nonlinear& theta, const Nonlinear& step) const;
-  bool solve_linear(const Nonlinear& theta);
-  void fill_basis(int k, double alpha, double omega);
-  bool linearise();
-  double dot(int p, int q) const;
+  bool evaluate(const Nonlinear& theta);
+  void fill(int k, double alpha, double omega);
+  Pair moment(int p, int q) const;
+  bool solve_linear();
+  void linearise();
+  Pair derivative_weights(int k) const;
+  void keep(const Nonlinear& theta);
 
   const GroupSamples& samples_;
   DampedSinusoid* pulses_;
-  int rows_;                     // even
-  std::array<int, kAll> first_;  // row where a column begins, even
-  alignas(16) double column_[kAll][kMaxGroupSamples];
-  alignas(16) double value_[kMaxGroupSamples];
-  alignas(16) double residual_[kMaxGroupSamples];
-  double energy_ = 0.0;
+  int rows_;
+  int first_[kPairs];
+  alignas(16) double column_[kPairs][2][kMaxGroupSamples];
+  Pair moment_[kPairs][kPairs];  // p <= q
 
-  // At the trial:
-  Linear coefficient_ = Linear::Zero();
+  // At the last trial:
+  SmallCholesky<kLinear> basis_;
+  Linear projected_;    // L^-1 Phi' y
+  Linear coefficient_;  // a_1, b_1, ..., gamma
   double residual_sum_ = 0.0;
-  Eigen::Matrix<double, kLinear, kLinear> basis_gram_;
-  Eigen::LLT<Eigen::Matrix<double, kLinear, kLinear>> basis_factor_;
-  // At the accepted point:
-  Eigen::Matrix<double, kLinear, kNonlinear> mixed_gram_;
-  Eigen::Matrix<double, kNonlinear, kNonlinear> schur_;
+  // At the last accepted point:
+  Eigen::Matrix<double, kLinear, kNonlinear> mixed_;  // L^-1 Phi' D
+  Eigen::Matrix<double, kNonlinear, kNonlinear> normal_;
   Nonlinear gradient_;
 };
 
@@ -67,28 +74,38 @@ template <int K>
 VarPro<K>::VarPro(const GroupSamples& samples, DampedSinusoid* pulses)
     : samples_(samples), pulses_(pulses), rows_((samples.size + 1) & ~1) {
   const int n = samples.size;
-  std::copy_n(samples.value.data(), n, value_);
-  if (rows_ > n) value_[n] = 0.0;
-  for (int i = 0; i < n; ++i) energy_ += value_[i] * value_[i];
-  first_[kLinear - 1] = 0;
-  std::fill_n(column_[kLinear - 1], rows_, 1.0);
-  if (rows_ > n) column_[kLinear - 1][n] = 0.0;
   for (int k = 0; k < K; ++k) {
     const int* begin = samples.index.data();
     const auto row = static_cast<int>(std::lower_bound(begin, begin + n, pulses[k].start) - begin);
-    for (const int column : {2 * k, 2 * k + 1, kLinear + 2 * k, kLinear + 2 * k + 1}) {
-      first_[static_cast<std::size_t>(column)] = row & ~1;
-      column_[column][row & ~1] = 0.0;
-      if (rows_ > n) column_[column][n] = 0.0;
+    for (const int pair : {k, K + k}) {
+      first_[pair] = row & ~1;
+      for (auto& column : column_[pair]) column[row & ~1] = column[n] = 0.0;
     }
   }
+  first_[2 * K] = 0;
+  std::fill_n(column_[2 * K][0], n, 1.0);
+  std::copy_n(samples.value.data(), n, column_[2 * K][1]);
+  for (auto& column : column_[2 * K]) column[n] = 0.0;
+  moment_[2 * K][2 * K] = moment(2 * K, 2 * K);
 }
 
+// The four products of two pairs of columns.
 template <int K>
-double VarPro<K>::dot(int p, int q) const {
-  const int from =
-      std::max(first_[static_cast<std::size_t>(p)], first_[static_cast<std::size_t>(q)]);
-  return Column(column_[p] + from, rows_ - from).dot(Column(column_[q] + from, rows_ - from));
+typename VarPro<K>::Pair VarPro<K>::moment(int p, int q) const {
+  using Two = Eigen::Array2d;
+  const auto load = [](const double* from) { return Two(Two::MapAligned(from)); };
+  Two sum00 = Two::Zero(), sum10 = Two::Zero(), sum01 = Two::Zero(), sum11 = Two::Zero();
+  for (int row = std::max(first_[p], first_[q]); row < rows_; row += 2) {
+    const Two p0 = load(column_[p][0] + row), p1 = load(column_[p][1] + row);
+    const Two q0 = load(column_[q][0] + row), q1 = load(column_[q][1] + row);
+    sum00 += p0 * q0;
+    sum10 += p1 * q0;
+    sum01 += p0 * q1;
+    sum11 += p1 * q1;
+  }
+  Pair result;
+  result << sum00.sum(), sum01.sum(), sum10.sum(), sum11.sum();
+  return result;
 }
 
 template <int K>
@@ -121,168 +138,187 @@ double VarPro<K>::share_inside(const Nonlinear& theta, const Nonlinear& step) co
   return share;
 }
 
-// C and S by the recurrence z[i + 1] = z[i] exp(-alpha + j omega).
+// Columns of pulse k by the recurrence z[i + 1] = z[i] exp(-alpha + j omega).
 template <int K>
-void VarPro<K>::fill_basis(int k, double alpha, double omega) {
-  double* cosine = column_[2 * k];
-  double* sine = column_[2 * k + 1];
+void VarPro<K>::fill(int k, double alpha, double omega) {
   const double decay = std::exp(-alpha);
   const double step_re = decay * std::cos(omega), step_im = decay * std::sin(omega);
   double re = 1.0, im = 0.0;
-  int at = pulses_[k].start;
-  int row = first_[static_cast<std::size_t>(2 * k)];
-  if (samples_.index[static_cast<std::size_t>(row)] < at) ++row;
+  const int start = pulses_[k].start;
+  int i = 0;
+  int row = first_[k];
+  if (samples_.index[at(row)] < start) ++row;
   for (; row < samples_.size; ++row) {
-    for (; at < samples_.index[static_cast<std::size_t>(row)]; ++at) {
-      const double next = re * step_re - im * step_im;
+    for (const int next = samples_.index[at(row)] - start; i < next; ++i) {
+      const double turned = re * step_re - im * step_im;
       im = re * step_im + im * step_re;
-      re = next;
+      re = turned;
     }
-    cosine[row] = re;
-    sine[row] = im;
+    column_[k][0][row] = re;
+    column_[k][1][row] = im;
+    column_[K + k][0][row] = i * re;
+    column_[K + k][1][row] = i * im;
   }
 }
 
-// The linear coefficients and the residual at theta; false if the basis is degenerate.
+// Moments, linear coefficients and residual at theta; false if the basis is degenerate.
 template <int K>
-bool VarPro<K>::solve_linear(const Nonlinear& theta) {
-  for (int k = 0; k < K; ++k) fill_basis(k, theta[2 * k], theta[2 * k + 1]);
-  Linear projection;
-  for (int q = 0; q < kLinear; ++q) {
-    for (int p = 0; p <= q; ++p) basis_gram_(q, p) = dot(p, q);
-    const int from = first_[static_cast<std::size_t>(q)];
-    projection[q] =
-        Column(column_[q] + from, rows_ - from).dot(Column(value_ + from, rows_ - from));
+bool VarPro<K>::evaluate(const Nonlinear& theta) {
+  for (int k = 0; k < K; ++k) fill(k, theta[2 * k], theta[2 * k + 1]);
+  for (int q = 0; q < kPairs; ++q) {
+    for (int p = 0; p <= q && p < 2 * K; ++p) moment_[p][q] = moment(p, q);
   }
-  basis_factor_.compute(basis_gram_);
-  if (basis_factor_.info() != Eigen::Success) return false;
-  coefficient_ = basis_factor_.solve(projection);
+  return solve_linear();
+}
 
-  Eigen::Map<Eigen::VectorXd, Eigen::Aligned16> residual(residual_, rows_);
-  residual = Column(value_, rows_);
-  for (int q = 0; q < kLinear; ++q) {
-    const int from = first_[static_cast<std::size_t>(q)];
-    residual.tail(rows_ - from) -= coefficient_[q] * Column(column_[q] + from, rows_ - from);
+template <int K>
+bool VarPro<K>::solve_linear() {
+  Eigen::Matrix<double, kLinear, kLinear> gram;
+  for (int q = 0; q < K; ++q) {
+    for (int p = 0; p <= q; ++p) {
+      gram.template block<2, 2>(2 * q, 2 * p) = moment_[p][q].transpose();
+    }
+    gram.template block<1, 2>(2 * K, 2 * q) = moment_[q][2 * K].col(0).transpose();
+    projected_.template segment<2>(2 * q) = moment_[q][2 * K].col(1);
   }
-  residual_sum_ = residual.squaredNorm();
+  gram(2 * K, 2 * K) = moment_[2 * K][2 * K](0, 0);
+  projected_[2 * K] = moment_[2 * K][2 * K](0, 1);
+  if (!basis_.factor(gram)) return false;
+  basis_.forward(projected_);
+  coefficient_ = projected_;
+  basis_.backward(coefficient_);
+  residual_sum_ = moment_[2 * K][2 * K](1, 1) - projected_.squaredNorm();
   return std::isfinite(residual_sum_);
 }
 
-// Kaufman's Jacobian of the projected residual, -P_perp (dPhi/dtheta) c: its normal matrix is the
-// Schur complement of the full Gauss-Newton matrix on theta, its gradient -D' r.
+// (df/dalpha, df/domega) of pulse k = (i C, i S) times this.
 template <int K>
-bool VarPro<K>::linearise() {
+typename VarPro<K>::Pair VarPro<K>::derivative_weights(int k) const {
+  const double a = coefficient_[2 * k], b = coefficient_[2 * k + 1];
+  Pair weights;
+  weights << -a, b, -b, -a;
+  return weights;
+}
+
+// Kaufman's Jacobian of the projected residual is -P D with D the derivatives of f and P the
+// projection off the basis. Its normal matrix D'P D is D'D - (L^-1 Phi'D)'(L^-1 Phi'D), the Schur
+// complement of the full Gauss-Newton matrix; the step's right-hand side is D'P y.
+template <int K>
+void VarPro<K>::linearise() {
   Eigen::Matrix<double, kNonlinear, kNonlinear> gram;
-  for (int k = 0; k < K; ++k) {
-    const double a = coefficient_[2 * k], b = coefficient_[2 * k + 1];
-    const double* cosine = column_[2 * k];
-    const double* sine = column_[2 * k + 1];
-    double* by_alpha = column_[kLinear + 2 * k];
-    double* by_omega = column_[kLinear + 2 * k + 1];
-    int row = first_[static_cast<std::size_t>(2 * k)];
-    if (samples_.index[static_cast<std::size_t>(row)] < pulses_[k].start) ++row;
-    for (; row < samples_.size; ++row) {
-      const double i = samples_.index[static_cast<std::size_t>(row)] - pulses_[k].start;
-      by_alpha[row] = -i * (a * cosine[row] + b * sine[row]);
-      by_omega[row] = i * (b * cosine[row] - a * sine[row]);
+  for (int q = 0; q < K; ++q) {
+    const Pair weights = derivative_weights(q);
+    for (int p = 0; p < K; ++p) {
+      mixed_.template block<2, 2>(2 * p, 2 * q) = moment_[p][K + q].lazyProduct(weights);
+      if (p > q) continue;
+      const Pair half = moment_[K + p][K + q].lazyProduct(weights);
+      const Pair block = derivative_weights(p).transpose().lazyProduct(half);
+      gram.template block<2, 2>(2 * p, 2 * q) = block;
+      gram.template block<2, 2>(2 * q, 2 * p) = block.transpose();
     }
+    const Pair constants = moment_[K + q][2 * K].transpose().lazyProduct(weights);
+    mixed_.template block<1, 2>(2 * K, 2 * q) = constants.row(0);
+    gradient_.template segment<2>(2 * q) = constants.row(1).transpose();
   }
-  for (int q = 0; q < kNonlinear; ++q) {
-    for (int p = 0; p < kLinear; ++p) mixed_gram_(p, q) = dot(p, kLinear + q);
-    for (int p = 0; p <= q; ++p) gram(p, q) = gram(q, p) = dot(kLinear + p, kLinear + q);
-    const int from = first_[static_cast<std::size_t>(kLinear + q)];
-    gradient_[q] = Column(column_[kLinear + q] + from, rows_ - from)
-                       .dot(Column(residual_ + from, rows_ - from));
-  }
-  const Eigen::Matrix<double, kLinear, kNonlinear> half =
-      basis_factor_.matrixL().solve(mixed_gram_);
-  schur_.noalias() = gram - half.transpose().lazyProduct(half);
-  return schur_.allFinite();
+  for (int q = 0; q < kNonlinear; ++q) basis_.forward(mixed_.col(q));
+  normal_ = gram - mixed_.transpose().lazyProduct(mixed_);
+  gradient_ -= mixed_.transpose().lazyProduct(projected_);
 }
 
 template <int K>
 FitStatus VarPro<K>::search(int max_iterations, GroupFit& fit) {
   Nonlinear theta;
-  for (int k = 0; k < K; ++k)
-    theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
+  for (int k = 0; k < K; ++k) theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
   fit.freedom = samples_.size - kAll;
   fit.iterations = 0;
   if (fit.freedom < 1) return FitStatus::kTooFewSamples;
   if (!inside(theta, &fit.offender)) return FitStatus::kOutOfBounds;
-  if (!solve_linear(theta) || !linearise()) return FitStatus::kNotConverged;
+  if (!evaluate(theta)) return FitStatus::kNotConverged;
+  linearise();
 
-  FitStatus status = FitStatus::kNotConverged;
+  const double floor = kEnergyTolerance * moment_[2 * K][2 * K](1, 1);
   double damping = kFirstDamping;
   double best = residual_sum_;
   int hits = 0;        // steps that a bound cut short
-  bool stale = false;  // the trial's columns are not those of theta
-  while (fit.iterations < max_iterations && damping < kMaxDamping) {
-    Eigen::Matrix<double, kNonlinear, kNonlinear> damped = schur_;
+  bool stale = false;  // the last trial was not accepted
+  while (damping < kMaxDamping) {
+    SmallCholesky<kNonlinear> factor;
+    Eigen::Matrix<double, kNonlinear, kNonlinear> damped = normal_;
     damped.diagonal() *= 1.0 + damping;
-    const Eigen::LLT<Eigen::Matrix<double, kNonlinear, kNonlinear>> factor(damped);
-    if (factor.info() != Eigen::Success) return FitStatus::kNotConverged;
-    const Nonlinear step = factor.solve(gradient_);
-    if (damping < 1.0 &&
-        step.dot(gradient_) < kStepTolerance * best / fit.freedom + kEnergyTolerance * energy_) {
-      status = FitStatus::kConverged;
-      break;
+    if (!factor.factor(damped)) return FitStatus::kNotConverged;
+    Nonlinear step = gradient_;
+    factor.forward(step);
+    const double decrease = step.squaredNorm();
+    factor.backward(step);
+    if (damping < 1.0 && decrease < kStepTolerance * best / fit.freedom + floor) {
+      if (stale) {
+        if (!evaluate(theta)) return FitStatus::kNotConverged;
+        linearise();
+      }
+      keep(theta);
+      return FitStatus::kConverged;
     }
+    if (fit.iterations++ == max_iterations) return FitStatus::kNotConverged;
     Nonlinear trial = theta + step;
     if (!inside(trial, &fit.offender)) {
       if (++hits > kMaxBoundHits) return FitStatus::kOutOfBounds;
       trial = theta + 0.9 * share_inside(theta, step) * step;
     }
-    ++fit.iterations;
-    if (solve_linear(trial) && residual_sum_ < best) {
-      theta = trial;
-      best = residual_sum_;
-      stale = false;
-      damping = std::max(0.1 * damping, kMinDamping);
-      if (!linearise()) return FitStatus::kNotConverged;
-    } else {
-      stale = true;
-      damping *= 10.0;
-    }
+    stale = !(evaluate(trial) && residual_sum_ < best);
+    damping *= stale ? 10.0 : 0.1;
+    if (stale) continue;
+    damping = std::max(damping, kMinDamping);
+    theta = trial;
+    best = residual_sum_;
+    linearise();
   }
-  if (status != FitStatus::kConverged) return status;
-  if (stale && !(solve_linear(theta) && linearise())) return FitStatus::kNotConverged;
+  return FitStatus::kNotConverged;
+}
+
+template <int K>
+void VarPro<K>::keep(const Nonlinear& theta) {
   for (int k = 0; k < K; ++k) {
     pulses_[k].alpha = theta[2 * k];
     pulses_[k].omega = theta[2 * k + 1];
     pulses_[k].cosine = coefficient_[2 * k];
     pulses_[k].sine = coefficient_[2 * k + 1];
   }
-  return status;
 }
 
-// (J' J)^-1 of all parameters from the blocks: with G the basis' Gram matrix, E the mixed one and S
-// the Schur complement, [[G^-1 + G^-1 E S^-1 E' G^-1, -G^-1 E S^-1], [., S^-1]].
+// (J'J)^-1 of all parameters, J = (Phi, D): with L the basis' factor, M = L^-1 Phi'D and N N' = D'P D,
+// the inverse of J'J's own factor is [L^-1, 0; -N^-1 M' L^-1, N^-1].
 template <int K>
-void VarPro<K>::finish(GroupFit& fit) {
-  fit.gamma = coefficient_[kLinear - 1];
-  fit.residual_sum = residual_sum_;
-  const Eigen::LLT<Eigen::Matrix<double, kNonlinear, kNonlinear>> factor(schur_);
-  if (factor.info() != Eigen::Success) {
-    fit.status = FitStatus::kNotConverged;
-    return;
-  }
-  const Eigen::Matrix<double, kNonlinear, kNonlinear> s_inverse =
-      factor.solve(Eigen::Matrix<double, kNonlinear, kNonlinear>::Identity());
-  const Eigen::Matrix<double, kLinear, kLinear> g_inverse =
-      basis_factor_.solve(Eigen::Matrix<double, kLinear, kLinear>::Identity());
+bool VarPro<K>::finish(GroupFit& fit) const {
+  SmallCholesky<kNonlinear> factor;
+  if (!factor.factor(normal_)) return false;
+  const Eigen::Matrix<double, kLinear, kLinear> l = basis_.inverse_lower();
+  const Eigen::Matrix<double, kNonlinear, kNonlinear> n = factor.inverse_lower();
+  Eigen::Matrix<double, kAll, kAll> root = Eigen::Matrix<double, kAll, kAll>::Zero();
+  root.template topLeftCorner<kLinear, kLinear>() = l;
+  const Eigen::Matrix<double, kNonlinear, kLinear> slope = mixed_.transpose().lazyProduct(l);
+  root.template bottomLeftCorner<kNonlinear, kLinear>() = -n.lazyProduct(slope);
+  root.template bottomRightCorner<kNonlinear, kNonlinear>() = n;
+  fit.inverse = root.transpose().lazyProduct(root);
+
+  fit.gamma = coefficient_[2 * K];
   for (int k = 0; k < K; ++k) {
-    const Eigen::Matrix2d block = g_inverse.template block<2, 2>(2 * k, 2 * k);
+    const auto columns = l.template middleCols<2>(2 * k);
+    const Pair covariance = columns.transpose().lazyProduct(columns);
     const Eigen::Vector2d ab = coefficient_.template segment<2>(2 * k);
-    fit.contribution[static_cast<std::size_t>(k)] = ab.dot(block.inverse() * ab);
+    fit.contribution[at(k)] = ab.dot(covariance.inverse() * ab);
   }
-  const Eigen::Matrix<double, kLinear, kNonlinear> slope = g_inverse.lazyProduct(mixed_gram_);
-  const Eigen::Matrix<double, kLinear, kNonlinear> cross = slope.lazyProduct(s_inverse);
-  fit.inverse.resize(kAll, kAll);
-  fit.inverse.template block<kLinear, kLinear>(0, 0) =
-      g_inverse + cross.lazyProduct(slope.transpose());
-  fit.inverse.template block<kLinear, kNonlinear>(0, kLinear) = -cross;
-  fit.inverse.template block<kNonlinear, kLinear>(kLinear, 0) = -cross.transpose();
-  fit.inverse.template block<kNonlinear, kNonlinear>(kLinear, kLinear) = s_inverse;
+  fit.residual_sum = 0.0;
+  for (int row = 0; row < samples_.size; ++row) {
+    double residual = samples_.value[at(row)] - fit.gamma;
+    for (int k = 0; k < K; ++k) {
+      if (samples_.index[at(row)] < pulses_[k].start) continue;
+      residual -= coefficient_[2 * k] * column_[k][0][row] +
+                  coefficient_[2 * k + 1] * column_[k][1][row];
+    }
+    fit.residual[at(row)] = residual;
+    fit.residual_sum += residual * residual;
+  }
+  return true;
 }
 
 template <int K>
@@ -290,7 +326,9 @@ void fit_joint(const GroupSamples& samples, DampedSinusoid* pulses, int max_iter
                GroupFit& fit) {
   VarPro<K> problem(samples, pulses);
   fit.status = problem.search(max_iterations, fit);
-  if (fit.status == FitStatus::kConverged) problem.finish(fit);
+  if (fit.status == FitStatus::kConverged && !problem.finish(fit)) {
+    fit.status = FitStatus::kNotConverged;
+  }
 }
 
 }  // namespace
@@ -298,6 +336,10 @@ void fit_joint(const GroupSamples& samples, DampedSinusoid* pulses, int max_iter
 void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, int max_iterations,
                 GroupFit& fit) {
   fit.offender = count - 1;
+  fit.status = FitStatus::kTooFewSamples;
+  if (samples.size < 4 * count + 2 || samples.index[at(samples.size - 1)] < pulses[count - 1].start) {
+    return;
+  }
   switch (count) {
     case 1:
       return fit_joint<1>(samples, pulses, max_iterations, fit);
@@ -306,18 +348,6 @@ void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, 
     default:
       return fit_joint<3>(samples, pulses, max_iterations, fit);
   }
-}
-
-double evaluate(const DampedSinusoid* pulses, int count, double gamma, int index) {
-  double sum = gamma;
-  for (int k = 0; k < count; ++k) {
-    const int i = index - pulses[k].start;
-    if (i < 0) continue;
-    const double angle = pulses[k].omega * i;
-    sum += std::exp(-pulses[k].alpha * i) *
-           (pulses[k].cosine * std::cos(angle) + pulses[k].sine * std::sin(angle));
-  }
-  return sum;
 }
 
 }  // namespace gprodom::gpr

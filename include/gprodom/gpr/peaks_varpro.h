@@ -12,7 +12,8 @@
 namespace gprodom::gpr {
 
 constexpr int kMaxJointPulses = 3;
-constexpr int kMaxGroupSamples = 128;
+constexpr int kMaxGroupSamples = 128;  // even
+
 constexpr int kMaxGroupParameters = 4 * kMaxJointPulses + 1;
 
 // Samples that are fitted; index rises, may have gaps.
@@ -46,6 +47,7 @@ struct GroupFit {
   int freedom = 0;            // samples less parameters
   // What leaving pulse k out would add to residual_sum, every alpha and omega kept.
   std::array<double, kMaxJointPulses> contribution{};
+  std::array<double, kMaxGroupSamples> residual;  // data less curve, of each sample
   GroupMatrix inverse;  // (J' J)^-1; times the noise variance it is the covariance
 };
 
@@ -53,8 +55,5 @@ struct GroupFit {
 // search ends when the next step would be under a hundredth of its standard error.
 void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, int max_iterations,
                 GroupFit& fit);
-
-// Value of f at a sample.
-double evaluate(const DampedSinusoid* pulses, int count, double gamma, int index);
 
 }  // namespace gprodom::gpr
