@@ -68,11 +68,14 @@ const std::vector<Peak>& PeakExtractor::extract(const float* trace, std::size_t 
   w.peaks.reserve(size / 2 + 1);
   ++w.counts.traces;
   analytic_signal(trace, size, w.signal);
-  const auto greatest = std::max_element(w.signal.envelope.begin(), w.signal.envelope.end());
-  if (size < 3 || !(*greatest > 0.0F) || !std::isfinite(*greatest)) return w.peaks;
+  if (size < 3) return w.peaks;
+  const Eigen::Map<const Eigen::ArrayXf> envelope(w.signal.envelope.data(),
+                                                  static_cast<Eigen::Index>(size));
+  const float greatest = envelope.maxCoeff<Eigen::PropagateNaN>();
+  if (!(greatest > 0.0F) || !std::isfinite(greatest)) return w.peaks;
 
   const PeakOptions& o = w.options;
-  const double threshold = std::max(o.min_snr * o.noise_sigma, o.min_relative * *greatest);
+  const double threshold = std::max(o.min_snr * o.noise_sigma, o.min_relative * greatest);
   find_pulses(w.signal, threshold, o.gate_periods, w.pulses);
   w.counts.pulses += w.pulses.size();
   o.fit ? w.add_fits(trace) : w.add_envelope_maxima();

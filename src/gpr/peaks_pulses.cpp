@@ -1,5 +1,6 @@
 #include "gprodom/gpr/peaks_pulses.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +12,7 @@ constexpr double kMinOmega = kTwoPi / 25.0;  // rad per sample: the gates of a j
 constexpr double kMaxOmega = kTwoPi / 3.0;
 constexpr double kMinSeparation = 0.75;  // of a period
 constexpr double kMaxValley = 0.75;      // of the lower of two maxima, for them to be two pulses
+constexpr int kMaxHalfWidth = 3;         // of the running mean
 constexpr float kDominant = 0.5F;     // of the greatest envelope: samples that tell the frequency
 constexpr double kMaxDetuning = 1.6;  // of a pulse's start frequency from the dominant one
 
@@ -43,7 +45,9 @@ struct StepSums {
 // Mean instantaneous frequency where the envelope is high.
 double dominant_omega(const AnalyticSignal& signal) {
   const std::vector<float>& envelope = signal.envelope;
-  const float high = kDominant * *std::max_element(envelope.begin(), envelope.end());
+  const Eigen::Map<const Eigen::ArrayXf> values(envelope.data(),
+                                                static_cast<Eigen::Index>(envelope.size()));
+  const float high = kDominant * values.maxCoeff();
   StepSums sums;
   for (int i = 0; i + StepSums::kLag < static_cast<int>(envelope.size()); ++i) {
     if (envelope[index(i)] >= high) sums.add(signal, i);
@@ -51,25 +55,26 @@ double dominant_omega(const AnalyticSignal& signal) {
   return std::clamp(sums.omega(), kMinOmega, kMaxOmega);
 }
 
-// Twice a running mean over an odd number of samples near a quarter of a period, which takes out
-// the ripple that noise outside the pulse's band puts on the envelope.
-void smooth(const std::vector<float>& in, double period, std::vector<float>& out,
-            std::vector<float>& work) {
-  const int size = static_cast<int>(in.size());
-  const int half = std::min(static_cast<int>(period / 8.0), 3);
-  const auto pass = [size, half](const std::vector<float>& from, std::vector<float>& to) {
-    const float share = 1.0F / static_cast<float>(2 * half + 1);
-    for (int i = 0; i < size; ++i) {
-      float sum = 0.0F;
-      const int end = std::min(i + half, size - 1);
-      for (int j = std::max(i - half, 0); j <= end; ++j) sum += from[index(j)];
-      to[index(i)] = sum * share;
+// Twice a running mean over an odd number of samples near a quarter of a period, which takes out the
+// ripple that noise outside the pulse's band puts on the envelope. Both ends see zeros beyond them.
+void smooth(AnalyticSignal& signal, double period) {
+  const auto size = static_cast<Eigen::Index>(signal.envelope.size());
+  const int half = std::min(static_cast<int>(period / 8.0), kMaxHalfWidth);
+  const auto share = 1.0F / static_cast<float>(2 * half + 1);
+  signal.padded.resize(index(static_cast<int>(size) + 2 * kMaxHalfWidth));
+  signal.smoothed.resize(signal.envelope.size());
+  Eigen::Map<Eigen::ArrayXf> padded(signal.padded.data(), size + 2 * kMaxHalfWidth);
+  Eigen::Map<Eigen::ArrayXf> smoothed(signal.smoothed.data(), size);
+  smoothed = Eigen::Map<const Eigen::ArrayXf>(signal.envelope.data(), size);
+  padded.head(kMaxHalfWidth).setZero();
+  padded.tail(kMaxHalfWidth).setZero();
+  for (int pass = 0; pass < 2; ++pass) {
+    padded.segment(kMaxHalfWidth, size) = share * smoothed;
+    smoothed = padded.segment(kMaxHalfWidth, size);
+    for (int k = 1; k <= half; ++k) {
+      smoothed += padded.segment(kMaxHalfWidth - k, size) + padded.segment(kMaxHalfWidth + k, size);
     }
-  };
-  out.resize(in.size());
-  work.resize(in.size());
-  pass(in, work);
-  pass(work, out);
+  }
 }
 
 int minimum_between(const std::vector<float>& envelope, int begin, int end) {
@@ -127,7 +132,7 @@ void find_pulses(AnalyticSignal& signal, double threshold, double gate_periods,
   if (size < 3) return;
   const double omega = dominant_omega(signal);
   const double period = kTwoPi / omega;
-  smooth(signal.envelope, period, signal.smoothed, signal.padded);
+  smooth(signal, period);
   find_maxima(signal.smoothed, threshold, kMinSeparation * period, pulses);
   for (std::size_t k = 0; k < pulses.size(); ++k) {
     const int next = k + 1 < pulses.size() ? pulses[k + 1].maximum : size;
