@@ -19,8 +19,9 @@ constexpr std::size_t kSamples = 201;
 constexpr std::size_t kTraces = 200;
 constexpr double kOmega = 0.628;  // 500 MHz at 0.2 ns
 
-// Traces as a band-passed profile shows them: `pulses` reflections with a rise of about half a period
-// and a decay to a tenth in 2 to 3 periods, at random places at least 1.3 periods apart, and 2 % noise.
+// Traces as a band-passed profile shows them: `pulses` reflections with a rise of about half a
+// period and a decay to a tenth in 2 to 3 periods, at random places at least 1.3 periods apart, and
+// 2 % noise.
 std::vector<std::vector<float>> make_traces(int pulses) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 0.02);

@@ -55,8 +55,9 @@ double dominant_omega(const AnalyticSignal& signal) {
   return std::clamp(sums.omega(), kMinOmega, kMaxOmega);
 }
 
-// Twice a running mean over an odd number of samples near a quarter of a period, which takes out the
-// ripple that noise outside the pulse's band puts on the envelope. Both ends see zeros beyond them.
+// Twice a running mean over an odd number of samples near a quarter of a period, which takes out
+// the ripple that noise outside the pulse's band puts on the envelope. Both ends see zeros beyond
+// them.
 void smooth(AnalyticSignal& signal, double period) {
   const auto size = static_cast<Eigen::Index>(signal.envelope.size());
   const int half = std::min(static_cast<int>(period / 8.0), kMaxHalfWidth);

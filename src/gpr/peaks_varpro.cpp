@@ -19,7 +19,8 @@ constexpr int kMaxBoundHits = 2;
 
 constexpr std::size_t at(int k) { return static_cast<std::size_t>(k); }
 
-// Two neighbours of a column, one register: gcc and clang vectorise this at any level of optimisation.
+// Two neighbours of a column, one register: gcc and clang vectorise this at any level of
+// optimisation.
 using TwoDoubles [[gnu::vector_size(16), gnu::may_alias]] = double;
 
 // One fit of K pulses. With C_k, S_k the cosine and sine of pulse k, the columns stand in pairs:
@@ -233,7 +234,8 @@ void VarPro<K>::linearise() {
 template <int K>
 FitStatus VarPro<K>::search(int max_iterations, GroupFit& fit) {
   Nonlinear theta;
-  for (int k = 0; k < K; ++k) theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
+  for (int k = 0; k < K; ++k)
+    theta.template segment<2>(2 * k) << pulses_[k].alpha, pulses_[k].omega;
   fit.freedom = samples_.size - kAll;
   fit.iterations = 0;
   if (fit.freedom < 1) return FitStatus::kTooFewSamples;
@@ -290,8 +292,8 @@ void VarPro<K>::keep(const Nonlinear& theta) {
   }
 }
 
-// (J'J)^-1 of all parameters, J = (Phi, D): with L the basis' factor, M = L^-1 Phi'D and N N' = D'P D,
-// the inverse of J'J's own factor is [L^-1, 0; -N^-1 M' L^-1, N^-1].
+// (J'J)^-1 of all parameters, J = (Phi, D): with L the basis' factor, M = L^-1 Phi'D and N N' = D'P
+// D, the inverse of J'J's own factor is [L^-1, 0; -N^-1 M' L^-1, N^-1].
 template <int K>
 bool VarPro<K>::finish(GroupFit& fit) const {
   SmallCholesky<kNonlinear> factor;
@@ -317,8 +319,8 @@ bool VarPro<K>::finish(GroupFit& fit) const {
     double residual = samples_.value[at(row)] - fit.gamma;
     for (int k = 0; k < K; ++k) {
       if (samples_.index[at(row)] < pulses_[k].start) continue;
-      residual -= coefficient_[2 * k] * column_[k][0][row] +
-                  coefficient_[2 * k + 1] * column_[k][1][row];
+      residual -=
+          coefficient_[2 * k] * column_[k][0][row] + coefficient_[2 * k + 1] * column_[k][1][row];
     }
     fit.residual[at(row)] = residual;
     fit.residual_sum += residual * residual;
@@ -342,7 +344,8 @@ void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, 
                 GroupFit& fit) {
   fit.offender = count - 1;
   fit.status = FitStatus::kTooFewSamples;
-  if (samples.size < 4 * count + 2 || samples.index[at(samples.size - 1)] < pulses[count - 1].start) {
+  if (samples.size < 4 * count + 2 ||
+      samples.index[at(samples.size - 1)] < pulses[count - 1].start) {
     return;
   }
   switch (count) {

@@ -1,5 +1,4 @@
-// The analytic signal of a trace: the trace and its Hilbert transform, whose modulus is the
-// envelope.
+// The analytic signal of a trace: it and its Hilbert transform, whose modulus is the envelope.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +18,8 @@ struct AnalyticSignal {
 // Fills `signal` from `size` samples; buffers grow on the first call only.
 //
 // The Hilbert transform is an antisymmetric FIR filter, h[k] = 2 / (pi k) for odd k, 0 for even k,
-// under a Hamming window of |k| <= 31. Its gain is within 2 % of 1 from 0.04 to 0.46 cycles per
-// sample. An FFT would wrap the end of a trace round to its start; this sees zeros there.
+// under a Hamming window of |k| <= 31. Its gain is within 0.4 % of 1 from 0.03 to 0.47 cycles
+// per sample. An FFT would wrap the end of a trace round to its start; this sees zeros there.
 void analytic_signal(const float* trace, std::size_t size, AnalyticSignal& signal);
 
 }  // namespace gprodom::gpr

@@ -25,9 +25,10 @@ class FTest {
 //
 // Samples: each pulse's gate, from its envelope maximum up to the gate's end or, if sooner, to the
 // valley before the next pulse, since a pulse's rise is no part of the model. After a first fit the
-// gate is carried backwards over samples that the curve predicts within 2.5 standard deviations,
-// likewise the earlier pulse's gate forwards into the valley, and all is fitted again. Where a
-// pulse decays from a sharp onset this finds the onset; a pulse with a slow rise keeps its gate.
+// gate is carried backwards over samples that the curve predicts within 2.5 standard deviations and
+// better than the earlier pulses alone do, likewise the earlier pulse's gate forwards into the
+// valley, and all is fitted again. Where a pulse decays from a sharp onset this finds the onset; a
+// pulse with a slow rise keeps its gate.
 //
 // Number of pulses: the least significant that fails the F-test is left out and the rest fitted
 // again. Where the joint fit fails, the pulse to blame is rejected and those on its two sides are

@@ -1,5 +1,4 @@
-// Pulse candidates: maxima of the envelope, the gate that each is fitted in, and where its fit
-// starts.
+// Pulse candidates: maxima of the envelope, their gates, and the values that their fits start from.
 #pragma once
 
 #include <vector>
@@ -18,10 +17,13 @@ struct Pulse {
   double centre_omega = 0.0;  // rad per sample: the trace's dominant frequency
 };
 
-// Envelope maxima of at least `threshold`, in order of time. Of two closer than 0.75 of a period
-// the higher stays. Start values: over the first period from the maximum z[i+1] ~ exp(-alpha + j
-// omega) z[i] in least squares, which is the mean instantaneous frequency and log-envelope slope,
-// weighted by energy. The gate reaches `gate_periods` of that frequency past the maximum.
+// Maxima of at least `threshold`, in order of time, of the envelope smoothed over a quarter of a
+// period. Of two that are closer than 0.75 of a period, or have no valley between them (below 0.75
+// of the lower), the higher is the pulse.
+//
+// Start values: over the first period from the maximum, z[i + 2] ~ exp(2 (-alpha + j omega)) z[i]
+// in least squares, which is the mean instantaneous frequency and slope of the logarithm of the
+// envelope, weighted by energy. The gate reaches `gate_periods` of that frequency past the maximum.
 void find_pulses(AnalyticSignal& signal, double threshold, double gate_periods,
                  std::vector<Pulse>& pulses);
 

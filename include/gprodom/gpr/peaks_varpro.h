@@ -12,8 +12,7 @@
 namespace gprodom::gpr {
 
 constexpr int kMaxJointPulses = 3;
-constexpr int kMaxGroupSamples = 128;  // even
-
+constexpr int kMaxGroupSamples = 128;  // even; one is for padding
 constexpr int kMaxGroupParameters = 4 * kMaxJointPulses + 1;
 
 // Samples that are fitted; index rises, may have gaps.
@@ -52,7 +51,7 @@ struct GroupFit {
 };
 
 // Fits `count` (1..3) pulses from the start values in them and leaves the estimates there. The
-// search ends when the next step would be under a hundredth of its standard error.
+// search ends when the next step would be under a thirtieth of its standard error.
 void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, int max_iterations,
                 GroupFit& fit);
 
