@@ -179,7 +179,7 @@ bool VarPro<K>::evaluate(const Nonlinear& theta) {
 
 template <int K>
 bool VarPro<K>::solve_linear() {
-  Eigen::Matrix<double, kLinear, kLinear> gram;
+  Eigen::Matrix<double, kLinear, kLinear> gram = Eigen::Matrix<double, kLinear, kLinear>::Zero();
   for (int q = 0; q < K; ++q) {
     for (int p = 0; p <= q; ++p) {
       gram.template block<2, 2>(2 * q, 2 * p) = moment_[p][q].transpose();

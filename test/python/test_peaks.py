@@ -16,9 +16,7 @@ Floats = NDArray[np.float64]
 OMEGA = 0.2 * np.pi  # rad per sample: 500 MHz at 0.2 ns
 
 
-def damped(
-    i: Floats, alpha: float, beta: float, gamma: float, omega: float, phi: float
-) -> Floats:
+def damped(i: Floats, alpha: float, beta: float, gamma: float, omega: float, phi: float) -> Floats:
     """A'(i) = beta exp(-alpha i) cos(omega i + phi) + gamma."""
     return beta * np.exp(-alpha * i) * np.cos(omega * i + phi) + gamma
 
@@ -94,7 +92,7 @@ def test_real_ground(shared: Path) -> None:
     traces = line["traces"][:, :201].astype(float)
     traces = traces - np.median(traces, axis=0)
     spectrum = np.fft.rfft(traces, axis=1)
-    frequency = np.fft.rfftfreq(201, float(line["sample_interval"]) * 1e-9)
+    frequency = np.fft.rfftfreq(201, float(line["sample_interval"]))
     band = (frequency > 120e6) & (frequency < 510e6)
     traces = np.fft.irfft(spectrum * band, 201, axis=1)
     extractor = gpr.PeakExtractor()
