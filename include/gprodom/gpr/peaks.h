@@ -1,7 +1,7 @@
 // Reflections in one filtered trace: the damped-sinusoid fit of Li et al. (arXiv 2503.18301),
 //     A'(i) = beta exp(-alpha i) cos(omega i + phi) + gamma,
 // one sinusoid per pulse, fitted by least squares (the maximum likelihood under white noise). The
-// peak is the first maximum of the fitted curve. docs/peaks.md derives every formula used.
+// peak is the first maximum of the fitted curve.
 //
 // Stages, each usable alone: analytic_signal (peaks_envelope.h), find_pulses (peaks_pulses.h),
 // fit_pulses (peaks_varpro.h), peak_of_fit (peaks_covariance.h).
