@@ -44,7 +44,7 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
   std::vector<MotionStep> steps;
   if (samples_.empty() || to <= from) return steps;
   // Beyond either end of the data the nearest sample is held.
-  auto at = [&](decltype(samples_)::const_iterator next, TimeNs time) {
+  auto at = [&](const decltype(samples_)::const_iterator& next, TimeNs time) {
     if (next == samples_.begin()) return interpolate(*next, *next, time);
     if (next == samples_.end()) return interpolate(samples_.back(), samples_.back(), time);
     return interpolate(*(next - 1), *next, time);
