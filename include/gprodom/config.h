@@ -102,18 +102,54 @@ struct GprFilterConfig {
   int gain_flat_after = 80;            // samples
 };
 
+// Reflections in a filtered trace, which the subsurface feature matrix is made of.
+struct PeaksConfig {
+  bool fit = true;             // damped sinusoid per pulse; false: envelope maxima, much cheaper
+  double min_snr = 3.5;        // envelope over the trace's noise from which a maximum is a pulse
+  double min_relative = 0.05;  // envelope over the trace's greatest, likewise
+  double max_residual = 0.3;   // misfit energy over signal energy of a fit that is kept
+};
+
+// Displacement from one B-scan window to the next (front ends sfm, bscan, dec and trace_count).
+struct SequentialConfig {
+  int window_traces = 100;          // L, traces in a window
+  int rows = 50;                    // D_S, of the feature matrix
+  int columns = 50;                 // L_S, of the feature matrix; shifts are in these columns
+  double max_depth = 0.0;           // m, depth of the last row; 0: what the trace reaches
+  double step = 0.5;                // s, Delta t between windows compared; whole ticks
+  double k = 0.04;                  // m per column: u = K |l*|
+  double sigma = 0.05;              // m, error of K times the shift over one step
+  double min_overlap = 0.3;         // w_min / L_S
+  std::string distance = "cosine";  // cosine | printed
+  double scale_duration = 20.0;     // s from the start that fix the amplitude scale of the levels
+  double scale_quantile = 0.99;     // of the peak amplitudes then: pixel value 255
+  bool publish_sfm = false;         // each window's feature matrix beside the displacement
+};
+
+// The dominant energy curve (front end dec).
+struct DecConfig {
+  double energy_window = 2.0e-9;  // s of a trace over which energy is averaged
+  double first_time = 4.0e-9;     // s after time zero; earlier is the direct wave
+  double jump_penalty = 0.01;     // score lost per squared sample of change from trace to trace
+  int smoothing = 7;              // traces of the moving average over the curve
+};
+
 struct GprConfig {
   bool enabled = true;
-  std::string front_end = "stationarity";  // stationarity | none
-  double tick = 0.1;                       // s of data time between answers
-  double latency_budget = 0.05;            // s of data time from tick to effect
-  double wave_speed = 1.0e8;               // m/s in the ground
-  double max_gap = 1.0;                    // s; traces further apart: the front end starts afresh
-  double stationary_window = 0.6;          // s of traces compared
-  std::string fusion = "signed";           // signed | norm (the paper's): how a displacement enters
-  double robust_threshold = 2.5;           // standard deviations at which it loses weight; 0: none
+  // stationarity | sfm | bscan | dec | trace_count | none
+  std::string front_end = "stationarity";
+  double tick = 0.1;               // s of data time between answers
+  double latency_budget = 0.05;    // s of data time from tick to effect
+  double wave_speed = 1.0e8;       // m/s in the ground
+  double max_gap = 1.0;            // s; traces further apart: the front end starts afresh
+  double stationary_window = 0.6;  // s of traces compared
+  std::string fusion = "signed";   // signed | norm (the paper's): how a displacement enters
+  double robust_threshold = 2.5;   // standard deviations at which it loses weight; 0: none
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; antenna centre in body
   GprFilterConfig filter;
+  PeaksConfig peaks;
+  SequentialConfig sequential;
+  DecConfig dec;
 };
 
 struct LoggingConfig {

@@ -108,7 +108,7 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
 void add_gpr(Keys& keys, GprConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
-    {"gpr.front_end", &c.front_end, "", Choices{"stationarity", "none"}, "what makes displacements of traces"},
+    {"gpr.front_end", &c.front_end, "", Choices{"stationarity", "sfm", "bscan", "dec", "trace_count", "none"}, "what makes displacements of traces"},
     {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
@@ -138,6 +138,41 @@ void add_gpr_filter(Keys& keys, GprFilterConfig& c) {
   });
 }
 
+void add_peaks(Keys& keys, PeaksConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.peaks.fit", &c.fit, "", kAny, "damped sinusoid per pulse; false: envelope maxima, much cheaper"},
+    {"gpr.peaks.min_snr", &c.min_snr, "", between(1, 100), "envelope over the trace's noise from which a maximum is a pulse"},
+    {"gpr.peaks.min_relative", &c.min_relative, "", between(0, 1), "envelope over the trace's greatest, likewise"},
+    {"gpr.peaks.max_residual", &c.max_residual, "", between(0, 1), "misfit energy over signal energy of a fit that is kept"},
+  });
+}
+
+void add_sequential(Keys& keys, SequentialConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.sequential.window_traces", &c.window_traces, "", between(4, 2000), "L, traces in a window"},
+    {"gpr.sequential.rows", &c.rows, "", between(1, 500), "D_S, rows of the feature matrix"},
+    {"gpr.sequential.columns", &c.columns, "", between(4, 500), "L_S, columns of the feature matrix, in which shifts are counted"},
+    {"gpr.sequential.max_depth", &c.max_depth, "m", between(0, 100), "depth of the last row; 0: what the trace reaches"},
+    {"gpr.sequential.step", &c.step, "s", between(0.01, 60), "between the windows compared (Delta t); whole ticks"},
+    {"gpr.sequential.k", &c.k, "m", between(0, 10), "K, displacement per column of shift; gprodom calibrate k fits it"},
+    {"gpr.sequential.sigma", &c.sigma, "m", between(0, 10), "error of K times the shift over one step"},
+    {"gpr.sequential.min_overlap", &c.min_overlap, "", between(0.05, 1), "w_min / L_S, least share of columns in common"},
+    {"gpr.sequential.distance", &c.distance, "", Choices{"cosine", "printed"}, "cosine, or as the paper prints it (without the square root)"},
+    {"gpr.sequential.scale_duration", &c.scale_duration, "s", between(0, 3600), "from the start, fixes the amplitude scale of the levels"},
+    {"gpr.sequential.scale_quantile", &c.scale_quantile, "", between(0, 1), "of the peak amplitudes then: pixel value 255"},
+    {"gpr.sequential.publish_sfm", &c.publish_sfm, "", kAny, "each window's feature matrix beside the displacement"},
+  });
+}
+
+void add_dec(Keys& keys, DecConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.dec.energy_window", &c.energy_window, "s", between(1e-11, 1e-7), "of a trace over which energy is averaged"},
+    {"gpr.dec.first_time", &c.first_time, "s", between(0, 1e-6), "after time zero; earlier is the direct wave"},
+    {"gpr.dec.jump_penalty", &c.jump_penalty, "", between(0, 1000), "score lost per squared sample of change from trace to trace"},
+    {"gpr.dec.smoothing", &c.smoothing, "", between(1, 1000), "traces of the moving average over the curve"},
+  });
+}
+
 void add_logging(Keys& keys, LoggingConfig& c) {
   keys.insert(keys.end(), {
     {"logging.level", &c.level, "", Choices{"debug", "info", "warning", "error"}, "what the daemon writes to its log"},
@@ -159,6 +194,9 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_smoother(keys, config.smoother);
   add_gpr(keys, config.gpr);
   add_gpr_filter(keys, config.gpr.filter);
+  add_peaks(keys, config.gpr.peaks);
+  add_sequential(keys, config.gpr.sequential);
+  add_dec(keys, config.gpr.dec);
   add_logging(keys, config.logging);
   return keys;
 }
@@ -174,6 +212,9 @@ std::string section_description(const std::string& section) {
       {"smoother", "The fixed-lag smoother."},
       {"gpr", "The ground-penetrating radar and its front end."},
       {"gpr.filter", "Details retention: what is done to each trace, in this order."},
+      {"gpr.peaks", "Reflections in a filtered trace, of which the feature matrix is made."},
+      {"gpr.sequential", "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
+      {"gpr.dec", "The dominant energy curve (front end dec)."},
       {"logging", "The daemon's log."},
   };
   const auto found = descriptions.find(section);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "gprodom/config.h"
@@ -20,6 +21,10 @@ class FrontEnd {
   // What can be said at `tick`, given the traces up to it. `time` of each result is left to the
   // caller.
   virtual std::vector<Displacement> tick(TimeNs tick) = 0;
+
+  // The feature matrix made at the last tick, where the front end makes them, made one then and is
+  // asked for them (gpr.sequential.publish_sfm).
+  virtual std::optional<SubsurfaceFeatureMatrix> sfm() const { return std::nullopt; }
 
   // Forgets all traces (after a gap, a reset, a change of trace length or sample interval).
   virtual void reset() = 0;
