@@ -59,7 +59,8 @@ int shift_limit(int columns, const AlignmentOptions& options) {
   return options.max_shift > 0 ? std::min(limit, options.max_shift) : limit;
 }
 
-Alignment locate_minimum(const ShiftDistances& distances, double independent_cells) {
+Alignment locate_minimum(const ShiftDistances& distances, double independent_cells,
+                         MinimumShape shape) {
   Alignment result;
   double least = std::numeric_limits<double>::infinity();
   for (int size = 0; size <= distances.limit; ++size) {
@@ -78,7 +79,9 @@ Alignment locate_minimum(const ShiftDistances& distances, double independent_cel
   const double before = distances.at(result.shift - 1), after = distances.at(result.shift + 1);
   const double curvature = before - 2.0 * least + after;
   if (!(curvature > 0.0)) return result;  // flat, or a neighbour without energy
-  result.subcolumn += 0.5 * (before - after) / curvature;
+  const double width =
+      shape == MinimumShape::kParabola ? curvature : std::max(before, after) - least;
+  result.subcolumn += 0.5 * (before - after) / width;
   const double cells = independent_cells * result.overlap / distances.columns;
   result.variance = kPlaceVarianceFloor + 2.0 * std::max(0.0, least) / (cells * curvature);
   result.valid = true;
@@ -117,7 +120,7 @@ Alignment Aligner::align(const LevelMatrix& a, const LevelMatrix& b) {
   fill_distances<std::int16_t, std::int32_t>(
       columns_a_.data(), columns_b_.data(), static_cast<int>(a.rows()), static_cast<int>(a.cols()));
   // Only filled cells tell where they are.
-  return locate_minimum(distances_, std::max(1.0, 0.5 * filled));
+  return locate_minimum(distances_, std::max(1.0, 0.5 * filled), MinimumShape::kLines);
 }
 
 Alignment Aligner::align(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
@@ -126,7 +129,7 @@ Alignment Aligner::align(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
                                 static_cast<int>(a.cols()));
   // Samples of a band-limited trace, and neighbouring traces, repeat one another: about every
   // fourth is news.
-  return locate_minimum(distances_, static_cast<double>(a.size()) / 4.0);
+  return locate_minimum(distances_, static_cast<double>(a.size()) / 4.0, MinimumShape::kParabola);
 }
 
 }  // namespace gprodom::gpr

@@ -166,7 +166,7 @@ Alignment CurveAligner::align(const Eigen::VectorXd& a, const Eigen::VectorXd& b
         variation > 1e-9 * width ? (in_a - in_b).squaredNorm() / variation
                                  : std::numeric_limits<double>::quiet_NaN();
   }
-  return locate_minimum(distances_, columns / 3.0);
+  return locate_minimum(distances_, columns / 3.0, MinimumShape::kParabola);
 }
 
 }  // namespace gprodom::gpr

@@ -50,14 +50,20 @@ struct ShiftDistances {
 // The largest |l| searched for windows of `columns` columns.
 int shift_limit(int columns, const AlignmentOptions& options);
 
+// How the distance rises beside its minimum, from which the sub-column place is read: as a parabola
+// where the windows are smooth; in two straight lines of equal slope where features are binned into
+// cells (one that moves by a fraction f of a column changes its cell in a share f of the cases).
+enum class MinimumShape { kParabola, kLines };
+
 // Finds the minimum of `distances` (the smallest |l| where several are equal), its sub-column place
-// by a parabola through it and its neighbours, and the variance of that place.
+// from it and its neighbours, and the variance of that place.
 //
 // Variance: for unit vectors a, b the squared residual is J(l) = |a - b(l)|^2 = 2 d(l). Least
 // squares gives var = 2 s^2 / J'' with s^2 = J_min / n per independent cell, so with d ~ d_min +
 // c/2 (l-l*)^2 var = 2 d_min / (n c). `independent_cells` is n, of a full overlap; it is scaled by
 // w / L. The grid adds its own share: places finer than 1/10 column are not resolved (floor 0.01).
-Alignment locate_minimum(const ShiftDistances& distances, double independent_cells);
+Alignment locate_minimum(const ShiftDistances& distances, double independent_cells,
+                         MinimumShape shape);
 
 // Keeps its buffers: no allocation from the second pair of one size on.
 class Aligner {
