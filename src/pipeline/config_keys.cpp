@@ -213,7 +213,8 @@ std::string section_description(const std::string& section) {
       {"gpr", "The ground-penetrating radar and its front end."},
       {"gpr.filter", "Details retention: what is done to each trace, in this order."},
       {"gpr.peaks", "Reflections in a filtered trace, of which the feature matrix is made."},
-      {"gpr.sequential", "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
+      {"gpr.sequential",
+       "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
       {"gpr.dec", "The dominant energy curve (front end dec)."},
       {"logging", "The daemon's log."},
   };
