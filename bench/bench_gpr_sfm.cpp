@@ -1,15 +1,68 @@
-// Cost of the feature matrix, the shift search and the energy curve, on one core:
-//   build/bench/bench_gpr_sfm
+// Cost of the feature matrix, the shift search and the energy curve, and of the whole chain per
+// trace, on one core:
+//   build/bench/bench_gpr_sfm --benchmark_repetitions=5
 #include <benchmark/benchmark.h>
 
 #include <random>
+#include <string>
+#include <vector>
 
+#include "gpr/synthetic_ground.h"
 #include "gprodom/gpr/alignment.h"
 #include "gprodom/gpr/dec.h"
+#include "gprodom/gpr/details_retention.h"
+#include "gprodom/gpr/front_end.h"
+#include "gprodom/gpr/peaks.h"
 #include "gprodom/gpr/sfm.h"
 
 namespace gprodom::gpr {
 namespace {
+
+constexpr double kTracePeriod = 0.05;  // s
+
+// The front end's whole work per trace of 201 samples, filter, peaks,
+// a feature matrix and a match every tenth trace. Over ground with a reflector every 10 cm, at 0.4
+// m/s; `peaks` tells how many a trace has.
+void per_trace(benchmark::State& state, const std::string& method, bool fit, int max_joint) {
+  GprConfig config;
+  config.front_end = method;
+  config.peaks.fit = fit;
+  config.peaks.max_joint = max_joint;
+  config.sequential.publish_sfm = true;
+  const SyntheticGround ground(1, 25.0);
+  SyntheticRadar radar(2, 60.0);
+  std::vector<GprTrace> traces;
+  for (int i = 0; i < 1000; ++i) {
+    traces.push_back(radar.measure(ground, 1.0 + 0.02 * i, kTracePeriod * i));
+  }
+  PeakOptions options;
+  options.fit = fit;
+  options.max_joint = max_joint;
+  DetailsRetention filter(config.filter);
+  PeakExtractor extractor(options);
+  for (const GprTrace& trace : traces) {
+    if (const float* filtered = filter.filter(trace).samples) {
+      extractor.extract(filtered, trace.samples.size());
+    }
+  }
+  const auto front_end = make_front_end(config);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    GprTrace& trace = traces[i % traces.size()];
+    trace.time = from_seconds(kTracePeriod * static_cast<double>(i++));
+    front_end->add_trace(trace);
+    if (i % 10 == 0) benchmark::DoNotOptimize(front_end->tick(trace.time));
+  }
+  if (method == "sfm") {
+    state.counters["peaks"] = static_cast<double>(extractor.counts().accepted) /
+                              static_cast<double>(extractor.counts().traces);
+  }
+}
+BENCHMARK_CAPTURE(per_trace, sfm_fit, "sfm", true, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_joint_fit, "sfm", true, 3)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_no_fit, "sfm", false, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, bscan, "bscan", false, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, dec, "dec", false, 1)->Unit(benchmark::kMicrosecond);
 
 LevelMatrix random_levels(int rows, int columns) {
   std::mt19937 random(1);
@@ -18,7 +71,7 @@ LevelMatrix random_levels(int rows, int columns) {
       rows, columns, [&] { return static_cast<std::int8_t>(std::max(0, level(random))); });
 }
 
-// The figure: two 50 x 50 matrices over all shifts.
+// Two 50 x 50 matrices over all shifts.
 void match_sfm(benchmark::State& state) {
   const LevelMatrix ground = random_levels(50, 60);
   const LevelMatrix a = ground.leftCols(50), b = ground.rightCols(50);

@@ -107,6 +107,7 @@ struct PeaksConfig {
   bool fit = true;             // damped sinusoid per pulse; false: envelope maxima, much cheaper
   double min_snr = 3.5;        // envelope over the trace's noise from which a maximum is a pulse
   double min_relative = 0.05;  // envelope over the trace's greatest, likewise
+  int max_joint = 1;           // overlapping pulses fitted together at most
   double max_residual = 0.3;   // misfit energy over signal energy of a fit that is kept
 };
 

@@ -26,24 +26,41 @@ class Method:
     k_key: str = ""
 
 
-def _sequential(name: str, summary: str, reckoned: str = "") -> Method:
-    front_end = "sfm" if reckoned else name
-    overrides = ("gpr.enabled=true", f"gpr.front_end={front_end}")
-    return Method(name, summary, overrides, reckoned, front_end, "gpr.sequential.k")
+K_KEY = "gpr.sequential.k"
+
+
+def _gpr_sfm() -> Method:
+    overrides = ("gpr.enabled=true", "gpr.front_end=sfm")
+    summary = "SFM distance alone, sign from the wheel, gyro yaw"
+    return Method("gpr_sfm", summary, overrides, "displacements", "sfm", K_KEY)
+
+
+def _sequential(name: str, summary: str) -> tuple[Method, Method]:
+    """The method with the paper's distance norm, and with the displacement's sign."""
+    overrides = ("gpr.enabled=true", f"gpr.front_end={name}")
+    return (
+        Method(name, summary, (*overrides, "gpr.fusion=norm"), "", name, K_KEY),
+        Method(
+            f"{name}_signed",
+            f"the same as {name}, displacements with their sign",
+            (*overrides, "gpr.fusion=signed"),
+            "",
+            name,
+            K_KEY,
+        ),
+    )
 
 
 METHODS = {
     method.name: method
     for method in (
         Method("wheel", "wheel distance with gyro yaw, dead reckoning", reckoned="wheel"),
-        _sequential(
-            "gpr_sfm", "SFM distance alone, sign from the wheel, gyro yaw", "displacements"
-        ),
+        _gpr_sfm(),
         Method("imu_wheel", "IMU and wheel, no radar", ("gpr.enabled=false",)),
-        _sequential("bscan", "IMU, wheel and radar: B-scans matched by cosine similarity"),
-        _sequential("dec", "IMU, wheel and radar: dominant energy curves"),
-        _sequential("sfm", "IMU, wheel and radar: subsurface feature matrices (the paper)"),
-        _sequential("trace_count", "IMU, wheel and the number of radar traces"),
+        *_sequential("bscan", "IMU, wheel and radar: B-scans matched by cosine similarity"),
+        *_sequential("dec", "IMU, wheel and radar: dominant energy curves"),
+        *_sequential("sfm", "IMU, wheel and radar: subsurface feature matrices (the paper)"),
+        *_sequential("trace_count", "IMU, wheel and the number of radar traces"),
         Method(
             "gprodom",
             "IMU, wheel and radar motion (stationarity), no revisits",
@@ -62,4 +79,4 @@ def find_method(name: str) -> Method:
 
 def describe_methods() -> str:
     """One line a method, for help texts."""
-    return "\n".join(f"  {method.name:<12} {method.summary}" for method in METHODS.values())
+    return "\n".join(f"  {method.name:<18} {method.summary}" for method in METHODS.values())

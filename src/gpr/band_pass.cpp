@@ -77,11 +77,12 @@ void ZeroPhaseFilter<T>::apply(const T* x, int n, T* out) {
 template <typename T>
 void dewow(const T* x, int n, int half_width, T* out) {
   double sum = 0.0;
-  int first = 0, end = 0;  // the mean is over [first, end)
+  for (int i = 0; i < std::min(n, half_width); ++i) sum += x[i];
   for (int i = 0; i < n; ++i) {
-    for (; end < std::min(n, i + half_width + 1); ++end) sum += x[end];
-    for (; first < i - half_width; ++first) sum -= x[first];
-    out[i] = static_cast<T>(x[i] - sum / (end - first));
+    const int first = i - half_width, last = i + half_width;
+    const double enters = last < n ? x[last] : T(0), leaves = first > 0 ? x[first - 1] : T(0);
+    sum += enters - leaves;
+    out[i] = static_cast<T>(x[i] - sum / (std::min(last, n - 1) - std::max(first, 0) + 1));
   }
 }
 

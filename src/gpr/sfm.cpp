@@ -8,10 +8,10 @@ namespace gprodom::gpr {
 
 namespace {
 
-// floor(value * cells / range), clamped to 0..cells-1.
-int cell_index(double value, int cells, double range) {
-  const double cell = std::floor(value * cells / range);
-  return static_cast<int>(std::clamp(cell, 0.0, static_cast<double>(cells - 1)));
+// floor(x), clamped to 0..greatest. Clamped first: what is left is not negative, where the cast
+// rounds down, without a call.
+int clamped_floor(double x, int greatest) {
+  return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(greatest)));
 }
 
 }  // namespace
@@ -22,8 +22,7 @@ double pixel_value(double amplitude, double amplitude_scale) {
 }
 
 int feature_level(double pixel) {
-  const int level = static_cast<int>(std::floor(kMaxFeatureLevel * pixel / kMaxPixel));
-  return std::clamp(level, 0, kMaxFeatureLevel);
+  return clamped_floor(kMaxFeatureLevel * pixel / kMaxPixel, kMaxFeatureLevel);
 }
 
 void build_sfm(const FeaturePoint* points, std::size_t count, const SfmGrid& grid,
@@ -37,8 +36,9 @@ void build_sfm(const FeaturePoint* points, std::size_t count, const SfmGrid& gri
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePoint& point = points[i];
     if (!std::isfinite(point.depth) || !std::isfinite(point.position)) continue;
-    std::int8_t& cell = levels(cell_index(point.depth, grid.rows, grid.depth_range),
-                               cell_index(point.position, grid.columns, grid.length));
+    std::int8_t& cell =
+        levels(clamped_floor(point.depth * grid.rows / grid.depth_range, grid.rows - 1),
+               clamped_floor(point.position * grid.columns / grid.length, grid.columns - 1));
     const int level = feature_level(pixel_value(point.amplitude, grid.amplitude_scale));
     cell = std::max(cell, static_cast<std::int8_t>(level));
   }

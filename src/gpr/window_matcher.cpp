@@ -47,6 +47,7 @@ PeakOptions peak_options(const PeaksConfig& config) {
   options.fit = config.fit;
   options.min_snr = config.min_snr;
   options.min_relative = config.min_relative;
+  options.max_joint = config.max_joint;
   options.max_residual = config.max_residual;
   return options;
 }
@@ -94,7 +95,7 @@ class SfmMatcher : public WindowMatcher {
               {config_.rows, config_.columns, depth_range_,
                static_cast<double>(config_.window_traces), *scale_.value()},
               levels_);
-    if (before_.size() != levels_.size()) return std::nullopt;
+    if (before_.size() != levels_.size()) return Alignment();  // the first matrix
     return aligner_.align(before_, levels_);
   }
 

@@ -57,8 +57,8 @@ class WindowMatcher {
   virtual void add(const WindowTrace& trace) = 0;
 
   // Closes a step: the window that ends now against the one that ended at the call before, as the
-  // shift of the older content in the newer window (negative as traces enter). Empty until there
-  // are two windows.
+  // shift of the older content in the newer window (negative as traces enter). Empty until the
+  // window is full; not valid where there is nothing to compare it with.
   virtual std::optional<Alignment> advance() = 0;
 
   // Of the window of the last advance(), for methods that make one.

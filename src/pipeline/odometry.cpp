@@ -228,6 +228,7 @@ void Odometry::Impl::take_radar_answers() {
     }
     for (const std::string& note : due->result->notes)
       health_.count(config_.channels.gpr_trace, note, now_);
+    if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
       d.time = due->effective;
       out_.displacements.push_back(d);

@@ -31,6 +31,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
     front_end_->add_trace(trace);
   }
   answer.displacements = front_end_->tick(tick);
+  answer.sfm = front_end_->sfm();
   return answer;
 }
 

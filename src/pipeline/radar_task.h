@@ -15,7 +15,8 @@ namespace gprodom {
 struct RadarAnswer {
   TimeNs tick = 0;
   std::vector<Displacement> displacements;
-  std::vector<std::string> notes;  // why the front end started afresh, if it did
+  std::optional<SubsurfaceFeatureMatrix> sfm;  // where the front end made one and is asked for it
+  std::vector<std::string> notes;              // why the front end started afresh, if it did
 };
 
 class RadarTask {

@@ -12,20 +12,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from conftest import CHECKOUT, UNPRIVILEGED
-from gprodom.logs import read
+from gprodom.logs import Channel, read
 from gprodom.replay import find_program
 
+IntArray = NDArray[np.int64]
 CONFIG = CHECKOUT / "config" / "gprodom.yaml"
+PAPER = CHECKOUT / "config" / "paper.yaml"
 
 
 def gprodom(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "gprodom", *arguments], check=True, capture_output=True)
 
 
-def replay(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [str(find_program()), "-c", str(CONFIG), *map(str, arguments)]
+def replay(*arguments: str | Path, config: Path = CONFIG) -> subprocess.CompletedProcess[str]:
+    command = [str(find_program()), "-c", str(config), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 
@@ -43,17 +46,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_live_equals_replay(folder: Path) -> None:
-    live_log = folder / "live.lcmlog"
-    live = subprocess.run(
-        [CHECKOUT / "scripts" / "live", CONFIG, folder / "in.lcmlog", live_log, "2"],
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+def run_live(config: Path, log: Path, output: Path, speed: int) -> None:
+    command = [CHECKOUT / "scripts" / "live", config, log, output, str(speed)]
+    live = subprocess.run(command, capture_output=True, text=True, timeout=120)
     if live.returncode == 3:
         pytest.skip(live.stderr.strip())
     assert live.returncode == 0, live.stderr
+
+
+def test_live_equals_replay(folder: Path) -> None:
+    live_log = folder / "live.lcmlog"
+    run_live(CONFIG, folder / "in.lcmlog", live_log, 2)
     for channel in ("ODOMETRY", "ODOMETRY_MAP"):
         ours = read(folder / "out.lcmlog", [channel])[channel]
         theirs = read(live_log, [channel])[channel]
@@ -63,6 +66,65 @@ def test_live_equals_replay(folder: Path) -> None:
         assert apart.max() < 0.01
         # A lost message makes more than a rounding error; hardly ever is one lost here.
         assert np.median(apart) < 1e-9
+
+
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds in.lcmlog, a drive long enough for paper.yaml, and out.lcmlog of its replay."""
+    folder = tmp_path_factory.mktemp("paper")
+    sequence = folder / "1700000000-0-yard-cmu-gpr"
+    gprodom("simulate", "--distance", "14", "--standstill", "3", "--seed", "5", "-o", str(sequence))
+    gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
+    result = replay(folder / "in.lcmlog", "-o", folder / "out.lcmlog", config=PAPER)
+    assert result.returncode == 0, result.stderr
+    return folder
+
+
+def test_paper_config_publishes_at_every_tick(paper: Path) -> None:
+    log = read(paper / "out.lcmlog", ["GPR_DISPLACEMENT", "SFM"])
+    traces = read(paper / "in.lcmlog", ["GPR_TRACE"])["GPR_TRACE"]["utime"]
+    displacements, sfm = log["GPR_DISPLACEMENT"], log["SFM"]
+    tick = 500_000
+    assert np.all(displacements["utime_to"] - displacements["utime_from"] == tick)
+    assert np.all(np.diff(displacements["utime_to"]) == tick)
+    assert displacements["utime_to"][0] <= traces[0] + 5_000_000 + 3 * tick  # two windows of 5 s
+    assert displacements["utime_to"][-1] >= traces[-1] - 2 * tick
+    assert set(displacements["source"].tolist()) == {"sfm"}
+    # Once the amplitude scale is fixed every tick has a matrix, and hardly a match fails.
+    fixed = displacements["utime_to"] > traces[0] + 21_000_000
+    assert np.array_equal(sfm["utime"][-fixed.sum() :], displacements["utime_to"][fixed])
+    assert np.all(displacements["utime_to"][displacements["valid"]] > traces[0] + 20_000_000)
+    assert displacements["valid"][fixed].mean() > 0.9 and fixed.sum() >= 10
+    for matrix in sfm["messages"]:
+        level = np.array(matrix.level)
+        assert level.shape == (matrix.rows, matrix.columns) == (50, 50)
+        assert level.min() == 0 and 1 <= level.max() <= 10
+        assert abs(matrix.column_spacing - 0.1) < 0.02
+
+
+def test_paper_config_live_equals_replay(paper: Path) -> None:
+    run_live(PAPER, paper / "in.lcmlog", paper / "live.lcmlog", 4)
+    replayed, live = read(paper / "out.lcmlog"), read(paper / "live.lcmlog")
+
+    def pairs(channel: str) -> tuple[Channel, Channel, IntArray, IntArray]:
+        """The channel in both logs, and which of its messages are those of the same time."""
+        ours, theirs = replayed[channel], live[channel]
+        _, at_ours, at_theirs = np.intersect1d(ours["utime"], theirs["utime"], return_indices=True)
+        assert len(at_ours) > 0.9 * len(ours["utime"])  # the logger may miss some
+        return ours, theirs, at_ours, at_theirs
+
+    # A message lost under way makes more than a rounding error; hardly ever is one lost here.
+    ours, theirs, i, j = pairs("GPR_DISPLACEMENT")
+    for field in ("utime_from", "utime_to", "valid", "distance", "sigma", "score"):
+        assert np.mean(ours[field][i] == theirs[field][j]) > 0.9, field
+    ours, theirs, i, j = pairs("SFM")
+    same = [
+        ours["messages"][a].level == theirs["messages"][b].level for a, b in zip(i, j, strict=True)
+    ]
+    assert np.mean(same) > 0.9
+    ours, theirs, i, j = pairs("ODOMETRY")
+    apart = np.abs(ours["position"][i] - theirs["position"][j])
+    assert apart.max() < 0.01 and np.median(apart) < 1e-9
 
 
 def test_replay_is_repeatable_to_the_byte(folder: Path) -> None:

@@ -57,7 +57,7 @@ template <typename T>
 void soft_threshold(T* values, int n, T threshold);
 
 // Standard deviation of Gaussian noise among n values of which fewer than half hold signal: the
-// median of |v| over 0.6745 (D. L. Donoho 1995). scratch: n values, overwritten.
+// median of |v| over 0.6745 (D. L. Donoho 1995). scratch: 2 n values, overwritten.
 template <typename T>
 T noise_sigma(const T* values, int n, T* scratch);
 

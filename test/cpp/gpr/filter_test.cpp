@@ -256,9 +256,23 @@ TEST(Wavelet, InverseRestoresTheTrace) {
 }
 
 TEST(Wavelet, NoiseSigmaIgnoresTheFewLargeValues) {
-  std::vector<double> x = random_trace(2001, 4), scratch(x.size());
+  std::vector<double> x = random_trace(2001, 4), scratch(2 * x.size());
   for (std::size_t i = 0; i < 200; ++i) x[10 * i] = 1e4;
   EXPECT_NEAR(noise_sigma(x.data(), 2001, scratch.data()), 1.0, 0.2);
+}
+
+TEST(Wavelet, NoiseSigmaIsTheMedian) {
+  std::vector<double> scratch(1000);
+  for (int n = 1; n < 400; ++n) {
+    std::vector<double> x = random_trace(n, static_cast<unsigned>(n));
+    if (n % 3 == 0) std::fill_n(x.begin(), n / 2, 0.0);                 // a muted trace
+    if (n % 7 == 0) std::fill_n(x.begin(), n, n % 2 == 0 ? 0.0 : 2.0);  // all alike
+    std::vector<double> size;
+    for (const double value : x) size.push_back(std::abs(value));
+    std::sort(size.begin(), size.end());
+    const double median = 0.5 * (size[(n - 1) / 2] + size[n / 2]);
+    EXPECT_DOUBLE_EQ(noise_sigma(x.data(), n, scratch.data()), median / 0.6745) << n;
+  }
 }
 
 }  // namespace
