@@ -70,12 +70,13 @@ def test_live_equals_replay(folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Holds in.lcmlog, a drive long enough for paper.yaml, and out.lcmlog of its replay."""
+    """in.lcmlog, a drive long enough for paper.yaml, and out.lcmlog, out.json of its replay."""
     folder = tmp_path_factory.mktemp("paper")
     sequence = folder / "1700000000-0-yard-cmu-gpr"
     gprodom("simulate", "--distance", "14", "--standstill", "3", "--seed", "5", "-o", str(sequence))
     gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
-    result = replay(folder / "in.lcmlog", "-o", folder / "out.lcmlog", config=PAPER)
+    outputs = ["-o", folder / "out.lcmlog", "--stats", folder / "out.json"]
+    result = replay(folder / "in.lcmlog", *outputs, config=PAPER)
     assert result.returncode == 0, result.stderr
     return folder
 
@@ -95,6 +96,10 @@ def test_paper_config_publishes_at_every_tick(paper: Path) -> None:
     assert np.array_equal(sfm["utime"][-fixed.sum() :], displacements["utime_to"][fixed])
     assert np.all(displacements["utime_to"][displacements["valid"]] > traces[0] + 20_000_000)
     assert displacements["valid"][fixed].mean() > 0.9 and fixed.sum() >= 10
+    # All but those still under way at the end are fused.
+    values = json.loads((paper / "out.json").read_text())["values"]
+    assert values["displacements.used"] >= displacements["valid"].sum() - 3
+    assert values["displacements.dropped"] == 0
     for matrix in sfm["messages"]:
         level = np.array(matrix.level)
         assert level.shape == (matrix.rows, matrix.columns) == (50, 50)
