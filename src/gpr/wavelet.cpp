@@ -114,7 +114,7 @@ template <typename T>
 int count_up_to(const T* values, int n, T limit) {
   using Vector = typename Lane<T>::Type;
   const Vector limits = Vector{} + limit;
-  auto counts = limits < limits;  // none, in the type that comparisons have
+  decltype(Vector{} < limits) counts{};
   int i = 0, count = 0;
   for (; i + Lane<T>::kSize <= n; i += Lane<T>::kSize) {
     Vector v;

@@ -67,6 +67,17 @@ class WindowMatcher {
   virtual void reset() = 0;
 };
 
+// One file each.
+std::unique_ptr<WindowMatcher> make_sfm_matcher(const GprConfig& config);
+std::unique_ptr<WindowMatcher> make_bscan_matcher(const GprConfig& config);
+std::unique_ptr<WindowMatcher> make_dec_matcher(const GprConfig& config);
+
+AlignmentOptions alignment_options(const SequentialConfig& config);
+
+// From columns that are traces, L a window, to those of the SFM grid.
+double columns_per_trace(const SequentialConfig& config);
+Alignment in_grid_columns(Alignment alignment, double columns_per_trace);
+
 // Throws ConfigError on an unknown name. Names: sfm, bscan, dec, trace_count.
 std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config);
 

@@ -317,9 +317,8 @@ StateInput Odometry::Impl::collect(TimeNs from, TimeNs to) {
   input.standing = verdict.standing;
   input.wheel_contradicted = verdict.wheel_contradicted;
   // An answer may come before the state that it reaches to, which waits for the reorder window.
-  const auto later =
-      std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
-                            [to](const Displacement& d) { return d.to <= to; });
+  const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
+                                           [to](const Displacement& d) { return d.to <= to; });
   input.displacements.assign(new_displacements_.begin(), later);
   new_displacements_.erase(new_displacements_.begin(), later);
   return input;
