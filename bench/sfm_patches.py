@@ -4,9 +4,11 @@ Lines of Seal Beach (wheel-triggered, 1.83 cm a trace, 300 MHz) take the place o
 radar. Even traces make one stream and odd traces another; a window of the even stream is matched
 with one of the odd stream that lies 1 to 30 traces further on, so the true shift is known to a
 fraction of a column and no trace is in both. Then line n against line n + 1, 20 cm aside, whose
-starts differ by an unknown constant (taken out per pair as the median).
+starts differ by an unknown constant of up to some 25 cm: the true shift of a pair of lines is taken
+to be the median that the B-scans' matches find with the search limited to 59 cm. Searched are all
+shifts, and those alone.
 
-    python bench/sfm_patches.py [LINES_FOLDER] [--no-fit] [--json]
+    python bench/sfm_patches.py [LINES_FOLDER] [--no-fit | --max-joint N] [--json]
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import argparse
 import json
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -34,6 +36,7 @@ ROWS = 50  # D_S
 PER_TRACE = COLUMNS / WINDOW
 SHIFTS = range(1, 31)
 SCALE_M = 5.0  # the first metres, which fix the amplitude scale
+NEAR = 16  # columns, 59 cm: where the neighbouring line is looked for when something is known
 BAND_HZ = (1.0e8, 6.0e8)  # of the 300 MHz antenna
 GAIN_RATE, GAIN_FLAT_AFTER = 0.012, 351  # 1/sample, samples: deep echoes get levels too
 
@@ -83,7 +86,7 @@ class Line:
         return traces.reshape(COLUMNS, -1, traces.shape[1]).mean(axis=1).T
 
 
-def load_line(path: Path, fit: bool) -> Line:
+def load_line(path: Path, options: gpr.PeakOptions) -> Line:
     """A line through the filter chain and the peak extraction."""
     with np.load(path) as file:
         traces = file["traces"].astype(np.float32)
@@ -93,7 +96,7 @@ def load_line(path: Path, fit: bool) -> Line:
     config.gain_rate, config.gain_flat_after = GAIN_RATE, GAIN_FLAT_AFTER
     filtered, quality, _, _ = gpr.DetailsRetention(config).filter(traces, interval)
     filtered[quality != 0] = 0.0
-    peaks = gpr.PeakExtractor(gpr.PeakOptions(fit=fit)).extract_all(filtered)
+    peaks = gpr.PeakExtractor(options).extract_all(filtered)
     flat = [(p.sample, r, p.amplitude) for r, found in enumerate(peaks) for p in found]
     depth, position, amplitude = np.array(flat, dtype=float).T
     return Line(filtered, depth, position, amplitude, spacing)
@@ -142,20 +145,23 @@ def same_line(lines: list[Line], step: int) -> dict[str, Matches]:
 
 
 def next_line(lines: list[Line], step: int) -> dict[str, Matches]:
-    """Line n against n + 1: the shift at each place; the true one is the pair's median."""
-    found = {"sfm": Matches.empty(), "bscan": Matches.empty()}
+    """Line n against n + 1 at each place, over all shifts and over the near ones."""
+    found = {name: Matches.empty() for name in ("sfm", "bscan", f"sfm {NEAR}", f"bscan {NEAR}")}
     for here, aside in pairwise(lines):
-        pair = {"sfm": Matches.empty(), "bscan": Matches.empty()}
         scale = here.scale()
         last = min(len(here.filtered), len(aside.filtered)) - WINDOW
-        for first in range(0, last, step):
-            pair["sfm"].add(gpr.align_sfm(here.sfm(first, scale), aside.sfm(first, scale))[0], 0.0)
-            pair["bscan"].add(gpr.align_bscan(here.window(first), aside.window(first))[0], 0.0)
-        for name, matches in pair.items():
-            offset = float(np.median(matches.subcolumn))
-            matches.true = [offset] * len(matches.true)
-            for field, values in asdict(matches).items():
-                getattr(found[name], field).extend(values)
+        firsts = range(0, last, step)
+        windows = [(here.window(first), aside.window(first)) for first in firsts]
+        matrices = [(here.sfm(first, scale), aside.sfm(first, scale)) for first in firsts]
+        near = [gpr.align_bscan(*pair, max_shift=NEAR)[0] for pair in windows]
+        true = float(np.median([alignment.subcolumn for alignment in near]))
+        for alignment in near:
+            found[f"bscan {NEAR}"].add(alignment, true)
+        for pair in windows:
+            found["bscan"].add(gpr.align_bscan(*pair)[0], true)
+        for pair in matrices:
+            found["sfm"].add(gpr.align_sfm(*pair)[0], true)
+            found[f"sfm {NEAR}"].add(gpr.align_sfm(*pair, max_shift=NEAR)[0], true)
     return found
 
 
@@ -204,13 +210,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, nargs="?", default=default_folder())
     parser.add_argument("--no-fit", action="store_true", help="envelope maxima instead of the fit")
+    parser.add_argument("--max-joint", type=int, default=1, help="pulses fitted together (1)")
     parser.add_argument("--step", type=int, default=10, help="traces between windows (10)")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
     paths = sorted(args.folder.glob("line_*.npz"))
     if not paths:
         parser.error(f"no line_*.npz in {args.folder}")
-    lines = [load_line(path, not args.no_fit) for path in paths]
+    options = gpr.PeakOptions(fit=not args.no_fit, max_joint=args.max_joint)
+    lines = [load_line(path, options) for path in paths]
     experiments: dict[str, tuple[Callable[[list[Line], int], dict[str, Matches]], float]] = {
         "even against odd traces of one line": (same_line, 0.5),
         "line n against line n + 1": (next_line, 1.0),
