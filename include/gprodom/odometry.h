@@ -12,8 +12,21 @@
 namespace gprodom {
 
 // kInline does radar and solver work where it is due and always finishes it (replay, Python).
-// kThreaded gives each a thread; a result not ready at its data time is dropped and counted.
+// kThreaded gives each a thread. A radar result not ready at its data time is dropped and counted; a
+// solve is waited for, up to a limit, so that live equals replay on a busy machine too.
 enum class Execution { kInline, kThreaded };
+
+// Wall-clock time of work done off the fast path. Never part of an estimate.
+struct WorkTime {
+  std::int64_t jobs = 0;
+  double total_s = 0.0;
+  double longest_s = 0.0;
+};
+
+struct Timing {
+  WorkTime solver;  // one job a state
+  WorkTime radar;   // one job a tick
+};
 
 // What one step produced, each list in time order.
 struct Outputs {
@@ -23,6 +36,7 @@ struct Outputs {
   std::vector<SubsurfaceFeatureMatrix> sfm;  // when the front end makes them and is asked to
   std::vector<Status> status;                // once per second of data time
   std::vector<std::string> warnings;         // rate-limited, ready to be logged
+  bool restarted = false;  // the clock was set: `odom` begins anew, at the initialiser
 };
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
@@ -62,6 +76,8 @@ class Odometry {
   // the other fields are empty. Throws std::runtime_error where there is nothing recorded, or no
   // solution.
   std::vector<OdometryEstimate> smoothed() const;
+
+  Timing timing() const;
 
   // Forgets everything but the configuration and starts at the initialiser.
   void reset();

@@ -19,8 +19,8 @@ int main(int argc, char** argv) {
   bool progress_lines = false;
   const CommandLine command_line(
       "gprodom-replay",
-      "-c CONFIG [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] [--stats FILE.json] "
-      "[--progress]",
+      "-c CONFIG [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] [--smoothed TRAJ] "
+      "[--stats FILE.json] [--progress]",
       "Runs the estimator over a log and writes what the daemon would have published, stamped "
       "with\n"
       "data time. The same input gives byte-identical output.",
@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
         [&](const std::string& path) { files.output = path; }},
        {"--tum", "TRAJ", "write the trajectory in map too, as a TUM file",
         [&](const std::string& path) { files.trajectory = path; }},
+       {"--smoothed", "TRAJ", "write every state from one solution over all data, as a TUM file",
+        [&](const std::string& path) { files.smoothed = path; }},
        {"--stats", "FILE.json", "write counts and times as JSON",
         [&](const std::string& path) { stats_path = path; }},
        {"--progress", "", "print `progress 0.42` lines on stderr",

@@ -24,6 +24,10 @@ class Replay {
         reader_(files.input),
         writer_(files.output) {
     if (!files.trajectory.empty()) trajectory_.emplace(files.trajectory);
+    if (!files.smoothed.empty()) {
+      smoothed_.emplace(files.smoothed);
+      runner_.record();
+    }
   }
 
   ReplayStats run(const ReplayHooks& hooks);
@@ -31,12 +35,15 @@ class Replay {
  private:
   void read(const lcm::LogEvent& event);
   void write(const Results& results);
+  static void write(TumWriter& trajectory, const OdometryEstimate& pose) {
+    trajectory.write(pose.time, pose.p_odom_body, pose.q_odom_body);
+  }
 
   const ChannelConfig channels_;
   Runner runner_;
   LogReader reader_;
   LogWriter writer_;
-  std::optional<TumWriter> trajectory_;
+  std::optional<TumWriter> trajectory_, smoothed_;
   ReplayStats stats_;
 };
 
@@ -55,12 +62,17 @@ ReplayStats Replay::run(const ReplayHooks& hooks) {
     }
   }
   write(runner_.finish());
+  stats_.wall_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  stats_.timing = runner_.timing();
+  if (smoothed_) {
+    for (const auto& pose : runner_.smoothed()) write(*smoothed_, pose);
+    smoothed_->close();
+  }
   writer_.close();
   if (trajectory_) trajectory_->close();
   stats_.damage = reader_.damage();
   stats_.log_seconds = static_cast<double>(last - first) * 1e-6;
-  stats_.wall_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return stats_;
 }
 
@@ -83,7 +95,7 @@ void Replay::write(const Results& results) {
     ++stats_.published[message.channel];
   }
   for (const auto& pose : results.odometry_in_map) {
-    if (trajectory_) trajectory_->write(pose.time, pose.p_odom_body, pose.q_odom_body);
+    if (trajectory_) write(*trajectory_, pose);
   }
   stats_.poses += static_cast<long>(results.odometry_in_map.size());
   stats_.warnings.insert(stats_.warnings.end(), outputs.warnings.begin(), outputs.warnings.end());
@@ -94,7 +106,7 @@ void Replay::write(const Results& results) {
 void check_distinct(const ReplayFiles& files) {
   namespace fs = std::filesystem;
   std::error_code missing;
-  for (const auto& output : {files.output, files.trajectory}) {
+  for (const auto& output : {files.output, files.trajectory, files.smoothed}) {
     if (!output.empty() && fs::equivalent(files.input, output, missing)) {
       throw FileError(output + ": is the input itself; expected another file");
     }

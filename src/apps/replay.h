@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gprodom/config.h"
+#include "gprodom/odometry.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -16,6 +17,7 @@ struct ReplayFiles {
   std::string input;
   std::string output;
   std::string trajectory;  // TUM, in map as known at each time; empty: none
+  std::string smoothed;    // TUM, in map from one solution over all data; empty: none
 };
 
 // What a replay was like. Times are wall-clock but for log_seconds.
@@ -29,6 +31,7 @@ struct ReplayStats {
   long poses = 0;
   double log_seconds = 0.0;  // from the first event to the last
   double wall_seconds = 0.0;
+  Timing timing;
   Status last_status;
 };
 

@@ -49,6 +49,12 @@ std::string json(const std::map<std::string, Value>& values) {
   return "{" + object + "}";
 }
 
+std::string json(const WorkTime& time) {
+  const double mean = time.jobs > 0 ? time.total_s / static_cast<double>(time.jobs) : 0.0;
+  return "{\"jobs\": " + std::to_string(time.jobs) + ", \"mean_ms\": " + json(1e3 * mean) +
+         ", \"longest_ms\": " + json(1e3 * time.longest_s) + "}";
+}
+
 std::string json(HealthLevel health) {
   return health == HealthLevel::kOk         ? "\"ok\""
          : health == HealthLevel::kDegraded ? "\"degraded\""
@@ -70,7 +76,9 @@ std::string to_json(const ReplayStats& stats) {
          ",\n  \"warnings\": " + json(stats.warnings) +
          ",\n  \"log_seconds\": " + json(stats.log_seconds) +
          ",\n  \"wall_seconds\": " + json(stats.wall_seconds) +
-         ",\n  \"times_real_time\": " + json(ratio) + ",\n  \"health\": " + json(status.health) +
+         ",\n  \"times_real_time\": " + json(ratio) +
+         ",\n  \"solver\": " + json(stats.timing.solver) +
+         ",\n  \"radar\": " + json(stats.timing.radar) + ",\n  \"health\": " + json(status.health) +
          ",\n  \"reasons\": " + json(status.reasons) + ",\n  \"values\": " + json(values) + "\n}\n";
 }
 

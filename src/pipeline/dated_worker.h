@@ -1,6 +1,8 @@
 // Work done off the fast path whose result takes effect at a fixed data time.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -35,7 +37,7 @@ class DatedWorker {
 
   void submit(TimeNs effective, std::function<Result()> work) {
     if (!thread_.joinable()) {
-      jobs_.push_back({effective, {}, work()});
+      jobs_.push_back({effective, {}, timed(work)});
       return;
     }
     {
@@ -50,20 +52,35 @@ class DatedWorker {
     std::optional<Result> result;  // empty: not ready at its time
   };
 
-  // The next job whose time has come. Empty result: it is still being worked on; with `wait_late`
-  // the job stays and is asked for again, without it the job's result will be thrown away.
-  std::optional<Due> next_due(TimeNs now, bool wait_late) {
+  // The next job whose time has come. Empty result: it is still being worked on, and will be thrown
+  // away.
+  std::optional<Due> next_due(TimeNs now) {
     const std::lock_guard lock(mutex_);
-    while (!jobs_.empty() && jobs_.front().abandoned && jobs_.front().result) jobs_.pop_front();
-    auto job = jobs_.begin();
-    while (job != jobs_.end() && job->abandoned) ++job;
-    if (job == jobs_.end() || job->effective > now) return std::nullopt;
-    Due due{job->effective, std::move(job->result)};
-    if (due.result)
-      jobs_.erase(job);
-    else if (!wait_late)
+    const auto job = first_due(now);
+    if (job == jobs_.end()) return std::nullopt;
+    if (!job->result) {
       job->abandoned = true;
-    return due;
+      return Due{job->effective, std::nullopt};
+    }
+    return take(job);
+  }
+
+  // The same, but a job that is late is waited for, `patience` of wall-clock time at most and once.
+  // Empty result: it is still being worked on, and will be asked for again.
+  std::optional<Due> await_due(TimeNs now, std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    const auto job = first_due(now);
+    if (job == jobs_.end()) return std::nullopt;
+    if (!job->result && !std::exchange(job->awaited, true))
+      done_.wait_for(lock, patience, [&] { return job->result.has_value(); });
+    if (!job->result) return Due{job->effective, std::nullopt};
+    return take(job);
+  }
+
+  // Wall-clock time of the jobs done so far.
+  WorkTime work_time() {
+    const std::lock_guard lock(mutex_);
+    return work_time_;
   }
 
   size_t pending() {
@@ -83,9 +100,36 @@ class DatedWorker {
     std::function<Result()> work;
     std::optional<Result> result;
     bool abandoned = false;
+    bool awaited = false;
   };
+  using JobIterator = typename std::deque<Job>::iterator;
 
-  typename std::deque<Job>::iterator next_undone() {
+  // What was abandoned is passed over, and forgotten once it is done.
+  JobIterator first_due(TimeNs now) {
+    while (!jobs_.empty() && jobs_.front().abandoned && jobs_.front().result) jobs_.pop_front();
+    auto job = jobs_.begin();
+    while (job != jobs_.end() && job->abandoned) ++job;
+    return job == jobs_.end() || job->effective > now ? jobs_.end() : job;
+  }
+
+  Due take(JobIterator job) {
+    Due due{job->effective, std::move(job->result)};
+    jobs_.erase(job);
+    return due;
+  }
+
+  Result timed(const std::function<Result()>& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    Result result = work();
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+    const std::lock_guard lock(mutex_);
+    ++work_time_.jobs;
+    work_time_.total_s += spent.count();
+    work_time_.longest_s = std::max(work_time_.longest_s, spent.count());
+    return result;
+  }
+
+  JobIterator next_undone() {
     auto job = jobs_.begin();
     while (job != jobs_.end() && job->result) ++job;
     return job;
@@ -98,16 +142,17 @@ class DatedWorker {
       if (stopping_) return;
       const auto work = std::move(next_undone()->work);
       lock.unlock();
-      Result result = work();
+      Result result = timed(work);
       lock.lock();
       next_undone()->result = std::move(result);
       done_.notify_all();
     }
   }
 
-  std::mutex mutex_;  // guards jobs_ and stopping_
+  std::mutex mutex_;  // guards jobs_, work_time_ and stopping_
   std::condition_variable wake_, done_;
   std::deque<Job> jobs_;
+  WorkTime work_time_;
   bool stopping_ = false;
   std::thread thread_;
 };

@@ -23,12 +23,19 @@ void Health::count(const std::string& channel, const std::string& reason, TimeNs
 
 void Health::set(const std::string& topic, HealthLevel level, const std::string& text) {
   if (text.empty()) {
-    if (conditions_.erase(topic) > 0) warnings_.push_back(topic + ": over");
+    const auto it = conditions_.find(topic);
+    if (it == conditions_.end()) return;
+    if (it->second.warned) warnings_.push_back(topic + ": over");
+    conditions_.erase(it);
     return;
   }
-  const auto [it, fresh] = conditions_.try_emplace(topic, Condition{level, text});
-  if (fresh) warnings_.push_back(topic + ": " + text);
-  it->second = {level, text};
+  Condition& condition = conditions_[topic];
+  if (!condition.warned) warnings_.push_back(topic + ": " + text);
+  condition = {level, text, true};
+}
+
+void Health::await(const std::string& topic, HealthLevel level, const std::string& text) {
+  conditions_[topic] = {level, text, false};
 }
 
 Status Health::status(TimeNs now) const {

@@ -18,8 +18,11 @@ class Health {
   // given within the period of data time.
   void count(const std::string& channel, const std::string& reason, TimeNs now);
 
-  // States for as long as they hold; an empty text ends one.
+  // States for as long as they hold; an empty text ends one. Their begin and end are warned of.
   void set(const std::string& topic, HealthLevel level, const std::string& text);
+
+  // A state that is as it should be for now: told in the status, not warned of, until it is set().
+  void await(const std::string& topic, HealthLevel level, const std::string& text);
 
   void value(const std::string& name, double value) { values_[name] = value; }
   void add(const std::string& name, double amount) { values_[name] += amount; }
@@ -38,6 +41,7 @@ class Health {
   struct Condition {
     HealthLevel level;
     std::string text;
+    bool warned = false;
   };
 
   TimeNs period_;

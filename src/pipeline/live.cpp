@@ -1,5 +1,6 @@
 #include "pipeline/live.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -11,6 +12,18 @@ constexpr std::size_t kInputCapacity = 10000;
 constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
 constexpr double kSilence = 2.0;  // s without any input before the status tells of it
+
+void add_timing(const Timing& timing, Status& status) {
+  auto add = [&](const std::string& name, const WorkTime& time) {
+    const double jobs = static_cast<double>(std::max<std::int64_t>(time.jobs, 1));
+    status.names.push_back(name + ".mean_ms");
+    status.values.push_back(1e3 * time.total_s / jobs);
+    status.names.push_back(name + ".longest_ms");
+    status.values.push_back(1e3 * time.longest_s);
+  };
+  add("solver", timing.solver);
+  add("radar", timing.radar);
+}
 
 }  // namespace
 
@@ -91,6 +104,7 @@ void Live::tell_of_silence() {
 
 void Live::hand_out(Results results) {
   if (results.empty()) return;
+  for (Status& status : results.outputs.status) add_timing(runner_.timing(), status);
   if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
   if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
   results_.push(std::move(results));

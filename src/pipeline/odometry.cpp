@@ -1,6 +1,7 @@
 #include "gprodom/odometry.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <deque>
 #include <stdexcept>
@@ -23,6 +24,9 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
+
+// A solve takes milliseconds. On a machine that is busy beyond this the newest state waits.
+constexpr std::chrono::milliseconds kSolverPatience(200);
 
 // The first multiple of the period after a time: radar ticks and states share such a grid.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
@@ -60,6 +64,7 @@ class Odometry::Impl {
   Outputs finish();
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
+  Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
   bool must_restart() const { return imu_guard_.moved(); }
@@ -202,6 +207,11 @@ void Odometry::Impl::store(Message& message) {
 
 void Odometry::Impl::start_if_standing() {
   if (started_ || imu_now_ < next_start_try_) return;
+  if (next_start_try_ == 0) {  // the first data: no use to ask before there can be enough
+    next_start_try_ = imu_now_ + from_seconds(0.9 * config_.initializer.duration);
+    health_.await("start", HealthLevel::kDegraded, "collecting initializer.duration of standstill");
+    return;
+  }
   next_start_try_ = imu_now_ + kSecond / 10;
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   imu_.forget_before(from);
@@ -221,7 +231,7 @@ void Odometry::Impl::start_if_standing() {
 }
 
 void Odometry::Impl::take_radar_answers() {
-  while (auto due = radar_worker_.next_due(imu_now_, false)) {
+  while (auto due = radar_worker_.next_due(imu_now_)) {
     if (!due->result) {
       health_.count("radar", "tick not answered within gpr.latency_budget", now_);
       continue;
@@ -243,7 +253,7 @@ void Odometry::Impl::take_radar_answers() {
 }
 
 void Odometry::Impl::take_states() {
-  while (auto due = solver_.next_due(imu_now_, true)) {
+  while (auto due = solver_.await_due(imu_now_, kSolverPatience)) {
     if (!due->result) {
       health_.count("smoother", "solve not ready after smoother.latency", now_);
       break;
@@ -397,6 +407,7 @@ Outputs Odometry::step() {
     reset();
     for (auto& message : inbox) impl_->add(std::move(message));
     out.warnings.push_back("the IMU's clock was set: starting afresh");
+    out.restarted = true;
   }
   return out;
 }
@@ -408,6 +419,8 @@ void Odometry::record() { impl_->record(); }
 std::vector<OdometryEstimate> Odometry::recorded() const { return poses(impl_->batch().states()); }
 
 std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(impl_->batch().solve({})); }
+
+Timing Odometry::timing() const { return impl_->timing(); }
 
 void Odometry::reset() { impl_ = std::make_unique<Impl>(config_, execution_); }
 

@@ -50,6 +50,7 @@ void Runner::obey(const Command& command) {
 
 Results Runner::place(Outputs outputs) {
   Results results;
+  if (outputs.restarted) map_.reset();
   results.odometry_in_map = map_.place(outputs);
   results.outputs = std::move(outputs);
   auto& warnings = results.outputs.warnings;

@@ -32,6 +32,14 @@ class Runner {
   // End of data.
   Results finish();
 
+  // Keeps all states for smoothed(); before the first feed().
+  void record() { odometry_.record(); }
+
+  // After finish(): every state in map from one solution over all data (Odometry::smoothed()).
+  std::vector<OdometryEstimate> smoothed() const { return odometry_.smoothed(); }
+
+  Timing timing() const { return odometry_.timing(); }
+
   // Back to the initialiser, and map = odom.
   void reset();
 
