@@ -65,7 +65,7 @@ class FixedLagSmoother {
   using States = std::vector<NavState>;
 
   double cost(const States& x) const;
-  double linearise(const States& x);  // fills H_ and g_, returns the cost
+  double linearise(const States& x);  // fills H_ and g_ in units of their own, returns the cost
   bool eliminate(double damping);     // H_ -> L_; false where not positive definite
   double solve_step(std::vector<StateVector>& step) const;  // returns the expected decrease
   size_t index(StateId id) const { return static_cast<size_t>(id - first_id_); }
@@ -83,7 +83,7 @@ class FixedLagSmoother {
   MarginalPrior prior_;
   StateMatrix newest_covariance_ = StateMatrix::Zero();
 
-  // Workspace, kept between solves.
+  // Workspace, kept between solves. Of blocks on the diagonal only the lower triangle counts.
   size_t bandwidth_ = 1;
   std::vector<StateMatrix> H_,
       L_;                       // lower block band: row i holds columns i, i-1, ..., i-bandwidth

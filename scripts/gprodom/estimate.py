@@ -17,17 +17,23 @@ from gprodom.methods import Method
 from gprodom.replay import run_replay
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
-from gprodom.trajectory import Trajectory
+from gprodom.trajectory import Trajectory, read_tum
 
 OnProgress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A trajectory as published (causal), and the jumps of `map` where a replay tells of them."""
+    """What a method made of a log.
+
+    trajectory: as published (causal).
+    jumps: of `map`, where a replay tells of them.
+    smoothed: from one solution over all data, where it was asked for and the method has one.
+    """
 
     trajectory: Trajectory
     jumps: MapJumps | None = None
+    smoothed: Trajectory | None = None
 
 
 def as_log(source: Path, folder: Path, sample_interval: float = SAMPLE_INTERVAL) -> Path:
@@ -49,13 +55,23 @@ def estimate(
     overrides: Sequence[str],
     output: Path,
     on_progress: OnProgress | None = None,
+    smooth: bool = False,
 ) -> Estimate:
-    """Runs `method` on `log`. A replay writes its log to `output`; `wheel` needs none."""
+    """Runs `method` on `log`. A replay writes its log to `output`; `wheel` needs none.
+
+    `smooth`: solve over all data, too. Dead reckoning has no such solution.
+    """
     if method.reckoned == "wheel":
         return Estimate(wheel_and_gyro(logs.read(log, ["IMU", "WHEEL"])))
-    run_replay(log, output, config, [*method.overrides, *overrides], on_progress=on_progress)
+    smooth = smooth and not method.reckoned
+    tum = output.with_suffix(".smoothed.tum") if smooth else None
+    run_replay(log, output, config, [*method.overrides, *overrides], on_progress, tum)
     if method.reckoned == "displacements":
         displacements = sequential(logs.read(output, [CHANNEL]), method.front_end)
         return Estimate(reckon(logs.read(log, ["IMU", "WHEEL"]), displacements))
     published = read_estimate(output)
-    return Estimate(published.trajectory, published.jumps)
+    if tum is None:
+        return Estimate(published.trajectory, published.jumps)
+    smoothed = read_tum(tum)
+    tum.unlink()
+    return Estimate(published.trajectory, published.jumps, smoothed)

@@ -44,14 +44,18 @@ def run_replay(
     config: Path | None = None,
     overrides: Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
+    smoothed: Path | None = None,
 ) -> None:
     """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
 
     `config` is the default configuration where None.
     `on_progress` is told the share of the log that is done, from 0 to 1.
+    `smoothed`: a TUM file for the solution over all data, where given.
     """
     command = [str(find_program()), "-c", str(config or default_config()), "--progress"]
     command += [str(log), "-o", str(output)]
+    if smoothed is not None:
+        command += ["--smoothed", str(smoothed)]
     for override in overrides:
         command += ["--set", override]
     said: deque[str] = deque(maxlen=20)

@@ -57,6 +57,12 @@ def add_parser(subparsers: Subparsers) -> None:
     add_config_options(parser)
     parser.add_argument("--tum", type=Path, metavar="FILE", help="write the trajectory there")
     parser.add_argument(
+        "--smoothed",
+        type=Path,
+        metavar="FILE",
+        help="write every state from one solution over all data there (TUM)",
+    )
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="LOG", help="keep the replay's log there"
     )
     parser.add_argument(
@@ -81,6 +87,8 @@ def run(args: argparse.Namespace) -> int:
     method = find_method(args.method)
     if args.output and method.reckoned == "wheel":
         raise UsageError("-o: the method wheel is dead reckoning, there is no replay to keep")
+    if args.smoothed and method.reckoned:
+        raise UsageError(f"--smoothed: {method.name} is dead reckoning, there is nothing to solve")
     # Read first, so that a wrong file is told of at once and not after the work.
     truth = read_truth(args.truth) if args.truth else None
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
@@ -88,9 +96,19 @@ def run(args: argparse.Namespace) -> int:
         log = as_log(args.source, folder, args.sample_interval)
         output = args.output or folder / "output.lcmlog"
         with Progress(method.name, 1.0) as progress:
-            result = estimate(log, method, args.config, args.overrides, output, progress.update)
+            result = estimate(
+                log,
+                method,
+                args.config,
+                args.overrides,
+                output,
+                progress.update,
+                smooth=args.smoothed is not None,
+            )
     if args.tum:
         write_tum(args.tum, result.trajectory)
+    if result.smoothed is not None:
+        write_tum(args.smoothed, result.smoothed)
     figures: dict[str, object] = {"method": method.name, "poses": len(result.trajectory)}
     text = f"{method.name}: {len(result.trajectory)} poses"
     if truth is not None:

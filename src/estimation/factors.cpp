@@ -84,8 +84,9 @@ void ImuFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jaco
   B.block<3, 3>(6, row::kTheta) = -RaT * skew(b.p_odom);
   B.block<3, 3>(6, row::kP) = RaT;
 
-  *Ja = whitening_ * A;
-  *Jb = whitening_ * B;
+  // Lazy: too small for Eigen's kernels for large matrices.
+  *Ja = whitening_.lazyProduct(A);
+  *Jb = whitening_.lazyProduct(B);
 }
 
 RandomWalkFactor::RandomWalkFactor(double gyro_bias_sigma, double accel_bias_sigma,

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "estimation/block_products.h"
+
 namespace gprodom {
 
 namespace {
@@ -29,6 +31,18 @@ double total_cost(const Factor& factor, const Residual& r) {
   double sum = 0;
   for (int i = 0; i < r.size(); ++i) sum += robust_cost(r[i], factor.robust_threshold(i));
   return sum;
+}
+
+// Columns in row units.
+void scale_columns(Jacobian& J) {
+  static const StateVector units = row_units();
+  for (int i = 0; i < J.rows(); ++i) J.row(i).array() *= units.transpose().array();
+}
+
+// C += A^T B.
+template <Part kPart>
+void add_product(const Jacobian& A, const Jacobian& B, StateMatrix& C) {
+  add_outer_products<1, kPart>(A.data(), B.data(), static_cast<int>(A.rows()), C);
 }
 
 void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb) {
@@ -86,6 +100,9 @@ double FixedLagSmoother::linearise(const States& x) {
   Eigen::MatrixXd Jp;
   prior_.evaluate(x.data(), rp, &Jp);
   double sum = 0.5 * rp.squaredNorm();
+  static const StateVector units = row_units();
+  for (int i = 0; i < prior_.states(); ++i)
+    Jp.middleCols<kStateDim>(i * kStateDim) *= units.asDiagonal();
   for (int i = 0; i < prior_.states(); ++i) {
     const auto Ji = Jp.middleCols<kStateDim>(i * kStateDim);
     g_[i].noalias() += Ji.transpose() * rp;
@@ -100,16 +117,14 @@ double FixedLagSmoother::linearise(const States& x) {
     link.factor->evaluate(x[a], x[b], r, &Ja, &Jb);
     sum += total_cost(*link.factor, r);
     weight_rows(*link.factor, r, Ja, Jb);
-    block(H_, a, a).noalias() += Ja.transpose() * Ja;
-    block(H_, b, a).noalias() += Jb.transpose() * Ja;
-    block(H_, b, b).noalias() += Jb.transpose() * Jb;
+    scale_columns(Ja);
+    scale_columns(Jb);
+    add_product<Part::kLower>(Ja, Ja, block(H_, a, a));
+    add_product<Part::kAll>(Jb, Ja, block(H_, b, a));
+    add_product<Part::kLower>(Jb, Jb, block(H_, b, b));
     g_[a].noalias() += Ja.transpose() * r;
     g_[b].noalias() += Jb.transpose() * r;
   }
-
-  static const StateVector units = row_units();
-  for (auto& h : H_) h = units.asDiagonal() * h * units.asDiagonal();
-  for (auto& g : g_) g.array() *= units.array();
   return sum;
 }
 
@@ -124,10 +139,10 @@ bool FixedLagSmoother::eliminate(double damping) {
       if (i == j) Lij.diagonal() *= 1 + damping;
       const size_t shared = std::max(first, j > bandwidth_ ? j - bandwidth_ : 0);
       for (size_t k = shared; k < j; ++k)
-        Lij.noalias() -= block(L_, i, k) * block(L_, j, k).transpose();
+        i == j ? subtract_product<Part::kLower>(block(L_, i, k), block(L_, i, k), Lij)
+               : subtract_product<Part::kAll>(block(L_, i, k), block(L_, j, k), Lij);
       if (j < i) {
-        block(L_, j, j).transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(
-            Lij);
+        solve_transposed_on_the_right(block(L_, j, j), Lij);
       } else {
         const Eigen::LLT<StateMatrix> llt(Lij);
         if (llt.info() != Eigen::Success) return false;

@@ -1,5 +1,7 @@
 #include "gprodom/imu_preintegration.h"
 
+#include <cmath>
+
 #include "gprodom/so3.h"
 
 namespace gprodom {
@@ -17,6 +19,30 @@ Matrix3d turned_derivative(const Vector3d& a, const Vector3d& phi, double f, dou
   d += g * (phi * a.transpose() - 2 * a * phi.transpose());
   d.diagonal().array() += g * phi.dot(a);
   return d;
+}
+
+// F P F^T for F = [E 0 0; A 1 0; B dt 1], by blocks of three.
+Matrix9d carried(const Matrix9d& P, const Matrix3d& E, const Matrix3d& A, const Matrix3d& B,
+                 double dt) {
+  auto block = [](auto& M, int i, int j) { return M.template block<3, 3>(3 * i, 3 * j); };
+  Matrix9d T;  // F P
+  for (int j = 0; j < 3; ++j) {
+    const Matrix3d P0 = block(P, 0, j), P1 = block(P, 1, j);
+    block(T, 0, j) = E * P0;
+    block(T, 1, j) = A * P0 + P1;
+    block(T, 2, j) = B * P0 + dt * P1 + block(P, 2, j);
+  }
+  Matrix9d R;  // T F^T, which is symmetric
+  for (int i = 0; i < 3; ++i) {
+    const Matrix3d T0 = block(T, i, 0), T1 = block(T, i, 1);
+    block(R, i, 0) = T0 * E.transpose();
+    if (i > 0) block(R, i, 1) = T0 * A.transpose() + T1;
+    if (i > 1) block(R, i, 2) = T0 * B.transpose() + dt * T1 + block(T, i, 2);
+  }
+  block(R, 0, 1) = block(R, 1, 0).transpose();
+  block(R, 0, 2) = block(R, 2, 0).transpose();
+  block(R, 1, 2) = block(R, 2, 1).transpose();
+  return R;
 }
 
 }  // namespace
@@ -44,20 +70,15 @@ void ImuPreintegration::integrate(const Vector3d& acceleration, const Vector3d& 
   const Matrix3d v_theta = -R * so3::skew(once * a) * dt;
   const Matrix3d p_theta = -R * so3::skew(twice * a) * (dt * dt);
 
-  // Covariance: error = F error + G [rate noise; force noise], noise held over the step.
-  Matrix9d F = Matrix9d::Identity();
-  F.block<3, 3>(0, 0) = step_t;
-  F.block<3, 3>(3, 0) = v_theta;
-  F.block<3, 3>(6, 0) = p_theta;
-  F.block<3, 3>(6, 3).diagonal().setConstant(dt);
+  // error = F error + G [rate noise; force noise], noise held over the step. By blocks of three:
+  // F = [step_t 0 0; v_theta 1 0; p_theta dt 1], G = [Jr_dt 0; v_rate R_once; p_rate R_twice].
+  covariance_ = carried(covariance_, step_t, v_theta, p_theta, dt);
+  const double gyro_sigma = noise.gyro_density / std::sqrt(dt);
+  const double accel_sigma = noise.accel_density / std::sqrt(dt);
   Eigen::Matrix<double, 9, 6> G;
-  G << Jr_dt, Matrix3d::Zero(), v_rate, R_once, p_rate, R_twice;
-  Eigen::Matrix<double, 6, 1> variance;
-  variance << Vector3d::Constant(noise.gyro_density * noise.gyro_density / dt),
-      Vector3d::Constant(noise.accel_density * noise.accel_density / dt);
-  const Matrix9d FP = F * covariance_;
-  const Eigen::Matrix<double, 9, 6> GQ = G * variance.asDiagonal();
-  covariance_.noalias() = FP * F.transpose() + GQ * G.transpose();
+  G << gyro_sigma * Jr_dt, Matrix3d::Zero(), gyro_sigma * v_rate, accel_sigma * R_once,
+      gyro_sigma * p_rate, accel_sigma * R_twice;
+  covariance_ += G.lazyProduct(G.transpose());
 
   // A bias acts like noise of the opposite sign that stays.
   dp_dbg_ += dv_dbg_ * dt + p_theta * dq_dbg_ - p_rate;

@@ -44,9 +44,10 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   G.block<3, 3>(0, 0) = Ry;
   G.block<3, 3>(3, 6) = R;
   G.block<3, 3>(6, 3) = R;
-  const Eigen::Matrix<double, 9, kStateDim> FP = F * covariance;
-  const Matrix9d GS = G * since.covariance();
-  Matrix9d P = FP * F.transpose() + GS * G.transpose();
+  // Lazy: blocks this small cost less than their preparation for the large kernels.
+  const Eigen::Matrix<double, 9, kStateDim> FP = F.lazyProduct(covariance);
+  const Matrix9d GS = G.lazyProduct(since.covariance());
+  Matrix9d P = FP.lazyProduct(F.transpose()) + GS.lazyProduct(G.transpose());
   P = 0.5 * (P + P.transpose()).eval();
 
   OdometryEstimate out;

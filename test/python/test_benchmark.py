@@ -104,6 +104,7 @@ parser = argparse.ArgumentParser()
 parser.add_argument("log")
 parser.add_argument("-c")
 parser.add_argument("-o")
+parser.add_argument("--smoothed")
 parser.add_argument("--set", action="append", default=[])
 parser.add_argument("--progress", action="store_true")
 args = parser.parse_args()
@@ -126,6 +127,10 @@ for t, x in zip(time.tolist(), distance.tolist()):
     sent.utime, sent.position, sent.orientation = t, [x, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
     sent.pose_covariance = np.eye(6).ravel().tolist()
     out.write_event(t, "ODOMETRY_MAP", sent.encode())
+if args.smoothed:
+    with open(args.smoothed, "w") as tum:
+        for t, x in zip(time.tolist()[::40], distance.tolist()[::40]):
+            tum.write(f"{{t * 1e-6:.6f}} {{x}} 0 0 0 0 0 1\\n")
 """
 
 
@@ -161,6 +166,9 @@ def test_k_is_fitted_on_the_others_and_used(
     }
     found = {record["method"]: record["ate_rmse_m"] for record in result["records"]}
     assert set(found) == {"gpr_sfm", "sfm"}
+    modes = {(record["method"], record["mode"]) for record in result["records"]}
+    assert modes == {("gpr_sfm", "causal"), ("sfm", "causal"), ("sfm", "smoothed")}
+    assert len(read_tum(out / Path(sources[0]).name / "sfm.smoothed.tum")) > 10
     assert found["gpr_sfm"] < 0.02  # a perfect radar on a perfect gyro
     assert [failure["method"] for failure in result["failures"]] == ["dec", "dec"]
     assert "gprodom-replay ended with code 1: error: no such front end" in printed.err

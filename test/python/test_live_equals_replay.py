@@ -40,6 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     gprodom("simulate", "--distance", "4", "--standstill", "4", "--seed", "3", "-o", str(sequence))
     gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
     outputs = ["-o", folder / "out.lcmlog", "--tum", folder / "out.tum"]
+    outputs += ["--smoothed", folder / "out.smoothed.tum"]
     result = replay(folder / "in.lcmlog", *outputs, "--stats", folder / "out.json", "--progress")
     assert result.returncode == 0, result.stderr
     assert "progress 1.00\n" in result.stderr
@@ -149,11 +150,20 @@ def test_outputs_hold_together(folder: Path) -> None:
     assert np.allclose(trajectory[:, 1:4], in_map["position"], atol=1e-9)
     assert np.allclose(trajectory[:, 0], in_map["utime"] * 1e-6, atol=1e-6)
 
+    smoothed = np.loadtxt(folder / "out.smoothed.tum")
+    assert np.all(np.diff(smoothed[:, 0]) > 0)
+    span = trajectory[-1, 0] - trajectory[0, 0]
+    assert 4.5 < len(smoothed) / span < 5.5  # smoother.state_rate
+    # No slip in this drive: the two solutions differ by what was learned later, centimetres.
+    causal = [np.interp(smoothed[:, 0], trajectory[:, 0], trajectory[:, k]) for k in (1, 2, 3)]
+    assert 0 < np.abs(np.transpose(causal) - smoothed[:, 1:4]).max() < 0.2
+
     stats = json.loads((folder / "out.json").read_text())
     assert stats["published"]["ODOMETRY"] == stats["poses"] == len(odometry["utime"])
     assert stats["read"]["IMU"] == len(read(folder / "in.lcmlog", ["IMU"])["IMU"]["utime"])
     assert stats["unused"] == len(read(folder / "in.lcmlog")["TOTAL_STATION"]["utime"])
     assert stats["refused"] == 0 and stats["damage"] == []
+    assert stats["solver"]["jobs"] == len(smoothed) - 1  # the first state is the initialiser's
     assert stats["health"] == "ok" and stats["times_real_time"] > 0
 
 

@@ -26,10 +26,11 @@ DESCRIPTION = f"""\
 Runs methods on sequences (CMU-GPR directories or zips, or LCM logs), scores them against the
 sequences' own truth, and writes
 
-  DIR/SEQUENCE/METHOD.tum   the trajectory as published (causal)
-  DIR/results.csv           a row for each sequence and method
-  DIR/results.json          the same, with means, the K of each row, and what failed
-  DIR/report.html           tables and trajectories; fetches nothing
+  DIR/SEQUENCE/METHOD.tum            the trajectory as published (causal)
+  DIR/SEQUENCE/METHOD.smoothed.tum   every state from one solution over all data
+  DIR/results.csv                    a row for each sequence, method and mode
+  DIR/results.json                   the same, with means, the K of each row, and what failed
+  DIR/report.html                    tables and trajectories; fetches nothing
 
 The scene is read off a sequence's name (TIME-0-SCENE-cmu-gpr). Methods with a K (displacement per
 unit of shift) have it fitted on the other sequences of the scene. A second run with the same
@@ -126,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
         sequence.folder.mkdir(parents=True, exist_ok=True)
     outcomes = run_all(sequences, methods, settings, args.jobs)
     order = {sequence.name: i for i, sequence in enumerate(sequences)}
-    records = [outcome.record for outcome in outcomes if outcome.record is not None]
+    records = [record for outcome in outcomes for record in outcome.records]
     by_sequence = sorted(records, key=lambda record: order[record.sequence])
     content = as_json(outcomes, by_sequence, settings)
     write_csv(output / "results.csv", by_sequence)

@@ -23,11 +23,13 @@ from gprodom.replay import default_config, find_program
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
-from gprodom.score.record import Record, make_record, scene_of
+from gprodom.score.jumps import MapJumps
+from gprodom.score.record import Mode, Record, make_record, scene_of
 from gprodom.score.sources import NoTruthError, read_truth
 from gprodom.trajectory import Trajectory, write_tum
 
 CAUSAL = "causal"
+SMOOTHED = "smoothed"
 
 
 @dataclass(frozen=True)
@@ -62,11 +64,11 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one job: a record (None where the sequence has no truth), or a failure."""
+    """What came of one job: records, causal first (none without truth), or a failure."""
 
     sequence: str
     method: str
-    record: Record | None = None
+    records: tuple[Record, ...] = ()
     failure: str = ""
     k: Fit | None = None
     reused: bool = False
@@ -177,16 +179,18 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
     if tum.exists() and kept.exists():
         before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if before["key"] == key:
-            record = Record(**before["record"]) if before["record"] else None
-            return Outcome(sequence.name, method.name, record, k=fit, reused=True)
+            records = tuple(Record(**record) for record in before["records"])
+            return Outcome(sequence.name, method.name, records, k=fit, reused=True)
     convert(sequence)
     result = _estimate(sequence, method, settings, fit)
     write_tum(tum, result.trajectory)
-    record = _score(sequence, method, settings, result)
-    content = {"key": key, "record": record.as_dict() if record else None}
+    if result.smoothed is not None:
+        write_tum(sequence.folder / f"{method.name}.smoothed.tum", result.smoothed)
+    records = _score(sequence, method, settings, result)
+    content = {"key": key, "records": [record.as_dict() for record in records]}
     with replacing(kept) as part:
         part.write_text(json.dumps(content, indent=1), encoding="utf-8")
-    return Outcome(sequence.name, method.name, record, k=fit)
+    return Outcome(sequence.name, method.name, records, k=fit)
 
 
 def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit | None) -> Estimate:
@@ -198,16 +202,22 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
     overrides = [*settings.overrides, *([f"{method.k_key}={fit.k!r}"] if fit else [])]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         output = Path(name) / "output.lcmlog"
-        return estimate(sequence.log, method, settings.config, overrides, output)
+        return estimate(sequence.log, method, settings.config, overrides, output, smooth=True)
 
 
 def _score(
     sequence: Sequence, method: Method, settings: Settings, result: Estimate
-) -> Record | None:
+) -> tuple[Record, ...]:
     truth = read_sequence_truth(sequence)
     if truth is None:
-        return None
-    score = compare(associate(result.trajectory, truth), settings.align, settings.first_m)
-    return make_record(
-        sequence.name, method.name, CAUSAL, settings.align, score.figures, result.jumps
-    )
+        return ()
+
+    def record(mode: Mode, trajectory: Trajectory, jumps: MapJumps | None) -> Record:
+        score = compare(associate(trajectory, truth), settings.align, settings.first_m)
+        name = method.name
+        return make_record(sequence.name, name, mode, settings.align, score.figures, jumps)
+
+    causal = record(CAUSAL, result.trajectory, result.jumps)
+    if result.smoothed is None:
+        return (causal,)
+    return (causal, record(SMOOTHED, result.smoothed, None))

@@ -32,7 +32,8 @@ def write_report(
     best = _best_row(rows, header.index("mean ATE (m)"))
     parts = [
         canvas.paragraph(
-            f"Alignment {settings.align}. Causal: as published, never rewritten. Means are over "
+            f"Alignment {settings.align}. Causal: as published, never rewritten; "
+            "smoothed: from one solution over all data. Means are over "
             "sequences; the columns of scenes hold the mean absolute trajectory error (RMS, m)."
         ),
         canvas.heading("Methods"),
@@ -69,7 +70,7 @@ def _best_row(rows: Items[Items[object]], column: int) -> list[int]:
 
 def _trajectories(sequence: Sequence, outcomes: Items[Outcome], settings: Settings) -> bytes | None:
     truth = read_sequence_truth(sequence)
-    done = [o.method for o in outcomes if o.sequence == sequence.name and o.record]
+    done = [o.method for o in outcomes if o.sequence == sequence.name and o.records]
     if truth is None or not done:
         return None
     paths: dict[str, Trajectory] = {}

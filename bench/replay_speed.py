@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""How fast gprodom-replay is, and what a solve costs: IMU, wheel and radar standstills.
+
+Each log is replayed with the default configuration and with 10 states/s and 5 s of lag. Printed are
+the times real time, by wall clock and by processor time (which other work on the machine does not
+change much), and the mean time of a solve with the newest state's covariance. The best of --repeats
+runs counts. One core: the program has one thread.
+
+    bench/replay_speed.py SEQ.lcmlog...
+    bench/replay_speed.py SEQ.lcmlog --set gpr.enabled=false --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.replay import default_config, find_program
+
+CASES = {
+    "default": [],
+    "10 states/s, lag 5 s": ["smoother.state_rate=10", "smoother.lag=5.0"],
+}
+
+
+def processor_seconds() -> float:
+    """User and system time of the children so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def replay(log: Path, config: Path, overrides: list[str], folder: Path) -> dict[str, float]:
+    """One replay's figures."""
+    stats = folder / "stats.json"
+    command = [str(find_program()), "-c", str(config), str(log)]
+    command += ["-o", str(folder / "out.lcmlog"), "--stats", str(stats)]
+    for override in overrides:
+        command += ["--set", override]
+    before = processor_seconds()
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Error(done.stderr.strip().splitlines()[-1])
+    spent = processor_seconds() - before
+    said: dict[str, Any] = json.loads(stats.read_text())
+    return {
+        "times_real_time": said["times_real_time"],
+        "times_real_time_cpu": said["log_seconds"] / spent,
+        "solve_ms": said["solver"]["mean_ms"],
+        "steps_per_solve": said["values"]["solver.steps"] / said["values"]["states"],
+    }
+
+
+def best(runs: list[dict[str, float]]) -> dict[str, float]:
+    """Of several runs of the same work the least disturbed."""
+    return max(runs, key=lambda run: run["times_real_time_cpu"])
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ.lcmlog")
+    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("--repeats", type=int, default=3, help="default: 3")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    results: list[dict[str, Any]] = []
+    try:
+        config = args.config or default_config()
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            total = float(len(args.logs) * len(CASES) * args.repeats)
+            with Progress("replays", total) as progress:
+                for log in args.logs:
+                    for case, overrides in CASES.items():
+                        runs = []
+                        for _ in range(args.repeats):
+                            runs.append(
+                                replay(log, config, [*overrides, *args.overrides], Path(name))
+                            )
+                            progress.update(float(len(results) * args.repeats + len(runs)))
+                        results.append({"log": log.name, "case": case, **best(runs)})
+    except Error as error:
+        print(f"replay_speed: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json(results)
+        return 0
+    header = ["log", "case", "x real time", "x, processor", "ms a solve", "steps a solve"]
+    print(format_table(header, [list(row.values()) for row in results]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+// Products of the small blocks that the smoother's normal equations are made of. Eigen sends
+// matrices of this size through its kernels for large ones, where packing costs more than the
+// product.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gprodom/nav_state.h"
+
+namespace gprodom {
+
+// C += or -= sum over r of column_r(A) row_r(B) with A and B given by rows of 16 doubles each:
+// C(i, j) += sign sum_r A[r][i] B[r][j]. Tiles of 4 x 4 stay in registers. kLower: only those on
+// and below the diagonal, where C is symmetric.
+enum class Part { kAll, kLower };
+template <int kSign, Part kPart>
+inline void add_outer_products(const double* A, const double* B, int rows, StateMatrix& C) {
+  using Four = Eigen::Array4d;
+  constexpr int n = kStateDim;
+  for (int j = 0; j < n; j += 4) {
+    for (int i = kPart == Part::kLower ? j : 0; i < n; i += 4) {
+      Four c0 = Four::Zero(), c1 = c0, c2 = c0, c3 = c0;
+      for (int r = 0; r < rows; ++r) {
+        const Four a = Eigen::Map<const Four>(A + r * n + i);
+        const double* b = B + r * n + j;
+        c0 += a * b[0];
+        c1 += a * b[1];
+        c2 += a * b[2];
+        c3 += a * b[3];
+      }
+      double* c = C.data() + i + j * n;
+      Eigen::Map<Four>{c} += kSign * c0;
+      Eigen::Map<Four>{c + n} += kSign * c1;
+      Eigen::Map<Four>{c + 2 * n} += kSign * c2;
+      Eigen::Map<Four>{c + 3 * n} += kSign * c3;
+    }
+  }
+}
+
+// C -= A B^T: columns of a column-major matrix are the rows of its transpose.
+template <Part kPart>
+inline void subtract_product(const StateMatrix& A, const StateMatrix& B, StateMatrix& C) {
+  add_outer_products<-1, kPart>(A.data(), B.data(), kStateDim, C);
+}
+
+// X <- X L^-T with L lower triangular, column by column.
+inline void solve_transposed_on_the_right(const StateMatrix& L, StateMatrix& X) {
+  for (int j = 0; j < kStateDim; ++j) {
+    StateVector x = X.col(j);
+    for (int k = 0; k < j; ++k) x -= L(j, k) * X.col(k);
+    X.col(j) = x / L(j, j);
+  }
+}
+
+}  // namespace gprodom
