@@ -55,6 +55,8 @@ struct WheelConfig {
   double lateral_noise = 0.003;   // m/sqrt(m); side slip
   double vertical_noise = 0.003;  // m/sqrt(m)
   double robust_threshold = 1.5;  // standard deviations at which an increment loses weight; 0: none
+  double slip_window = 0.3;       // s; over which wheel and IMU are compared
+  double slip_threshold = 5.0;    // standard deviations between them that are slip; 0: not watched
   double max_speed = 5.0;         // m/s; faster increments are dropped
   double time_offset = 0.0;       // s; added to every stamp
 };

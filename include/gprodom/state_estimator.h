@@ -33,7 +33,7 @@ struct StateInput {
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
   bool standing = false;            // proven: the robot did not move
-  bool wheel_contradicted = false;  // it stands, or moves otherwise, although the wheel turns
+  bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   std::vector<Displacement> displacements;  // newly in effect, of any earlier time
 };
 
@@ -42,7 +42,6 @@ struct StateResult {
   StateMatrix covariance = StateMatrix::Zero();
   SolveSummary solve;
   Eigen::Vector3d p_before = Eigen::Vector3d::Zero();  // of the newest state, predicted by the IMU
-  double wheel_weight = 1.0;  // robust weight of the newest wheel increment
   bool standing = false;
   bool no_wheel = false;
   bool bridged = false;  // IMU data were missing
@@ -73,8 +72,8 @@ class StateEstimator {
   const Batch* recorded() const { return batch_ ? &*batch_ : nullptr; }
 
  private:
-  const Factor* add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
-                                 FixedLagSmoother::StateId b);
+  void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
+                        FixedLagSmoother::StateId b);
   bool add_displacement(const Displacement& displacement);
   void restart(const NavState& state);
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,

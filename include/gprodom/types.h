@@ -75,12 +75,14 @@ struct Displacement {
 
 // odometry_t.flags
 enum OdometryFlags : std::int32_t {
-  kStanding = 1,      // the robot does not move
-  kSlipping = 2,      // the wheel turns otherwise than the robot moves
-  kNoWheel = 4,       // no wheel data in use
-  kNoRadar = 8,       // no radar data in use
-  kImuGap = 16,       // IMU data were missing since the last state
-  kSolverFailed = 32  // the last solve failed; the state is the last good one, propagated
+  kStanding = 1,       // the robot does not move
+  kSlipping = 2,       // the wheel turns otherwise than the robot moves; also one of the last two
+  kNoWheel = 4,        // no wheel data in use
+  kNoRadar = 8,        // no radar data in use
+  kImuGap = 16,        // IMU data were missing since the last state
+  kSolverFailed = 32,  // the last solve failed; the state is the last good one, propagated
+  kWheelFast = 64,     // slipping: the wheel is faster than the ground
+  kWheelSlow = 128     // slipping: the wheel is slower than the ground
 };
 
 // Covariances: pose as [position (m), rotation vector (rad)], both in `odom` axes, of the error

@@ -12,13 +12,6 @@ namespace {
 // A scale held fixed still needs a finite weight: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
-double robust_weight(const Factor& factor, const NavState& a, const NavState& b) {
-  Residual r;
-  factor.evaluate(a, b, r, nullptr, nullptr);
-  const double c = factor.robust_threshold(0);
-  return c > 0 ? 1 / (1 + r[0] * r[0] / (c * c)) : 1.0;
-}
-
 }  // namespace
 
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
@@ -52,20 +45,18 @@ StateResult StateEstimator::add(const StateInput& input) {
       std::make_unique<RandomWalkFactor>(config_.imu.gyro_bias_walk * root_dt,
                                          config_.imu.accel_bias_walk * root_dt,
                                          std::max(scale_walk * root_dt, kFixedScaleSigma)));
-  const Factor* wheel = nullptr;
   if (input.standing) {
     const auto& s = config_.standstill;
     tie(a, b,
         std::make_shared<StandstillFactor>(
             StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
   } else if (input.has_wheel && !input.wheel_contradicted) {
-    wheel = add_wheel_factor(input, a, b);
+    add_wheel_factor(input, a, b);
   }
   for (const Displacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
 
   result.solve = smoother_.solve();
-  if (wheel) result.wheel_weight = robust_weight(*wheel, smoother_.state(a), smoother_.state(b));
   if (batch_)  // where the batch solution starts from
     for (auto id = smoother_.oldest_id(); id <= b; ++id)
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
@@ -109,8 +100,8 @@ void StateEstimator::restart(const NavState& state) {
                                std::move(prior));
 }
 
-const Factor* StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
-                                               FixedLagSmoother::StateId b) {
+void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
+                                      FixedLagSmoother::StateId b) {
   const WheelConfig& c = config_.wheel;
   WheelIncrement increment(smoother_.state(a).gyro_bias);
   for (const MotionStep& step : input.steps)
@@ -123,8 +114,7 @@ const Factor* StateEstimator::add_wheel_factor(const StateInput& input, FixedLag
                                                    c.lever_arm, c.robust_threshold);
   else
     factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold);
-  const Factor* added = factor.get();
-  return tie(a, b, std::move(factor)) ? added : nullptr;
+  tie(a, b, std::move(factor));
 }
 
 // The states nearest to the measurement's two ends; velocities bridge the rest.

@@ -68,6 +68,8 @@ void add_wheel(Keys& keys, WheelConfig& c) {
     {"wheel.lateral_noise", &c.lateral_noise, "m/sqrt(m)", kPositive, "side slip, growing with distance"},
     {"wheel.vertical_noise", &c.vertical_noise, "m/sqrt(m)", kPositive, "motion off the ground plane, growing with distance"},
     {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond lose weight; 0: none do"},
+    {"wheel.slip_window", &c.slip_window, "s", between(0.05, 2), "over which wheel and IMU are compared"},
+    {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "between wheel and IMU that are slip; 0: not watched"},
     {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
   });

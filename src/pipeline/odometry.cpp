@@ -16,6 +16,7 @@
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
 #include "pipeline/sensor_history.h"
+#include "pipeline/slip_watch.h"
 #include "pipeline/standstill.h"
 #include "pipeline/time_guard.h"
 
@@ -109,8 +110,7 @@ class Odometry::Impl {
   TimeNs newest_state_ = 0, next_state_ = 0;
   ImuNoise reference_noise_;  // at standstill
   Prediction prediction_;
-  std::deque<bool> contradicted_;  // of the states under way, oldest first
-  bool wheel_contradicted_ = false;
+  SlipWatch slip_;
 
   // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
   std::unique_ptr<StateEstimator> estimator_;
@@ -154,6 +154,7 @@ Odometry::Impl::Impl(const Config& config, Execution execution)
       displacement_guard_(config.time),
       wheel_(config.wheel.max_speed),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
+      slip_(config.wheel),
       radar_(config.gpr),
       solver_(execution),
       radar_worker_(execution) {
@@ -263,8 +264,6 @@ void Odometry::Impl::take_states() {
 }
 
 void Odometry::Impl::use(const StateResult& result) {
-  wheel_contradicted_ = contradicted_.front();
-  contradicted_.pop_front();
   const ImuNoise noise =
       config_.imu.adaptive_noise
           ? prevailing_noise(imu_.between(result.state.time, imu_now_), reference_noise_)
@@ -304,7 +303,6 @@ void Odometry::Impl::ask_radar() {
 void Odometry::Impl::make_states() {
   while (started_ && imu_now_ >= next_state_ + reorder_window_) {
     StateInput input = collect(newest_state_, next_state_);
-    contradicted_.push_back(input.wheel_contradicted);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
     newest_state_ = next_state_;
@@ -325,7 +323,7 @@ StateInput Odometry::Impl::collect(TimeNs from, TimeNs to) {
       judge_standstill(config_, reference_noise_, prediction_.base().state.gyro_bias, imu_, wheel_,
                        radar_standing_, from, to);
   input.standing = verdict.standing;
-  input.wheel_contradicted = verdict.wheel_contradicted;
+  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
   // An answer may come before the state that it reaches to, which waits for the reorder window.
   const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
                                            [to](const Displacement& d) { return d.to <= to; });
@@ -338,7 +336,8 @@ std::int32_t Odometry::Impl::flags() const {
   const StateResult& base = prediction_.base();
   std::int32_t f = 0;
   if (base.standing) f |= kStanding;
-  if (base.wheel_weight < 0.5 || wheel_contradicted_) f |= kSlipping;
+  if (slip_.now() != WheelSlip::kNone)
+    f |= kSlipping | (slip_.now() == WheelSlip::kFast ? kWheelFast : kWheelSlow);
   if (base.no_wheel) f |= kNoWheel;
   if (gpr_now_ + kSecond < imu_now_) f |= kNoRadar;
   if (base.bridged) f |= kImuGap;
@@ -349,6 +348,7 @@ std::int32_t Odometry::Impl::flags() const {
 void Odometry::Impl::publish() {
   if (started_ && imu_now_ > prediction_.time()) {
     OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
+    slip_.add(estimate, wheel_, wheel_now_);
     estimate.flags = flags();
     out_.odometry.push_back(estimate);
   }

@@ -1,0 +1,101 @@
+#include "pipeline/slip_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace gprodom {
+namespace {
+
+constexpr double kSpeed = 0.4;           // m/s, of the robot
+constexpr double kVelocitySigma = 0.01;  // m/s, of the estimate
+
+struct Flag {
+  double time;
+  WheelSlip slip;
+};
+
+// A robot at kSpeed (`direction` 1 or -1) whose wheel turns `factor(t)` times as fast; 200 Hz
+// estimates, 30 Hz wheel. `speed_error`: of the estimate, m/s.
+std::vector<Flag> drive(const WheelConfig& config, double direction,
+                        const std::function<double(double)>& factor, double speed_error = 0.0) {
+  SlipWatch watch(config);
+  WheelHistory wheel(config.max_speed);
+  double wheel_m = 0, next_wheel = 0, wheel_now = 0;
+  std::vector<Flag> flags;
+  for (int i = 0; i < 2000; ++i) {
+    const double time = 100 + i * 0.005;
+    wheel_m += 0.005 * direction * kSpeed * factor(i * 0.005) * config.scale;
+    if (i * 0.005 >= next_wheel) {
+      wheel.insert({from_seconds(time), wheel_m});
+      wheel_now = time;
+      next_wheel += 1.0 / 30;
+    }
+    OdometryEstimate estimate;
+    estimate.time = from_seconds(time);
+    estimate.v_body.x() = direction * kSpeed + speed_error;
+    estimate.velocity_covariance.setIdentity();
+    estimate.velocity_covariance *= kVelocitySigma * kVelocitySigma;
+    estimate.wheel_scale = config.scale;
+    watch.add(estimate, wheel, from_seconds(wheel_now));
+    flags.push_back({i * 0.005, watch.now()});
+  }
+  return flags;
+}
+
+double first(const std::vector<Flag>& flags, WheelSlip slip) {
+  for (const Flag& flag : flags)
+    if (flag.slip == slip) return flag.time;
+  return std::nan("");
+}
+
+TEST(SlipWatch, TellsWhenAndWhichWay) {
+  WheelConfig config;
+  config.scale = 1.03;
+  for (const double direction : {1.0, -1.0}) {
+    for (const double slipping : {0.5, 1.7}) {
+      const auto flags =
+          drive(config, direction, [&](double t) { return t > 4 && t < 6 ? slipping : 1.0; });
+      const auto expected = slipping > 1 ? WheelSlip::kFast : WheelSlip::kSlow;
+      const auto other = slipping > 1 ? WheelSlip::kSlow : WheelSlip::kFast;
+      EXPECT_GT(first(flags, expected), 4.0);
+      EXPECT_LT(first(flags, expected), 4.3);
+      EXPECT_TRUE(std::isnan(first(flags, other)));
+      for (const Flag& flag : flags)
+        if (flag.time < 4.0 || flag.time > 6.35)
+          EXPECT_EQ(flag.slip, WheelSlip::kNone) << flag.time;
+    }
+  }
+}
+
+TEST(SlipWatch, AnErrorWithinTheVelocitysOwnIsNoSlip) {
+  const auto flags = drive(
+      {}, 1, [](double) { return 1.0; }, 3 * kVelocitySigma);
+  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kFast)));
+  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kSlow)));
+}
+
+TEST(SlipWatch, RemembersWhereTheWheelIsNotToBeUsed) {
+  WheelConfig config;
+  SlipWatch watch(config);
+  WheelHistory wheel(config.max_speed);
+  for (int i = 0; i < 600; ++i) {
+    const TimeNs time = from_seconds(50 + i * 0.005);
+    const double t = i * 0.005;
+    wheel.insert({time, t < 1 ? 0.0 : 0.5 * (std::min(t, 1.6) - 1)});  // spins while it stands
+    OdometryEstimate estimate;
+    estimate.time = time;
+    estimate.velocity_covariance.setIdentity();
+    estimate.velocity_covariance *= 1e-6;
+    watch.add(estimate, wheel, time);
+  }
+  EXPECT_FALSE(watch.between(from_seconds(50.2), from_seconds(50.4)));
+  EXPECT_TRUE(watch.between(from_seconds(51.0), from_seconds(51.2)));
+  EXPECT_TRUE(watch.between(from_seconds(51.4), from_seconds(51.6)));
+  EXPECT_FALSE(watch.between(from_seconds(52.0), from_seconds(52.2)));
+}
+
+}  // namespace
+}  // namespace gprodom
