@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""The daemon live on sequences against replay of the same logs: do they say the same?
+
+Each log is played to gprodomd over LCM in a network namespace of its own (scripts/live) at --speed
+times real time, and replayed. The logger's record tells what the daemon heard and said. Printed are
+messages of IMU, wheel and radar that the daemon may have missed (those that the logger, listening
+beside it, did not hear), the poses compared, and the largest distance between the two in ODOMETRY
+at one stamp. Exit code 1 where that is over a centimetre in a run that lost nothing.
+
+    bench/live_against_replay.py LOG.lcmlog... --speed 2 -j 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import logs
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.replay import default_config, run_replay
+
+LIVE = Path(__file__).resolve().parents[1] / "scripts" / "live"
+INPUTS = ["IMU", "WHEEL", "GPR_TRACE"]
+LIMIT_M = 0.01
+
+
+def positions(log: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps and positions (n, 3) of ODOMETRY."""
+    odometry = logs.read(log, ["ODOMETRY"])["ODOMETRY"]
+    return odometry["utime"], odometry["position"]
+
+
+def count(log: Path) -> int:
+    """Messages of the sensors in a log."""
+    return sum(len(channel["utime"]) for channel in logs.read(log, INPUTS).values())
+
+
+def compare(log: Path, config: Path, speed: float) -> dict[str, Any]:
+    """One log both ways."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        live, replayed = Path(name) / "live.lcmlog", Path(name) / "replay.lcmlog"
+        command = [str(LIVE), str(config), str(log), str(live), str(speed)]
+        ran = subprocess.run(command, capture_output=True, text=True)
+        if ran.returncode != 0:
+            raise Error(f"{log.name}: scripts/live: {ran.stderr.strip()}")
+        run_replay(log, replayed, config)
+        stamps_live, live_m = positions(live)
+        stamps_replay, replay_m = positions(replayed)
+        _, i, j = np.intersect1d(stamps_live, stamps_replay, return_indices=True)
+        if len(i) == 0:
+            raise Error(f"{log.name}: no pose in common")
+        apart = np.linalg.norm(live_m[i] - replay_m[j], axis=1)
+        return {
+            "log": log.name,
+            "lost": count(log) - count(live),
+            "poses": len(stamps_replay),
+            "compared": len(i),
+            "max_m": float(apart.max()),
+            "equal_share": float((apart < 1e-9).mean()),
+        }
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
+    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
+    parser.add_argument("-j", "--jobs", type=int, default=1, help="logs at once (default: 1)")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    config = args.config or default_config()
+    results = []
+    try:
+        with (
+            Progress("logs", float(len(args.logs))) as progress,
+            ThreadPoolExecutor(args.jobs) as pool,
+        ):
+            for result in pool.map(lambda log: compare(log, config, args.speed), args.logs):
+                results.append(result)
+                progress.advance()
+    except Error as error:
+        print(f"live_against_replay: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json(results)
+    else:
+        header = ["log", "lost", "poses", "compared", "apart at most (m)", "share equal"]
+        print(format_table(header, [list(result.values()) for result in results]))
+    wrong = [r for r in results if r["lost"] == 0 and r["max_m"] > LIMIT_M]
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
