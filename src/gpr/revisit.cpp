@@ -1,0 +1,236 @@
+#include "gprodom/gpr/revisit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr int kShifts = 3;  // earlier, as it is, later
+constexpr double kLargestRho = 0.9999;
+
+// Columns with their rows `shift` later, a fraction of a row, by a windowed sinc of 8 rows.
+Columns delay_rows(const Columns& columns, double shift) {
+  constexpr int kReach = 4;
+  const auto rows = columns.cols();
+  Columns delayed = Columns::Zero(columns.rows(), rows);
+  for (int k = -kReach; k <= kReach; ++k) {
+    const double at = k - shift;
+    if (std::abs(at) >= kReach) continue;
+    const double sinc = std::abs(at) < 1e-9 ? 1.0 : std::sin(M_PI * at) / (M_PI * at);
+    const auto weight = static_cast<float>(sinc * (0.5 + 0.5 * std::cos(M_PI * at / kReach)));
+    const auto from = std::max<Eigen::Index>(0, k), n = rows - std::abs(k);
+    delayed.middleCols(from, n) += weight * columns.middleCols(std::max(0, -k), n);
+  }
+  return delayed;
+}
+
+// Logarithm of the likelihood ratio, per half independent sample, of "the same ground under an
+// unknown gain and noise" against "other ground", for correlations rho.
+Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
+  return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
+}
+
+}  // namespace
+
+struct PatchMatcher::Curves {
+  bool mirrored = false;
+  double scale = 1.0;
+  int first = 0;               // the place of entry 0
+  Eigen::ArrayXd shifted;      // correlation, mean over the blocks at each one's best time shift
+  Eigen::ArrayXd correlation;  // the same without shift in time
+  Eigen::ArrayXd half[2];      // the same of the query's first and second half
+  Eigen::ArrayXd evidence;     // of the first two together
+
+  int size() const { return static_cast<int>(evidence.size()); }
+};
+
+struct PatchMatcher::Peak {
+  const Curves* curves = nullptr;
+  int entry = 0;
+  double evidence = -1.0;
+  int place() const { return curves->first + entry; }
+};
+
+PatchMatcher::PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options)
+    : options_(std::move(options)),
+      spacing_(spacing),
+      shift_rows_(options_.time_shift / (filter.centre_frequency() * filter.row_interval())),
+      stride_(std::max(1, static_cast<int>(filter.short_sigma()))) {
+  for (int b = 0; b <= options_.depth_blocks; ++b) {
+    edges_.push_back(filter.rows() * b / options_.depth_blocks);
+  }
+}
+
+void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
+  const auto count = (query.rows() + stride_ - 1) / stride_;
+  Columns sparse(count, query.cols());
+  for (Eigen::Index i = 0; i < count; ++i) sparse.row(i) = query.row(i * stride_);
+  const Columns shifted[kShifts] = {delay_rows(sparse, -shift_rows_), sparse,
+                                    delay_rows(sparse, shift_rows_)};
+  tables_.resize(options_.depth_blocks * kShifts);
+  query_energy_.resize(tables_.size());
+  memory_energy_.resize(options_.depth_blocks);
+  for (int b = 0; b < options_.depth_blocks; ++b) {
+    const int from = edges_[b], n = edges_[b + 1] - edges_[b];
+    memory_energy_[b] = memory.middleCols(from, n).array().square().rowwise().sum();
+    for (int s = 0; s < kShifts; ++s) {
+      const auto block = shifted[s].middleCols(from, n);
+      query_energy_[b * kShifts + s] = block.array().square().rowwise().sum();
+      tables_[b * kShifts + s].noalias() = block * memory.middleCols(from, n).transpose();
+    }
+  }
+}
+
+// Adds one block's share of the correlations along a path.
+void PatchMatcher::add_block(int block, const std::vector<int>& step, Curves& curves) const {
+  constexpr float kTiny = std::numeric_limits<float>::min();
+  const auto n = curves.shifted.size();
+  const auto columns = static_cast<int>(step.size()), halfway = columns / 2;
+  Eigen::ArrayXf sum[2], energy[2], best;
+  for (auto& e : energy) e = Eigen::ArrayXf::Zero(n);
+  for (int i = 0; i < columns; ++i) {
+    energy[i >= halfway] += memory_energy_[block].segment(curves.first + step[i], n);
+  }
+  const auto share = static_cast<float>(1.0 / options_.depth_blocks);
+  for (int s = 0; s < kShifts; ++s) {
+    const Columns& table = tables_[block * kShifts + s];
+    const Eigen::ArrayXf& own = query_energy_[block * kShifts + s];
+    for (auto& x : sum) x = Eigen::ArrayXf::Zero(n);
+    for (int i = 0; i < columns; ++i) {
+      sum[i >= halfway] += table.row(i).segment(curves.first + step[i], n).array().transpose();
+    }
+    const Eigen::ArrayXf rho =
+        share * (sum[0] + sum[1]) / ((energy[0] + energy[1]) * own.sum()).max(kTiny).sqrt();
+    best = s == 0 ? rho : best.max(rho).eval();
+    if (s != kShifts / 2) continue;
+    curves.correlation += rho.cast<double>();
+    const float parts[2] = {own.head(halfway).sum(), own.tail(columns - halfway).sum()};
+    for (int h = 0; h < 2; ++h) {
+      curves.half[h] += (share * sum[h] / (energy[h] * parts[h]).max(kTiny).sqrt()).cast<double>();
+    }
+  }
+  curves.shifted += best.cast<double>();
+}
+
+PatchMatcher::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
+                                          double scale) const {
+  const double half_column = query_centre - std::floor(query_centre);
+  std::vector<int> step(tables_[0].rows());  // from a place to the memory column under column i
+  for (int i = 0; i < static_cast<int>(step.size()); ++i) {
+    const double along = direction * scale * (i * stride_ - query_centre);
+    step[i] = static_cast<int>(std::floor(half_column + along + 0.5));
+  }
+  const auto [lowest, highest] = std::minmax_element(step.begin(), step.end());
+  Curves curves;
+  curves.mirrored = direction < 0;
+  curves.scale = scale;
+  curves.first = std::max(places.first, -*lowest);
+  const int n = std::min(places.end, static_cast<int>(tables_[0].cols()) - *highest) - curves.first;
+  const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(std::max(n, 0));
+  curves.shifted = curves.correlation = curves.half[0] = curves.half[1] = zero;
+  if (n > 0) {
+    for (int b = 0; b < options_.depth_blocks; ++b) add_block(b, step, curves);
+  }
+  curves.evidence = evidence(curves.shifted) + evidence(curves.correlation);
+  return curves;
+}
+
+// Every scale inside the bound; scale 1 over the surroundings too.
+std::vector<PatchMatcher::Curves> PatchMatcher::search(double query_centre, Places inside,
+                                                       Places wide) const {
+  std::vector<Curves> curves;
+  for (const int direction : {1, -1}) {
+    curves.push_back(follow(query_centre, wide, direction, 1.0));
+    for (const double scale : options_.scales) {
+      if (scale != 1.0) curves.push_back(follow(query_centre, inside, direction, scale));
+    }
+  }
+  return curves;
+}
+
+// Against the second place, and against correlation by chance. offset_m is left in columns, from
+// place 0.
+RevisitMatch PatchMatcher::judge(const std::vector<Curves>& curves, const Peak& peak) const {
+  const Curves& best = *peak.curves;
+  const int at = peak.entry;
+  double second = 0.0, chance = 0.0;
+  int chances = 0;
+  for (const Curves& c : curves) {
+    for (int k = 0; k < c.size(); ++k) {
+      const int apart = std::abs(c.first + k - peak.place());
+      if (c.mirrored == best.mirrored && apart * spacing_ <= options_.lobe_m) continue;
+      second = std::max(second, c.evidence[k]);
+      if (c.scale != 1.0) continue;
+      chance += c.correlation[k] * c.correlation[k];
+      ++chances;
+    }
+  }
+  chance = chances > 0 ? chance / chances : 1.0;  // variance: 1 / independent samples
+
+  RevisitMatch match;
+  match.valid = true;
+  match.mirrored = best.mirrored;
+  match.scale = best.scale;
+  match.score = peak.evidence - second;
+  match.correlation = best.correlation[at];
+  const double least_half = std::min(best.half[0][at], best.half[1][at]);
+  match.accepted = match.score >= options_.min_score &&
+                   least_half >= options_.min_half * std::sqrt(2.0 * chance);
+
+  // Sub-column: a parabola through the evidence; the variance from the correlation's curvature.
+  const double rho = std::clamp(match.correlation, 0.01, kLargestRho);
+  double subcolumn = 0.0, curvature = 0.01 * rho;  // per column^2
+  if (at > 0 && at + 1 < best.size()) {
+    const double before = best.evidence[at - 1], after = best.evidence[at + 1];
+    const double bend = 2.0 * peak.evidence - before - after;
+    if (bend > 0.0) subcolumn = std::clamp(0.5 * (after - before) / bend, -0.5, 0.5);
+    curvature = std::max(curvature, 2.0 * best.correlation[at] - best.correlation[at - 1] -
+                                        best.correlation[at + 1]);
+  }
+  match.offset_m = peak.place() + subcolumn;
+  match.sigma_m = spacing_ * std::sqrt((1.0 - rho * rho) * chance / (rho * curvature));
+  return match;
+}
+
+RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, double expected,
+                                 double bound) {
+  if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
+    throw std::invalid_argument("patches: expected as many rows as the filter gives");
+  }
+  // In columns of the memory: the query's centre is expected at place + half_column.
+  const double query_centre = 0.5 * static_cast<double>(query.rows() - 1);
+  const double half_column = query_centre - std::floor(query_centre);
+  const double middle = 0.5 * static_cast<double>(memory.rows() - 1);
+  const double place = middle + expected / spacing_ - half_column;
+  const double gate = bound / spacing_, wide = gate + options_.surround_m / spacing_;
+  const double reach = 1.1 * query_centre + 2.0;
+  const auto from = static_cast<Eigen::Index>(std::max(0.0, std::floor(place - wide - reach)));
+  const auto to =
+      static_cast<Eigen::Index>(std::min<double>(memory.rows(), std::ceil(place + wide + reach)));
+  if (query.rows() < 4 || to - from < query.rows()) return {};
+
+  correlate(memory.middleRows(from, to - from), query);
+  const auto places = [&](double half_width) {
+    return Places{static_cast<int>(std::ceil(place - half_width - from)),
+                  static_cast<int>(std::floor(place + half_width - from)) + 1};
+  };
+  const Places inside = places(gate);
+  const std::vector<Curves> curves = search(query_centre, inside, places(wide));
+  Peak peak;
+  for (const Curves& c : curves) {
+    const int end = std::min(c.size(), inside.end - c.first);
+    for (int k = std::max(0, inside.first - c.first); k < end; ++k) {
+      if (c.evidence[k] > peak.evidence) peak = {&c, k, c.evidence[k]};
+    }
+  }
+  if (peak.curves == nullptr) return {};
+  RevisitMatch match = judge(curves, peak);
+  match.offset_m = (from + match.offset_m + half_column - middle) * spacing_;
+  return match;
+}
+
+}  // namespace gprodom::gpr

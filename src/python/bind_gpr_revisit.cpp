@@ -1,0 +1,106 @@
+// gprodom._core: patches of ground and their revisits, on numpy arrays.
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "gprodom/gpr/patch_filter.h"
+#include "gprodom/gpr/revisit.h"
+
+namespace py = pybind11;
+
+namespace {
+
+using gprodom::gpr::Columns;
+using gprodom::gpr::PatchFilter;
+using gprodom::gpr::PatchFilterOptions;
+using gprodom::gpr::PatchMatcher;
+using gprodom::gpr::RevisitMatch;
+using gprodom::gpr::RevisitOptions;
+
+RevisitMatch find_patch(const Columns& memory, const Columns& query, double spacing,
+                        double sample_interval, double prior, double bound,
+                        const RevisitOptions& options, const PatchFilterOptions& filter_options) {
+  if (memory.cols() != query.cols()) {
+    throw std::invalid_argument("memory and query must have the same number of samples");
+  }
+  const PatchFilter filter(memory, spacing, sample_interval, filter_options);
+  const double length = static_cast<double>(memory.rows()) * spacing;
+  PatchMatcher matcher(filter, spacing, options);
+  return matcher.match(filter.apply(memory), filter.apply(query), prior - 0.5 * length, bound);
+}
+
+py::tuple match_patch(const Columns& memory, const Columns& query, double spacing,
+                      double sample_interval, double prior, double bound) {
+  const RevisitMatch match =
+      find_patch(memory, query, spacing, sample_interval, prior, bound, {}, {});
+  if (!match.valid) return py::make_tuple(prior, false, -1.0);
+  const double length = static_cast<double>(memory.rows()) * spacing;
+  return py::make_tuple(0.5 * length + match.offset_m, match.mirrored, match.score);
+}
+
+}  // namespace
+
+void bind_gpr_revisit(py::module_& module) {
+  py::class_<RevisitMatch>(module, "RevisitMatch", "Where a patch lies on remembered ground.")
+      .def_readonly("valid", &RevisitMatch::valid, "the memory covers the query near the prior")
+      .def_readonly("offset_m", &RevisitMatch::offset_m,
+                    "query centre minus memory centre, along the memory's direction")
+      .def_readonly("sigma_m", &RevisitMatch::sigma_m, "standard deviation of offset_m")
+      .def_readonly("mirrored", &RevisitMatch::mirrored, "driven the other way")
+      .def_readonly("scale", &RevisitMatch::scale, "metres of memory per metre of query")
+      .def_readonly("score", &RevisitMatch::score, "evidence over the second best place")
+      .def_readonly("correlation", &RevisitMatch::correlation, "at the place")
+      .def_readonly("accepted", &RevisitMatch::accepted, "the evidence suffices");
+
+  py::class_<RevisitOptions>(module, "RevisitOptions", "See gpr/revisit.h.")
+      .def(py::init<>())
+      .def_readwrite("scales", &RevisitOptions::scales)
+      .def_readwrite("depth_blocks", &RevisitOptions::depth_blocks)
+      .def_readwrite("time_shift", &RevisitOptions::time_shift)
+      .def_readwrite("lobe_m", &RevisitOptions::lobe_m)
+      .def_readwrite("surround_m", &RevisitOptions::surround_m)
+      .def_readwrite("min_score", &RevisitOptions::min_score)
+      .def_readwrite("min_half", &RevisitOptions::min_half);
+
+  py::class_<PatchFilterOptions>(module, "PatchFilterOptions", "See gpr/patch_filter.h.")
+      .def(py::init<>())
+      .def_readwrite("wave_speed", &PatchFilterOptions::wave_speed)
+      .def_readwrite("low_cut", &PatchFilterOptions::low_cut)
+      .def_readwrite("high_cut", &PatchFilterOptions::high_cut)
+      .def_readwrite("long_cut", &PatchFilterOptions::long_cut)
+      .def_readwrite("short_cut", &PatchFilterOptions::short_cut)
+      .def_readwrite("max_rows", &PatchFilterOptions::max_rows)
+      .def_readwrite("max_long_cut", &PatchFilterOptions::max_long_cut);
+
+  py::class_<PatchFilter>(module, "PatchFilter", "Traces -> features; see gpr/patch_filter.h.")
+      .def(py::init<const Columns&, double, double, const PatchFilterOptions&>(), py::arg("traces"),
+           py::arg("spacing"), py::arg("sample_interval"),
+           py::arg("options") = PatchFilterOptions{})
+      .def("apply", &PatchFilter::apply, py::arg("traces"),
+           "Features (columns, rows) of traces (columns, samples).")
+      .def_property_readonly("rows", &PatchFilter::rows)
+      .def_property_readonly("row_interval", &PatchFilter::row_interval, "s")
+      .def_property_readonly("centre_frequency", &PatchFilter::centre_frequency, "Hz");
+
+  py::class_<PatchMatcher>(module, "PatchMatcher", "See gpr/revisit.h.")
+      .def(py::init<const PatchFilter&, double, RevisitOptions>(), py::arg("filter"),
+           py::arg("spacing"), py::arg("options") = RevisitOptions{})
+      .def("match", &PatchMatcher::match, py::arg("memory"), py::arg("query"), py::arg("expected"),
+           py::arg("bound"), py::call_guard<py::gil_scoped_release>(),
+           "The RevisitMatch of features (columns, rows), the query's centre expected at\n"
+           "`expected` m from the memory's, give or take `bound` m.");
+
+  module.def(
+      "match_patch", &match_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
+      py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
+
+      "Where the query, traces (columns, samples), lies on the memory, traces as well, both\n"
+      "`spacing` m apart: (position of its centre in m from the memory's start, mirrored,\n"
+      "score). Its centre is expected at `prior` m, give or take `bound` m.");
+  module.def("find_patch", &find_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
+             py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
+             py::arg("options") = RevisitOptions{},
+             py::arg("filter_options") = PatchFilterOptions{},
+             py::call_guard<py::gil_scoped_release>(),
+             "The same with all that is known of the match, and with options.");
+}

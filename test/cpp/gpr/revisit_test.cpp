@@ -1,0 +1,144 @@
+#include "gprodom/gpr/revisit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "gpr/synthetic_ground.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kSpacing = 0.02;
+constexpr int kPatch = 92;  // columns, 1.82 m from the first to the last
+constexpr double kNoise = 60.0;
+
+// Traces from `first` m on, `step` m apart (negative: driven the other way).
+Columns drive(const SyntheticGround& ground, double first, double step, int count, unsigned seed) {
+  SyntheticRadar radar(seed, kNoise);
+  Columns traces(count, SyntheticGround::kSamples);
+  for (int i = 0; i < count; ++i) {
+    const GprTrace trace = radar.measure(ground, first + i * step, 0.05 * i);
+    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
+  }
+  return traces;
+}
+
+class Revisit : public ::testing::Test {
+ protected:
+  Revisit()
+      : ground_(1),
+        memory_traces_(drive(ground_, 2.0, kSpacing, 601, 10)),
+        filter_(memory_traces_, kSpacing, SyntheticGround::kSampleInterval),
+        memory_(filter_.apply(memory_traces_)) {}
+
+  // A patch of `ground` whose centre lies at `centre` m; the memory's centre lies at 8 m.
+  RevisitMatch match(const SyntheticGround& ground, double centre, double step, unsigned seed,
+                     double bound = 0.6, RevisitOptions options = {}) {
+    const double first = centre - 0.5 * (kPatch - 1) * step;
+    const Columns query = filter_.apply(drive(ground, first, step, kPatch, seed));
+    return PatchMatcher(filter_, kSpacing, std::move(options))
+        .match(memory_, query, centre - 8.0 + 0.2, bound);
+  }
+
+  SyntheticGround ground_;
+  Columns memory_traces_;
+  PatchFilter filter_;
+  Columns memory_;
+};
+
+TEST_F(Revisit, KnownOffsetsAreFoundBetweenColumnsInBothDirections) {
+  double squares = 0.0, ratios = 0.0;
+  int n = 0;
+  for (double centre = 4.0; centre < 12.0; centre += 0.4537) {
+    for (const int direction : {1, -1}) {
+      const RevisitMatch found = match(ground_, centre, direction * kSpacing, 100U + n);
+      ASSERT_TRUE(found.accepted) << centre << " " << direction << " score " << found.score;
+      EXPECT_EQ(found.mirrored, direction < 0);
+      EXPECT_EQ(found.scale, 1.0);
+      const double error = found.offset_m - (centre - 8.0);
+      EXPECT_LT(std::abs(error), 0.25 * kSpacing) << centre;
+      squares += error * error;
+      ratios += error * error / (found.sigma_m * found.sigma_m);
+      ++n;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / n), 0.1 * kSpacing);
+  // Chi-square over n, for n = 36: 0.3 to 2.2 allows for what the model leaves out.
+  EXPECT_GT(ratios / n, 0.3);
+  EXPECT_LT(ratios / n, 2.2);
+}
+
+TEST_F(Revisit, AStretchedPatchIsFoundByTheScaleSearch) {
+  RevisitOptions unscaled;
+  unscaled.scales = {1.0};
+  // Columns that are 2 cm apart by a wheel that reports too little.
+  const RevisitMatch found = match(ground_, 7.0, 1.03 * kSpacing, 7);
+  EXPECT_TRUE(found.accepted);
+  EXPECT_NEAR(found.scale, 1.03, 0.011);
+  EXPECT_NEAR(found.offset_m, -1.0, 0.5 * kSpacing);
+  EXPECT_GT(found.correlation, match(ground_, 7.0, 1.03 * kSpacing, 7, 0.6, unscaled).correlation);
+}
+
+TEST_F(Revisit, OtherGroundIsRejected) {
+  for (unsigned seed = 20; seed < 60; ++seed) {
+    const RevisitMatch found =
+        match(SyntheticGround(seed), 5.0 + 0.15 * (seed - 20), kSpacing, seed);
+    EXPECT_TRUE(found.valid);
+    EXPECT_FALSE(found.accepted) << "seed " << seed << " score " << found.score;
+  }
+}
+
+TEST_F(Revisit, GroundThatRepeatsIsNotAccepted) {
+  // One stretch of 0.5 m over and over: every place has its equal 0.5 m on.
+  Columns repeated(601, memory_traces_.cols());
+  for (int i = 0; i < 601; ++i) repeated.row(i) = memory_traces_.row(100 + i % 25);
+  const PatchFilter filter(repeated, kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(repeated);
+  const Columns query = memory.middleRows(200, kPatch);
+  const RevisitMatch found = PatchMatcher(filter, kSpacing).match(memory, query, -1.0, 0.6);
+  EXPECT_TRUE(found.valid);
+  EXPECT_FALSE(found.accepted) << found.score;
+}
+
+TEST_F(Revisit, AGlitchedTraceDoesNotMatter) {
+  Columns traces = drive(ground_, 6.0, kSpacing, kPatch, 3);
+  traces.row(40).setConstant(3e5F);
+  const RevisitMatch found =
+      PatchMatcher(filter_, kSpacing).match(memory_, filter_.apply(traces), -1.0, 0.6);
+  EXPECT_TRUE(found.accepted);
+  EXPECT_NEAR(found.offset_m, 6.0 + 0.5 * (kPatch - 1) * kSpacing - 8.0, 0.25 * kSpacing);
+}
+
+TEST_F(Revisit, PlacesOutsideTheMemoryAreNotCompared) {
+  PatchMatcher matcher(filter_, kSpacing);
+  const Columns query = memory_.topRows(kPatch);
+  EXPECT_FALSE(matcher.match(memory_, query, 20.0, 0.6).valid);
+  EXPECT_FALSE(matcher.match(memory_.topRows(kPatch - 1), query, 0.0, 0.6).valid);
+  EXPECT_NEAR(matcher.match(memory_, query, -5.1, 0.6).offset_m, -0.5 * (601 - kPatch) * kSpacing,
+              1e-3);
+  EXPECT_THROW(matcher.match(memory_.leftCols(5), query, 0.0, 0.6), std::invalid_argument);
+}
+
+TEST(PatchFilter, RefusesWhatItCannotLearnFrom) {
+  const Columns flat = Columns::Ones(100, 201);
+  EXPECT_THROW(PatchFilter(flat, kSpacing, 0.2e-9), std::invalid_argument);
+  EXPECT_THROW(PatchFilter(flat.topRows(5), kSpacing, 0.2e-9), std::invalid_argument);
+  Columns broken = Columns::Random(100, 201);
+  EXPECT_THROW(PatchFilter(broken, 0.0, 0.2e-9), std::invalid_argument);
+  broken(3, 3) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(PatchFilter(broken, kSpacing, 0.2e-9), std::invalid_argument);
+}
+
+TEST(PatchFilter, FeaturesAreFewEnoughForTheMemory) {
+  const SyntheticGround ground(1);
+  const PatchFilter filter(drive(ground, 2.0, kSpacing, 300, 1), kSpacing, 0.2e-9);
+  EXPECT_LE(filter.rows(), 96);
+  EXPECT_GT(filter.centre_frequency(), 350e6);
+  EXPECT_LT(filter.centre_frequency(), 650e6);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
