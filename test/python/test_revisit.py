@@ -1,4 +1,4 @@
-"""Revisits on real ground: parallel survey lines 20 cm apart, each patch once in either direction."""
+"""Revisits on real ground: parallel survey lines 20 cm apart, patches in both directions."""
 
 from __future__ import annotations
 
