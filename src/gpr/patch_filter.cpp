@@ -8,8 +8,7 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr int kLags = 64;                // of the autocorrelation over depth
-constexpr double kSpectrumFloor = 1e-4;  // of its maximum: whitening lifts nothing below
+constexpr int kLags = 64;  // of the autocorrelation over depth
 
 // Mean over 2 * half + 1 columns, fewer at the ends.
 void running_mean(int half, const Columns& in, Columns& out) {
@@ -91,8 +90,9 @@ double median_bin(const Eigen::ArrayXd& power) {
 
 // Zero-phase kernel for lags -(kLags - 1) .. kLags - 1 that makes `power` flat between the cuts
 // (bins, half gain; edges a quarter of the cut wide to either side) and takes out the rest.
-Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double high) {
-  const double floor = kSpectrumFloor * power.maxCoeff();
+Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double high,
+                                double relative_floor) {
+  const double floor = relative_floor * power.maxCoeff();
   Eigen::ArrayXd gain(kLags + 1);
   for (int k = 0; k <= kLags; ++k) {
     const double up = std::clamp((k / low - 0.75) / 0.5, 0.0, 1.0);
@@ -192,7 +192,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   set_cuts(options.wave_speed / centre_);
   const double high = options.high_cut * centre_;
   const Eigen::ArrayXd kernel =
-      whitening_kernel(power, options.low_cut * centre_ / bin, high / bin);
+      whitening_kernel(power, options.low_cut * centre_ / bin, high / bin, options.spectrum_floor);
 
   // Rows no further apart than the upper edge of the band needs, nor more than there is room for.
   const int samples = static_cast<int>(traces.cols());

@@ -67,6 +67,7 @@ void bind_gpr_revisit(py::module_& module) {
       .def_readwrite("wave_speed", &PatchFilterOptions::wave_speed)
       .def_readwrite("low_cut", &PatchFilterOptions::low_cut)
       .def_readwrite("high_cut", &PatchFilterOptions::high_cut)
+      .def_readwrite("spectrum_floor", &PatchFilterOptions::spectrum_floor)
       .def_readwrite("long_cut", &PatchFilterOptions::long_cut)
       .def_readwrite("short_cut", &PatchFilterOptions::short_cut)
       .def_readwrite("max_rows", &PatchFilterOptions::max_rows)

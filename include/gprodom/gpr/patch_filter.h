@@ -20,13 +20,14 @@ using Columns = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 
 // Lengths are in wavelengths at the centre of the received spectrum, frequencies in units of it.
 struct PatchFilterOptions {
-  double wave_speed = 1e8;    // m/s in the ground
-  double low_cut = 0.3;       // the whitened band, half gain
-  double high_cut = 1.5;      // the same
-  double long_cut = 1.1;      // standard deviation of the running mean along the track taken out
-  double short_cut = 0.11;    // standard deviation of the smoothing along the track
-  int max_rows = 96;          // features in a column: bytes in the trace memory
-  double max_long_cut = 0.5;  // m: a patch must be several times longer
+  double wave_speed = 1e8;       // m/s in the ground
+  double low_cut = 0.3;          // the whitened band, half gain
+  double high_cut = 1.5;         // the same
+  double spectrum_floor = 1e-4;  // of the spectrum's maximum: what lies below is not lifted
+  double long_cut = 1.1;         // standard deviation of the running mean along the track taken out
+  double short_cut = 0.11;       // standard deviation of the smoothing along the track
+  int max_rows = 96;             // features in a column: bytes in the trace memory
+  double max_long_cut = 0.5;     // m: a patch must be several times longer
 };
 
 // A running mean along the track, three times over: close to a Gaussian of that standard

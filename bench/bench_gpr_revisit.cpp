@@ -1,0 +1,65 @@
+// Cost of revisits on one core: a gated query, and a trace into the memory.
+//   build/bench/bench_gpr_revisit
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "gprodom/gpr/revisit.h"
+#include "gprodom/gpr/trace_memory.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr int kSamples = 201, kPatch = 92;
+constexpr double kSampleInterval = 0.2e-9;
+
+// Noise smoothed along the track: ground enough for a cost, with all the rows that 201 samples
+// can have.
+Columns ground(int columns) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  Columns traces =
+      Columns::NullaryExpr(columns, kSamples, [&] { return 1000.0F * normal(random); });
+  smooth_along(4.0, traces);
+  return traces;
+}
+
+// The figure: +-0.6 m, both directions, five scales, a patch of 1.84 m.
+void gated_query(benchmark::State& state) {
+  const Columns traces = ground(1000);
+  const PatchFilter filter(traces, 0.02, kSampleInterval);
+  const Columns memory = filter.apply(traces), query = memory.middleRows(430, kPatch);
+  PatchMatcher matcher(filter, 0.02);
+  const double bound = 0.01 * static_cast<double>(state.range(0));
+  for (auto _ : state) benchmark::DoNotOptimize(matcher.match(memory, query, -0.5, bound));
+}
+BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(330)->Unit(benchmark::kMillisecond);
+
+// A trace every 1.5 cm, with `metres` of ground in memory already.
+void add_trace(benchmark::State& state) {
+  const Columns traces = ground(2000);
+  std::vector<std::vector<float>> list(traces.rows());
+  for (Eigen::Index i = 0; i < traces.rows(); ++i) {
+    list[i].assign(traces.row(i).data(), traces.row(i).data() + kSamples);
+  }
+  TraceMemory memory;
+  std::size_t i = 0;
+  const auto add = [&] {
+    memory.add(static_cast<TimeNs>(i) * 50000000, list[i % list.size()], kSampleInterval,
+               0.015 * static_cast<double>(i));
+    ++i;
+  };
+  while (0.015 * static_cast<double>(i) < static_cast<double>(state.range(0))) add();
+  for (auto _ : state) add();
+  state.counters["bytes_per_metre"] =
+      static_cast<double>(memory.bytes()) /
+      (memory.spacing() * static_cast<double>(memory.kept().size()));
+}
+BENCHMARK(add_trace)->ArgName("metres")->Arg(10)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace gprodom::gpr
+
+BENCHMARK_MAIN();

@@ -1,0 +1,124 @@
+// The ground driven over, remembered by distance: a column of features (gpr/patch_filter.h) every
+// 2 cm, one byte a feature. Where a column lies in the world is not known here: who asks for a
+// patch has each column's time and distance and keeps the poses.
+//
+// Columns are numbered from 0 in the order driven and keep their numbers when the oldest are
+// forgotten. A run is a stretch driven one way without a gap; a patch lies within one run.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "gprodom/gpr/patch_filter.h"
+#include "gprodom/types.h"
+
+namespace gprodom::gpr {
+
+struct TraceMemoryOptions {
+  double spacing_m = 0.02;
+  double learn_m = 4.0;        // of one run, from which the filter is learnt; nothing is kept
+                               // of runs before that
+  double max_length_m = 10e3;  // the oldest ground beyond is forgotten, a metre at a time
+  double reversal_m = 0.05;    // back by so much from the farthest: driven the other way
+  double gap_m = 0.5;          // between two traces: the run ends
+  double newest_m = 3.0;       // the longest patch that newest() can give
+  PatchFilterOptions filter;
+};
+
+struct MemoryColumn {
+  TimeNs time = 0;        // when the antenna was there
+  double distance_m = 0;  // along the track, as given with the traces
+  int direction = 1;      // -1: the distance fell with time
+};
+
+// Ground between two columns, first <= number < end.
+struct MemoryRange {
+  std::size_t first = 0, end = 0;
+  std::size_t size() const { return end - first; }
+};
+
+class TraceMemory {
+ public:
+  explicit TraceMemory(TraceMemoryOptions options = {});
+
+  // One trace, in time order, at `distance_m` along the track (signed: it falls when driving
+  // back). Throws std::invalid_argument on another number of samples than before; clear() first.
+  void add(TimeNs time, const std::vector<float>& samples, double sample_interval,
+           double distance_m);
+
+  // Ends the run (after a gap in time, say).
+  void end_run();
+  // Forgets everything, the filter too.
+  void clear();
+
+  // Empty until enough ground was seen.
+  const std::optional<PatchFilter>& filter() const { return filter_; }
+  double spacing() const { return options_.spacing_m; }
+
+  // What is kept; the newest ground up to some 1.5 m behind the antenna is not yet part of it, as
+  // its band-pass needs what follows.
+  MemoryRange kept() const { return {first_, first_ + times_.size()}; }
+  std::size_t bytes() const;
+
+  // Where a kept column lies. Throws std::out_of_range.
+  MemoryColumn column(std::size_t number) const;
+  // The kept part of the run that holds a kept column.
+  MemoryRange run_of(std::size_t number) const;
+  // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
+  Columns patch(MemoryRange range) const;
+
+  // The newest `count` columns up to the antenna, of the run under way, for use as a query, and
+  // where the middle one lies; nothing where the run is shorter.
+  struct Newest {
+    Columns features;
+    MemoryColumn centre;
+  };
+  std::optional<Newest> newest(int count) const;
+
+ private:
+  struct Sample {  // one or more traces at nearly one place, averaged
+    TimeNs time = 0;
+    double distance = 0.0;
+    int count = 0;
+    Eigen::RowVectorXf values;
+  };
+  struct Run {
+    std::size_t first = 0;
+    double distance = 0.0;  // of its first column
+    int direction = 1;
+  };
+
+  void step_to(Sample next);
+  void emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace);
+  void learn();
+  void keep_settled(bool all);
+  void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
+  void forget_oldest();
+  Columns filtered_pending() const;
+
+  TraceMemoryOptions options_;
+  double sample_interval_ = 0.0;
+  std::optional<PatchFilter> filter_;
+  int context_ = 0;  // columns that the band-pass reaches to either side
+
+  std::optional<Sample> last_;
+  int direction_ = 0;  // of the run under way; 0: not known yet
+  double next_ = 0.0;  // distance of its next column
+  // Of the run under way, oldest first: raw traces until the filter is learnt, then unfiltered
+  // features. The first settled_ of them are kept already and serve as context.
+  std::deque<std::pair<MemoryColumn, Eigen::RowVectorXf>> pending_;
+  std::size_t settled_ = 0;
+  bool run_kept_ = false;  // a column of the run under way has been kept
+
+  // One block of kBlockColumns columns after the other, the last one growing; first_ is the number
+  // of the first block's first column.
+  std::deque<std::vector<std::int8_t>> blocks_;
+  std::deque<TimeNs> times_;
+  std::deque<Run> runs_;
+  std::size_t first_ = 0;
+};
+
+}  // namespace gprodom::gpr

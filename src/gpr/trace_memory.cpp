@@ -1,0 +1,204 @@
+#include "gprodom/gpr/trace_memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace gprodom::gpr {
+namespace {
+
+// Features have a standard deviation of 1 at most: 4 of them fit a byte.
+constexpr float kLevelsPerUnit = 31.0F;
+
+constexpr std::size_t kBlockColumns = 50;
+
+}  // namespace
+
+TraceMemory::TraceMemory(TraceMemoryOptions options) : options_(options) {
+  if (!(options_.spacing_m > 0.0) || !(options_.learn_m >= 50 * options_.spacing_m) ||
+      !(options_.max_length_m >= 10.0)) {
+    throw std::invalid_argument(
+        "trace memory: expected a spacing above 0, at least 50 columns to learn from and 10 m "
+        "kept");
+  }
+}
+
+void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sample_interval,
+                      double distance_m) {
+  const auto n = static_cast<Eigen::Index>(samples.size());
+  if ((filter_ && n != filter_->samples()) || (last_ && last_->values.size() != n)) {
+    throw std::invalid_argument("trace memory: the traces' length has changed; clear() first");
+  }
+  sample_interval_ = sample_interval;
+  Sample sample{time, distance_m, 1, Eigen::Map<const Eigen::RowVectorXf>(samples.data(), n)};
+  if (last_ && std::abs(distance_m - last_->distance) > options_.gap_m) end_run();
+  if (!last_) {
+    last_ = std::move(sample);
+  } else if (std::abs(distance_m - last_->distance) < 0.5 * options_.spacing_m) {
+    // At one place: averaged, so that noise falls and standstill costs nothing.
+    const auto weight = 1.0F / static_cast<float>(std::min(++last_->count, 20));
+    last_->values += weight * (sample.values - last_->values);
+  } else {
+    step_to(std::move(sample));
+  }
+}
+
+// From last_, the farthest of the run, to `next`, with a column at each grid point between.
+void TraceMemory::step_to(Sample next) {
+  if (direction_ == 0) {
+    direction_ = next.distance > last_->distance ? 1 : -1;
+    next_ = last_->distance;
+  }
+  const double ahead = direction_ * (next.distance - last_->distance);
+  if (ahead < 0.0) {  // back over ground just seen: nothing new, unless it goes on
+    if (-ahead <= options_.reversal_m) return;
+    end_run();
+    last_ = std::move(next);
+    return;
+  }
+  for (; direction_ * (next.distance - next_) >= 0.0; next_ += direction_ * options_.spacing_m) {
+    const double share = std::clamp(direction_ * (next_ - last_->distance) / ahead, 0.0, 1.0);
+    const auto late = static_cast<TimeNs>(share * static_cast<double>(next.time - last_->time));
+    emit({last_->time + late, next_, direction_},
+         last_->values + static_cast<float>(share) * (next.values - last_->values));
+  }
+  last_ = std::move(next);
+}
+
+void TraceMemory::emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace) {
+  if (filter_) {
+    pending_.emplace_back(place, filter_->project(Columns(trace)).row(0));
+    if (pending_.size() >= settled_ + 2 * context_ + kBlockColumns) keep_settled(false);
+    return;
+  }
+  pending_.emplace_back(place, trace);
+  if (static_cast<double>(pending_.size()) * options_.spacing_m >= options_.learn_m) learn();
+}
+
+void TraceMemory::learn() {
+  Columns traces(pending_.size(), pending_.front().second.size());
+  for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].second;
+  try {
+    filter_.emplace(traces, options_.spacing_m, sample_interval_, options_.filter);
+  } catch (const std::invalid_argument&) {  // a dead antenna, say: nothing to learn from
+    pending_.clear();
+    return;
+  }
+  // Each is three running means, of half widths below its sigma + 0.5.
+  context_ = 3 * static_cast<int>(std::ceil(filter_->long_sigma() + filter_->short_sigma() + 1.0));
+  repair_columns(traces);
+  const Columns features = filter_->project(traces);
+  for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].second = features.row(i);
+}
+
+Columns TraceMemory::filtered_pending() const {
+  Columns features(pending_.size(), filter_->rows());
+  for (std::size_t i = 0; i < pending_.size(); ++i) features.row(i) = pending_[i].second;
+  repair_columns(features);
+  filter_->band_pass_along(features);
+  return features;
+}
+
+// Keeps what has its whole context (all: what is left of a run that ended).
+void TraceMemory::keep_settled(bool all) {
+  const std::size_t end = all ? pending_.size() : pending_.size() - context_;
+  if (end <= settled_) return;
+  const Columns features = filtered_pending();
+  for (std::size_t i = settled_; i < end; ++i) keep(pending_[i].first, features.row(i));
+  const auto history = static_cast<std::size_t>(
+      std::max<double>(context_, std::ceil(options_.newest_m / options_.spacing_m)));
+  const std::size_t drop = end > history ? end - history : 0;
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(drop));
+  settled_ = end - drop;
+}
+
+void TraceMemory::keep(const MemoryColumn& place, const Eigen::RowVectorXf& features) {
+  if (!run_kept_) runs_.push_back({kept().end, place.distance_m, place.direction});
+  run_kept_ = true;
+  if (blocks_.empty() || times_.size() % kBlockColumns == 0) {
+    blocks_.emplace_back();
+    blocks_.back().reserve(kBlockColumns * static_cast<std::size_t>(features.size()));
+  }
+  times_.push_back(place.time);
+  for (const float feature : features) {
+    const float level = std::clamp(std::round(kLevelsPerUnit * feature), -127.0F, 127.0F);
+    blocks_.back().push_back(static_cast<std::int8_t>(level));
+  }
+  if (static_cast<double>(times_.size()) * options_.spacing_m > options_.max_length_m) {
+    forget_oldest();
+  }
+}
+
+void TraceMemory::forget_oldest() {
+  blocks_.pop_front();
+  times_.erase(times_.begin(), times_.begin() + kBlockColumns);
+  first_ += kBlockColumns;
+  while (runs_.size() > 1 && runs_[1].first <= first_) runs_.pop_front();
+  Run& oldest = runs_.front();
+  if (oldest.first < first_) {
+    const auto gone = static_cast<double>(first_ - oldest.first);
+    oldest.distance += oldest.direction * gone * options_.spacing_m;
+    oldest.first = first_;
+  }
+}
+
+void TraceMemory::end_run() {
+  if (filter_) keep_settled(true);
+  pending_.clear();
+  settled_ = 0;
+  run_kept_ = false;
+  direction_ = 0;
+  last_.reset();
+}
+
+void TraceMemory::clear() { *this = TraceMemory(options_); }
+
+std::size_t TraceMemory::bytes() const {
+  std::size_t sum = times_.size() * sizeof(TimeNs) + runs_.size() * sizeof(Run);
+  for (const auto& block : blocks_) sum += sizeof(block) + block.capacity();
+  return sum;
+}
+
+MemoryRange TraceMemory::run_of(std::size_t number) const {
+  if (number < kept().first || number >= kept().end) {
+    throw std::out_of_range("trace memory: the column is not kept");
+  }
+  const auto after = std::upper_bound(runs_.begin(), runs_.end(), number,
+                                      [](std::size_t n, const Run& run) { return n < run.first; });
+  return {std::prev(after)->first, after == runs_.end() ? kept().end : after->first};
+}
+
+MemoryColumn TraceMemory::column(std::size_t number) const {
+  const std::size_t first = run_of(number).first;
+  const Run& run = *std::lower_bound(runs_.begin(), runs_.end(), first,
+                                     [](const Run& r, std::size_t n) { return r.first < n; });
+  const double along = static_cast<double>(number - first) * options_.spacing_m;
+  return {times_[number - first_], run.distance + run.direction * along, run.direction};
+}
+
+Columns TraceMemory::patch(MemoryRange range) const {
+  if (range.first < kept().first || range.end < range.first || range.end > kept().end) {
+    throw std::out_of_range("trace memory: not all of the range is kept");
+  }
+  const std::size_t rows = filter_ ? filter_->rows() : 0;
+  Columns features(range.size(), rows);
+  for (std::size_t i = 0; i < range.size(); ++i) {
+    const std::size_t at = range.first - first_ + i;
+    const std::int8_t* bytes = &blocks_[at / kBlockColumns][at % kBlockColumns * rows];
+    for (std::size_t row = 0; row < rows; ++row) features(i, row) = bytes[row] / kLevelsPerUnit;
+  }
+  return features;
+}
+
+std::optional<TraceMemory::Newest> TraceMemory::newest(int count) const {
+  if (!filter_ || count < 1 || pending_.size() < static_cast<std::size_t>(count)) {
+    return std::nullopt;
+  }
+  Newest newest{filtered_pending().bottomRows(count), {}};
+  newest.centre = pending_[pending_.size() - 1 - count / 2].first;  // half a column early if even
+  newest.centre.distance_m += newest.centre.direction * 0.5 * (1 - count % 2) * options_.spacing_m;
+  return newest;
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,143 @@
+#include "gprodom/gpr/trace_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "gpr/synthetic_ground.h"
+#include "gprodom/gpr/revisit.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr int kPatch = 92;
+
+// Drives from one position to another at 0.3 m/s and 20 traces/s.
+class Drive {
+ public:
+  explicit Drive(TraceMemoryOptions options = {}) : ground(3, 40.0), memory(options) {}
+
+  void to(double target) {
+    const double step = target > position ? 0.015 : -0.015;
+    while (std::abs(target - position) > 0.01) {
+      position += step;
+      time += 0.05;
+      const GprTrace trace = radar.measure(ground, position, time);
+      memory.add(trace.time, trace.samples, trace.sample_interval_s, position);
+    }
+  }
+
+  SyntheticGround ground;
+  SyntheticRadar radar{1, 60.0};
+  TraceMemory memory;
+  double position = 1.0, time = 0.0;
+};
+
+TEST(TraceMemory, ColumnsLieWhereTheAntennaWas) {
+  Drive drive;
+  drive.to(9.0);
+  drive.to(2.0);
+  const MemoryRange kept = drive.memory.kept();
+  ASSERT_GT(kept.size(), 500U);
+  const MemoryRange out = drive.memory.run_of(kept.first);
+  const MemoryRange back = drive.memory.run_of(out.end);
+  EXPECT_EQ(back.end, kept.end);
+  for (const std::size_t i : {out.first, out.first + 77, out.end - 1}) {
+    const MemoryColumn column = drive.memory.column(i);
+    EXPECT_EQ(column.direction, 1);
+    EXPECT_NEAR(column.distance_m, 1.015 + 0.02 * static_cast<double>(i), 1e-9);
+    EXPECT_NEAR(to_seconds(column.time), (column.distance_m - 1.0) / 0.3, 1e-3);
+  }
+  EXPECT_NEAR(drive.memory.column(out.end - 1).distance_m, 9.0, 0.025);
+  EXPECT_EQ(drive.memory.column(back.first).direction, -1);
+  EXPECT_NEAR(drive.memory.column(back.first).distance_m, 8.95, 0.03);
+  EXPECT_LT(drive.memory.column(back.end - 1).distance_m,
+            drive.memory.column(back.first).distance_m - 3.0);
+  // Forgotten or not there yet.
+  EXPECT_THROW(drive.memory.column(kept.end), std::out_of_range);
+  EXPECT_THROW(drive.memory.patch({kept.first, kept.end + 1}), std::out_of_range);
+}
+
+TEST(TraceMemory, TheWayBackIsFoundMirroredOnTheWayOut) {
+  Drive drive;
+  drive.to(16.0);
+  double squares = 0.0;
+  int n = 0;
+  for (double position = 13.0; position > 4.0; position -= 0.7) {
+    drive.to(position);
+    const auto newest = drive.memory.newest(kPatch);
+    ASSERT_TRUE(newest);
+    const MemoryRange run = drive.memory.run_of(drive.memory.kept().first);
+    const Columns out = drive.memory.patch(run);
+    const double centre = 0.5 * (drive.memory.column(run.first).distance_m +
+                                 drive.memory.column(run.end - 1).distance_m);
+    const double truth = newest->centre.distance_m - centre;
+    PatchMatcher matcher(*drive.memory.filter(), drive.memory.spacing());
+    const RevisitMatch match = matcher.match(out, newest->features, truth - 0.3, 0.6);
+    ASSERT_TRUE(match.accepted) << position << " score " << match.score;
+    EXPECT_TRUE(match.mirrored);
+    EXPECT_NEAR(match.offset_m, truth, 0.01) << position;
+    squares += (match.offset_m - truth) * (match.offset_m - truth);
+    ++n;
+  }
+  EXPECT_LT(std::sqrt(squares / n), 0.004);
+}
+
+TEST(TraceMemory, IsBoundedAndSmall) {
+  TraceMemoryOptions options;
+  options.max_length_m = 10.0;
+  Drive drive(options);
+  drive.to(30.0);
+  const MemoryRange kept = drive.memory.kept();
+  EXPECT_GT(kept.first, 0U);
+  EXPECT_LE(static_cast<double>(kept.size()) * options.spacing_m, options.max_length_m);
+  EXPECT_GE(static_cast<double>(kept.size()) * options.spacing_m, options.max_length_m - 1.0);
+  EXPECT_LE(static_cast<double>(drive.memory.bytes()), 6000.0 * options.max_length_m);
+  // Numbers and places stay when the oldest ground goes.
+  EXPECT_NEAR(drive.memory.column(kept.first).distance_m,
+              1.015 + 0.02 * static_cast<double>(kept.first), 1e-6);
+}
+
+TEST(TraceMemory, StandstillAndJitterAddNothing) {
+  Drive drive;
+  drive.to(8.0);
+  const auto before = drive.memory.newest(kPatch);
+  for (int i = 0; i < 400; ++i) {
+    drive.time += 0.05;
+    const double jitter = 0.02 * std::sin(0.7 * i);
+    const GprTrace trace = drive.radar.measure(drive.ground, 8.0 + jitter, drive.time);
+    drive.memory.add(trace.time, trace.samples, trace.sample_interval_s, 8.0 + jitter);
+  }
+  const auto after = drive.memory.newest(kPatch);
+  ASSERT_TRUE(before && after);
+  EXPECT_NEAR(after->centre.distance_m, before->centre.distance_m, 0.05);
+  EXPECT_EQ(after->centre.direction, 1);
+}
+
+TEST(TraceMemory, WaitsForGroundThatShowsSomething) {
+  Drive drive;
+  const std::vector<float> dead(SyntheticGround::kSamples, 0.0F);
+  for (int i = 0; i < 700; ++i) {
+    drive.memory.add(from_seconds(0.05 * i), dead, SyntheticGround::kSampleInterval, 0.0143 * i);
+  }
+  EXPECT_FALSE(drive.memory.filter());
+  drive.position = 10.0;
+  drive.time = 40.0;
+  drive.to(16.0);
+  ASSERT_TRUE(drive.memory.filter());
+  EXPECT_TRUE(drive.memory.newest(kPatch));
+}
+
+TEST(TraceMemory, RefusesTracesOfAnotherLengthUntilCleared) {
+  Drive drive;
+  drive.to(7.0);
+  const std::vector<float> shorter(100, 1.0F);
+  EXPECT_THROW(drive.memory.add(1, shorter, 0.2e-9, 7.02), std::invalid_argument);
+  drive.memory.clear();
+  EXPECT_EQ(drive.memory.kept().size(), 0U);
+  drive.memory.add(1, shorter, 0.2e-9, 7.02);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
