@@ -156,7 +156,8 @@ void TraceMemory::clear() { *this = TraceMemory(options_); }
 
 std::size_t TraceMemory::bytes() const {
   std::size_t sum = times_.size() * sizeof(TimeNs) + runs_.size() * sizeof(Run);
-  for (const auto& block : blocks_) sum += sizeof(block) + block.capacity();
+  sum += blocks_.size() * sizeof(std::vector<std::int8_t>);
+  for (const auto& block : blocks_) sum += block.capacity();
   return sum;
 }
 
