@@ -12,6 +12,9 @@ namespace {
 // A scale held fixed still needs a finite weight: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
+// Between two states, while the wheel says nothing of it: m.
+constexpr double kUnknownDistanceSigma = 100.0;
+
 }  // namespace
 
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
@@ -40,9 +43,8 @@ StateResult StateEstimator::add(const StateInput& input) {
   const double root_dt = std::sqrt(imu.duration());
   tie(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
   const double scale_walk = config_.wheel.scale_sigma > 0 ? config_.wheel.scale_walk : 0.0;
-  smoother_.add_factor(
-      a, b,
-      std::make_unique<RandomWalkFactor>(config_.imu.gyro_bias_walk * root_dt,
+  tie(a, b,
+      std::make_shared<RandomWalkFactor>(config_.imu.gyro_bias_walk * root_dt,
                                          config_.imu.accel_bias_walk * root_dt,
                                          std::max(scale_walk * root_dt, kFixedScaleSigma)));
   if (input.standing) {
@@ -50,7 +52,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     tie(a, b,
         std::make_shared<StandstillFactor>(
             StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
-  } else if (input.has_wheel && !input.wheel_contradicted) {
+  } else if (config_.wheel.enabled) {
     add_wheel_factor(input, a, b);
   }
   for (const Displacement& d : input.displacements)
@@ -103,11 +105,19 @@ void StateEstimator::restart(const NavState& state) {
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                                       FixedLagSmoother::StateId b) {
   const WheelConfig& c = config_.wheel;
-  WheelIncrement increment(smoother_.state(a).gyro_bias);
+  const bool turns_with_ground = input.has_wheel && !input.wheel_contradicted;
+  if (!turns_with_ground && c.form == "distance") return;
+  // A wheel that slips, or says nothing, still does not move sideways or upwards. Along what path
+  // it does not is then told by the speed at the beginning.
+  const NavState& x = smoother_.state(a);
+  const double speed = (x.q_odom_body.conjugate() * x.v_odom).x() * x.wheel_scale;
+  WheelIncrement increment(x.gyro_bias);
   for (const MotionStep& step : input.steps)
-    increment.integrate(step.angular_velocity, step.dt, step.wheel_m);
-  const Vector3d variance =
+    increment.integrate(step.angular_velocity, step.dt,
+                        turns_with_ground ? step.wheel_m : speed * step.dt);
+  Vector3d variance =
       increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
+  if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   std::shared_ptr<const Factor> factor;
   if (c.form == "distance")
     factor = std::make_shared<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
