@@ -137,10 +137,18 @@ struct DecConfig {
   int smoothing = 7;              // traces of the moving average over the curve
 };
 
+// Distance from the decay of trace similarity (front end motion).
+struct CoherenceConfig {
+  std::string use = "contradicted";  // contradicted | always | never: when it enters the estimate
+  double span = 1.0;                 // s of one distance
+  double scale_distance = 5.0;       // m driven over which the ground's scale is learned
+  double min_sigma = 0.05;           // least relative standard deviation
+};
+
 struct GprConfig {
   bool enabled = true;
-  // stationarity | sfm | bscan | dec | trace_count | none
-  std::string front_end = "stationarity";
+  // motion | stationarity | sfm | bscan | dec | trace_count | none
+  std::string front_end = "motion";
   double tick = 0.1;               // s of data time between answers
   double latency_budget = 0.05;    // s of data time from tick to effect
   double wave_speed = 1.0e8;       // m/s in the ground
@@ -153,6 +161,7 @@ struct GprConfig {
   PeaksConfig peaks;
   SequentialConfig sequential;
   DecConfig dec;
+  CoherenceConfig coherence;
 };
 
 struct LoggingConfig {

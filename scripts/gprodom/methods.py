@@ -63,8 +63,8 @@ METHODS = {
         *_sequential("trace_count", "IMU, wheel and the number of radar traces"),
         Method(
             "gprodom",
-            "IMU, wheel and radar motion (stationarity), no revisits",
-            ("gpr.enabled=true", "gpr.front_end=stationarity"),
+            "IMU, wheel and radar motion (standstill, coherence), no revisits",
+            ("gpr.enabled=true", "gpr.front_end=motion"),
         ),
     )
 }

@@ -147,8 +147,8 @@ bool StateEstimator::add_displacement(const Displacement& d) {
   m.sigma_m = d.sigma_m;
   m.offset_a_s = to_seconds(offset_a);
   m.offset_b_s = to_seconds(offset_b);
-  m.form = config_.gpr.fusion == "norm" ? DisplacementFactor::Form::kNorm
-                                        : DisplacementFactor::Form::kSigned;
+  const bool is_unsigned = d.kind == DisplacementKind::kMotion || config_.gpr.fusion == "norm";
+  m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
   m.robust_threshold = config_.gpr.robust_threshold;
   return tie(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
 }

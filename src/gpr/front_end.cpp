@@ -1,5 +1,6 @@
 #include "gprodom/gpr/front_end.h"
 
+#include "gpr/motion.h"
 #include "gpr/sequential.h"
 #include "gpr/stationarity.h"
 #include "gprodom/error.h"
@@ -11,11 +12,12 @@ std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config) {
   if (config.front_end == "stationarity") {
     return std::make_unique<StationarityFrontEnd>(config.stationary_window);
   }
+  if (config.front_end == "motion") return std::make_unique<MotionFrontEnd>(config);
   for (const char* name : {"sfm", "bscan", "dec", "trace_count"}) {
     if (config.front_end == name) return std::make_unique<SequentialFrontEnd>(config);
   }
   throw ConfigError("gpr.front_end: unknown name \"" + config.front_end +
-                    "\"; expected stationarity, sfm, bscan, dec, trace_count or none");
+                    "\"; expected motion, stationarity, sfm, bscan, dec, trace_count or none");
 }
 
 }  // namespace gprodom::gpr

@@ -110,7 +110,7 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
 void add_gpr(Keys& keys, GprConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
-    {"gpr.front_end", &c.front_end, "", Choices{"stationarity", "sfm", "bscan", "dec", "trace_count", "none"}, "what makes displacements of traces"},
+    {"gpr.front_end", &c.front_end, "", Choices{"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"}, "what makes displacements of traces"},
     {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
@@ -167,6 +167,15 @@ void add_sequential(Keys& keys, SequentialConfig& c) {
   });
 }
 
+void add_coherence(Keys& keys, CoherenceConfig& c) {
+  keys.insert(keys.end(), {
+    {"gpr.coherence.use", &c.use, "", Choices{"contradicted", "always", "never"}, "enters the estimate where the wheel is contradicted or missing; always; never"},
+    {"gpr.coherence.span", &c.span, "s", between(0.2, 4), "over which a distance is told"},
+    {"gpr.coherence.scale_distance", &c.scale_distance, "m", between(0.1, 1000), "driven, over which the ground's scale is learned"},
+    {"gpr.coherence.min_sigma", &c.min_sigma, "", between(0.001, 10), "least relative standard deviation"},
+  });
+}
+
 void add_dec(Keys& keys, DecConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.dec.energy_window", &c.energy_window, "s", between(1e-11, 1e-7), "of a trace over which energy is averaged"},
@@ -200,6 +209,7 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_peaks(keys, config.gpr.peaks);
   add_sequential(keys, config.gpr.sequential);
   add_dec(keys, config.gpr.dec);
+  add_coherence(keys, config.gpr.coherence);
   add_logging(keys, config.logging);
   return keys;
 }
@@ -219,6 +229,7 @@ std::string section_description(const std::string& section) {
       {"gpr.sequential",
        "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
       {"gpr.dec", "The dominant energy curve (front end dec)."},
+      {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"logging", "The daemon's log."},
   };
   const auto found = descriptions.find(section);

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
 #include "gprodom/error.h"
 #include "gprodom/initializer.h"
+#include "pipeline/coherence_scale.h"
 #include "pipeline/dated_worker.h"
 #include "pipeline/health.h"
 #include "pipeline/plausibility.h"
@@ -83,6 +85,7 @@ class Odometry::Impl {
   void publish();
 
   StateInput collect(TimeNs from, TimeNs to);
+  bool wanted(const Displacement& d) const;
   void use(const StateResult& result);
   std::int32_t flags() const;
   void watch_sensors();
@@ -111,6 +114,8 @@ class Odometry::Impl {
   ImuNoise reference_noise_;  // at standstill
   Prediction prediction_;
   SlipWatch slip_;
+  CoherenceScale coherence_;
+  TimeNs wheel_doubted_ = 0;  // end of the last state interval without a wheel that can be used
 
   // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
   std::unique_ptr<StateEstimator> estimator_;
@@ -155,6 +160,7 @@ Odometry::Impl::Impl(const Config& config, Execution execution)
       wheel_(config.wheel.max_speed),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
       slip_(config.wheel),
+      coherence_(config.gpr.coherence),
       radar_(config.gpr),
       solver_(execution),
       radar_worker_(execution) {
@@ -241,6 +247,7 @@ void Odometry::Impl::take_radar_answers() {
       health_.count(config_.channels.gpr_trace, note, now_);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
+      if (d.source == "coherence") d = coherence_.to_metres(d);
       d.time = due->effective;
       out_.displacements.push_back(d);
       const bool standing = d.kind == DisplacementKind::kMotion && d.distance_m == 0.0;
@@ -327,9 +334,18 @@ StateInput Odometry::Impl::collect(TimeNs from, TimeNs to) {
   // An answer may come before the state that it reaches to, which waits for the reorder window.
   const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
                                            [to](const Displacement& d) { return d.to <= to; });
-  input.displacements.assign(new_displacements_.begin(), later);
+  if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
+  std::copy_if(new_displacements_.begin(), later, std::back_inserter(input.displacements),
+               [this](const Displacement& d) { return wanted(d); });
   new_displacements_.erase(new_displacements_.begin(), later);
   return input;
+}
+
+// Beside a wheel that can be used the coherence has nothing to add: it learns from it.
+bool Odometry::Impl::wanted(const Displacement& d) const {
+  if (d.source != "coherence") return true;
+  const std::string& use = config_.gpr.coherence.use;
+  return use == "always" || (use == "contradicted" && d.from < wheel_doubted_);
 }
 
 std::int32_t Odometry::Impl::flags() const {
@@ -350,6 +366,7 @@ void Odometry::Impl::publish() {
     OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
     slip_.add(estimate, wheel_, wheel_now_);
     estimate.flags = flags();
+    coherence_.add(estimate);
     out_.odometry.push_back(estimate);
   }
   if (imu_now_ < next_status_) return;

@@ -1,0 +1,326 @@
+#!/usr/bin/env python3
+"""Standstill, slip and coherence against the truth beside each sequence, by replay.
+
+Each SEQUENCE needs `.json` (slip episodes: start s, duration s, wheel factor) and `.truth.npz`
+(t, s along the track, v) beside it; the estimator sees neither. Columns:
+
+    standing       recall: share of standstill (true speed below 5 mm/s for 1 s or more, 0.2 s at
+                   its edges left out) that the radar claims, over traces with a radar signal: a dead
+                   antenna is never claimed to stand
+    flagged        the same of the published flag, which is causal and so late by its delay
+    false          radar claims at 5 mm/s or more, over all such time
+    unseen         the farthest that the antenna moved within a claim
+    slip           episodes (overlapping ones joined) flagged within 0.5 s of their start
+    false/100m     flags more than 0.5 s from any episode, per 100 m
+    coherence      RMS relative error of its distances over a span, where the truth is 0.1 m or more
+    in 2 sigma     share of them within twice the standard deviation told
+    gprodom        RMSE of position, SE(2)-aligned, m; over dead reckoning; over imu_wheel
+
+With --cut the wheel fails in mid-run, for so many seconds: its messages stop (missing), or its
+count stands still (stuck). Columns: RMSE without and with the coherence, m.
+
+    bench/motion.py ../shared/data/cmu_like/*.zip
+    bench/motion.py --cut 10 ../shared/data/cmu_like/*.zip
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gprodom import gpr, logs
+from gprodom.arrays import Bools, Floats, Ints
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL, Recording, read_recording
+from gprodom.convert.streams import streams
+from gprodom.estimate import estimate
+from gprodom.log_writer import write_log
+from gprodom.methods import find_method
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
+from gprodom.score.sources import read_truth
+from gprodom.trajectory import Trajectory
+
+STANDING = 0.005  # m/s
+SHORTEST = 1.0  # s of standstill
+EDGE = 0.2  # s of standstill left out at its edges
+PROMPT = 0.5  # s from the start of a slip; from any slip to a false flag
+FLAG_STANDING, FLAG_SLIPPING = 1, 2  # odometry_t.flags
+MOTION = 1  # displacement_t.kind
+LEAST = 0.1  # m over which the coherence is scored
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Times (s), way along the track (m), speed (m/s); slip episodes (n, 2), from and to (s)."""
+
+    t: Floats
+    s: Floats
+    speed: Floats
+    slips: Floats
+
+    def path(self, times: Floats) -> Floats:
+        """Unsigned way (m) up to `times` (s)."""
+        steps = np.abs(np.diff(self.s, prepend=self.s[0]))
+        return np.asarray(np.interp(times, self.t, np.cumsum(steps)))
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Standstill: shares, and metres moved within a claim."""
+
+    recall: float
+    flagged: float
+    false: float
+    unseen_mm: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Figures of one sequence."""
+
+    sequence: str
+    standing: Standing
+    episodes: int
+    prompt: int
+    false_flags: int
+    metres: float
+    coherence_error: float
+    coherence_covered: float
+    coherence_spans: int
+    rmse: dict[str, float]
+
+
+@dataclass(frozen=True)
+class CutOutcome:
+    """RMSE (m) of one sequence whose wheel fails, by how it fails and what is used."""
+
+    sequence: str
+    rmse: dict[str, float]
+
+
+def joined(spans: Floats) -> Floats:
+    """Spans (n, 2) in time order, overlapping ones as one."""
+    result: list[list[float]] = []
+    for start, end in sorted(spans.tolist()):
+        if result and start <= result[-1][1]:
+            result[-1][1] = max(result[-1][1], end)
+        else:
+            result.append([start, end])
+    return np.array(result).reshape(-1, 2)
+
+
+def read_beside(sequence: Path) -> tuple[Truth, float]:
+    """Truth and radar sample interval (s) from the files beside a sequence."""
+    facts = json.loads(sequence.with_suffix(".json").read_text())
+    truth = np.load(sequence.with_suffix(".truth.npz"))
+    t = truth["t"]
+    starts = np.array([[start, start + duration] for start, duration, _ in facts["slip"]])
+    slips = joined(t[0] + starts.reshape(-1, 2))
+    interval = facts.get("gpr_sample_interval", SAMPLE_INTERVAL)
+    return Truth(t, truth["s"], np.abs(truth["v"]), slips), interval
+
+
+def runs(mask: Bools) -> Ints:
+    """(n, 2): first and past-the-last index of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return edges.reshape(-1, 2)
+
+
+def covered(t: Floats, spans: Floats) -> Bools:
+    """Which of `t` lie in one of the spans (n, 2)."""
+    result = np.zeros(len(t), bool)
+    for start, end in spans:
+        result[np.searchsorted(t, start) : np.searchsorted(t, end, "right")] = True
+    return result
+
+
+def judge_standing(claims: Floats, flagged: Bools, alive: Bools, truth: Truth) -> Standing:
+    """Scores radar claims (n, 2), s, and the published flag at the truth's times."""
+    t, standing = truth.t, truth.speed < STANDING
+    inner = np.zeros(len(t), bool)
+    for first, end in runs(standing):
+        if t[end - 1] - t[first] >= SHORTEST:
+            inner |= (t >= t[first] + EDGE) & (t <= t[end - 1] - EDGE)
+    claimed = covered(t, claims)
+    unseen = [abs(np.interp(b, t, truth.s) - np.interp(a, t, truth.s)) for a, b in claims]
+    return Standing(
+        float(claimed[inner & alive].mean()),
+        float(flagged[inner].mean()),
+        float(claimed[~standing].mean()),
+        1e3 * max(unseen, default=0.0),
+    )
+
+
+def judge_slips(t: Floats, flagged: Bools, slips: Floats) -> tuple[int, int]:
+    """Episodes flagged within PROMPT of their start; flags (runs) away from any episode."""
+    prompt = sum(bool(flagged[(t >= start) & (t <= start + PROMPT)].any()) for start, _ in slips)
+    near = covered(t, slips + np.array([-PROMPT, PROMPT]))
+    false = sum(not near[first:end].any() for first, end in runs(flagged))
+    return prompt, false
+
+
+def judge_coherence(content: logs.Channel, truth: Truth) -> tuple[float, float, int]:
+    """RMS relative error, share within two standard deviations, number of distances."""
+    told = content["valid"] & (content["source"] == "coherence")
+    start, end = content["utime_from"][told] * 1e-6, content["utime_to"][told] * 1e-6
+    moved = truth.path(end) - truth.path(start)
+    far = moved >= LEAST
+    if not far.any():
+        return float("nan"), float("nan"), 0
+    error = content["distance"][told][far] - moved[far]
+    inside = np.abs(error) <= 2 * content["sigma"][told][far]
+    return float(np.sqrt(np.mean((error / moved[far]) ** 2))), float(inside.mean()), int(far.sum())
+
+
+def rmse(trajectory: Trajectory, truth: Trajectory) -> float:
+    """RMS distance (m) after SE(2) alignment."""
+    return compare(associate(trajectory, truth), "se2").figures.ate_rmse_m
+
+
+def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:
+    """Replays a sequence by each method and scores what was published."""
+    truth, interval = read_beside(sequence)
+    recording = read_recording(sequence)
+    log, output = folder / "in.lcmlog", folder / "out.lcmlog"
+    write_log(log, streams(recording, interval))
+    total_station = read_truth(log).trajectory
+    errors = {
+        name: rmse(
+            estimate(log, find_method(name), None, overrides, output).trajectory, total_station
+        )
+        for name in ("wheel", "imu_wheel", "gprodom")  # the last one's output stays
+    }
+    said = logs.read(output, ["ODOMETRY", "GPR_DISPLACEMENT"])
+    radar, odometry = said["GPR_DISPLACEMENT"], said["ODOMETRY"]
+    is_claim = radar["valid"] & (radar["kind"] == MOTION) & (radar["distance"] == 0)
+    claims = np.stack([radar["utime_from"], radar["utime_to"]], axis=1)[is_claim] * 1e-6
+    t, flags = odometry["utime"] * 1e-6, odometry["flags"]
+    at = np.clip(np.searchsorted(t, truth.t), 0, len(t) - 1)
+    nearest = np.searchsorted(recording.gpr_utime * 1e-6, truth.t)
+    dead = gpr.check_traces(recording.traces) == 1
+    alive = ~dead[np.clip(nearest, 0, len(dead) - 1)]
+    prompt, false = judge_slips(t, (flags & FLAG_SLIPPING) != 0, truth.slips)
+    return Outcome(
+        sequence.stem,
+        judge_standing(claims, (flags[at] & FLAG_STANDING) != 0, alive, truth),
+        len(truth.slips),
+        prompt,
+        false,
+        float(truth.path(truth.t[-1:])[0]),
+        *judge_coherence(radar, truth),
+        errors,
+    )
+
+
+def fail_wheel(recording: Recording, how: str, seconds: float) -> Recording:
+    """The recording with its wheel `missing` or `stuck` for so long in mid-run."""
+    time = recording.wheel_utime
+    start = (time[0] + time[-1]) // 2
+    cut = (time >= start) & (time < start + round(seconds * 1e6))
+    if how == "missing":
+        return replace(recording, wheel_utime=time[~cut], ticks=recording.ticks[~cut])
+    first, end = np.flatnonzero(cut)[[0, -1]]
+    ticks = recording.ticks.copy()
+    ticks[end + 1 :] -= ticks[end] - ticks[first]
+    ticks[cut] = ticks[first]
+    return replace(recording, ticks=ticks)
+
+
+def measure_cut(
+    sequence: Path, seconds: float, overrides: list[str], folder: Path
+) -> CutOutcome:
+    """Replays a sequence whose wheel fails, with and without the coherence."""
+    _, interval = read_beside(sequence)
+    recording = read_recording(sequence)
+    method = find_method("gprodom")
+    log, output = folder / "in.lcmlog", folder / "out.lcmlog"
+    errors = {}
+    for how in ("missing", "stuck"):
+        write_log(log, streams(fail_wheel(recording, how, seconds), interval))
+        total_station = read_truth(log).trajectory
+        for use in ("never", "contradicted"):
+            settings = [*overrides, f"gpr.coherence.use={use}"]
+            trajectory = estimate(log, method, None, settings, output).trajectory
+            errors[f"{how}, {use}"] = rmse(trajectory, total_station)
+    return CutOutcome(sequence.stem, errors)
+
+
+def table(outcomes: list[Outcome]) -> str:
+    """The figures, one sequence a line, and of all together."""
+    heads = ["sequence", "standing", "flagged", "false", "unseen mm", "slip", "false/100m"]
+    heads += ["coherence", "in 2 sigma", "gprodom", "/ reckoning", "/ imu_wheel"]
+    rows = []
+    for o in outcomes:
+        rows.append([o.sequence, f"{100 * o.standing.recall:.1f} %"])
+        rows[-1] += [f"{100 * o.standing.flagged:.1f} %", f"{100 * o.standing.false:.2f} %"]
+        rows[-1] += [f"{o.standing.unseen_mm:.1f}", f"{o.prompt} of {o.episodes}"]
+        rows[-1] += [f"{100 * o.false_flags / o.metres:.2f}", f"{100 * o.coherence_error:.1f} %"]
+        rows[-1] += [f"{100 * o.coherence_covered:.0f} %", f"{o.rmse['gprodom']:.3f}"]
+        rows[-1] += [f"{o.rmse['gprodom'] / o.rmse[name]:.2f}" for name in ("wheel", "imu_wheel")]
+    mean = {name: float(np.mean([o.rmse[name] for o in outcomes])) for name in outcomes[0].rmse}
+    standing = [o.standing for o in outcomes]
+    false = 100 * sum(o.false_flags for o in outcomes) / sum(o.metres for o in outcomes)
+    rows.append(
+        ["all", f"{100 * np.mean([s.recall for s in standing]):.1f} %"]
+        + [f"{100 * np.mean([s.flagged for s in standing]):.1f} %"]
+        + [f"{100 * np.mean([s.false for s in standing]):.2f} %"]
+        + [f"{max(s.unseen_mm for s in standing):.1f}"]
+        + [f"{sum(o.prompt for o in outcomes)} of {sum(o.episodes for o in outcomes)}"]
+        + [f"{false:.2f}", f"{100 * np.nanmean([o.coherence_error for o in outcomes]):.1f} %"]
+        + [f"{100 * np.nanmean([o.coherence_covered for o in outcomes]):.0f} %"]
+        + [f"{mean['gprodom']:.3f}"]
+        + [f"{mean['gprodom'] / mean[name]:.2f}" for name in ("wheel", "imu_wheel")]
+    )
+    return format_table(heads, rows)
+
+
+def cut_table(outcomes: list[CutOutcome]) -> str:
+    """RMSE of each sequence, and their mean."""
+    names = list(outcomes[0].rmse)
+    rows = [[o.sequence, *(f"{o.rmse[name]:.3f}" for name in names)] for o in outcomes]
+    rows.append(["mean", *(f"{np.mean([o.rmse[name] for o in outcomes]):.3f}" for name in names)])
+    return format_table(["sequence", *names], rows)
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
+    parser.add_argument("--cut", type=float, metavar="SECONDS", help="for which the wheel fails")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides"
+    )
+    add_json_flag(parser)
+    arguments = parser.parse_args()
+    outcomes: list[Outcome] = []
+    cuts: list[CutOutcome] = []
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Progress("replaying", len(arguments.sequences)) as progress,
+    ):
+        for done, sequence in enumerate(arguments.sequences, 1):
+            if arguments.cut is None:
+                outcomes.append(measure(sequence, arguments.overrides, Path(folder)))
+            else:
+                cuts.append(
+                    measure_cut(sequence, arguments.cut, arguments.overrides, Path(folder))
+                )
+            progress.update(done)
+    if arguments.json:
+        print_json([asdict(outcome) for outcome in [*outcomes, *cuts]])
+    else:
+        print(table(outcomes) if outcomes else cut_table(cuts))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

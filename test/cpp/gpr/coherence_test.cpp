@@ -1,0 +1,106 @@
+#include "gpr/coherence.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "synthetic_ground.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kRate = 20.0;  // traces/s
+constexpr double kNoise = 60.0;
+
+struct Span {
+  double from, to, lengths;
+  bool valid;
+};
+
+// Stands for 3 s, then goes as `position` says (m, at s since then), to the end of the time.
+std::vector<Span> drive(unsigned seed, double seconds,
+                        const std::function<double(double)>& position, double gain = 1.0) {
+  const SyntheticGround ground(seed);
+  SyntheticRadar radar(seed + 1000, kNoise, gain);
+  CoherenceFrontEnd front_end{GprConfig()};
+  std::vector<Span> spans;
+  const double still = 3.0;
+  for (int i = 0; i < kRate * (still + seconds); ++i) {
+    const double t = i / kRate;
+    front_end.add_trace(radar.measure(ground, position(std::max(0.0, t - still)), 100 + t));
+    if (i % 2 == 1)
+      for (const Displacement& d : front_end.tick(from_seconds(100 + t)))
+        spans.push_back({to_seconds(d.from) - 100 - still, to_seconds(d.to) - 100 - still,
+                         d.distance_m, d.valid});
+  }
+  return spans;
+}
+
+double per_metre(const std::vector<Span>& spans, const std::function<double(double)>& position) {
+  double lengths = 0, metres = 0;
+  for (const Span& s : spans) {
+    if (!s.valid || s.from < 0) continue;
+    lengths += s.lengths;
+    metres += std::abs(position(s.to) - position(s.from));
+  }
+  EXPECT_GT(metres, 2.0);
+  return lengths / metres;
+}
+
+TEST(Coherence, IsTheSameForAWayDrivenAtAnySpeedInAnyDirectionAtAnyGain) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    auto at = [](double speed, double start) {
+      return [=](double t) { return start + speed * t; };
+    };
+    const double reference = per_metre(drive(seed, 20, at(0.4, 2)), at(0.4, 2));
+    EXPECT_GT(reference, 5.0);  // a length is some centimetres
+    const double slow = per_metre(drive(seed, 40, at(0.2, 2)), at(0.2, 2));
+    const double back = per_metre(drive(seed, 20, at(-0.4, 10)), at(-0.4, 10));
+    const double loud = per_metre(drive(seed, 20, at(0.4, 2), 0.5), at(0.4, 2));
+    EXPECT_NEAR(slow / reference, 1.0, 0.15);
+    EXPECT_NEAR(back / reference, 1.0, 0.05);
+    EXPECT_NEAR(loud / reference, 1.0, 0.05);
+  }
+}
+
+TEST(Coherence, FollowsTheSpeedWithinAFifth) {
+  auto position = [](double t) { return 2 + 0.4 * t - 0.6 * std::cos(0.5 * t) + 0.6; };
+  for (const unsigned seed : {4u, 5u}) {
+    const auto spans = drive(seed, 24, position);
+    const double unit = per_metre(spans, position);
+    double squares = 0;
+    int n = 0;
+    for (const Span& s : spans) {
+      const double metres = position(s.to) - position(s.from);
+      if (!s.valid || s.from < 0 || metres < 0.1) continue;
+      squares += std::pow(s.lengths / unit / metres - 1, 2);
+      ++n;
+    }
+    ASSERT_GT(n, 15);
+    EXPECT_LT(std::sqrt(squares / n), 0.2);
+  }
+}
+
+// The radar's gain, time zero and offset change from trace to trace all the while.
+TEST(Coherence, SaysNothingOfARobotThatStands) {
+  auto stop = [](double t) { return 2 + 0.4 * std::min(t, 10.0); };
+  for (const unsigned seed : {6u, 7u, 8u})
+    for (const Span& s : drive(seed, 30, stop))
+      if (s.to < 0 || s.from > 10) EXPECT_FALSE(s.valid) << s.from;
+}
+
+TEST(Coherence, SaysNothingWithoutGround) {
+  SyntheticRadar radar(9, kNoise, 1.0);
+  const SyntheticGround bare(9, -10.0);  // no reflectors: the direct wave alone
+  CoherenceFrontEnd front_end{GprConfig()};
+  for (int i = 0; i < 400; ++i) {
+    front_end.add_trace(radar.measure(bare, 0.02 * i, 100 + i / kRate));
+    for (const Displacement& d : front_end.tick(from_seconds(100 + i / kRate)))
+      EXPECT_FALSE(d.valid);
+  }
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
