@@ -42,6 +42,7 @@ from gprodom.convert.streams import streams
 from gprodom.estimate import estimate
 from gprodom.log_writer import write_log
 from gprodom.methods import find_method
+from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
@@ -181,7 +182,7 @@ def judge_coherence(content: logs.Channel, truth: Truth) -> tuple[float, float, 
 
 def rmse(trajectory: Trajectory, truth: Trajectory) -> float:
     """RMS distance (m) after SE(2) alignment."""
-    return compare(associate(trajectory, truth), "se2").figures.ate_rmse_m
+    return compare(associate(trajectory, truth), "se2", FIRST_M).figures.ate_rmse_m
 
 
 def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:

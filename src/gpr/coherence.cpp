@@ -9,8 +9,8 @@ namespace {
 constexpr double kGatePeriods = 1.25;
 constexpr float kMinSnr = 3.0f;       // energy over noise at which a gate counts
 constexpr float kMaxSnr = 20.0f;      // beyond which it counts no more
-constexpr double kStep = 0.08;        // q at which the anchor moves: four deviations of its noise
-constexpr double kPartStep = 0.03;    // q from which the way since the anchor is told
+constexpr double kStep = 0.1;         // q at which the anchor moves
+constexpr double kPartStep = 0.04;    // q from which the way since the anchor is told
 constexpr double kTooLong = 0.7;      // q at which the step says nothing of its length
 constexpr float kMoved = 4.0f;        // change over noise that is motion where no gate counts yet
 constexpr int kPlaces = 100;          // anchors that the background remembers
@@ -41,7 +41,8 @@ void DecorrelationPath::reset() { *this = DecorrelationPath(gate_); }
 void DecorrelationPath::prepare(int n) {
   reset();
   gates_ = std::max(n / gate_, 1);
-  for (Eigen::VectorXf* v : {&trace_, &previous_, &anchor_, &background_, &mean_, &slope_, &delta_})
+  for (Eigen::VectorXf* v :
+       {&trace_, &previous_, &anchor_, &background_, &mean_, &slope_, &curve_, &delta_})
     v->setZero(n);
   for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_}) v->setZero(gates_);
 }
@@ -52,9 +53,12 @@ void DecorrelationPath::difference(const Eigen::VectorXf& a, const Eigen::Vector
   mean_ = 0.5f * (a + b);
   slope_.segment(1, n - 2) = mean_.tail(n - 2) - mean_.head(n - 2);
   slope_[0] = slope_[n - 1] = 0.0f;
+  curve_.segment(1, n - 2) = mean_.head(n - 2) - 2.0f * mean_.segment(1, n - 2) + mean_.tail(n - 2);
+  curve_[0] = curve_[n - 1] = 0.0f;
   take_out(slope_, mean_);
-  take_out(delta_, mean_);
-  take_out(delta_, slope_);
+  take_out(curve_, mean_);
+  take_out(curve_, slope_);
+  for (const Eigen::VectorXf* way : {&mean_, &slope_, &curve_}) take_out(delta_, *way);
   for (int i = 0; i < gates_; ++i)
     change_[i] = delta_.segment(static_cast<Eigen::Index>(i) * gate_, gate_).squaredNorm();
 }

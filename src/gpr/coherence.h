@@ -18,10 +18,10 @@ namespace gprodom::gpr {
 //   q = (|y - y_anchor|^2 - N) / (|y - b|^2 + |y_anchor - b|^2 + 4 N),   b the mean over places,
 // which is 1 - rho, (distance / length)^2 while that is small. What changes without motion is
 // taken out of the difference first: the trace's gain and its time zero, that is, the components
-// along the mean of the two traces and along its derivative. Normalised gate by gate, strong
-// reflectors and weak ones count alike as far as they stand out of the noise. A step is the mean of
-// sqrt(q); once q passes `kStep`, which no noise does, it is added to the way and the newest trace
-// becomes the anchor. So a robot that stands adds nothing.
+// along the mean of the two traces and along its first two derivatives. Normalised gate by gate,
+// strong reflectors and weak ones count alike as far as they stand out of the noise. A step is the
+// mean of sqrt(q); once q passes `kStep`, which no noise does, it is added to the way and the
+// newest trace becomes the anchor. So a robot that stands adds nothing.
 //
 // N is the least that the difference of neighbouring traces has been over a second, rising slowly.
 class DecorrelationPath {
@@ -51,7 +51,7 @@ class DecorrelationPath {
   void move_anchor();
 
   int gate_, gates_ = 0;
-  Eigen::VectorXf trace_, previous_, anchor_, background_, mean_, slope_, delta_;
+  Eigen::VectorXf trace_, previous_, anchor_, background_, mean_, slope_, curve_, delta_;
   Eigen::ArrayXf change_;          // per gate, |difference|^2, gain and time zero out
   Eigen::ArrayXf energy_, level_;  // per gate: of the pair; usual
   Eigen::ArrayXf noise_, block_;   // per gate: of change_; sum over the second under way

@@ -12,7 +12,8 @@ constexpr TimeNs kKept = 4'000'000'000;             // ns of track beyond the lo
 constexpr TimeNs kStep = 20'000'000;                // ns between places kept
 constexpr double kGuess = 0.3, kGuessWeight = 3.0;  // standard deviation of x; m that it counts for
 constexpr double kSharedGround = 2.0;               // variance of spans in a row over that of one
-constexpr double kMinSpeed = 0.05;                  // m/s, mean over a span to learn from
+constexpr double kFades = 8.0;      // of scale_distance without learning: variance doubles
+constexpr double kMinSpeed = 0.05;  // m/s, mean over a span to learn from
 constexpr std::int32_t kUnsound = kStanding | kSlipping | kNoWheel | kImuGap | kSolverFailed;
 
 }  // namespace
@@ -78,7 +79,7 @@ double CoherenceScale::metres_per_length() const {
 double CoherenceScale::relative_sigma() const {
   const double one =
       std::max(variance_sum_ / variance_weight_, config_.min_sigma * config_.min_sigma);
-  return std::sqrt(one * kSharedGround * (1 + blind_m_ / config_.scale_distance));
+  return std::sqrt(one * kSharedGround * (1 + blind_m_ / (kFades * config_.scale_distance)));
 }
 
 bool CoherenceScale::sound(TimeNs from, TimeNs to) const {

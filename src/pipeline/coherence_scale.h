@@ -9,11 +9,11 @@
 namespace gprodom {
 
 // x = ln(metres / lengths) of each span over which the published estimates are sound: moving, wheel
-// in use, no slip within kSettle of it (a slip is flagged late). Mean of x over the last
+// in use, no slip within half a second of it (a slip is flagged late). Mean of x over the last
 // `scale_distance` metres, weighted by distance; variance from what each new x was off that mean,
-// over four times that distance, beginning with that of a wild guess. Neighbouring spans lie on the
-// same ground and err alike: the variance told is twice that of one span, and grows by as much
-// again with every `scale_distance` driven without learning.
+// over four times that distance, beginning with that of a guess. Neighbouring spans lie on the same
+// ground and err alike, so the variance told is twice that of one span; it doubles over eight times
+// `scale_distance` driven without learning.
 class CoherenceScale {
  public:
   explicit CoherenceScale(const CoherenceConfig& config);
