@@ -5,8 +5,8 @@ Each SEQUENCE needs `.json` (slip episodes: start s, duration s, wheel factor) a
 (t, s along the track, v) beside it; the estimator sees neither. Columns:
 
     standing       recall: share of standstill (true speed below 5 mm/s for 1 s or more, 0.2 s at
-                   its edges left out) that the radar claims, over traces with a radar signal: a dead
-                   antenna is never claimed to stand
+                   its edges left out) that the radar claims, over traces with a radar signal: a
+                   dead antenna is never claimed to stand
     flagged        the same of the published flag, which is causal and so late by its delay
     false          radar claims at 5 mm/s or more, over all such time
     unseen         the farthest that the antenna moved within a claim
@@ -96,6 +96,7 @@ class Outcome:
     coherence_covered: float
     coherence_spans: int
     rmse: dict[str, float]
+    told: list[list[float]]  # of each span: true way, coherence's distance and its sigma, m
 
 
 @dataclass(frozen=True)
@@ -167,17 +168,22 @@ def judge_slips(t: Floats, flagged: Bools, slips: Floats) -> tuple[int, int]:
     return prompt, false
 
 
-def judge_coherence(content: logs.Channel, truth: Truth) -> tuple[float, float, int]:
-    """RMS relative error, share within two standard deviations, number of distances."""
+def coherence_spans(content: logs.Channel, truth: Truth) -> Floats:
+    """(n, 3): true way, coherence's distance and its standard deviation, m, of each span told."""
     told = content["valid"] & (content["source"] == "coherence")
     start, end = content["utime_from"][told] * 1e-6, content["utime_to"][told] * 1e-6
     moved = truth.path(end) - truth.path(start)
-    far = moved >= LEAST
-    if not far.any():
+    return np.stack([moved, content["distance"][told], content["sigma"][told]], axis=1)
+
+
+def judge_coherence(told: Floats) -> tuple[float, float, int]:
+    """RMS relative error, share within two standard deviations, number of distances."""
+    moved, distance, sigma = told[told[:, 0] >= LEAST].T
+    if len(moved) == 0:
         return float("nan"), float("nan"), 0
-    error = content["distance"][told][far] - moved[far]
-    inside = np.abs(error) <= 2 * content["sigma"][told][far]
-    return float(np.sqrt(np.mean((error / moved[far]) ** 2))), float(inside.mean()), int(far.sum())
+    error = distance - moved
+    inside = np.abs(error) <= 2 * sigma
+    return float(np.sqrt(np.mean((error / moved) ** 2))), float(inside.mean()), len(moved)
 
 
 def rmse(trajectory: Trajectory, truth: Trajectory) -> float:
@@ -208,6 +214,7 @@ def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:
     dead = gpr.check_traces(recording.traces) == 1
     alive = ~dead[np.clip(nearest, 0, len(dead) - 1)]
     prompt, false = judge_slips(t, (flags & FLAG_SLIPPING) != 0, truth.slips)
+    told = coherence_spans(radar, truth)
     return Outcome(
         sequence.stem,
         judge_standing(claims, (flags[at] & FLAG_STANDING) != 0, alive, truth),
@@ -215,8 +222,9 @@ def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:
         prompt,
         false,
         float(truth.path(truth.t[-1:])[0]),
-        *judge_coherence(radar, truth),
+        *judge_coherence(told),
         errors,
+        told.tolist(),
     )
 
 
@@ -234,9 +242,7 @@ def fail_wheel(recording: Recording, how: str, seconds: float) -> Recording:
     return replace(recording, ticks=ticks)
 
 
-def measure_cut(
-    sequence: Path, seconds: float, overrides: list[str], folder: Path
-) -> CutOutcome:
+def measure_cut(sequence: Path, seconds: float, overrides: list[str], folder: Path) -> CutOutcome:
     """Replays a sequence whose wheel fails, with and without the coherence."""
     _, interval = read_beside(sequence)
     recording = read_recording(sequence)
@@ -282,6 +288,28 @@ def table(outcomes: list[Outcome]) -> str:
     return format_table(heads, rows)
 
 
+def draw(outcomes: list[Outcome], path: Path) -> None:
+    """Coherence's distances against the true way, a panel for each scene."""
+    from matplotlib.figure import Figure
+
+    scenes: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        parts = outcome.sequence.split("-")
+        scenes.setdefault(parts[2] if len(parts) > 2 else outcome.sequence, []).append(outcome)
+    figure = Figure(figsize=(3.0 * len(scenes), 3.2), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(scenes), sharex=True, sharey=True))
+    for panel, (scene, of_scene) in zip(panels, scenes.items(), strict=True):
+        for outcome in of_scene:
+            moved, distance, sigma = np.array(outcome.told).reshape(-1, 3).T
+            panel.errorbar(moved, distance, sigma, fmt=".", ms=3, lw=0.3, alpha=0.6)
+        panel.axline((0, 0), slope=1, color="black", lw=0.8)
+        error = np.mean([outcome.coherence_error for outcome in of_scene])
+        panel.set_title(f"{scene}: {100 * error:.0f} %", fontsize=9)
+        panel.set_xlabel("true way over a span, m", fontsize=8)
+    panels[0].set(ylabel="coherence, m", xlim=(0, 0.9), ylim=(0, 0.9))
+    figure.savefig(path, dpi=80)
+
+
 def cut_table(outcomes: list[CutOutcome]) -> str:
     """RMSE of each sequence, and their mean."""
     names = list(outcomes[0].rmse)
@@ -297,9 +325,8 @@ def main() -> int:
     )
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
     parser.add_argument("--cut", type=float, metavar="SECONDS", help="for which the wheel fails")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides"
-    )
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("--plot", type=Path, metavar="PNG", help="coherence against the truth")
     add_json_flag(parser)
     arguments = parser.parse_args()
     outcomes: list[Outcome] = []
@@ -312,10 +339,10 @@ def main() -> int:
             if arguments.cut is None:
                 outcomes.append(measure(sequence, arguments.overrides, Path(folder)))
             else:
-                cuts.append(
-                    measure_cut(sequence, arguments.cut, arguments.overrides, Path(folder))
-                )
+                cuts.append(measure_cut(sequence, arguments.cut, arguments.overrides, Path(folder)))
             progress.update(done)
+    if arguments.plot is not None and outcomes:
+        draw(outcomes, arguments.plot)
     if arguments.json:
         print_json([asdict(outcome) for outcome in [*outcomes, *cuts]])
     else:
