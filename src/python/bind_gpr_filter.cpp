@@ -168,6 +168,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     throw std::invalid_argument("window and tick: expected seconds above 0");
   }
   GprConfig config;
+  config.front_end = "stationarity";
   config.stationary_window = window;
   const auto front_end = make_front_end(config);
   std::vector<std::int64_t> spans;

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,8 +11,6 @@ import pytest
 import pywt
 from numpy.typing import NDArray
 from scipy.signal import firwin
-
-from conftest import CHECKOUT
 
 gpr = pytest.importorskip("gprodom.gpr")
 
@@ -159,18 +154,3 @@ def test_bad_arguments_are_refused() -> None:
     for call in calls:
         with pytest.raises((ValueError, TypeError)):
             call()
-
-
-def test_standstills_of_the_sequences(shared: Path) -> None:
-    """The radar alone: 95 % of the standstill with live traces, under 0.5 % of the motion."""
-    sequences = sorted((shared / "cmu_like").glob("*.zip"))
-    assert sequences
-    script = str(CHECKOUT / "bench/standstill.py")
-    result = subprocess.run(
-        [sys.executable, script, "--json", *map(str, sequences)], capture_output=True, text=True
-    )
-    assert result.returncode == 0, result.stderr
-    for outcome in json.loads(result.stdout):
-        assert outcome["recall_alive"] > 0.95, outcome
-        assert outcome["false"] < 0.005, outcome
-        assert outcome["unseen_mm"] < 10, outcome
