@@ -61,9 +61,10 @@ class RandomWalkFactor final : public Factor {
   Eigen::Matrix<double, 7, 1> weight_;
 };
 
-// R_a^T (c_b - c_a) - dp(bg) / s with c = p + R lever_arm: forward, lateral, vertical, metres.
-// The wheel's increment turned by the gyro; the last two rows are the non-holonomic constraint.
-// Wu et al. 2017; The forward row is robust (Cauchy), since wheels slip forwards.
+// U (R_a^T (c_b - c_a) - dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical, metres.
+// U = diag(s, 1, 1): the wheel's error is on the distance that it reports, side slip on the true
+// one. The wheel's increment turned by the gyro; the last two rows are the non-holonomic
+// constraint. Wu et al. 2017; The forward row is robust (Cauchy), since wheels slip forwards.
 class WheelFactor final : public Factor {
  public:
   // variance: forward, lateral, vertical, m^2. robust_threshold: standard deviations; 0: quadratic.

@@ -120,14 +120,17 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   const double s = a.wheel_scale;
   const Vector3d measured =
       increment_.displacement() + increment_.d_dbg() * (a.gyro_bias - increment_.gyro_bias());
-  r = weight_.asDiagonal() * (RaT * (cb.c - ca.c) - measured / s);
+  // The forward row in distance as reported, the others in true distance.
+  const Vector3d moved = RaT * (cb.c - ca.c), unit(s, 1, 1);
+  r = weight_.cwiseProduct(unit).cwiseProduct(moved - measured / s);
   if (!Ja) return;
-  const Matrix3d W = weight_.asDiagonal();
+  const Matrix3d W = weight_.cwiseProduct(unit).asDiagonal();
   // d/dtheta_a of R_a^T (c_b - c_a): the frame turns, and c_a with it: R_a^T skew(c_b).
   Ja->block<3, 3>(0, row::kTheta) = W * RaT * skew(cb.c);
   Ja->block<3, 3>(0, row::kP) = -W * RaT;
   Ja->block<3, 3>(0, row::kBg) = -W * increment_.d_dbg() / s;
   Ja->col(row::kScale) = W * measured / (s * s);
+  (*Ja)(0, row::kScale) = weight_[0] * moved.x();
   Jb->block<3, 3>(0, row::kTheta) = W * RaT * cb.d_theta();
   Jb->block<3, 3>(0, row::kP) = W * RaT;
 }

@@ -1,8 +1,5 @@
 #include "pipeline/prediction.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "pipeline/standstill.h"
 
 namespace gprodom {
@@ -45,10 +42,14 @@ StateResult initial_result(const InitialState& initial) {
 
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference) {
   constexpr size_t kEnough = 20;
+  constexpr double kSignificant = 1.2;  // three deviations of what 80 samples show
   if (samples.size() < kEnough) return reference;
   const ImuNoise measured = measured_noise(samples);
-  return {std::max(reference.gyro_density, measured.gyro_density),
-          std::max(reference.accel_density, measured.accel_density)};
+  auto prevailing = [](double at_rest, double now) {
+    return now > kSignificant * at_rest ? now : at_rest;
+  };
+  return {prevailing(reference.gyro_density, measured.gyro_density),
+          prevailing(reference.accel_density, measured.accel_density)};
 }
 
 bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from) {

@@ -37,7 +37,8 @@ class Prediction {
 // The first state as if a solve had ended with it.
 StateResult initial_result(const InitialState& initial);
 
-// What the samples show, but not less than the reference. Few samples say nothing.
+// What the samples show where that is clearly more than the reference, else the reference. Few
+// samples say nothing.
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
 
 // Signed wheel distance of each step. false, and zeros, where the wheel does not cover them all.

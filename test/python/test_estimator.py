@@ -14,7 +14,7 @@ import pytest
 import gprodom
 from gprodom.convert.cmu import Recording, read_recording
 
-SEQUENCE = "1700005000-0-nsh_b-cmu-gpr.zip"
+SEQUENCES = ["1700005000-0-nsh_b-cmu-gpr.zip", "1700003000-0-gates_g-cmu-gpr.zip"]
 
 
 def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
@@ -35,11 +35,11 @@ def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
     return odometry, outputs
 
 
-@pytest.fixture(scope="module")
-def recording(shared: Path) -> Recording:
+@pytest.fixture(scope="module", params=SEQUENCES)
+def recording(shared: Path, request: pytest.FixtureRequest) -> Recording:
     if not hasattr(gprodom, "Odometry"):
         pytest.skip("the extension gprodom._core is not built")
-    return read_recording(shared / "cmu_like" / SEQUENCE)
+    return read_recording(shared / "cmu_like" / str(request.param))
 
 
 def test_marginalising_costs_less_than_a_centimetre(recording: Recording) -> None:
