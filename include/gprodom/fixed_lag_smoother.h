@@ -87,6 +87,7 @@ class FixedLagSmoother {
   size_t bandwidth_ = 1;
   std::vector<StateMatrix> H_,
       L_;                       // lower block band: row i holds columns i, i-1, ..., i-bandwidth
+  std::vector<size_t> first_;   // per row the first column with a block: the envelope
   std::vector<StateVector> g_;  // gradient
 };
 

@@ -91,9 +91,16 @@ double FixedLagSmoother::cost(const States& x) const {
 
 double FixedLagSmoother::linearise(const States& x) {
   bandwidth_ = std::max<size_t>(1, prior_.states() > 0 ? prior_.states() - 1 : 0);
-  for (const Link& link : links_)
+  first_.assign(x.size(), 0);
+  for (size_t i = prior_.states(); i < x.size(); ++i) first_[i] = i;
+  for (const Link& link : links_) {
     bandwidth_ = std::max(bandwidth_, static_cast<size_t>(link.b - link.a));
-  H_.assign(x.size() * (bandwidth_ + 1), StateMatrix::Zero());
+    first_[index(link.b)] = std::min(first_[index(link.b)], index(link.a));
+  }
+  H_.resize(x.size() * (bandwidth_ + 1));
+  L_.resize(H_.size());
+  for (size_t i = 0; i < x.size(); ++i)
+    for (size_t j = first_[i]; j <= i; ++j) block(H_, i, j).setZero();
   g_.assign(x.size(), StateVector::Zero());
 
   Eigen::VectorXd rp;
@@ -128,16 +135,16 @@ double FixedLagSmoother::linearise(const States& x) {
   return sum;
 }
 
-// Left-looking block Cholesky of the band, oldest state first.
+// Left-looking block Cholesky of the envelope, oldest state first: a row fills up from its first
+// block on, and nowhere else.
 bool FixedLagSmoother::eliminate(double damping) {
   const size_t n = g_.size();
-  L_ = H_;
   for (size_t i = 0; i < n; ++i) {
-    const size_t first = i > bandwidth_ ? i - bandwidth_ : 0;
-    for (size_t j = first; j <= i; ++j) {
+    for (size_t j = first_[i]; j <= i; ++j) {
       StateMatrix& Lij = block(L_, i, j);
+      Lij = block(H_, i, j);
       if (i == j) Lij.diagonal() *= 1 + damping;
-      const size_t shared = std::max(first, j > bandwidth_ ? j - bandwidth_ : 0);
+      const size_t shared = std::max(first_[i], first_[j]);
       for (size_t k = shared; k < j; ++k)
         i == j ? subtract_product<Part::kLower>(block(L_, i, k), block(L_, i, k), Lij)
                : subtract_product<Part::kAll>(block(L_, i, k), block(L_, j, k), Lij);
@@ -159,15 +166,14 @@ double FixedLagSmoother::solve_step(std::vector<StateVector>& step) const {
   double decrease = 0;
   for (size_t i = 0; i < n; ++i) {
     StateVector y = -g_[i];
-    for (size_t k = i > bandwidth_ ? i - bandwidth_ : 0; k < i; ++k)
-      y.noalias() -= block(L_, i, k) * step[k];
+    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k) * step[k];
     step[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
     decrease += 0.5 * step[i].squaredNorm();  // half |L^-1 g|^2
   }
   static const StateVector units = row_units();
   for (size_t i = n; i-- > 0;) {
     for (size_t k = i + 1; k < std::min(n, i + bandwidth_ + 1); ++k)
-      step[i].noalias() -= block(L_, k, i).transpose() * step[k];
+      if (first_[k] <= i) step[i].noalias() -= block(L_, k, i).transpose() * step[k];
     block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(step[i]);
   }
   for (auto& s : step) s.array() *= units.array();
