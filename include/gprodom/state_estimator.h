@@ -41,7 +41,6 @@ struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
   SolveSummary solve;
-  Eigen::Vector3d p_before = Eigen::Vector3d::Zero();  // of the newest state, predicted by the IMU
   bool standing = false;
   bool no_wheel = false;
   bool bridged = false;  // IMU data were missing

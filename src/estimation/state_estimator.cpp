@@ -35,7 +35,6 @@ StateResult StateEstimator::add(const StateInput& input) {
   }
   NavState predicted = propagate(last, imu, config_.initializer.gravity);
   predicted.time = input.time;
-  result.p_before = predicted.p_odom;
 
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);

@@ -25,28 +25,24 @@ CoherenceScale::CoherenceScale(const CoherenceConfig& config)
 
 void CoherenceScale::add(const OdometryEstimate& estimate) {
   const bool sound = (estimate.flags & kUnsound) == 0;
-  if (!track_.empty()) {
-    if (!sound) track_.back().sound = false;
-    if (estimate.time < track_.back().time + kStep) return;
-  }
-  const double moved = track_.empty() ? 0.0
-                                      : std::abs(estimate.v_body.x()) *
-                                            to_seconds(estimate.time - track_.back().time);
-  track_.push_back({estimate.time, (track_.empty() ? 0.0 : track_.back().path_m) + moved, sound});
+  if (!sound) unsound_.push_back(estimate.time);
+  if (!track_.empty() && estimate.time < track_.end() + kStep) return;
+  const double moved = track_.advance(estimate.time, std::abs(estimate.v_body.x()));
   if (!sound) blind_m_ += moved;
   while (!waiting_.empty() && waiting_.front().to + kSettle <= estimate.time) {
     learn(waiting_.front());
     waiting_.pop_front();
   }
   const TimeNs kept = kKept + from_seconds(config_.span);
-  while (track_.front().time < estimate.time - kept) track_.pop_front();
+  track_.forget_before(estimate.time - kept);
+  while (!unsound_.empty() && unsound_.front() < estimate.time - kept) unsound_.pop_front();
 }
 
 void CoherenceScale::learn(const Displacement& lengths) {
-  if (lengths.from - kSettle < track_.front().time ||
+  if (lengths.from - kSettle < track_.begin() ||
       !sound(lengths.from - kSettle, lengths.to + kSettle))
     return;
-  const double metres = path(lengths.to) - path(lengths.from);
+  const double metres = track_.path(lengths.to) - track_.path(lengths.from);
   if (metres < kMinSpeed * to_seconds(lengths.to - lengths.from)) return;
   const double x = std::log(metres / lengths.distance_m);
   if (weight_ > 0.0) {
@@ -83,18 +79,8 @@ double CoherenceScale::relative_sigma() const {
 }
 
 bool CoherenceScale::sound(TimeNs from, TimeNs to) const {
-  return std::all_of(track_.begin(), track_.end(),
-                     [&](const Place& p) { return p.time < from || p.time > to || p.sound; });
-}
-
-double CoherenceScale::path(TimeNs time) const {
-  const auto next = std::partition_point(track_.begin(), track_.end(),
-                                         [time](const Place& p) { return p.time <= time; });
-  if (next == track_.begin()) return track_.front().path_m;
-  const Place& a = *(next - 1);
-  if (next == track_.end()) return a.path_m;
-  const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
-  return a.path_m + u * (next->path_m - a.path_m);
+  const auto first = std::lower_bound(unsound_.begin(), unsound_.end(), from);
+  return first == unsound_.end() || *first > to;
 }
 
 }  // namespace gprodom

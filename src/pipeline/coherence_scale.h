@@ -5,6 +5,7 @@
 
 #include "gprodom/config.h"
 #include "gprodom/types.h"
+#include "pipeline/path_history.h"
 
 namespace gprodom {
 
@@ -29,18 +30,12 @@ class CoherenceScale {
   double relative_sigma() const;     // of a span's distance
 
  private:
-  struct Place {
-    TimeNs time;
-    double path_m;  // unsigned, as published
-    bool sound;
-  };
-
-  double path(TimeNs time) const;
   bool sound(TimeNs from, TimeNs to) const;
   void learn(const Displacement& lengths);
 
   CoherenceConfig config_;
-  std::deque<Place> track_;
+  PathHistory track_;                 // unsigned, as published
+  std::deque<TimeNs> unsound_;        // estimates not to be learned from, oldest first
   std::deque<Displacement> waiting_;  // spans to learn from
   double learned_m_ = 0.0, blind_m_ = 0.0;
   double weight_ = 0.0, sum_ = 0.0;  // m; of x

@@ -83,11 +83,6 @@ class DatedWorker {
     return work_time_;
   }
 
-  size_t pending() {
-    const std::lock_guard lock(mutex_);
-    return jobs_.size();
-  }
-
   // Until all that was submitted is done.
   void drain() {
     std::unique_lock lock(mutex_);

@@ -208,7 +208,9 @@ void Odometry::Impl::store(Message& message) {
     gpr_now_ = trace->time;
     if (radar_.enabled()) traces_.push_back(std::move(*trace));
   } else {
-    new_displacements_.push_back(std::get<Displacement>(message));
+    auto& displacement = std::get<Displacement>(message);
+    displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
+    new_displacements_.push_back(std::move(displacement));
   }
 }
 
@@ -343,7 +345,7 @@ StateInput Odometry::Impl::collect(TimeNs from, TimeNs to) {
 
 // Beside a wheel that can be used the coherence has nothing to add: it learns from it.
 bool Odometry::Impl::wanted(const Displacement& d) const {
-  if (d.source != "coherence") return true;
+  if (d.kind != DisplacementKind::kMotion) return true;
   const std::string& use = config_.gpr.coherence.use;
   return use == "always" || (use == "contradicted" && d.from < wheel_doubted_);
 }

@@ -88,8 +88,6 @@ bool WheelHistory::insert(const WheelSample& sample) {
 
 void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }
 
-void WheelHistory::clear() { entries_.clear(); }
-
 std::optional<double> WheelHistory::distance(TimeNs time) const {
   const auto next = first_after(entries_, time);
   if (next == entries_.begin()) return std::nullopt;

@@ -16,10 +16,6 @@ class ImuHistory {
   // Late samples go where their stamp puts them. Body axes.
   void insert(const ImuSample& sample);
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
-  void clear() { samples_.clear(); }
-
-  bool covers(TimeNs time) const { return !samples_.empty() && samples_.back().time >= time; }
-  const std::deque<ImuSample>& samples() const { return samples_; }
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
 
   // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
@@ -39,7 +35,6 @@ class WheelHistory {
   // as not covered.
   bool insert(const WheelSample& sample);
   void forget_before(TimeNs time);
-  void clear();
 
   // Signed distance, linear between samples; nullopt outside the data and across gaps and jumps.
   std::optional<double> distance(TimeNs time) const;

@@ -9,12 +9,6 @@ namespace {
 
 constexpr TimeNs kKept = 3'000'000'000;  // of track and slip, ns: beyond the reorder window
 
-template <typename Container>
-auto first_after(const Container& places, TimeNs time) {
-  return std::partition_point(places.begin(), places.end(),
-                              [time](const auto& place) { return place.time <= time; });
-}
-
 }  // namespace
 
 SlipWatch::SlipWatch(const WheelConfig& config)
@@ -23,10 +17,8 @@ SlipWatch::SlipWatch(const WheelConfig& config)
 void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now) {
   if (!config_.enabled || config_.slip_threshold <= 0) return;
   const double speed = (estimate.v_body + estimate.omega_body.cross(config_.lever_arm)).x();
-  const double moved =
-      track_.empty() ? 0.0 : speed * to_seconds(estimate.time - track_.back().time);
-  track_.push_back({estimate.time, (track_.empty() ? 0.0 : track_.back().path_m) + moved});
-  while (track_.front().time < estimate.time - kKept) track_.pop_front();
+  track_.advance(estimate.time, speed);
+  track_.forget_before(estimate.time - kKept);
   while (!slipped_.empty() && slipped_.front().to < estimate.time - kKept) slipped_.pop_front();
 
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
@@ -34,8 +26,8 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   judged_ = to;
   now_ = WheelSlip::kNone;
   const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
-  if (from < track_.front().time || !wheel_from || !wheel_to) return;
-  now_ = judge(estimate, *wheel_to - *wheel_from, path(to) - path(from));
+  if (from < track_.begin() || !wheel_from || !wheel_to) return;
+  now_ = judge(estimate, *wheel_to - *wheel_from, track_.path(to) - track_.path(from));
   if (now_ != WheelSlip::kNone) mark(from, to);
 }
 
@@ -51,15 +43,6 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, double wheel_m,
   if (innovation * innovation < config_.slip_threshold * config_.slip_threshold * variance)
     return WheelSlip::kNone;
   return innovation * wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
-}
-
-double SlipWatch::path(TimeNs time) const {
-  const auto next = first_after(track_, time);
-  if (next == track_.begin()) return track_.front().path_m;
-  const Place& a = *(next - 1);
-  if (next == track_.end()) return a.path_m;
-  const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
-  return a.path_m + u * (next->path_m - a.path_m);
 }
 
 void SlipWatch::mark(TimeNs from, TimeNs to) {

@@ -9,6 +9,7 @@
 
 #include "gprodom/config.h"
 #include "gprodom/types.h"
+#include "pipeline/path_history.h"
 #include "pipeline/sensor_history.h"
 
 namespace gprodom {
@@ -28,21 +29,16 @@ class SlipWatch {
   bool between(TimeNs from, TimeNs to) const;
 
  private:
-  struct Place {
-    TimeNs time;
-    double path_m;  // along the track at the wheel's contact point, signed, as published
-  };
   struct Interval {
     TimeNs from, to;
   };
 
-  double path(TimeNs time) const;
   WheelSlip judge(const OdometryEstimate& estimate, double wheel_m, double ground_m) const;
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
   TimeNs window_;
-  std::deque<Place> track_;
+  PathHistory track_;             // of the wheel's contact point, signed, as published
   std::deque<Interval> slipped_;  // apart from each other, oldest first
   TimeNs judged_ = 0;             // the wheel sample that now_ is about
   WheelSlip now_ = WheelSlip::kNone;

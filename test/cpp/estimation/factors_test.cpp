@@ -175,5 +175,30 @@ TEST(Factors, PriorJacobians) {
   }
 }
 
+// At the true state the gradient by the scale must be zero on the mean, whatever the wheel's noise.
+// In true distance, x - d / s, the square of the noise would stand in it.
+TEST(WheelFactor, NoiseOfTheWheelDoesNotPushTheScale) {
+  std::mt19937 engine(5);
+  std::normal_distribution<double> normal;
+  constexpr double kStep = 0.1, kSigma = 0.02, kScale = 1.03;
+  NavState a, b;
+  a.wheel_scale = b.wheel_scale = kScale;
+  b.p_odom.x() = kStep;
+  double sum = 0, squares = 0;
+  constexpr int kDraws = 20000;
+  for (int i = 0; i < kDraws; ++i) {
+    WheelIncrement increment;
+    increment.integrate(Vector3d::Zero(), 0.2, kScale * kStep + kSigma * normal(engine));
+    const WheelFactor factor(increment, Vector3d::Zero(), Vector3d::Constant(kSigma * kSigma), 0);
+    Residual r;
+    Jacobian Ja, Jb;
+    factor.evaluate(a, b, r, &Ja, &Jb);
+    const double gradient = Ja.col(row::kScale).dot(r);
+    sum += gradient;
+    squares += gradient * gradient;
+  }
+  EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares));
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -1,0 +1,48 @@
+// How far the robot has come along a path, over the last seconds.
+#pragma once
+
+#include <algorithm>
+#include <deque>
+
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+class PathHistory {
+ public:
+  bool empty() const { return places_.empty(); }
+  TimeNs begin() const { return places_.front().time; }
+  TimeNs end() const { return places_.back().time; }
+
+  // On to `time`, later than the last, at `speed` m/s, signed or not as the caller has it. Returns
+  // the metres of this step: none at the first.
+  double advance(TimeNs time, double speed) {
+    const double moved = empty() ? 0.0 : speed * to_seconds(time - end());
+    places_.push_back({time, (empty() ? 0.0 : places_.back().path_m) + moved});
+    return moved;
+  }
+
+  void forget_before(TimeNs time) {
+    while (!empty() && begin() < time) places_.pop_front();
+  }
+
+  // Metres, linear between places and held beyond the ends. Only differences mean anything.
+  double path(TimeNs time) const {
+    const auto next = std::partition_point(places_.begin(), places_.end(),
+                                           [time](const Place& p) { return p.time <= time; });
+    if (next == places_.begin()) return places_.front().path_m;
+    const Place& a = *(next - 1);
+    if (next == places_.end()) return a.path_m;
+    const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
+    return a.path_m + u * (next->path_m - a.path_m);
+  }
+
+ private:
+  struct Place {
+    TimeNs time;
+    double path_m;
+  };
+  std::deque<Place> places_;
+};
+
+}  // namespace gprodom
