@@ -34,6 +34,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.benchmark.command",
     "gprodom.calibrate",
     "gprodom.plot.command",
+    "gprodom.status.command",
 )
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."

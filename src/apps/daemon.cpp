@@ -1,6 +1,8 @@
 #include "apps/daemon.h"
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <systemd/sd-daemon.h>
 
 #include <algorithm>
 #include <csignal>
@@ -12,10 +14,36 @@
 namespace gprodom {
 namespace {
 
+// The level as the journal takes it, which stamps lines itself.
+class JournalLevel : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    const std::string_view prefix = message.level >= spdlog::level::err    ? SD_ERR
+                                    : message.level == spdlog::level::warn ? SD_WARNING
+                                    : message.level == spdlog::level::info ? SD_INFO
+                                                                           : SD_DEBUG;
+    line.append(prefix.data(), prefix.data() + prefix.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<JournalLevel>();
+  }
+};
+
+std::unique_ptr<spdlog::formatter> make_formatter() {
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  if (stderr_is_journal()) {
+    formatter->add_flag<JournalLevel>('*').set_pattern("%*%v");
+  } else {
+    formatter->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+  }
+  return formatter;
+}
+
 std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
   auto log = std::make_shared<spdlog::logger>(
       "gprodomd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-  log->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+  log->set_formatter(make_formatter());
   log->set_level(spdlog::level::from_str(config.level));
   log->flush_on(spdlog::level::trace);
   return log;
@@ -45,16 +73,23 @@ Daemon::Daemon(DaemonOptions options)
 Daemon::~Daemon() { stop(); }
 
 std::unique_ptr<Live> Daemon::make_live(const Config& config) {
-  return std::make_unique<Live>(config, [this, channels = config.channels](const Results& results) {
-    publish(channels, results);
-  });
+  return std::make_unique<Live>(
+      config,
+      [this, channels = config.channels](const Results& results) { publish(channels, results); },
+      [this] { service_.alive(); });
 }
 
 void Daemon::run() {
   start();
   log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, options_.config_path,
              options_.lcm_url);
-  for (int signal = signals_.wait(); signal == SIGHUP; signal = signals_.wait()) reread_config();
+  service_.ready();
+  while (signals_.wait() == SIGHUP) {
+    service_.reloading();
+    reread_config();
+    service_.ready();
+  }
+  service_.stopping();
   log_->info("stopping");
   stop();
   log_->info("stopped");
@@ -107,9 +142,15 @@ void Daemon::publish(const ChannelConfig& channels, const Results& results) {
 void Daemon::log_health(const Status& status) {
   if (status.health == health_) return;
   health_ = status.health;
-  if (health_ == HealthLevel::kOk) log_->info("health: ok");
-  if (health_ == HealthLevel::kDegraded) log_->warn("health: degraded: {}", joined(status.reasons));
-  if (health_ == HealthLevel::kFailed) log_->error("health: failed: {}", joined(status.reasons));
+  const std::string text = health_ == HealthLevel::kOk ? "health: ok"
+                           : health_ == HealthLevel::kDegraded
+                               ? "health: degraded: " + joined(status.reasons)
+                               : "health: failed: " + joined(status.reasons);
+  log_->log(health_ == HealthLevel::kOk         ? spdlog::level::info
+            : health_ == HealthLevel::kDegraded ? spdlog::level::warn
+                                                : spdlog::level::err,
+            text);
+  service_.status(text);
 }
 
 }  // namespace gprodom

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/service.h"
 #include "apps/signal_watch.h"
 #include "gprodom/config.h"
 #include "io/lcm_link.h"
@@ -39,6 +40,7 @@ class Daemon {
 
   const DaemonOptions options_;
   SignalWatch signals_;                    // before any thread
+  Service service_;                        // guards itself
   Config config_;                          // main thread only
   std::shared_ptr<spdlog::logger> log_;    // guards itself
   HealthLevel health_ = HealthLevel::kOk;  // last logged; publish thread only

@@ -1,19 +1,38 @@
 // gprodomd: the odometry daemon.
+#include <charconv>
 #include <cstdio>
+#include <optional>
 
 #include "apps/command_line.h"
 #include "apps/daemon.h"
+#include "apps/service.h"
 #include "gprodom/odometry.h"
 
 using namespace gprodom;
+
+namespace {
+
+int priority(const std::string& text) {
+  int value = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end || value < 1 || value > 99) {
+    throw UsageError("--realtime: expected a priority from 1 to 99, got " + text);
+  }
+  return value;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   DaemonOptions options;
   bool check_config = false;
   bool print_config = false;
+  std::optional<int> realtime;
   const CommandLine command_line(
       "gprodomd",
-      "-c CONFIG [--set KEY=VALUE]... [--lcm-url URL] [--check-config] [--print-config]",
+      "-c CONFIG [--set KEY=VALUE]... [--lcm-url URL] [--realtime PRIORITY] [--check-config] "
+      "[--print-config]",
       "Estimates a robot's motion from radar, IMU and wheel messages on LCM, and publishes it.\n"
       "SIGINT and SIGTERM end it; SIGHUP rereads the config.",
       {{"-c, --config", "CONFIG", "YAML file with the keys that differ from the defaults",
@@ -22,6 +41,8 @@ int main(int argc, char** argv) {
         [&](const std::string& text) { options.overrides.push_back(text); }},
        {"--lcm-url", "URL", std::string("default ") + kDefaultLcmUrl,
         [&](const std::string& url) { options.lcm_url = url; }},
+       {"--realtime", "PRIORITY", "SCHED_FIFO at 1 to 99, and all memory locked",
+        [&](const std::string& text) { realtime = priority(text); }},
        {"--check-config", "", "check CONFIG and end",
         [&](const std::string&) { check_config = true; }},
        {"--print-config", "", "print all keys as they stand (-c is not needed) and end",
@@ -44,6 +65,7 @@ int main(int argc, char** argv) {
       std::printf("%s: ok\n", options.config_path.c_str());
       return 0;
     }
+    if (realtime) run_in_real_time(*realtime);
     Daemon(options).run();
     return 0;
   });

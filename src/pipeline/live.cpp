@@ -1,5 +1,7 @@
 #include "pipeline/live.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <exception>
 #include <utility>
@@ -27,9 +29,10 @@ void add_timing(const Timing& timing, Status& status) {
 
 }  // namespace
 
-Live::Live(const Config& config, Handler handler)
+Live::Live(const Config& config, Handler handler, Alive alive)
     : runner_(config, Execution::kThreaded),
       last_input_(std::chrono::steady_clock::now()),
+      alive_(std::move(alive)),
       handler_(std::move(handler)),
       inputs_(kInputCapacity),
       results_(kResultCapacity),
@@ -48,9 +51,12 @@ void Live::stop() {
 }
 
 void Live::estimate() {
+  pthread_setname_np(pthread_self(), "estimator");  // for top -H and the like
   while (!inputs_.finished()) {
     const auto batch = inputs_.pop_all(kIdle);
+    alive_();
     for (const auto& input : batch) {
+      alive_();
       guarded([&] { return runner_.feed(input); });
     }
     if (batch.empty()) {
@@ -111,6 +117,7 @@ void Live::hand_out(Results results) {
 }
 
 void Live::publish() {
+  pthread_setname_np(pthread_self(), "publisher");
   while (!results_.finished()) {
     for (const auto& results : results_.pop_all(kIdle)) handler_(results);
   }

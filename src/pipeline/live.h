@@ -21,9 +21,12 @@ class Live {
  public:
   // Called on the publish thread, in order.
   using Handler = std::function<void(const Results&)>;
+  // Called on the estimator thread, before each input and once a second without any.
+  using Alive = std::function<void()>;
 
   // Starts the threads. Throws ConfigError where settings contradict each other.
-  Live(const Config& config, Handler handler);
+  Live(
+      const Config& config, Handler handler, Alive alive = [] {});
   ~Live();  // stop()
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
@@ -47,6 +50,7 @@ class Live {
   Runner runner_;
   std::chrono::steady_clock::time_point last_input_;
   TimeNs last_time_ = 0;  // newest data time estimated
+  Alive alive_;
 
   Handler handler_;                // used by the publish thread only
   MessageQueue<Input> inputs_;     // guards itself

@@ -7,8 +7,12 @@ FOLDER is for files; the scenario fails by an exception.
 
 from __future__ import annotations
 
+import ctypes
+import io
 import math
+import os
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -17,9 +21,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+
 from gprodom.lcm import LCM
 from gprodom.messages import fingerprint, message
 from gprodom.replay import find_program
+from gprodom.status.heard import Heard
+from gprodom.status.view import page
 
 URL = "udpm://239.255.76.67:7667?ttl=0"
 START_UTIME = 1_700_000_000_000_000
@@ -29,13 +37,15 @@ PATIENCE_S = 15.0
 class Daemon:
     """A gprodomd of our own, its log and what it publishes."""
 
-    def __init__(self, folder: Path, config: str) -> None:
+    def __init__(self, folder: Path, config: str, **environment: str) -> None:
         self.config = folder / "config.yaml"
         self.config.write_text(config)
         self._log_path = folder / "log"
         with open(self._log_path, "w") as log:
             self.process = subprocess.Popen(
-                [str(find_program("gprodomd")), "-c", str(self.config)], stderr=log
+                [str(find_program("gprodomd")), "-c", str(self.config)],
+                stderr=log,
+                env={**os.environ, **environment},
             )
         self.lcm = LCM(URL)
         self.heard: dict[str, list[Any]] = {}
@@ -146,5 +156,129 @@ def hostile(folder: Path) -> None:
         daemon.stop(signal.SIGINT)
 
 
+class Manager:
+    """What systemd is to a service of Type=notify: a socket for its notices."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "notify"
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.bind(str(self.path))
+        self.heard: list[str] = []
+
+    def hear(self, patience_s: float) -> bool:
+        """Takes the next notice; False where none comes."""
+        self._socket.settimeout(patience_s)
+        try:
+            self.heard.append(self._socket.recv(4096).decode())
+            return True
+        except (TimeoutError, BlockingIOError):
+            return False
+
+    def await_notices(self, start: str, count: int = 1) -> None:
+        while sum(notice.startswith(start) for notice in self.heard) < count:
+            assert self.hear(PATIENCE_S), f"in vain: {count} of {start} in {self.heard}"
+
+
+class FrozenThread:
+    """Stops one thread of a process for a while, as a debugger would."""
+
+    SEIZE, INTERRUPT, DETACH, WALL = 0x4206, 0x4207, 17, 0x40000000
+
+    def __init__(self, process: int, name: str) -> None:
+        tasks = Path(f"/proc/{process}/task").iterdir()
+        (self._task,) = [
+            int(task.name) for task in tasks if (task / "comm").read_text().strip() == name
+        ]
+        self._libc = ctypes.CDLL(None, use_errno=True)
+
+    def _ptrace(self, request: int) -> None:
+        arguments = (ctypes.c_long(request), self._task, ctypes.c_void_p(), ctypes.c_void_p())
+        if self._libc.ptrace(*arguments) != 0:
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+    def __enter__(self) -> FrozenThread:
+        self._ptrace(self.SEIZE)
+        self._ptrace(self.INTERRUPT)
+        os.waitpid(self._task, self.WALL)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ptrace(self.DETACH)
+
+
+def service(folder: Path) -> None:
+    """Readiness, reload, and a watchdog that silence feeds and a stuck estimator does not."""
+    manager = Manager(folder)
+    with Daemon(folder, "", NOTIFY_SOCKET=str(manager.path), WATCHDOG_USEC="1000000") as daemon:
+        manager.await_notices("READY=1")
+        manager.await_notices("WATCHDOG=1", 3)  # without any input
+        manager.await_notices("STATUS=health: failed: no input for")
+        daemon.reread("logging:\n  level: debug\n")
+        manager.await_notices("RELOADING=1")
+        manager.await_notices("READY=1", 2)
+        with FrozenThread(daemon.process.pid, "estimator"):
+            while manager.hear(0.0):  # sent before it stood still
+                pass
+            daemon.stand(1.0, START_UTIME)
+            assert not manager.hear(3.0), manager.heard[-1]
+        daemon.stop(signal.SIGTERM)
+        manager.await_notices("STOPPING=1")
+
+
+def journal(folder: Path) -> None:
+    """Where standard error is the journal, lines begin with their level and have no stamp."""
+    with open(folder / "log", "w") as log:
+        file = os.fstat(log.fileno())
+    # The daemon opens the same file again, which keeps its device and inode.
+    with Daemon(folder, "", JOURNAL_STREAM=f"{file.st_dev}:{file.st_ino}") as daemon:
+        daemon.reread("wheel:\n  scale: abc\n")
+        daemon.await_log("<3>config not applied")
+        assert daemon.log().startswith("<6>gprodomd ")
+        daemon.stop(signal.SIGTERM)
+
+
+def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
+    """Exit code and words of `gprodom status --once` while the robot stands; utime after it."""
+    command = [sys.executable, "-m", "gprodom", "status", "--once"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as asked:
+        while asked.poll() is None:
+            utime = daemon.stand(0.1, utime)
+        assert asked.stdout is not None
+        return asked.returncode, asked.stdout.read().decode(), utime
+
+
+def status(folder: Path) -> None:
+    """`gprodom status`: healthy, degraded, and on a terminal."""
+    with Daemon(folder, "gpr:\n  enabled: false\n") as daemon:
+        end = daemon.stand(5.0, START_UTIME)
+        code, said, _ = asked_once(daemon, end)
+        assert (code, said.split(":")[0]) == (0, "ok"), said
+        assert "standing" in said
+        assert " 0 revisits" in said
+        daemon.stop(signal.SIGTERM)
+    with Daemon(folder, "") as daemon:
+        end = daemon.stand(5.0, START_UTIME)
+        code, said, end = asked_once(daemon, end)
+        assert code == 1, said
+        assert said.startswith("degraded (GPR_TRACE: no data for a second or more): "), said
+        heard = Heard()
+        daemon.lcm.subscribe(".*", heard.take)
+        daemon.stand(2.0, end)
+        shown = Console(record=True, width=100, file=io.StringIO())
+        shown.print(page(heard, URL))
+        text = shown.export_text()
+        for part in ("degraded", "standing", "wheel scale", "IMU  ", "solver.mean_ms"):
+            assert part in text, text
+        daemon.stop(signal.SIGTERM)
+
+
+SCENARIOS = {
+    "reread": reread,
+    "hostile": hostile,
+    "service": service,
+    "journal": journal,
+    "status": status,
+}
+
 if __name__ == "__main__":
-    {"reread": reread, "hostile": hostile}[sys.argv[1]](Path(sys.argv[2]))
+    SCENARIOS[sys.argv[1]](Path(sys.argv[2]))

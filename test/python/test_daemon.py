@@ -53,6 +53,7 @@ def test_print_config_is_the_file_and_shows_overrides() -> None:
         (["-c", "x", "extra"], 2, "unexpected argument extra"),
         (["--fast"], 2, "unknown option --fast"),
         (["--check-config=yes"], 2, "--check-config takes no value"),
+        (["--realtime", "100"], 2, "expected a priority from 1 to 99, got 100"),
         (["-c", "/no/such.yaml"], 1, "/no/such.yaml: cannot be read: No such file or directory"),
         (["--print-config", "--set", "wheel.scal=1"], 1, "did you mean wheel.scale?"),
     ],
@@ -75,7 +76,19 @@ def test_bad_lcm_url_is_one_line_that_helps() -> None:
     assert "expected one like udpm://" in result.stderr
 
 
-@pytest.mark.parametrize("scenario", ["reread", "hostile"])
+def test_status_without_a_daemon() -> None:
+    code = "import sys; from gprodom.cli import main; sys.exit(main(sys.argv[1:]))"
+    result = run_isolated(code, "status", "--once", "--timeout", "1.5")
+    assert result.returncode == 1
+    assert "is gprodomd running" in result.stderr
+
+
+def test_status(tmp_path: Path) -> None:
+    result = run_isolated(SCENARIOS.read_text(), "status", str(tmp_path))
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("scenario", ["reread", "hostile", "service", "journal"])
 @pytest.mark.parametrize("user", ["ours", "unprivileged"])
 def test_live(scenario: str, user: str) -> None:
     as_user: Sequence[str] = ()

@@ -1,0 +1,1 @@
+"""``gprodom status``: what a running gprodomd says about itself."""

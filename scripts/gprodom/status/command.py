@@ -1,0 +1,107 @@
+"""``gprodom status``."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import TYPE_CHECKING
+
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.errors import Error, UsageError
+
+if TYPE_CHECKING:
+    from gprodom.lcm import LCM
+    from gprodom.status.heard import Heard
+
+DESCRIPTION = """\
+Shows what a running gprodomd is doing, until interrupted: health and its reasons, the estimate with
+its uncertainty, standstill, slip, revisits, rates and delays of all channels, and the daemon's own
+counts and times.
+
+--once prints one line and ends, with exit code 0 where the daemon is healthy, else 1: degraded,
+failed, or not heard of within --timeout.
+"""
+
+EXAMPLES = """\
+  gprodom status
+  gprodom status --once || systemctl restart gprodomd
+  gprodom status --once --json
+"""
+
+SETTLE_S = 1.2  # after the first message, so that rates are worth something
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Registers the subcommand."""
+    from gprodom.lcm import DEFAULT_URL
+
+    parser = add_command(subparsers, "status", "watch a running gprodomd", DESCRIPTION, EXAMPLES)
+    parser.add_argument(
+        "--lcm-url",
+        default=DEFAULT_URL,
+        metavar="URL",
+        help="LCM connection (default: %(default)s)",
+    )
+    parser.add_argument("--once", action="store_true", help="print one line and end")
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=5.0,
+        metavar="S",
+        help="seconds to wait for the daemon, with --once (default: 5)",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit code: with --once 0 where healthy, 1 where not."""
+    from gprodom.lcm import LCM
+    from gprodom.status.heard import Heard
+
+    if args.json and not args.once:
+        raise UsageError("--json goes with --once")
+    try:
+        lcm = LCM(args.lcm_url)
+    except RuntimeError:
+        raise Error(
+            f"LCM URL {args.lcm_url}: cannot be used; is there a route for multicast "
+            "(ip route add 224.0.0.0/4 dev lo)?"
+        ) from None
+    heard = Heard()
+    lcm.subscribe(".*", heard.take).set_queue_capacity(1000)
+    return _once(args, lcm, heard) if args.once else _watch(args, lcm, heard)
+
+
+def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
+    from gprodom.status.heard import figures
+    from gprodom.status.view import line
+
+    started = time.monotonic()
+    while heard.status is None or time.monotonic() < started + SETTLE_S:
+        if time.monotonic() > started + max(args.timeout, SETTLE_S):
+            raise Error(
+                f"no STATUS on {args.lcm_url} within {args.timeout:g} s: is gprodomd running, "
+                "on this URL?"
+            )
+        lcm.handle_timeout(50)
+    if args.json:
+        print_json(figures(heard))
+    else:
+        print(line(heard))
+    return 0 if heard.status.health == 0 else 1
+
+
+def _watch(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
+    from rich.live import Live
+
+    from gprodom.status.view import page
+
+    with Live(page(heard, args.lcm_url), auto_refresh=False, screen=True) as live:
+        due = time.monotonic()
+        while True:
+            lcm.handle_timeout(100)
+            if time.monotonic() >= due:
+                live.update(page(heard, args.lcm_url), refresh=True)
+                due = time.monotonic() + 0.25

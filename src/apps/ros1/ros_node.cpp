@@ -1,0 +1,109 @@
+#include "apps/ros1/ros_node.h"
+
+#include <stdexcept>
+
+#include "gprodom/config.h"
+
+namespace gprodom {
+namespace {
+
+// Bursts, such as a bag played fast, are queued rather than dropped.
+constexpr std::uint32_t kQueue = 10000;
+
+Config configuration(const ros::NodeHandle& parameters) {
+  const auto path = parameters.param<std::string>("config", "");
+  return path.empty() ? default_config({}) : load_config(path, {});
+}
+
+double positive(const ros::NodeHandle& parameters, const std::string& name) {
+  double value = 0.0;
+  if (!parameters.getParam(name, value) || !(value > 0.0)) {
+    throw std::runtime_error("parameter ~" + name + ": expected a number above 0, in metres");
+  }
+  return value;
+}
+
+}  // namespace
+
+RosNode::RosNode() : private_("~") {
+  private_.param("map_frame", frames_.map, frames_.map);
+  private_.param("odom_frame", frames_.odom, frames_.odom);
+  private_.param("base_frame", frames_.body, frames_.body);
+  private_.param("publish_tf", publish_tf_, publish_tf_);
+  odometry_ = topics_.advertise<nav_msgs::Odometry>("odometry", kQueue);
+  odometry_map_ = topics_.advertise<nav_msgs::Odometry>("odometry_map", kQueue);
+  diagnostics_ = topics_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  live_ = std::make_unique<Live>(configuration(private_),
+                                 [this](const Results& results) { publish(results); });
+  subscribe();
+  serve("reset");
+}
+
+void RosNode::serve(const std::string& name) {
+  using Request = std_srvs::Trigger::Request;
+  using Response = std_srvs::Trigger::Response;
+  const boost::function<bool(Request&, Response&)> answer = [this, name](Request&, Response& said) {
+    command(name, said);
+    return true;
+  };
+  services_.push_back(private_.advertiseService(name, answer));
+}
+
+// Subscribes to `topic`; `take` is called on the thread that spins.
+template <class Message>
+void RosNode::on(const std::string& topic, std::function<void(const Message&)> take) {
+  subscribers_.push_back(topics_.subscribe<Message>(
+      topic, kQueue, [take](const boost::shared_ptr<const Message>& message) { take(*message); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+}
+
+void RosNode::subscribe() {
+  on<sensor_msgs::Imu>("imu", [this](const auto& m) { live_->push(ros1::to_sample(m)); });
+  on<gprodom_ros::GprTrace>("gpr", [this](const auto& m) { live_->push(ros1::to_trace(m)); });
+  const auto wheel = private_.param<std::string>("wheel", "odometry");
+  if (wheel == "odometry") {
+    on<nav_msgs::Odometry>("wheel_odometry", [this](const auto& m) { live_->push(wheel_.add(m)); });
+  } else if (wheel == "joint") {
+    const auto joint = private_.param<std::string>("wheel_joint", "");
+    if (joint.empty()) throw std::runtime_error("parameter ~wheel_joint: expected a joint's name");
+    const double radius_m = positive(private_, "wheel_radius");
+    on<sensor_msgs::JointState>("joint_states", [this, joint, radius_m](const auto& m) {
+      if (const auto sample = ros1::to_sample(m, joint, radius_m)) live_->push(*sample);
+    });
+  } else if (wheel == "ticks") {
+    const double metres = positive(private_, "metres_per_tick");
+    on<std_msgs::Int64>("wheel_ticks", [this, metres](const auto& m) {
+      // This message alone has no stamp of its own.
+      live_->push(WheelSample{ros1::to_ns(ros::Time::now()), static_cast<double>(m.data) * metres});
+    });
+  } else if (wheel != "none") {
+    throw std::runtime_error("parameter ~wheel: expected odometry, joint, ticks or none, got " +
+                             wheel);
+  }
+}
+
+void RosNode::publish(const Results& results) {
+  const auto& in_odom = results.outputs.odometry;
+  const auto& in_map = results.odometry_in_map;
+  for (std::size_t i = 0; i < in_odom.size(); ++i) {
+    odometry_.publish(ros1::to_odometry(in_odom[i], frames_.odom, frames_.body));
+    odometry_map_.publish(ros1::to_odometry(in_map[i], frames_.map, frames_.body));
+    if (!publish_tf_) continue;
+    transforms_.sendTransform({ros1::to_transform(in_odom[i], in_map[i], frames_),
+                               ros1::to_transform(in_odom[i], frames_)});
+  }
+  for (const auto& warning : results.outputs.warnings) ROS_WARN_STREAM(warning);
+  for (const auto& status : results.outputs.status) {
+    diagnostics_.publish(ros1::to_diagnostics(status, "gprodom: odometry"));
+  }
+}
+
+void RosNode::command(const std::string& name, std_srvs::Trigger::Response& response) {
+  Command command;
+  command.name = name;
+  live_->push(command);
+  response.success = 1;
+  response.message = name + " is asked of the estimator; what comes of it is in the log";
+}
+
+}  // namespace gprodom

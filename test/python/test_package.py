@@ -1,0 +1,77 @@
+"""What `cmake --install` leaves: a library others find, and pages that tell of every option."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import gprodom
+from conftest import CHECKOUT
+from gprodom.cli import COMMANDS, build_parser
+from gprodom.replay import find_program
+
+
+def run(*command: str | Path, **environment: str) -> str:
+    result = subprocess.run(
+        command, capture_output=True, text=True, env={**os.environ, **environment}
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+def test_an_outside_project_finds_and_uses_the_library(tmp_path: Path) -> None:
+    built = gprodom._build_folder()
+    if built is None or not (built / "cmake_install.cmake").is_file():
+        pytest.skip("not run from a checkout that is built")
+    # PATH as the system has it, so that an environment's cmake or Python is not what finds it.
+    run("cmake", "--install", built, "--prefix", tmp_path / "usr", DESTDIR="", PATH=os.defpath)
+    source = CHECKOUT / "test" / "outside"
+    run("cmake", "-S", source, "-B", tmp_path / "b", f"-DCMAKE_PREFIX_PATH={tmp_path / 'usr'}")
+    run("cmake", "--build", tmp_path / "b")
+    said = run(tmp_path / "b" / "outside")
+    assert re.fullmatch(r"\d+ poses, at most 0\.00\d+ m from the origin\n", said)
+    assert str(CHECKOUT) not in (tmp_path / "usr/lib").as_posix()
+
+
+@pytest.mark.parametrize(("program", "section"), [("gprodomd", 8), ("gprodom-replay", 1)])
+def test_man_page_tells_of_every_option(program: str, section: int) -> None:
+    page = (CHECKOUT / "share" / "man" / f"{program}.{section}").read_text().replace("\\-", "-")
+    options = re.findall(r"^  (?:(-\w), )?(--[\w-]+)", run(find_program(program), "--help"), re.M)
+    assert len(options) > 5
+    described = [line for line in page.splitlines() if line.startswith((".BR -", ".B --"))]
+    assert [o for o in options if not any(o[1] in line.split() for line in described)] == []
+    assert len(described) == len(options)
+
+
+def test_man_page_tells_of_every_command() -> None:
+    page = (CHECKOUT / "share" / "man" / "gprodom.1").read_text()
+    commands = re.findall(r"^    (\w+)", build_parser().format_help(), re.M)
+    assert len(commands) >= len(COMMANDS)
+    assert re.findall(r"^\.TP\n\.B (\w+)$", page, re.M) == commands
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("gprodomd --check", "--check-config"),
+        ("gprodom-replay --sm", "--smoothed"),
+        ("gprodom conv", "convert"),
+        ("gprodom convert c", "cmu"),
+        ("gprodom convert cmu --sam", "--sample-interval"),
+    ],
+)
+def test_completion(line: str, offered: str) -> None:
+    words = line.split()
+    path = f"{CHECKOUT / 'build' / 'bin'}:{os.environ['PATH']}"
+    script = f"""
+        . {CHECKOUT / "share" / "completions" / "gprodom"}
+        COMP_WORDS=({line}) COMP_CWORD={len(words) - 1}
+        gprodom() {{ {sys.executable} -m gprodom "$@"; }}
+        _gprodom {words[0]} && printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    assert run("bash", "-c", script, PATH=path) == f"{offered}\n"
