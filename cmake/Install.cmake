@@ -17,6 +17,7 @@ configure_file(cmake/gprodom-config.cmake ${PROJECT_BINARY_DIR}/gprodom-config.c
 # The programs, and what an operator reads and edits.
 install(TARGETS gprodomd gprodom-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(FILES config/gprodom.yaml DESTINATION ${CMAKE_INSTALL_SYSCONFDIR}/gprodom)
+install(DIRECTORY config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom/config)
 install(FILES config/cmu_gpr.yaml config/paper.yaml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom/config)
 install(DIRECTORY lcmtypes DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom FILES_MATCHING
@@ -33,7 +34,7 @@ endforeach()
 set(GPRODOM_PYTHON_INSTALL "" CACHE STRING "Folder for the Python package, such as lib/python3/dist-packages")
 if(GPRODOM_PYTHON_INSTALL AND TARGET _core)
   install(DIRECTORY scripts/gprodom DESTINATION ${GPRODOM_PYTHON_INSTALL} FILES_MATCHING
-    PATTERN *.py PATTERN __pycache__ EXCLUDE)
+    PATTERN *.py PATTERN *.npz PATTERN __pycache__ EXCLUDE)
   install(DIRECTORY ${GPRODOM_PYTHON_OUTPUT}/gprodom/lcmtypes
     DESTINATION ${GPRODOM_PYTHON_INSTALL}/gprodom FILES_MATCHING PATTERN *.py)
   install(TARGETS _core LIBRARY DESTINATION ${GPRODOM_PYTHON_INSTALL}/gprodom)

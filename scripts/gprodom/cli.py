@@ -28,6 +28,7 @@ from gprodom.errors import Error
 
 COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
+    "gprodom.ground.command",
     "gprodom.simulate.command",
     "gprodom.run",
     "gprodom.score.command",

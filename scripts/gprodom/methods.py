@@ -70,6 +70,10 @@ METHODS = {
 }
 
 
+# The rows of a benchmark where none are named: all but those that differ in a sign.
+DEFAULT_METHODS = tuple(name for name in METHODS if not name.endswith("_signed"))
+
+
 def find_method(name: str) -> Method:
     """The method of that name."""
     if name not in METHODS:

@@ -12,11 +12,14 @@ import pytest
 
 import gprodom
 from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
+from gprodom.benchmark.pairs import compare_methods, interval
+from gprodom.benchmark.simulated import drives
 from gprodom.calibrate import Shifts, fit_k
 from gprodom.cli import main
-from gprodom.errors import Error
+from gprodom.errors import Error, UsageError
 from gprodom.methods import METHODS
-from gprodom.score.record import COLUMNS
+from gprodom.score.figures import Figures
+from gprodom.score.record import COLUMNS, Record, make_record
 from gprodom.trajectory import read_tum
 
 
@@ -236,3 +239,60 @@ def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixtu
     ]
     assert main(arguments) == 2
     assert "magic" in capsys.readouterr().err
+
+
+def record(sequence: str, method: str, error: float) -> Record:
+    figures = Figures(error, None, error, None, None, None, 100, 0, 30.0)
+    return make_record(sequence, method, "causal", "se2", figures)
+
+
+def test_methods_are_told_apart_only_where_they_differ() -> None:
+    rng = np.random.default_rng(4)
+    records = []
+    for i in range(40):
+        hard = rng.uniform(0.1, 1.0)  # sequences differ far more than methods: pairing matters
+        for method, offset in (("a", 0.0), ("b", 0.02), ("c", 0.0)):
+            error = hard + offset + rng.normal(0, 0.02)
+            records.append(record(f"{i}-0-yard-cmu-gpr", method, error))
+    pairs = {(p.method, p.other): p for p in compare_methods(records)}
+    assert pairs["a", "b"].verdict == "a better"
+    assert pairs["a", "b"].low_m < -0.02 < pairs["a", "b"].high_m
+    assert pairs["b", "c"].verdict == "c better"
+    assert pairs["a", "c"].verdict == "no difference shown"
+    assert compare_methods(records[:12]) == []  # four sequences say nothing
+
+
+def test_bootstrap_interval_covers() -> None:
+    """Of intervals on 30 normal draws some 93 % hold the mean (the percentile method's own)."""
+    rng = np.random.default_rng(5)
+    intervals = [interval(rng.normal(1.0, 1.0, 30)) for _ in range(300)]
+    held = np.mean([low <= 1.0 <= high for low, high in intervals])
+    assert 0.88 < held < 0.98
+
+
+def test_report_says_what_is_of_other_data(tmp_path: Path) -> None:
+    ours = make_sequence(tmp_path / "1700000000-0-gates_g-cmu-gpr")
+    theirs = make_sequence(tmp_path / "1700001000-0-nsh_b-cmu-gpr")
+    (theirs / "camera").mkdir()
+    for sources, said in (([ours, theirs], True), ([theirs], False)):
+        out = tmp_path / f"out{said}"
+        arguments = ["benchmark", *map(str, sources), "--methods", "wheel", "-o", str(out), "-j1"]
+        assert main(arguments) == 0
+        page = (out / "report.html").read_text()
+        assert ("MEASURED ON OTHER DATA: 1 of 2" in page) == said
+        assert "0.568" in page  # the published mean stands beside
+        assert page.count("<img") == page.count('src="data:image/png;base64,') >= 4
+
+
+def test_simulated_sequences_are_the_same_again(tmp_path: Path) -> None:
+    made = drives(2, 7, ("rays",), 4.0)
+    assert [drive.name for drive in made] == [
+        f"{1_700_000_007 + i}-0-rays-cmu-gpr" for i in range(2)
+    ]
+    logs_made = [drive.make(tmp_path) for drive in made]
+    first = logs_made[0].read_bytes()
+    logs_made[0].unlink()
+    assert drives(1, 7, ("rays",), 4.0)[0].make(tmp_path).read_bytes() == first
+    assert logs_made[1].read_bytes() != first
+    with pytest.raises(UsageError, match="rays"):
+        drives(1, 7, ("moon",), 4.0)

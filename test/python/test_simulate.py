@@ -14,10 +14,16 @@ import pytest
 
 from conftest import CHECKOUT
 from gprodom.cli import main
-from gprodom.simulate import Spec, make_route, simulate, stream
+from gprodom.errors import UsageError
+from gprodom.ground.survey import Survey, write_survey
+from gprodom.simulate import Spec, make_route, radar, simulate, stream
+from gprodom.simulate.drive import Drive
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuSpec, rotation_from_rpy
+from gprodom.simulate.radar import RadarSpec
+from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import ROUTES
+from gprodom.simulate.sequence import SurveySpec
 from gprodom.simulate.wheel import Slip, WheelSpec
 
 NO_NOISE = ImuSpec(
@@ -221,3 +227,100 @@ def test_bad_arguments(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> No
     assert len(lines) == 2
     assert "expected 1 to 5000" in lines[0]
     assert "does not exist" in lines[1]
+
+
+def test_eight_and_stops_over_repeating_ground() -> None:
+    """Laps as long as the ground close; lines stay on it."""
+    drive = replace(make_route("eight", 40.0, 0.6, 1.0, stream(1, "route"), 10.0), lateral_noise=0)
+    motion = simulate(Spec(drive, ground=None), 1).truth
+    laps = np.searchsorted(motion.s, [0.5, 10.5, 20.5])
+    assert np.ptp(motion.x[laps]) < 0.05
+    assert np.ptp(motion.y[laps]) < 0.05
+    assert np.abs(np.degrees(np.ptp(motion.yaw))) < 300  # left and right cancel
+    stops = make_route("stops", 40.0, 0.6, 1.0, stream(1, "route"), 10.0)
+    motion = simulate(Spec(stops, ground=None), 1).truth
+    assert motion.s.min() > -1e-6
+    assert motion.s.max() <= 9.0 + 1e-6
+    assert motion.travelled[-1] == pytest.approx(40, abs=0.5)
+    with pytest.raises(UsageError, match="repeats"):
+        make_route("random", 40.0, 0.6, 1.0, stream(1, "route"), 10.0)
+
+
+def test_place_beside_the_track() -> None:
+    """Wandering off a closed track and back, over several laps: where, and how far aside."""
+    track = make_route("loop", 30.0, 0.6, 1.0, stream(1, "route"), 10.0)
+    data = simulate(Spec(replace(track, wander=0.03, yaw=1.0), ground=None), 4)
+    motion = data.truth
+    along, beside = data.drive.beside_track(motion.s, motion.x, motion.y)
+    assert 0.01 < np.abs(beside).max() < 0.2
+    assert np.abs(along - motion.s).max() < 0.2
+    centre = Drive(replace(track, wander=0.0, lateral_noise=0.0, yaw=1.0), stream(1, "drive"))
+    there = centre.beside_track(motion.s, motion.x, motion.y)
+    np.testing.assert_allclose(there, (along, beside), atol=1e-9)
+    # The middle of the track is driven without wandering.
+    exact = simulate(Spec(replace(track, wander=0, lateral_noise=0, yaw=1.0), ground=None), 4)
+    m = exact.truth
+    along, beside = exact.drive.beside_track(m.s, m.x, m.y)
+    assert np.abs(beside).max() < 1e-3
+    assert np.abs(along - m.s).max() < 1e-3
+
+
+def test_radar_faults() -> None:
+    time = np.arange(4000) * 1.0  # long enough to see slow drifts whole
+    wave = np.tile(3000 * np.sin(np.arange(200) / 4) * np.hanning(200), (4000, 1))
+
+    def measure(**faults: float) -> np.ndarray:
+        spec = RadarSpec(noise=0.0, **faults)
+        return radar.measure(wave, time, 2e-10, spec, stream(2, "radar")).astype(float)
+
+    clean = measure()
+    np.testing.assert_allclose(clean, wave, atol=0.5)
+    gain = measure(gain_drift=0.05) @ wave[0] / (wave[0] @ wave[0])
+    assert 0.03 < gain.std() < 0.07
+    late = [
+        np.correlate(trace, wave[0], "full").argmax() - 199
+        for trace in measure(time_zero_drift=4e-10)[::40]
+    ]
+    assert 1 <= np.std(late) <= 4  # two samples
+    ring = measure(ringing=500.0) - clean
+    assert np.abs(ring - ring[0]).max() <= 1.0  # the same in every trace
+    struck = np.abs(measure(spikes=0.01) - clean).max(axis=1) > 1000
+    assert 0.005 < struck.mean() < 0.02
+
+
+def test_vibration_grows_with_speed() -> None:
+    imu = replace(NO_NOISE, accel_vibration=0.3, gyro_vibration=0.01)
+    data = simulate(Spec(route("line"), imu=imu, ground=None, station=None), 3)
+    motion = data.motion_at(data.imu_utime)
+    shaken = data.imu.acceleration[:, 2] - imu.gravity
+    assert np.abs(shaken[np.abs(motion.v) < 1e-9]).max() < 1e-9
+    fast, slow = np.abs(motion.v) > 0.7, (np.abs(motion.v) > 0.2) & (np.abs(motion.v) < 0.4)
+    per_speed = [np.std(shaken[part] / motion.v[part]) for part in (fast, slow)]
+    assert per_speed == pytest.approx([0.3, 0.3], rel=0.15)
+
+
+def test_lever_arms() -> None:
+    drive = route("loop")
+    spec = robot(drive, None, prism=(0.3, -0.2))
+    data = simulate(replace(spec, station=replace(spec.station, noise=0.0)), 2)
+    motion = data.motion_at(data.station_utime)
+    cos, sin = np.cos(motion.yaw), np.sin(motion.yaw)
+    prism = np.column_stack([motion.x + 0.3 * cos + 0.2 * sin, motion.y + 0.3 * sin - 0.2 * cos])
+    apart = [np.linalg.norm(p[1:] - p[0], axis=1) for p in (data.station[:, :2], prism)]
+    np.testing.assert_allclose(apart[0], apart[1], atol=1e-9)
+
+
+def test_ground_of_a_survey_is_seen_again(tmp_path: Path) -> None:
+    """The same place gives the same trace forwards, backwards and a lap later."""
+    x = np.arange(500) / 500
+    lines = 5000 * np.sin(2 * np.pi * (x[:, None] * 30 + np.arange(120) / 13))
+    survey = Survey("made", lines.astype(np.int16)[None], 0.02, np.zeros(1), 2e-10, 1e-9)
+    write_survey(tmp_path / "made.npz", survey)
+    drive = make_route("loop", 30.0, 0.6, 1.0, stream(1, "route"), survey.length)
+    ground = SurveySpec(str(tmp_path / "made.npz"), middle=0.0)
+    clean = RadarSpec(noise=0.0)
+    data = simulate(Spec(replace(drive, lateral_noise=0), radar=clean, ground=ground), 1)
+    s = data.motion_at(data.gpr_utime).s
+    expected = 5000 * np.sin(2 * np.pi * (s[:, None] / 10 * 30 + np.arange(120) / 13))
+    assert s.max() > 20
+    assert np.abs(data.traces - expected).max() < 0.02 * 5000

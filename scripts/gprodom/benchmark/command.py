@@ -10,13 +10,16 @@ from pathlib import Path
 
 from gprodom.benchmark.jobs import Sequence, Settings
 from gprodom.benchmark.page import write_report
+from gprodom.benchmark.pairs import MIN_SEQUENCES
 from gprodom.benchmark.results import as_json, describe, write_csv, write_json
-from gprodom.benchmark.schedule import run_all
+from gprodom.benchmark.schedule import make_all, run_all
+from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
-from gprodom.methods import describe_methods, find_method
+from gprodom.ground.survey import shipped
+from gprodom.methods import DEFAULT_METHODS, describe_methods, find_method
 from gprodom.run import add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.record import scene_of, sequence_name
@@ -30,20 +33,27 @@ sequences' own truth, and writes
   DIR/SEQUENCE/METHOD.smoothed.tum   every state from one solution over all data
   DIR/results.csv                    a row for each sequence, method and mode
   DIR/results.json                   the same, with means, the K of each row, and what failed
-  DIR/report.html                    tables and trajectories; fetches nothing
+  DIR/report.html                    the paper's experiments on these sequences, beside the
+                                     published figures, and every score; fetches nothing
 
 The scene is read off a sequence's name (TIME-0-SCENE-cmu-gpr). Methods with a K (displacement per
 unit of shift) have it fitted on the other sequences of the scene. A second run with the same
 arguments goes on where the first stopped; what changed is run again. A failure leaves the other
-rows going and ends with exit code 1.
+rows going and ends with exit code 1. From {MIN_SEQUENCES} sequences on every two methods are
+compared by paired differences with bootstrap intervals.
+
+--simulate N makes N sequences, kept in DIR/simulated (some 4 MB each): sequence i from seed S + i
+alone, grounds and routes taking turns. The same arguments give the same sequences, and a larger N
+adds to them.
 
 methods:
 {describe_methods()}
 """
 
 EXAMPLES = """\
-  gprodom benchmark data/*.zip --methods wheel,imu_wheel,gprodom -o out
+  gprodom benchmark data/*.zip -o out
   gprodom benchmark data/*.zip --methods sfm,trace_count -o out --sample-interval beach=3.125e-10
+  gprodom benchmark --simulate 200 --methods wheel,imu_wheel,gprodom -o out
 """
 
 
@@ -52,8 +62,13 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES
     )
-    parser.add_argument("sources", metavar="SEQ", type=Path, nargs="+", help="sequence or LCM log")
-    parser.add_argument("--methods", required=True, metavar="A,B", help="see above")
+    parser.add_argument("sources", metavar="SEQ", type=Path, nargs="*", help="sequence or LCM log")
+    parser.add_argument(
+        "--methods",
+        metavar="A,B",
+        default=",".join(DEFAULT_METHODS),
+        help="see above (default: all but the signed ones)",
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
     parser.add_argument(
         "-j",
@@ -62,6 +77,25 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="N",
         default=os.cpu_count() or 1,
         help="jobs at a time (default: one a processor)",
+    )
+    parser.add_argument(
+        "--simulate", type=int, metavar="N", default=0, help="N simulated sequences, too"
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="S", default=0, help="of the first of them (default 0)"
+    )
+    parser.add_argument(
+        "--grounds",
+        metavar="A,B",
+        default=",".join((*shipped(), RAYS)),
+        help="of --simulate (default %(default)s)",
+    )
+    parser.add_argument(
+        "--distance",
+        type=float,
+        metavar="M",
+        default=30.0,
+        help="that they drive, give or take 30 %% (default %(default)s)",
     )
     add_config_options(parser)
     parser.add_argument(
@@ -121,7 +155,11 @@ def run(args: argparse.Namespace) -> int:
     if args.jobs < 1:
         raise UsageError(f"-j {args.jobs}: expected at least 1")
     output: Path = args.output
-    sequences = name_sequences(args.sources, output, dict(args.sample_interval))
+    if args.simulate < 0 or not args.sources + [None] * args.simulate:
+        raise UsageError("nothing to do: give sequences, or --simulate N")
+    made = drives(args.simulate, args.seed, tuple(args.grounds.split(",")), args.distance)
+    sources = [*args.sources, *make_all(made, output / "simulated", args.jobs)]
+    sequences = name_sequences(sources, output, dict(args.sample_interval))
     settings = Settings(args.config, tuple(args.overrides), args.align, args.first_m)
     for sequence in sequences:
         sequence.folder.mkdir(parents=True, exist_ok=True)

@@ -6,13 +6,14 @@ import fcntl
 import hashlib
 import json
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gprodom import logs
+from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate import Fit, Shifts, fit_k, measure_shifts
 from gprodom.displacement import Displacements, reckon
 from gprodom.errors import Error
@@ -22,12 +23,13 @@ from gprodom.methods import Method
 from gprodom.replay import default_config, find_program
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
-from gprodom.score.figures import compare
+from gprodom.score.figures import Comparison, compare
 from gprodom.score.jumps import MapJumps
 from gprodom.score.record import Mode, Record, make_record, scene_of
 from gprodom.score.sources import NoTruthError, read_truth
 from gprodom.trajectory import Trajectory, write_tum
 
+_KEPT = 2  # the form of what is kept
 CAUSAL = "causal"
 SMOOTHED = "smoothed"
 
@@ -64,11 +66,13 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one job: records, causal first (none without truth), or a failure."""
+    """What came of one job: records, causal first, and the causal one's curves (none without
+    truth), or a failure."""
 
     sequence: str
     method: str
     records: tuple[Record, ...] = ()
+    curves: Curves | None = None
     failure: str = ""
     k: Fit | None = None
     reused: bool = False
@@ -76,12 +80,17 @@ class Outcome:
 
 def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: object) -> str:
     """Changes when anything does that the result depends on."""
-    facts: list[object] = [sequence.sample_interval, method, settings, *more]
+    facts: list[object] = [_KEPT, sequence.sample_interval, method, settings, *more]
     facts.append(_stamp(sequence.source))
     if method.reckoned != "wheel":
         facts.append(_stamp(find_program()))
         facts.append((settings.config or default_config()).read_text(encoding="utf-8"))
     return hashlib.sha256(repr(facts).encode()).hexdigest()
+
+
+def _newest(path: Path) -> float:
+    files = path.rglob("*.csv") if path.is_dir() else [path]
+    return max((file.stat().st_mtime for file in files), default=0.0)
 
 
 def _stamp(path: Path) -> list[tuple[str, int, int]]:
@@ -94,7 +103,11 @@ def convert(sequence: Sequence) -> None:
     """Makes the sequence's log, unless it is there. Of several jobs that need it one does."""
     with (sequence.folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not sequence.log.exists():
+        log, source = sequence.log, sequence.source
+        # What a run that was killed left is good, unless the sequence has changed since.
+        if log.exists() and not log.is_symlink() and log.stat().st_mtime < _newest(source):
+            log.unlink()
+        if not log.exists():
             made = as_log(sequence.source, sequence.folder, sequence.sample_interval)
             if made != sequence.log:
                 sequence.log.symlink_to(made.resolve())
@@ -180,17 +193,22 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
         before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if before["key"] == key:
             records = tuple(Record(**record) for record in before["records"])
-            return Outcome(sequence.name, method.name, records, k=fit, reused=True)
+            curves = Curves.from_json(before["curves"])
+            return Outcome(sequence.name, method.name, records, curves, k=fit, reused=True)
     convert(sequence)
     result = _estimate(sequence, method, settings, fit)
     write_tum(tum, result.trajectory)
     if result.smoothed is not None:
         write_tum(sequence.folder / f"{method.name}.smoothed.tum", result.smoothed)
-    records = _score(sequence, method, settings, result)
-    content = {"key": key, "records": [record.as_dict() for record in records]}
+    records, curves = _score(sequence, method, settings, result)
+    content = {
+        "key": key,
+        "records": [record.as_dict() for record in records],
+        "curves": asdict(curves) if curves else None,
+    }
     with replacing(kept) as part:
-        part.write_text(json.dumps(content, indent=1), encoding="utf-8")
-    return Outcome(sequence.name, method.name, records, k=fit)
+        part.write_text(json.dumps(content), encoding="utf-8")
+    return Outcome(sequence.name, method.name, records, curves, k=fit)
 
 
 def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit | None) -> Estimate:
@@ -207,17 +225,20 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
 
 def _score(
     sequence: Sequence, method: Method, settings: Settings, result: Estimate
-) -> tuple[Record, ...]:
+) -> tuple[tuple[Record, ...], Curves | None]:
     truth = read_sequence_truth(sequence)
     if truth is None:
-        return ()
+        return (), None
 
-    def record(mode: Mode, trajectory: Trajectory, jumps: MapJumps | None) -> Record:
-        score = compare(associate(trajectory, truth), settings.align, settings.first_m)
-        name = method.name
-        return make_record(sequence.name, name, mode, settings.align, score.figures, jumps)
+    def score(trajectory: Trajectory) -> Comparison:
+        return compare(associate(trajectory, truth), settings.align, settings.first_m)
 
-    causal = record(CAUSAL, result.trajectory, result.jumps)
-    if result.smoothed is None:
-        return (causal,)
-    return (causal, record(SMOOTHED, result.smoothed, None))
+    def record(mode: Mode, comparison: Comparison, jumps: MapJumps | None) -> Record:
+        name, figures = method.name, comparison.figures
+        return make_record(sequence.name, name, mode, settings.align, figures, jumps)
+
+    causal = score(result.trajectory)
+    records = [record(CAUSAL, causal, result.jumps)]
+    if result.smoothed is not None:
+        records.append(record(SMOOTHED, score(result.smoothed), None))
+    return tuple(records), measure_curves(causal)

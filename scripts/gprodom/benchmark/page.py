@@ -1,23 +1,25 @@
-"""report.html of a benchmark."""
+"""report.html of a benchmark: the paper's experiments on these sequences, then every figure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
 from pathlib import Path
+from typing import Any
 
-from gprodom.benchmark.jobs import Outcome, Sequence, Settings, read_sequence_truth
-from gprodom.benchmark.results import summarise, table_cells
-from gprodom.errors import Error
+from gprodom.benchmark import pictures
+from gprodom.benchmark.jobs import CAUSAL, Outcome, Sequence, Settings
+from gprodom.benchmark.pairs import compare_methods, pair_cells
+from gprodom.benchmark.published import FUSED, GPR_ONLY, SCENES, Published, is_of_dataset
+from gprodom.benchmark.results import mean_of, summarise, table_cells, weighted_mean
+from gprodom.log_writer import replacing
 from gprodom.plot import canvas
-from gprodom.score.align import fit
-from gprodom.score.associate import associate
 from gprodom.score.figures import FIGURE_NAMES
 from gprodom.score.page import text
-from gprodom.score.pictures import draw_paths
 from gprodom.score.record import Record
-from gprodom.trajectory import Trajectory, read_tum
 
 SHOWN = ("sequence", "method", "mode", *FIGURE_NAMES, "map_jumps")
+MOST_PATHS = 24
+DPI = 90
 
 
 def write_report(
@@ -27,40 +29,27 @@ def write_report(
     records: Items[Record],
     settings: Settings,
 ) -> None:
-    """Means by method, every score, what failed, and the trajectories of each sequence."""
+    """One page that fetches nothing."""
     header, rows = table_cells(summarise(records))
     best = _best_row(rows, header.index("mean ATE (m)"))
     parts = [
         canvas.paragraph(
-            f"Alignment {settings.align}. Causal: as published, never rewritten; "
-            "smoothed: from one solution over all data. Means are over "
-            "sequences; the columns of scenes hold the mean absolute trajectory error (RMS, m)."
+            f"{len(sequences)} sequences. Alignment {settings.align}. Causal: as published, never "
+            "rewritten; smoothed: from one solution over all data. Means are over sequences, or "
+            "weighted by the distance travelled; the columns of scenes hold the mean absolute "
+            "trajectory error (RMS, m)."
         ),
         canvas.heading("Methods"),
         canvas.table(header, [[text(cell) for cell in row] for row in rows], best),
+        *_failures(outcomes),
+        *_published(sequences, records),
+        *_experiments(outcomes, records),
+        *_compared(records),
     ]
-    failures = [outcome for outcome in outcomes if outcome.failure]
-    if failures:
-        cells = [[outcome.sequence, outcome.method, outcome.failure] for outcome in failures]
-        parts += [canvas.heading("Failed"), canvas.table(["sequence", "method", "reason"], cells)]
-    parts.append(canvas.heading("Trajectories"))
-    for sequence in sequences:
-        picture = _trajectories(sequence, outcomes, settings)
-        if picture is not None:
-            parts.append(canvas.picture(picture, sequence.name))
     values = [[text(record.as_dict()[name]) for name in SHOWN] for record in records]
-    parts += [canvas.heading("Every score"), canvas.table(SHOWN, values)]
-    fits = [
-        [outcome.sequence, outcome.method, f"{outcome.k.k:.6g}", str(outcome.k.n)]
-        for outcome in outcomes
-        if outcome.k
-    ]
-    if fits:
-        parts += [
-            canvas.heading("K, fitted on the other sequences of the scene"),
-            canvas.table(["sequence", "method", "K (m per unit of shift)", "windows"], fits),
-        ]
-    path.write_text(canvas.page("gprodom benchmark", parts), encoding="utf-8")
+    parts += [canvas.heading("Every score"), canvas.table(SHOWN, values), *_fits(outcomes)]
+    with replacing(path) as part:
+        part.write_text(canvas.page("gprodom benchmark", parts), encoding="utf-8")
 
 
 def _best_row(rows: Items[Items[object]], column: int) -> list[int]:
@@ -68,21 +57,117 @@ def _best_row(rows: Items[Items[object]], column: int) -> list[int]:
     return [min(known)[1]] if known else []
 
 
-def _trajectories(sequence: Sequence, outcomes: Items[Outcome], settings: Settings) -> bytes | None:
-    truth = read_sequence_truth(sequence)
-    done = [o.method for o in outcomes if o.sequence == sequence.name and o.records]
-    if truth is None or not done:
-        return None
-    paths: dict[str, Trajectory] = {}
-    for method in done:
-        pairs = associate(read_tum(sequence.folder / f"{method}.tum"), truth)
-        try:
-            transform = fit(pairs, settings.align, settings.first_m)
-        except Error:
-            continue
-        paths[method] = transform.apply(pairs.estimate)
-    figure, (axis,) = canvas.new_figure(width=7.5, height=5.0)
-    draw_paths(axis, truth.position, paths)
-    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
-    axis.set_title(sequence.name)
-    return canvas.png(figure, dpi=90)
+def _failures(outcomes: Items[Outcome]) -> list[str]:
+    cells = [[o.sequence, o.method, o.failure] for o in outcomes if o.failure]
+    if not cells:
+        return []
+    return [canvas.heading("Failed"), canvas.table(["sequence", "method", "reason"], cells)]
+
+
+def _published(sequences: Items[Sequence], records: Items[Record]) -> list[str]:
+    """These results beside what was published on CMU-GPR, and how far they may be compared."""
+    real = [each.name for each in sequences if is_of_dataset(each.source)]
+    if len(real) == len(sequences):
+        note = (
+            "All sequences are of the CMU-GPR dataset. No paper states its alignment or how its "
+            "RMSE is defined, or on which sequences it was taken."
+        )
+    else:
+        note = (
+            f"MEASURED ON OTHER DATA: {len(sequences) - len(real)} of {len(sequences)} sequences "
+            "are not of the CMU-GPR dataset (they have no camera pictures), so the published rows "
+            "are no yardstick for the others. They stand here for their order of magnitude."
+        )
+    methods = list(dict.fromkeys((record.method, record.mode) for record in records))
+    fused = [_row(records, *each) for each in methods]
+    alone = [_row(records, *each) for each in methods if each[0] in (pictures.GPR, pictures.WHEEL)]
+    header = ["RMSE (m)", *SCENES, "by length", "mean", ""]
+    parts = [
+        canvas.heading("Beside the published figures"),
+        canvas.paragraph(note),
+        canvas.table(header, [*fused, *(_printed(each) for each in FUSED)]),
+    ]
+    if alone:
+        parts += [
+            canvas.paragraph("The radar alone, and the wheel alone:"),
+            canvas.table(header, [*alone, *(_printed(each) for each in GPR_ONLY)]),
+        ]
+    return parts
+
+
+def _row(records: Items[Record], method: str, mode: str) -> list[str]:
+    own = [r for r in records if (r.method, r.mode) == (method, mode)]
+    scenes = [mean_of([r for r in own if r.scene == scene], "ate_rmse_m") for scene in SCENES]
+    values = [*scenes, weighted_mean(own), mean_of(own, "ate_rmse_m")]
+    return [f"{method}, {mode}", *(text(value) for value in values), "here"]
+
+
+def _printed(published: Published) -> list[str]:
+    by_length = published.overall if "length" in published.note else None
+    mean = None if by_length is not None else published.overall
+    scenes = [text(published.scenes.get(scene)) for scene in SCENES]
+    note = "published, on CMU-GPR" + (f"; {published.note}" if published.note else "")
+    return [published.who, *scenes, text(by_length), text(mean), note]
+
+
+def _experiments(outcomes: Items[Outcome], records: Items[Record]) -> list[str]:
+    curves = pictures.by_sequence(outcomes)
+    scenes = list(dict.fromkeys(record.scene for record in records))
+    methods = list(dict.fromkeys(record.method for record in records))
+    figures: list[tuple[str, Any, str]] = [
+        (
+            "Travelled distance",
+            pictures.travelled_figure(curves),
+            "Distance travelled: truth, wheel, and the radar alone (SFM, its sign from the wheel).",
+        ),
+        (
+            "Error against sampling interval",
+            pictures.intervals_figure(curves, scenes),
+            "RMS error of the displacement's size from sample to sample, by the time between.",
+        ),
+        (
+            "Error against time",
+            pictures.time_figure(curves, scenes, methods),
+            "RMS position error up to a time, over the scene's sequences that last as long; "
+            "causal, aligned over the whole sequence.",
+        ),
+    ]
+    parts: list[str] = []
+    for title, figure, caption in figures:
+        if figure is not None:
+            image = canvas.picture(canvas.png(figure, dpi=DPI), caption)
+            parts += [canvas.heading(title), image]
+    if curves:
+        parts.append(canvas.heading("Trajectories"))
+    if len(curves) > MOST_PATHS:
+        parts.append(canvas.paragraph(f"The first {MOST_PATHS} of {len(curves)} sequences."))
+    for name in list(curves)[:MOST_PATHS]:
+        figure = pictures.paths_figure(curves[name], methods, name)
+        parts.append(canvas.picture(canvas.png(figure, dpi=DPI), name))
+    return parts
+
+
+def _compared(records: Items[Record]) -> list[str]:
+    pairs = compare_methods([record for record in records if record.mode == CAUSAL])
+    if not pairs:
+        return []
+    header, rows = pair_cells(pairs)
+    return [
+        canvas.heading("Methods compared"),
+        canvas.paragraph(
+            "Causal. Mean difference of the trajectory error over the sequences that both were "
+            "scored on, with its 95 % interval by bootstrap over sequences. Where the interval "
+            "holds 0 no difference is shown."
+        ),
+        canvas.table(header, [[text(cell) for cell in row] for row in rows]),
+    ]
+
+
+def _fits(outcomes: Items[Outcome]) -> list[str]:
+    fits = [[o.sequence, o.method, f"{o.k.k:.6g}", str(o.k.n)] for o in outcomes if o.k]
+    if not fits:
+        return []
+    return [
+        canvas.heading("K, fitted on the other sequences of the scene"),
+        canvas.table(["sequence", "method", "K (m per unit of shift)", "windows"], fits),
+    ]

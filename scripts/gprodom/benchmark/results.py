@@ -10,6 +10,7 @@ from statistics import fmean
 from typing import Any
 
 from gprodom.benchmark.jobs import Outcome, Settings
+from gprodom.benchmark.pairs import compare_methods, pair_cells
 from gprodom.console import format_table, to_json
 from gprodom.log_writer import replacing
 from gprodom.score.record import COLUMNS, Record
@@ -33,6 +34,14 @@ def mean_of(records: Sequence[Record], figure: str) -> float | None:
     return fmean(known) if known else None
 
 
+def weighted_mean(records: Sequence[Record]) -> float | None:
+    """Mean ate_rmse_m, each sequence weighing as the distance it travels."""
+    length = sum(record.distance_m for record in records)
+    if not length:
+        return None
+    return sum(record.ate_rmse_m * record.distance_m for record in records) / length
+
+
 def summarise(records: Sequence[Record]) -> list[dict[str, Any]]:
     """Means by method and mode: of every figure, and of ate_rmse_m by scene. Over sequences alike,
     whatever their length. `sequences` says over how many."""
@@ -49,6 +58,7 @@ def summarise(records: Sequence[Record]) -> list[dict[str, Any]]:
                 scene: mean_of([r for r in group if r.scene == scene], "ate_rmse_m")
                 for scene in scenes
             },
+            "weighted_m": weighted_mean(group),
             **{figure: mean_of(group, figure) for figure in AVERAGED},
         }
         for (method, mode), group in groups.items()
@@ -59,10 +69,19 @@ def table_cells(summary: Sequence[dict[str, Any]]) -> tuple[list[str], list[list
     """Header and rows of the one table: mean ATE by scene and over all, then the other figures."""
     scenes = list(summary[0]["scenes"]) if summary else []
     header = ["method", "mode", "sequences", *(scene or "ATE" for scene in scenes)]
-    header += ["mean ATE (m)", "RPE 1 m (m)", "end (m)", "% of dist.", "NEES xy", "NEES yaw"]
+    header += [
+        "mean ATE (m)",
+        "by length",
+        "RPE 1 m (m)",
+        "end (m)",
+        "% of dist.",
+        "NEES xy",
+        "NEES yaw",
+    ]
     rows: list[list[object]] = [
         [line["method"], line["mode"], line["sequences"], *line["scenes"].values()]
-        + [line[figure] for figure in AVERAGED]
+        + [line["ate_rmse_m"], line["weighted_m"]]
+        + [line[figure] for figure in AVERAGED[1:]]
         for line in summary
     ]
     return header, rows
@@ -79,6 +98,7 @@ def as_json(
         "set": list(settings.overrides),
         "records": [record.as_dict() for record in records],
         "means": summarise(records),
+        "pairs": [{**asdict(pair), "verdict": pair.verdict} for pair in compare_methods(records)],
         "k": [{"sequence": o.sequence, "method": o.method, **asdict(o.k)} for o in outcomes if o.k],
         "failures": [
             {"sequence": o.sequence, "method": o.method, "reason": o.failure}
@@ -95,7 +115,15 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 def describe(records: Sequence[Record], align: str) -> str:
-    """The table as text."""
+    """The table as text, and the methods compared where there are sequences enough."""
     header, rows = table_cells(summarise(records))
-    note = f"ATE and end after alignment {align}; means over sequences; scenes: mean ATE (m)"
-    return format_table(header, rows) + "\n" + note
+    note = (
+        f"ATE and end after alignment {align}; means over sequences (by length: weighted by the "
+        "distance travelled); scenes: mean ATE (m)"
+    )
+    text = format_table(header, rows) + "\n" + note
+    pairs = compare_methods(records)
+    if pairs:
+        text += "\n\n" + format_table(*pair_cells(pairs))
+        text += "\nmean paired differences of ATE, intervals by bootstrap over sequences"
+    return text

@@ -5,14 +5,33 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
 from typing import TypeVar
 
 from gprodom.benchmark.jobs import Outcome, Sequence, Settings, clean, run_job, save_shifts
+from gprodom.benchmark.simulated import Drive
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.methods import METHODS, Method
 
 Result = TypeVar("Result")
+
+
+def make_all(drives: list[Drive], folder: Path, workers: int) -> list[Path]:
+    """The logs of simulated drives in `folder`; those that are there are left as they are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (
+        Progress("simulating", len(drives)) as progress,
+        ProcessPoolExecutor(workers, initializer=_leave_interrupts) as pool,
+    ):
+        futures = [pool.submit(drive.make, folder) for drive in drives]
+        try:
+            for _ in as_completed(futures):
+                progress.advance()
+            return [future.result() for future in futures]
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def run_all(

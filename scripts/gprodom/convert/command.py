@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
+from gprodom.convert import bag_command, tables_command, survey_command
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
@@ -51,6 +52,9 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_json_flag(cmu)
     cmu.set_defaults(run=run)
+    bag_command.add_parser(formats)
+    tables_command.add_parser(formats)
+    survey_command.add_parser(formats)
 
 
 def _positive(text: str) -> float:

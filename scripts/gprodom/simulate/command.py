@@ -8,21 +8,36 @@ from pathlib import Path
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import UsageError
+from gprodom.ground.survey import find_survey, shipped
+from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
+from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.random import stream
+from gprodom.simulate.robot import Point, robot
 from gprodom.simulate.routes import ROUTES, make_route
-from gprodom.simulate.sequence import Spec, simulate
+from gprodom.simulate.sequence import Spec, SurveySpec, simulate
 
 EXAMPLES = """\
   gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
-  gprodom simulate --route loop --distance 60 --slips 4 -o 1700000000-0-loop-cmu-gpr
+  gprodom simulate --ground basement --route eight --slips 4 -o 1700000000-0-cellar-cmu-gpr
 """
 
+RAYS, NONE = "rays", "none"
+
 DESCRIPTION = """\
-Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`:
-IMU, wheel encoder and total station with the errors of the estimator's default configuration, and
-radar traces over scatterers and layers. OUT is a zip where so named, else a directory; the truth
-comes beside it as OUT.truth.npz and OUT.json. The same arguments give the same bytes.
+Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`. OUT
+is a zip where so named, else a directory; the truth comes beside it as OUT.truth.npz and OUT.json.
+The same arguments give the same bytes.
+
+The ground is that of survey lines made by FDTD, which `gprodom ground` writes (garage, basement and
+floor come with the package), or one of scatterers and layers by travel time (`rays`): quick, over
+the whole plane, without wave physics. FDTD ground repeats after its length (10 m): laps are made as
+long, lines kept shorter.
+
+The robot has the faults of a real one: IMU noise of an MTi-30, vibration that grows with speed, an
+encoder of 0.182 mm, radar gain and time zero that drift, ringing, spikes, and it wanders some
+centimetres aside from pass to pass. With --plain the errors are those of the estimator's default
+configuration and nothing else.
 """
 
 
@@ -36,7 +51,10 @@ def add_parser(subparsers: Subparsers) -> None:
         "--seed", type=int, default=0, help="0 or more; draws all errors (default: %(default)s)"
     )
     parser.add_argument(
-        "--route", choices=ROUTES, default="line", help="default: %(default)s, with reversals"
+        "--route",
+        choices=ROUTES,
+        default="line",
+        help="default: %(default)s, with reversals; eight: figure of eight; stops: at many places",
     )
     parser.add_argument(
         "--distance", metavar="M", type=float, default=30.0, help="default: %(default)s"
@@ -50,8 +68,61 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--slips", metavar="N", type=int, default=0, help="slip or skid episodes (default: 0)"
     )
+    parser.add_argument(
+        "--ground",
+        metavar="NAME|FILE",
+        default=RAYS,
+        help=f"{', '.join(shipped())}, a file of `gprodom ground`, {RAYS} or {NONE} (no radar; "
+        "default: %(default)s)",
+    )
+    for name, what in (
+        ("antenna", "the radar's middle"),
+        ("contact", "the wheel's point of contact"),
+        ("prism", "the total station's prism"),
+    ):
+        parser.add_argument(
+            f"--{name}",
+            metavar="X,Y",
+            type=parse_point,
+            default=(0.0, 0.0),
+            help=f"{what} in body, m (default: 0,0)",
+        )
+    parser.add_argument("--plain", action="store_true", help="see above")
     add_json_flag(parser)
     parser.set_defaults(run=run)
+
+
+def parse_point(text: str) -> Point:
+    """X,Y in metres."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected X,Y in metres") from None
+    return x, y
+
+
+def make_spec(args: argparse.Namespace) -> Spec:
+    """What the arguments ask for."""
+    ground: GroundSpec | SurveySpec | None = GroundSpec() if args.ground == RAYS else None
+    length = None
+    if args.ground not in (RAYS, NONE):
+        ground, length = SurveySpec(args.ground), find_survey(args.ground).length
+    drive: DriveSpec = make_route(
+        args.route, args.distance, args.speed, args.standstill, stream(args.seed, "route"), length
+    )
+    if args.plain:
+        if args.antenna != (0, 0) or args.contact != (0, 0) or args.prism != (0, 0):
+            raise UsageError("--plain: takes no --antenna, --contact or --prism")
+        return Spec(drive, ground=ground, slips=args.slips, kind=args.route)
+    return robot(
+        drive,
+        ground,
+        kind=args.route,
+        slips=args.slips,
+        antenna=args.antenna,
+        contact=args.contact,
+        prism=args.prism,
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -65,11 +136,9 @@ def run(args: argparse.Namespace) -> int:
     ):
         if not low <= getattr(args, name) <= high:
             raise UsageError(f"--{name} {getattr(args, name)}: expected {low} to {high}")
-    drive = make_route(
-        args.route, args.distance, args.speed, args.standstill, stream(args.seed, "route")
-    )
+    spec = make_spec(args)
     with Progress("simulating", 2) as progress:
-        simulated = simulate(Spec(drive, slips=args.slips, kind=args.route), args.seed)
+        simulated = simulate(spec, args.seed)
         progress.advance()
         paths = write_sequence(simulated, args.output)
         progress.advance()

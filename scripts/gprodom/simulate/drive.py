@@ -6,8 +6,9 @@ integrate back to the motion. The ground is flat: roll, pitch and height are zer
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from gprodom.arrays import Floats
 _PEAK = 2.1875  # of the smooth step's slope
 _GRID = 0.001  # s; of the integration of position
 _SLIP_LENGTH = 0.05  # m; below it side slip is smooth, above it white
+_WANDER_LENGTHS = (5.3, 8.7)  # m
+_CENTRE_STEP = 0.01  # m, along the track's middle
 
 
 def _step(x: Floats) -> Floats:
@@ -91,12 +94,17 @@ class Stop:
 
 @dataclass(frozen=True)
 class DriveSpec:
-    """A drive. `lateral_noise` (m/sqrt(m)) is side slip, a random walk over the distance driven."""
+    """A drive. `lateral_noise` (m/sqrt(m)) is side slip, a random walk over the distance driven.
+
+    `wander` (m) is how far the robot steers to either side of its track and back, differently on
+    each pass: heading swings of two lengths and random phases over the distance driven.
+    """
 
     track: Track
     steps: tuple[Move | Stop, ...]
     acceleration: float = 0.5  # m/s^2, at most
     lateral_noise: float = 0.003
+    wander: float = 0.0
     yaw: float = 0.0  # rad, of the track at its start
 
 
@@ -143,6 +151,7 @@ class Drive:
         knots = int(np.ceil(travelled / _SLIP_LENGTH)) + 4
         # White noise of this density over the distance, cubic splines of unit area between knots.
         self._slip = random.standard_normal(knots) * (spec.lateral_noise / np.sqrt(_SLIP_LENGTH))
+        self._phase = random.uniform(0, 2 * np.pi, len(_WANDER_LENGTHS))
         self._grid_x, self._grid_y = self._integrate()
 
     def at(self, t: Floats) -> Motion:
@@ -155,6 +164,44 @@ class Drive:
         x = self._grid_x[index] + 0.5 * rest * (x0 + dx)
         y = self._grid_y[index] + 0.5 * rest * (y0 + dy)
         return Motion(x=x, y=y, **motion)
+
+    def beside_track(self, s: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Where (x, y) (n,), m, lie along the middle of the track and to the left of it, m.
+
+        `s` (n,) says roughly where along it: a track may come by a place more than once.
+        """
+        centre = self._centre
+        along = np.asarray(s, np.float64)
+        for _ in range(4):
+            cx, cy, heading, curvature = centre(along)
+            ahead = (x - cx) * np.cos(heading) + (y - cy) * np.sin(heading)
+            left = (y - cy) * np.cos(heading) - (x - cx) * np.sin(heading)
+            along = along + ahead / np.clip(1 - curvature * left, 0.5, 2.0)
+        return along, left
+
+    @cached_property
+    def _centre(self) -> Callable[[Floats], tuple[Floats, Floats, Floats, Floats]]:
+        """x, y, heading and curvature of the track's middle, without wander and side slip."""
+        track, yaw = self._spec.track, self._spec.yaw
+        ends = [s for phase in self._phases for s in (phase.s0, phase.s0 + phase.distance)]
+        low, high = (0.0, track.length) if track.closed else (min(ends) - 2, max(ends) + 2)
+        steps = int(np.ceil((high - low) / _CENTRE_STEP))
+        fine = np.linspace(low, high, 2 * steps + 1)
+        heading = yaw + track.heading(fine)[0]
+        grid, width = fine[::2], fine[2] - fine[0]
+        places = []
+        for slope in (np.cos(heading), np.sin(heading)):
+            pieces = (slope[0:-2:2] + 4 * slope[1:-1:2] + slope[2::2]) * (width / 6)
+            place = np.concatenate([[0.0], np.cumsum(pieces)])
+            places.append(place - np.interp(0.0, grid, place))
+
+        def centre(s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+            local = np.mod(s, track.length) if track.closed else s
+            turn, curvature = track.heading(s)
+            x, y = (np.interp(local, grid, place) for place in places)
+            return x, y, yaw + turn, curvature
+
+        return centre
 
     def _integrate(self) -> tuple[Floats, Floats]:
         """Position on the grid, by Simpson's rule."""
@@ -170,11 +217,12 @@ class Drive:
         """What needs no integration, and the velocity in the world."""
         s, travelled, v, a = self._law(t)
         heading, curvature = self._spec.track.heading(s)
-        yaw = self._spec.yaw + heading
+        swing, swing_rate = self._swing(travelled)
+        yaw = self._spec.yaw + heading + swing
         slope, slope_rate = self._side_slip(travelled)
         lateral = v * slope
         lateral_rate = a * slope + v * np.abs(v) * slope_rate
-        yaw_rate = curvature * v
+        yaw_rate = curvature * v + swing_rate * np.abs(v)
         acceleration = np.stack([a - yaw_rate * lateral, lateral_rate + yaw_rate * v], axis=1)
         motion = {
             "s": s,
@@ -207,6 +255,17 @@ class Drive:
             v,
             change / duration * _step_slope(x),
         )
+
+    def _swing(self, travelled: Floats) -> tuple[Floats, Floats]:
+        """Heading off the track's (rad) by wandering, and its derivative (rad/m)."""
+        swing, rate = np.zeros_like(travelled), np.zeros_like(travelled)
+        for length, phase in zip(_WANDER_LENGTHS, self._phase, strict=True):
+            number = 2 * np.pi / length
+            angle = number * travelled + phase
+            size = self._spec.wander * number / len(_WANDER_LENGTHS)
+            swing = swing + size * np.sin(angle)
+            rate = rate + size * number * np.cos(angle)
+        return swing, rate
 
     def _side_slip(self, travelled: Floats) -> tuple[Floats, Floats]:
         """Slope of the side slip over the distance driven, and its derivative (1/m)."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -12,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.archive import write_bytes, write_npz, zip_bytes
 from gprodom.arrays import Floats, Ints
-from gprodom.log_writer import replacing
 from gprodom.simulate.sequence import Simulated
-
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # of the zip's members: the same seed gives the same bytes
 
 
 def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
@@ -28,39 +24,15 @@ def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
     name = output.name.removesuffix(".zip")
     files = {file: content.encode() for file, content in _tables(simulated).items()}
     if output.suffix == ".zip":
-        members = {f"{name}/{file}": data for file, data in files.items()}
-        _write_bytes(output, _zip(members))
+        write_bytes(output, zip_bytes({f"{name}/{file}": data for file, data in files.items()}))
     else:
         output.mkdir(exist_ok=True)
         for file, data in files.items():
-            _write_bytes(output / file, data)
+            write_bytes(output / file, data)
     truth, facts = (output.with_name(name + suffix) for suffix in (".truth.npz", ".json"))
-    arrays = _truth(simulated)
-    _write_bytes(truth, _zip({f"{key}.npy": _npy(array) for key, array in arrays.items()}))
-    _write_bytes(facts, (json.dumps(_facts(simulated), indent=1) + "\n").encode())
+    write_npz(truth, _truth(simulated))
+    write_bytes(facts, (json.dumps(_facts(simulated), indent=1) + "\n").encode())
     return [output, truth, facts]
-
-
-def _write_bytes(path: Path, data: bytes) -> None:
-    with replacing(path) as part:
-        part.write_bytes(data)
-
-
-def _zip(members: dict[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in members.items():
-            member = zipfile.ZipInfo(name, _EPOCH)
-            member.compress_type = zipfile.ZIP_DEFLATED
-            member.external_attr = 0o644 << 16
-            archive.writestr(member, data, compresslevel=9)
-    return buffer.getvalue()
-
-
-def _npy(array: Floats) -> bytes:
-    buffer = io.BytesIO()
-    np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-    return buffer.getvalue()
 
 
 def _csv(header: str, utime: Ints, rows: Iterable[str]) -> str:
@@ -131,7 +103,7 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
         "kind": spec.kind,
         "bg": simulated.imu.gyro_bias[0].tolist(),
         "ba": simulated.imu.accel_bias[0].tolist(),
-        "gpr_sample_interval": spec.ground.sample_interval if spec.ground else None,
+        "gpr_sample_interval": simulated.sample_interval,
         "seed": simulated.seed,
         "spec": asdict(spec),
     }

@@ -14,14 +14,12 @@ from gprodom.arrays import Floats, Ints
 
 _REACH = 1.5  # m; scatterers further aside are not seen
 _HALF_WAVELET = 3e-9  # s; the wavelet is nothing beyond
-_FULL_SCALE = 32767
 
 
 @dataclass(frozen=True)
 class GroundSpec:
-    """A radar and the ground under it."""
+    """The ground and the wavelet that it is seen with."""
 
-    rate: float = 20.0  # Hz, traces
     samples: int = 201
     sample_interval: float = 2e-10  # s
     frequency: float = 5e8  # Hz, of the wavelet
@@ -33,7 +31,6 @@ class GroundSpec:
     attenuation: float = 1.2  # 1/m, of amplitude over depth
     amplitude: float = 12000.0  # counts, of a scatterer near the surface
     direct: float = 14000.0  # counts, of the wave that goes straight across
-    noise: float = 30.0  # counts, of each sample
 
 
 def _wavelet(t: Floats, frequency: float) -> Floats:
@@ -107,10 +104,3 @@ class Ground:
         cell = (rows[:, None] * spec.samples + column)[inside]
         total = np.bincount(cell, weights=value[inside], minlength=count * spec.samples)
         return total.reshape(count, spec.samples)
-
-
-def measure(x: Floats, y: Floats, spec: GroundSpec, random: np.random.RandomState) -> Ints:
-    """Traces (n, samples) in counts, with noise, at the antenna's positions (n,), m."""
-    clean = Ground(spec, x, y, random).traces(x, y)
-    noisy = clean + spec.noise * random.standard_normal(clean.shape)
-    return np.clip(np.rint(noisy), -_FULL_SCALE - 1, _FULL_SCALE).astype(np.int32)

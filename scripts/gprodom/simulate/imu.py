@@ -12,6 +12,9 @@ import numpy as np
 from gprodom.arrays import Floats
 from gprodom.simulate.drive import Motion
 
+_INSTABILITY_TIME = 100.0  # s
+_RESONANCE, _RESONANCE_WIDTH = 23.0, 6.0  # Hz, of a frame on wheels
+
 
 @dataclass(frozen=True)
 class ImuSpec:
@@ -30,6 +33,24 @@ class ImuSpec:
     gyro_bias_sigma: float = 2.0e-3  # rad/s
     accel_bias_sigma: float = 0.03  # m/s^2
     gravity: float = 9.80665  # m/s^2
+    # Bias instability: besides walking, the biases come and go by this much in `_INSTABILITY_TIME`.
+    gyro_instability: float = 0.0  # rad/s
+    accel_instability: float = 0.0  # m/s^2
+    # Vibration of the moving robot, standard deviation per m/s of speed.
+    accel_vibration: float = 0.0  # m/s^2 / (m/s)
+    gyro_vibration: float = 0.0  # rad/s / (m/s)
+
+
+# MTi-30. The published calibration's 2.28e-3 rad/s and 8.27e-3 m/s^2 are of single samples at 200
+# Hz; its "random walks" are bias instabilities.
+MTI30 = ImuSpec(
+    gyro_noise_density=1.61e-4,
+    accel_noise_density=5.85e-4,
+    gyro_bias_walk=0.0,
+    accel_bias_walk=0.0,
+    gyro_instability=5.0e-5,
+    accel_instability=1.33e-4,
+)
 
 
 @dataclass(frozen=True)
@@ -72,8 +93,16 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
 
     gyro_bias = bias(spec.gyro_bias_sigma, spec.gyro_bias_walk)
     accel_bias = bias(spec.accel_bias_sigma, spec.accel_bias_walk)
-    measured_rate = rate + gyro_bias + white(spec.gyro_noise_density)
-    measured_force = force + accel_bias + white(spec.accel_noise_density)
+    measured_rate = rate + white(spec.gyro_noise_density)
+    measured_force = force + white(spec.accel_noise_density)
+    if spec.gyro_instability or spec.accel_instability:
+        gyro_bias = gyro_bias + spec.gyro_instability * _wandering(n, step, random)
+        accel_bias = accel_bias + spec.accel_instability * _wandering(n, step, random)
+    if spec.gyro_vibration or spec.accel_vibration:
+        speed = np.abs(motion.v)[:, None]
+        measured_rate = measured_rate + spec.gyro_vibration * speed * _rattle(n, step, random)
+        measured_force = measured_force + spec.accel_vibration * speed * _rattle(n, step, random)
+    measured_rate, measured_force = measured_rate + gyro_bias, measured_force + accel_bias
     turn = np.concatenate([[0.0], np.cumsum((measured_rate @ body_imu.T)[:-1, 2])]) * step
     return ImuData(
         acceleration=measured_force,
@@ -82,6 +111,28 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
         gyro_bias=gyro_bias,
         orientation=_orientation(float(motion.yaw[0]) + turn, spec.rpy_body_imu),
     )
+
+
+def _wandering(n: int, step: float, random: np.random.RandomState) -> Floats:
+    """(n, 3), unit variance, forgets over `_INSTABILITY_TIME`."""
+    from scipy.signal import lfilter
+
+    kept = float(np.exp(-step / _INSTABILITY_TIME))
+    shocks = random.standard_normal((n, 3)) * np.sqrt(1 - kept**2)
+    shocks[0] = random.standard_normal(3)
+    return np.asarray(lfilter([1.0], [1.0, -kept], shocks, axis=0))
+
+
+def _rattle(n: int, step: float, random: np.random.RandomState) -> Floats:
+    """(n, 3), unit variance: half of the power white, half at a frame's resonance."""
+    from scipy.signal import iirpeak, lfilter
+
+    numerator, denominator = iirpeak(_RESONANCE, _RESONANCE / _RESONANCE_WIDTH, 1 / step)
+    ringing = lfilter(numerator, denominator, random.standard_normal((n, 3)), axis=0)
+    white = random.standard_normal((n, 3))
+    # The peak filter passes this share of the white noise's power.
+    share = np.pi * _RESONANCE_WIDTH * step / (1 + np.pi * _RESONANCE_WIDTH * step)
+    return np.asarray(np.sqrt(0.5) * (white + ringing / np.sqrt(share)))
 
 
 def _orientation(yaw: Floats, rpy: tuple[float, float, float]) -> Floats:

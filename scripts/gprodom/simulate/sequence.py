@@ -7,10 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.simulate import ground, imu, wheel
+from gprodom.ground.survey import find_survey
+from gprodom.simulate import imu, radar, wheel
 from gprodom.simulate.drive import Drive, DriveSpec, Motion
-from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuData, ImuSpec
+from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.random import stream
 from gprodom.simulate.wheel import WheelData, WheelSpec
 
@@ -19,12 +21,24 @@ _TRUTH_RATE = 20.0  # Hz
 
 @dataclass(frozen=True)
 class StationSpec:
-    """A total station that follows a prism over the track point, in a frame of its own."""
+    """A total station that follows a prism on the robot, in a frame of its own."""
 
     rate: float = 8.0  # Hz
     jitter: float = 0.005  # s, of the intervals
     noise: float = 0.0015  # m
     height: float = 1.2  # m
+    prism: tuple[float, float] = (0.0, 0.0)  # m, in body
+
+
+@dataclass(frozen=True)
+class SurveySpec:
+    """Ground of survey lines (`gprodom.ground`), by name or file, along the drive's track.
+
+    `middle` (m): the track lies here between the first line and the others.
+    """
+
+    survey: str
+    middle: float = 0.03
 
 
 @dataclass(frozen=True)
@@ -34,7 +48,8 @@ class Spec:
     drive: DriveSpec
     imu: ImuSpec = field(default_factory=ImuSpec)
     wheel: WheelSpec = field(default_factory=WheelSpec)
-    ground: GroundSpec | None = field(default_factory=GroundSpec)
+    radar: RadarSpec = field(default_factory=RadarSpec)
+    ground: GroundSpec | SurveySpec | None = field(default_factory=GroundSpec)
     station: StationSpec | None = field(default_factory=StationSpec)
     slips: int = 0  # drawn episodes
     kind: str = ""  # of drive, for the record
@@ -53,6 +68,7 @@ class Simulated:
     wheel: WheelData
     gpr_utime: Ints
     traces: Ints  # (g, samples); g = 0 without radar
+    sample_interval: float | None  # s, of the radar
     station_utime: Ints
     station: Floats  # (t, 3), m, in the station's frame
     truth_utime: Ints
@@ -81,11 +97,12 @@ def simulate(spec: Spec, seed: int) -> Simulated:
     drawn = wheel.draw_slips(spec.slips, wheel_t, wheel_motion.v, stream(seed, "slip"))
     spec = replace(spec, wheel=replace(spec.wheel, slips=spec.wheel.slips + drawn))
 
-    gpr_time, traces = np.zeros(0, np.int64), np.zeros((0, 0), np.int32)
+    gpr_time, traces, sample_interval = np.zeros(0, np.int64), np.zeros((0, 0), np.int32), None
     if spec.ground is not None:
-        gpr_time = ticks(spec.ground.rate)
-        antenna = drive.at(gpr_time * 1e-6)
-        traces = ground.measure(antenna.x, antenna.y, spec.ground, stream(seed, "ground"))
+        gpr_time = ticks(spec.radar.rate)
+        clean, sample_interval = _look(drive, gpr_time * 1e-6, spec, seed)
+        errors = stream(seed, "radar")
+        traces = radar.measure(clean, gpr_time * 1e-6, sample_interval, spec.radar, errors)
     station_time, station = np.zeros(0, np.int64), np.zeros((0, 3))
     if spec.station is not None:
         station_time, station = _survey(drive, spec.station, stream(seed, "station"))
@@ -99,6 +116,7 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         wheel=wheel.measure(wheel_t, wheel_motion, spec.wheel, stream(seed, "wheel")),
         gpr_utime=spec.start_utime + gpr_time,
         traces=traces,
+        sample_interval=sample_interval,
         station_utime=spec.start_utime + station_time,
         station=station,
         truth_utime=spec.start_utime + truth_time,
@@ -107,19 +125,38 @@ def simulate(spec: Spec, seed: int) -> Simulated:
     )
 
 
+def _at(motion: Motion, arm: tuple[float, float]) -> tuple[Floats, Floats]:
+    """World position (n,), m, of a point of the robot."""
+    cos, sin = np.cos(motion.yaw), np.sin(motion.yaw)
+    return motion.x + cos * arm[0] - sin * arm[1], motion.y + sin * arm[0] + cos * arm[1]
+
+
+def _look(drive: Drive, time: Floats, spec: Spec, seed: int) -> tuple[Floats, float]:
+    """Noise-free traces (n, samples) at the times, counts, and their sample interval, s."""
+    motion = drive.at(time)
+    x, y = _at(motion, spec.radar.lever_arm)
+    if isinstance(spec.ground, SurveySpec):
+        survey = find_survey(spec.ground.survey)
+        along, beside = drive.beside_track(motion.s + spec.radar.lever_arm[0], x, y)
+        return survey.traces(along, beside + spec.ground.middle), survey.sample_interval
+    assert spec.ground is not None
+    ground = Ground(spec.ground, x, y, stream(seed, "ground"))
+    return ground.traces(x, y), spec.ground.sample_interval
+
+
 def _survey(drive: Drive, spec: StationSpec, random: np.random.RandomState) -> tuple[Ints, Floats]:
     """Times (us from the start) and positions (n, 3) as a total station reports them."""
     count = int(drive.duration * spec.rate)
     steps = 1.0 / spec.rate + spec.jitter * np.clip(random.standard_normal(count), -3, 3)
     time = np.cumsum(np.rint(steps * 1e6).astype(np.int64))
     time = time[time < int(drive.duration * 1e6)]
-    motion = drive.at(time * 1e-6)
+    x, y = _at(drive.at(time * 1e-6), spec.prism)
     yaw, origin = random.uniform(-np.pi, np.pi), random.uniform(-20, 20, 2)
     cos, sin = np.cos(yaw), np.sin(yaw)
     position = np.column_stack(
         [
-            origin[0] + cos * motion.x - sin * motion.y,
-            origin[1] + sin * motion.x + cos * motion.y,
+            origin[0] + cos * x - sin * y,
+            origin[1] + sin * x + cos * y,
             np.full(len(time), spec.height),
         ]
     )

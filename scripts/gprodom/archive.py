@@ -1,0 +1,44 @@
+"""Zips and npz files whose bytes depend on what is in them alone, not on when they are made."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.arrays import Floats
+from gprodom.log_writer import replacing
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # of the members
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Writes a file entirely or not at all."""
+    with replacing(path) as part:
+        part.write_bytes(data)
+
+
+def zip_bytes(members: Mapping[str, bytes]) -> bytes:
+    """A zip of the members, in their order."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, data in members.items():
+            member = zipfile.ZipInfo(name, _EPOCH)
+            member.compress_type = zipfile.ZIP_DEFLATED
+            member.external_attr = 0o644 << 16
+            archive.writestr(member, data, compresslevel=9)
+    return buffer.getvalue()
+
+
+def write_npz(path: Path, arrays: Mapping[str, Floats]) -> None:
+    """What ``numpy.load`` reads."""
+    write_bytes(path, zip_bytes({f"{key}.npy": _npy(array) for key, array in arrays.items()}))
+
+
+def _npy(array: Floats) -> bytes:
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, np.asarray(array, order="C"), allow_pickle=False)
+    return buffer.getvalue()

@@ -1,0 +1,156 @@
+"""Pictures of a benchmark's report, from the curves that the jobs kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from collections.abc import Sequence as Items
+from math import ceil, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gprodom.benchmark.curves import INTERVALS, STEP_S, Curves
+from gprodom.benchmark.jobs import Outcome
+from gprodom.plot import canvas
+from gprodom.score.record import scene_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GPR, WHEEL = "gpr_sfm", "wheel"  # the paper's distances: of the radar alone, of the encoder
+MOST_PANELS = 12
+
+ByMethod = Mapping[str, Curves]
+
+
+def by_sequence(outcomes: Items[Outcome]) -> dict[str, dict[str, Curves]]:
+    """The curves there are, by sequence and method."""
+    found: dict[str, dict[str, Curves]] = {}
+    for outcome in outcomes:
+        if outcome.curves is not None:
+            found.setdefault(outcome.sequence, {})[outcome.method] = outcome.curves
+    return found
+
+
+def colours(methods: Items[str]) -> dict[str, tuple[str, str]]:
+    """Colour and line style of each method, the same in all pictures."""
+    styles = ("-", "--", ":")
+    count = len(canvas.COLOURS)
+    return {
+        name: (canvas.COLOURS[i % count], styles[i // count % len(styles)])
+        for i, name in enumerate(methods)
+    }
+
+
+def _panels(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    columns = min(3, count)
+    rows = ceil(count / columns)
+    figure, axes = canvas.new_figure(rows, columns, width=width * columns, height=height * rows)
+    for axis in axes[count:]:
+        axis.set_axis_off()
+    return figure, axes
+
+
+def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
+    """Distance travelled over time: of the radar alone, of the wheel, of the truth."""
+    shown = [name for name, each in curves.items() if GPR in each or WHEEL in each]
+    shown = shown[:MOST_PANELS]
+    if not shown:
+        return None
+    figure, axes = _panels(len(shown), 4.0, 2.7)
+    for axis, name in zip(axes, shown, strict=False):
+        each = curves[name]
+        truth = next(iter(each.values()))
+        axis.plot(truth.time, truth.true_distance, color=canvas.TRUTH_COLOUR, lw=3, label="truth")
+        for method, colour in ((WHEEL, canvas.COLOURS[0]), (GPR, canvas.COLOURS[1])):
+            if method in each:
+                own = each[method]
+                axis.plot(own.time, own.distance, color=colour, lw=1.2, label=method)
+        axis.set_title(name, fontsize="small")
+        axis.set_xlabel("time (s)")
+        axis.set_ylabel("travelled (m)")
+    axes[0].legend(frameon=False, fontsize="small")
+    return figure
+
+
+def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> Figure | None:
+    """RMS error of a displacement against the time over which it is taken, by scene."""
+    methods = [method for method in (WHEEL, GPR) if any(method in each for each in curves.values())]
+    if not methods:
+        return None
+    figure, axes = _panels(len(scenes), 4.0, 3.0)
+    for axis, scene in zip(axes, scenes, strict=False):
+        here = [each for name, each in curves.items() if scene_of(name) == scene]
+        for method, colour in zip(methods, canvas.COLOURS, strict=False):
+            values = interval_values([each[method] for each in here if method in each])
+            axis.plot(INTERVALS, values, "o-", color=colour, lw=1.2, ms=4, label=method)
+        axis.set_title(scene or "all", fontsize="small")
+        axis.set_xlabel("sampling interval (s)")
+        axis.set_ylabel("RMS error (m)")
+        axis.set_xscale("log")
+        axis.set_yscale("log")
+    axes[0].legend(frameon=False, fontsize="small")
+    return figure
+
+
+def interval_values(curves: Items[Curves]) -> list[float]:
+    """RMS over sequences by interval; NaN where no sequence is long enough."""
+    values = []
+    for i in range(len(INTERVALS)):
+        known = [each.interval_rms[i] for each in curves]
+        squares = [value**2 for value in known if value is not None]
+        values.append(sqrt(sum(squares) / len(squares)) if squares else float("nan"))
+    return values
+
+
+def time_figure(
+    curves: Mapping[str, ByMethod], scenes: Items[str], methods: Items[str]
+) -> Figure | None:
+    """RMS position error so far against time, over the sequences of each scene that last."""
+    if not curves:
+        return None
+    figure, axes = _panels(len(scenes), 4.2, 3.2)
+    look = colours(methods)
+    for axis, scene in zip(axes, scenes, strict=False):
+        here = [each for name, each in curves.items() if scene_of(name) == scene]
+        for method in methods:
+            runs = [each[method].rms for each in here if method in each]
+            if runs:
+                mean = _mean_square_root(runs)
+                time = np.arange(len(mean)) * STEP_S
+                colour, style = look[method]
+                axis.plot(time, mean, color=colour, ls=style, lw=1.1, label=method)
+        axis.set_title(scene or "all", fontsize="small")
+        axis.set_xlabel("time (s)")
+        axis.set_ylabel("RMSE so far (m)")
+        axis.set_yscale("log")
+    axes[0].legend(frameon=False, fontsize="x-small", ncols=2)
+    return figure
+
+
+def _mean_square_root(runs: Items[Items[float]]) -> np.ndarray:
+    longest = max(len(run) for run in runs)
+    squares = np.full((len(runs), longest), np.nan)
+    for row, run in zip(squares, runs, strict=True):
+        row[: len(run)] = np.square(run)
+    return np.asarray(np.sqrt(np.nanmean(squares, axis=0)))
+
+
+def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
+    """All methods of one sequence over the truth, aligned, seen from above."""
+    figure, (axis,) = canvas.new_figure(width=7.5, height=5.0)
+    truth = np.array(next(iter(each.values())).true_path)
+    axis.plot(*truth.T, color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+    axis.plot(*truth[0], "o", color="0.2", markersize=5)
+    look = colours(methods)
+    for method in methods:
+        if method in each:
+            colour, style = look[method]
+            axis.plot(*np.array(each[method].path).T, color=colour, ls=style, lw=1, label=method)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_xlabel("x (m)")
+    axis.set_ylabel("y (m)")
+    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+    axis.set_title(title)
+    return figure

@@ -1,0 +1,65 @@
+"""Simulated sequences for a benchmark: each from its number alone, kept as an LCM log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from gprodom.convert.streams import streams
+from gprodom.errors import UsageError
+from gprodom.ground.survey import find_survey, shipped
+from gprodom.log_writer import write_log
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.random import stream
+from gprodom.simulate.recording import as_recording
+from gprodom.simulate.robot import robot
+from gprodom.simulate.routes import make_route
+from gprodom.simulate.sequence import SurveySpec, simulate
+
+RAYS = "rays"
+ROUTES = ("line", "loop", "eight", "stops")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A simulated sequence to be made. Grounds and routes take turns with the seed."""
+
+    seed: int
+    grounds: tuple[str, ...]
+    distance: float  # m
+
+    @property
+    def ground(self) -> str:
+        """Its ground, which is its scene."""
+        return self.grounds[self.seed % len(self.grounds)]
+
+    @property
+    def name(self) -> str:
+        """As the dataset names sequences."""
+        return f"{1_700_000_000 + self.seed}-0-{self.ground}-cmu-gpr"
+
+    def make(self, folder: Path) -> Path:
+        """Its log in `folder`, unless it is there."""
+        path = folder / f"{self.name}.lcmlog"
+        if path.exists():
+            return path
+        route = ROUTES[self.seed // len(self.grounds) % len(ROUTES)]
+        choose = stream(self.seed, "benchmark")
+        distance = self.distance * choose.uniform(0.7, 1.3)
+        speed, slips = choose.uniform(0.35, 0.8), int(choose.randint(0, 5))
+        length = None if self.ground == RAYS else find_survey(self.ground).length
+        drive = make_route(route, distance, speed, 6.0, stream(self.seed, "route"), length)
+        ground = GroundSpec() if self.ground == RAYS else SurveySpec(self.ground)
+        simulated = simulate(robot(drive, ground, route, slips), self.seed)
+        assert simulated.sample_interval is not None
+        write_log(path, streams(as_recording(simulated), simulated.sample_interval))
+        return path
+
+
+def drives(count: int, first_seed: int, grounds: tuple[str, ...], distance: float) -> list[Drive]:
+    """`count` of them from `first_seed` on."""
+    known = (*shipped(), RAYS)
+    for ground in grounds:
+        if ground not in known:
+            raise UsageError(f"--grounds {ground}: expected some of {', '.join(known)}")
+    return [Drive(first_seed + i, grounds, distance) for i in range(count)]

@@ -1,0 +1,277 @@
+"""ROS 1 (and 2) bags as channels: IMU, wheel odometry, positions, radar traces. Needs no ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.arrays import Floats, Ints
+from gprodom.console import Progress
+from gprodom.convert.cmu import VOLTS_PER_COUNT
+from gprodom.errors import Error
+from gprodom.log_writer import Stream
+from gprodom.wire import encode
+
+QUANTUM = 1e-5  # m per tick of a wheel that reports metres
+_EARTH = (6378137.0, 6.69437999014e-3)  # WGS 84: half axis in m, eccentricity squared
+
+IMU_TYPES = ("sensor_msgs/msg/Imu",)
+WHEEL_TYPES = (
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/TwistStamped",
+    "sensor_msgs/msg/JointState",
+)
+TRUTH_TYPES = (
+    "sensor_msgs/msg/NavSatFix",
+    "geometry_msgs/msg/PointStamped",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+)
+
+
+@dataclass(frozen=True)
+class Topics:
+    """Which topic is what; None: the bag's only one of a fitting type, or none (gpr, truth)."""
+
+    imu: str | None = None
+    wheel: str | None = None
+    gpr: str | None = None
+    truth: str | None = None
+    wheel_radius: float = 0.0  # m, for a wheel of sensor_msgs/JointState
+    joint: str | None = None  # its name in the JointState; None: the first
+    sample_interval: float = 2e-10  # s, of the radar
+
+
+@dataclass
+class _Rows:
+    time: list[int] = field(default_factory=list)  # us
+    values: list[Any] = field(default_factory=list)
+
+
+def read_streams(path: Path, topics: Topics) -> list[Stream]:
+    """The bag's messages as those of our logs, in order of stamps within each channel."""
+    reader = _open(path)
+    with reader:
+        found = _choose(path, reader.connections, topics)
+        rows: dict[str, _Rows] = {what: _Rows() for what in found}
+        by_topic = {topic: what for what, topic in found.items()}
+        wanted = [c for c in reader.connections if c.topic in by_topic]
+        with Progress("reading", sum(c.msgcount for c in wanted)) as progress:
+            for connection, logged, raw in reader.messages(wanted):
+                what = by_topic[connection.topic]
+                message = reader.deserialize(raw, connection.msgtype)
+                value = _VALUES[what](message, connection.msgtype, topics)
+                if value is not None:
+                    rows[what].time.append(_stamp(message, logged))
+                    rows[what].values.append(value)
+                progress.advance()
+    for what in ("imu", "wheel"):
+        if not rows[what].time:
+            raise Error(f"{path}: topic {found[what]} holds no messages that can be used")
+    return [_stream(what, *_ordered(each), topics) for what, each in rows.items() if each.time]
+
+
+def _open(path: Path) -> Any:
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+    except ImportError:
+        raise Error(
+            "the rosbags library is not installed: pip install 'gprodom[bag]' (in a checkout: "
+            ".venv/bin/pip install -e 'scripts[bag]')"
+        ) from None
+    if not path.exists():
+        raise Error(f"{path}: no such bag")
+    try:
+        return AnyReader([path])
+    except AnyReaderError as error:
+        raise Error(f"{path}: expected a ROS bag: {error}") from None
+
+
+def _choose(path: Path, connections: Any, topics: Topics) -> dict[str, str]:
+    """Topic of each channel, as asked for or by type."""
+    types = {c.topic: c.msgtype for c in connections}
+    chosen: dict[str, str] = {}
+    for what, kinds in (("imu", IMU_TYPES), ("wheel", WHEEL_TYPES), ("truth", TRUTH_TYPES)):
+        asked = getattr(topics, what)
+        fitting = sorted(topic for topic, kind in types.items() if kind in kinds)
+        if asked is not None:
+            if asked not in types:
+                raise Error(f"{path}: no topic {asked}; it has {', '.join(sorted(types))}")
+            # A pose of any kind will do for truth: the odometry of another system, too.
+            if types[asked] not in (*kinds, *(WHEEL_TYPES[:1] if what == "truth" else ())):
+                raise Error(f"{path}: {asked} is {types[asked]}; expected {' or '.join(kinds)}")
+            chosen[what] = asked
+        elif len(fitting) == 1:
+            chosen[what] = fitting[0]
+        elif fitting or what != "truth":
+            having = ", ".join(fitting) or f"none of {', '.join(kinds)}"
+            raise Error(f"{path}: which topic is --{what}? It has {having}")
+    if topics.gpr is not None:
+        if topics.gpr not in types:
+            raise Error(f"{path}: no topic {topics.gpr}; it has {', '.join(sorted(types))}")
+        chosen["gpr"] = topics.gpr
+    return chosen
+
+
+def _stamp(message: Any, logged: int) -> int:
+    """Microseconds: the header's stamp, where it has one, else the time of recording."""
+    header = getattr(message, "header", None)
+    if header is None or not header.stamp.sec:
+        return logged // 1000
+    return int(header.stamp.sec) * 1_000_000 + int(header.stamp.nanosec) // 1000
+
+
+def _ordered(rows: _Rows) -> tuple[Ints, list[Any]]:
+    time = np.array(rows.time, np.int64)
+    order = np.argsort(time, kind="stable")
+    return time[order], [rows.values[i] for i in order.tolist()]
+
+
+def _xyz(vector: Any) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z
+
+
+def _imu(message: Any, _kind: str, _topics: Topics) -> Any:
+    q = message.orientation
+    # ROS says with a covariance of -1 that there is no orientation; some say it with zeros.
+    unit = abs(float(np.linalg.norm([q.w, q.x, q.y, q.z])) - 1) < 0.01
+    known = unit and message.orientation_covariance[0] >= 0
+    return (
+        *_xyz(message.linear_acceleration),
+        *_xyz(message.angular_velocity),
+        float(known),
+        q.w,
+        q.x,
+        q.y,
+        q.z,
+    )
+
+
+def _wheel(message: Any, kind: str, topics: Topics) -> Any:
+    """Pose x, y, yaw of an odometry, speed of a twist, distance of a joint."""
+    if kind.endswith("Odometry"):
+        pose = message.pose.pose
+        q = pose.orientation
+        yaw = np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
+        return pose.position.x, pose.position.y, float(yaw)
+    if kind.endswith("TwistStamped"):
+        return (message.twist.linear.x,)
+    names = list(message.name)
+    index = 0 if topics.joint is None else names.index(topics.joint)
+    return message.position[index] * topics.wheel_radius, 0.0
+
+
+def _truth(message: Any, kind: str, _topics: Topics) -> Any:
+    if kind.endswith("NavSatFix"):
+        if message.status.status < 0:
+            return None
+        return ("fix", message.latitude, message.longitude, message.altitude)
+    point = message.point if kind.endswith("PointStamped") else message.pose
+    while not hasattr(point, "x"):
+        point = point.pose if hasattr(point, "pose") else point.position
+    return ("point", *_xyz(point))
+
+
+def _gpr(message: Any, _kind: str, _topics: Topics) -> Any:
+    for name in ("samples", "data"):
+        if hasattr(message, name):
+            return np.asarray(getattr(message, name), np.float64)
+    raise Error("--gpr: expected messages with an array of samples or data")
+
+
+_VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
+    "imu": _imu,
+    "wheel": _wheel,
+    "truth": _truth,
+    "gpr": _gpr,
+}
+
+
+def wheel_distance(time: Ints, values: list[tuple[float, ...]]) -> Floats:
+    """Signed cumulative distance (n,), m, of odometry poses, speeds or distances."""
+    table = np.array(values, np.float64)
+    if table.shape[1] == 1:  # speeds
+        steps = 0.5 * (table[1:, 0] + table[:-1, 0]) * np.diff(time) * 1e-6
+    elif table.shape[1] == 2:
+        steps = np.diff(table[:, 0])
+    else:  # along the heading in the middle of each step
+        yaw = np.unwrap(table[:, 2])
+        middle = 0.5 * (yaw[1:] + yaw[:-1])
+        dx, dy = np.diff(table[:, 0]), np.diff(table[:, 1])
+        steps = dx * np.cos(middle) + dy * np.sin(middle)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def local_positions(fixes: Floats) -> Floats:
+    """East, north, up (n, 3), m, from the first of latitude, longitude (degrees), height (m)."""
+    latitude, longitude = np.radians(fixes[:, 0]), np.radians(fixes[:, 1])
+    axis, flat = _EARTH
+    bend = 1 - flat * np.sin(latitude[0]) ** 2
+    north_radius, east_radius = axis * (1 - flat) / bend**1.5, axis / np.sqrt(bend)
+    return np.column_stack(
+        [
+            (longitude - longitude[0]) * east_radius * np.cos(latitude[0]),
+            (latitude - latitude[0]) * north_radius,
+            fixes[:, 2] - fixes[0, 2],
+        ]
+    )
+
+
+def imu_stream(time: Ints, acceleration: Floats, rate: Floats) -> Stream:
+    """IMU messages without orientation, of (n, 3) m/s^2 and (n, 3) rad/s."""
+    none = np.zeros((len(time), 4))
+    return _imu_stream(time, acceleration, rate, np.zeros(len(time), bool), none)
+
+
+def _imu_stream(time: Ints, acceleration: Floats, rate: Floats, known: Ints, q: Floats) -> Stream:
+    fields: dict[str, npt.ArrayLike] = {
+        "utime": time,
+        "linear_acceleration": acceleration,
+        "angular_velocity": rate,
+        "has_orientation": known,
+        "orientation": q,
+    }
+    return Stream("IMU", time, encode("imu_t", fields, len(time)))
+
+
+def wheel_stream(time: Ints, distance: Floats) -> Stream:
+    """WHEEL messages of a cumulative distance (n,), m."""
+    ticks = np.rint(distance / QUANTUM).astype(np.int64)
+    fields: dict[str, npt.ArrayLike] = {"utime": time, "ticks": ticks, "metres_per_tick": QUANTUM}
+    return Stream("WHEEL", time, encode("wheel_t", fields, len(time)))
+
+
+def truth_stream(time: Ints, position: Floats) -> Stream:
+    """TOTAL_STATION messages of positions (n, 3), m."""
+    fields = {"utime": time, "position": position}
+    return Stream("TOTAL_STATION", time, encode("position_truth_t", fields, len(time)))
+
+
+def _stream(what: str, time: Ints, values: list[Any], topics: Topics) -> Stream:
+    if what == "imu":
+        table = np.array(values, np.float64)
+        known = table[:, 6] > 0
+        return _imu_stream(time, table[:, :3], table[:, 3:6], known, table[:, 7:])
+    if what == "wheel":
+        return wheel_stream(time, wheel_distance(time, values))
+    if what == "truth":
+        table = np.array([value[1:] for value in values], np.float64)
+        return truth_stream(time, local_positions(table) if values[0][0] == "fix" else table)
+    lengths = {len(value) for value in values}
+    if len(lengths) > 1:
+        raise Error(f"--gpr: traces of {len(lengths)} different lengths")
+    fields: dict[str, npt.ArrayLike] = {
+        "utime": time,
+        "seq": np.arange(len(time)),
+        "antenna_id": 0,
+        "sample_interval": topics.sample_interval,
+        "time_zero": 0.0,
+        "volts_per_count": VOLTS_PER_COUNT,
+        "samples": np.rint(np.stack(values)).astype(np.int32),
+    }
+    return Stream("GPR_TRACE", time, encode("gpr_trace_t", fields, len(time)))

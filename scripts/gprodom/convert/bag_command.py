@@ -1,0 +1,88 @@
+"""``gprodom convert bag``: ROS bags to LCM logs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gprodom.arrays import Ints
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.convert.bag import Topics, read_streams
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.convert.summary import describe_times
+from gprodom.log_writer import Stream, write_log
+
+EXAMPLES = """\
+  gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
+    --wheel /husky_velocity_controller/odom --truth /fix
+  gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog
+"""
+
+DESCRIPTION = """\
+Converts a ROS 1 or ROS 2 bag to an LCM log; no ROS is needed. A topic that is not named is taken
+where the bag has just one of a fitting type:
+
+  --imu    sensor_msgs/Imu
+  --wheel  nav_msgs/Odometry (its pose), geometry_msgs/TwistStamped (its speed, forwards) or
+           sensor_msgs/JointState (with --wheel-radius)
+  --truth  sensor_msgs/NavSatFix (to local metres), or a PointStamped, PoseStamped or
+           PoseWithCovarianceStamped of geometry_msgs
+  --gpr    any message with an array `samples` or `data`: a trace
+
+Stamps are the headers', or the time of recording where they have none. An IMU that is not mounted
+along the robot's axes wants imu.rpy_body_imu in the configuration.
+"""
+
+
+def add_parser(formats: Subparsers) -> None:
+    """Adds ``convert bag``."""
+    parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, EXAMPLES)
+    parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
+    parser.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    for what in ("imu", "wheel", "truth", "gpr"):
+        parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
+    parser.add_argument(
+        "--wheel-radius", metavar="M", type=float, default=0.0, help="of a wheel's joint"
+    )
+    parser.add_argument("--joint", metavar="NAME", help="which joint (default: the first)")
+    parser.add_argument(
+        "--sample-interval",
+        metavar="S",
+        type=float,
+        default=SAMPLE_INTERVAL,
+        help="seconds between radar samples (default: %(default)s)",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Converts and prints what there is."""
+    topics = Topics(
+        imu=args.imu,
+        wheel=args.wheel,
+        gpr=args.gpr,
+        truth=args.truth,
+        wheel_radius=args.wheel_radius,
+        joint=args.joint,
+        sample_interval=args.sample_interval,
+    )
+    write_and_tell(read_streams(args.bag, topics), args.output, args.json)
+    return 0
+
+
+def write_and_tell(streams: list[Stream], output: Path, as_json: bool) -> None:
+    """Writes the log and prints counts, rates and gaps of its channels."""
+    write_log(output, streams)
+    facts = {stream.channel: _describe(stream.utime) for stream in streams}
+    if as_json:
+        print_json({"log": str(output), "channels": facts})
+        return
+    names = ("count", "rate_hz", "gaps", "longest_interval_s")
+    rows = [[channel, *(fact[name] for name in names)] for channel, fact in facts.items()]
+    print(format_table(["channel", "count", "rate Hz", "gaps", "longest s"], rows))
+
+
+def _describe(utime: Ints) -> dict[str, object]:
+    return describe_times(utime, out_of_order=0)

@@ -1,0 +1,108 @@
+"""``gprodom convert survey``: radar makers' files to ground for ``gprodom simulate``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.arrays import Ints
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.convert.survey_files import Line, read_line
+from gprodom.errors import Error, UsageError
+from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
+
+EXAMPLES = """\
+  gprodom convert survey beach_0001_0.iprb -o beach.npz
+  gprodom convert survey line1.DT1 line2.DT1 --aside 0.2 --samples 201 -o field.npz
+  gprodom simulate --ground field.npz --route line --distance 40 -o 1700000000-0-field-cmu-gpr.zip
+"""
+
+DESCRIPTION = """\
+Reads lines of a radar survey: Sensors & Software DT1 (with HD), GSSI DZT, MALA RD3 and RD7 (with
+RAD), Impulse IPRB (with IPRH). Writes them as ground, over which `gprodom simulate --ground FILE`
+takes a drive of any kind that fits on a line. Several files are parallel lines, each --aside metres
+to the left of the one before; they are cut to the shortest and must agree in spacing and sampling.
+"""
+
+
+def add_parser(formats: Subparsers) -> None:
+    """Adds ``convert survey``."""
+    parser = add_command(
+        formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="a line each")
+    parser.add_argument("-o", "--output", metavar="NPZ", type=Path, required=True, help="ground")
+    parser.add_argument(
+        "--aside", metavar="M", type=float, default=0.2, help="line to line (default %(default)s)"
+    )
+    parser.add_argument(
+        "--samples",
+        metavar="N",
+        type=int,
+        default=0,
+        help="of each trace, the first N (default all)",
+    )
+    parser.add_argument(
+        "--spacing", metavar="M", type=float, help="between traces, where the header is wrong"
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Reads, joins and writes."""
+    if not args.aside > 0:
+        raise UsageError(f"--aside {args.aside:g}: expected a distance above 0")
+    if args.spacing is not None and not args.spacing > 0:
+        raise UsageError(f"--spacing {args.spacing:g}: expected a distance above 0")
+    lines = [read_line(path) for path in args.files]
+    survey = join(lines, args.output.stem, args.aside, args.samples, args.spacing)
+    write_survey(args.output, survey)
+    facts = {
+        "lines": survey.lines.shape[0],
+        "traces": survey.lines.shape[1],
+        "samples": survey.lines.shape[2],
+        "spacing_m": survey.spacing,
+        "length_m": survey.length,
+        "sample_interval_s": survey.sample_interval,
+    }
+    if args.json:
+        print_json(facts)
+    else:
+        print(format_table([str(args.output), ""], [[k, f"{v:.6g}"] for k, v in facts.items()]))
+    return 0
+
+
+def join(
+    lines: list[Line], name: str, aside: float, samples: int = 0, spacing: float | None = None
+) -> Survey:
+    """Parallel lines as one survey, in int16."""
+    first = lines[0]
+    for line in lines:
+        if abs(line.spacing - first.spacing) > 1e-6 * first.spacing:
+            raise Error(f"lines of different spacing: {first.spacing:g} and {line.spacing:g} m")
+        if abs(line.sample_interval / first.sample_interval - 1) > 1e-6:
+            raise Error("lines of different sampling: convert them one by one")
+    count = min(len(line.traces) for line in lines)
+    wide = min(line.traces.shape[1] for line in lines)
+    keep = min(samples, wide) if samples > 0 else wide
+    traces = np.stack([line.traces[:count, :keep] for line in lines]).astype(np.float64)
+    return Survey(
+        name,
+        _as_int16(traces),
+        spacing or first.spacing,
+        aside * np.arange(len(lines)),
+        first.sample_interval,
+        first.time_zero,
+        closed=False,
+    )
+
+
+def _as_int16(traces: np.ndarray) -> Ints:
+    """As they are where they fit, else scaled so that all but glitches (0.1 %) do."""
+    reach = float(np.quantile(np.abs(traces).max(axis=2), 0.999))
+    scale = min(1.0, FULL_SCALE / max(reach, 1.0))
+    return np.clip(np.rint(traces * scale), -32768, 32767).astype(np.int16)

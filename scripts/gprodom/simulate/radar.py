@@ -1,0 +1,70 @@
+"""What a radar adds to the traces of the ground: drifts, ringing, spikes, noise, counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+
+_FULL_SCALE = 32767
+_GAIN_TIME, _ZERO_TIME = 60.0, 120.0  # s, over which gain and time zero drift
+_SPIKE = (2000.0, 20000.0)  # counts
+
+
+@dataclass(frozen=True)
+class RadarSpec:
+    """A radar on a robot. All errors but noise are off by default."""
+
+    rate: float = 20.0  # Hz, traces
+    lever_arm: tuple[float, float] = (0.0, 0.0)  # m; the antenna's middle in body
+    noise: float = 30.0  # counts, of each sample
+    gain_drift: float = 0.0  # relative, standard deviation
+    time_zero_drift: float = 0.0  # s, standard deviation
+    ringing: float = 0.0  # counts, of the antenna's own at time zero
+    ringing_time: float = 6e-9  # s, in which it falls to 1/e
+    spikes: float = 0.0  # of a trace: the chance that a sample of it is far off
+
+
+def measure(
+    clean: Floats,
+    time: Floats,
+    sample_interval: float,
+    spec: RadarSpec,
+    random: np.random.RandomState,
+) -> Ints:
+    """Traces (n, samples), counts, of noise-free ones `clean` at the times `time` (n,), s."""
+    n, samples = clean.shape
+    traces = clean
+    if spec.ringing:
+        after = np.arange(samples) * sample_interval
+        ring = np.exp(-after / spec.ringing_time) * np.sin(2 * np.pi * 4.2e8 * after)
+        traces = traces + spec.ringing * ring
+    if spec.time_zero_drift:
+        late = spec.time_zero_drift * _drift(time, _ZERO_TIME, random)
+        frequency = np.fft.rfftfreq(2 * samples, sample_interval)
+        spectrum = np.fft.rfft(traces, 2 * samples, axis=1)
+        spectrum *= np.exp(-2j * np.pi * np.outer(late, frequency))
+        traces = np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
+    if spec.gain_drift:
+        traces = traces * (1 + spec.gain_drift * _drift(time, _GAIN_TIME, random))[:, None]
+    noisy = traces + spec.noise * random.standard_normal((n, samples))
+    if spec.spikes:
+        struck = np.flatnonzero(random.uniform(size=n) < spec.spikes)
+        where = random.randint(samples, size=len(struck))
+        sign = random.choice([-1.0, 1.0], len(struck))
+        noisy[struck, where] += sign * random.uniform(*_SPIKE, len(struck))
+    return np.clip(np.rint(noisy), -_FULL_SCALE - 1, _FULL_SCALE).astype(np.int32)
+
+
+def _drift(time: Floats, constant: float, random: np.random.RandomState) -> Floats:
+    """A stationary random process of unit variance that forgets over `constant` (s)."""
+    from scipy.signal import lfilter
+
+    if not len(time):
+        return np.zeros(0)
+    kept = float(np.exp(-np.median(np.diff(time)) / constant)) if len(time) > 1 else 0.0
+    shocks = random.standard_normal(len(time)) * np.sqrt(1 - kept**2)
+    shocks[0] = random.standard_normal()
+    return np.asarray(lfilter([1.0], [1.0, -kept], shocks))
