@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
-from gprodom.convert import bag_command, tables_command, survey_command
+from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
