@@ -33,7 +33,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.run",
     "gprodom.score.command",
     "gprodom.benchmark.command",
-    "gprodom.calibrate",
+    "gprodom.calibrate.command",
     "gprodom.plot.command",
     "gprodom.status.command",
 )

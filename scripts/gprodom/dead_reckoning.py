@@ -10,28 +10,30 @@ from gprodom.errors import Error
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
+Span = tuple[int, int]  # microseconds
 
 MOVED_M = 1e-3  # the wheel has turned this far: the first standstill is over
 MIN_STANDSTILL_S = 0.5
+SETTLED_S = 1.0  # of a standstill on the way, at either end: the robot may still roll or rock
 
 
-def yaw_from_gyro(imu_time: Times, acceleration: Array, gyro: Array, standstill_end: int) -> Array:
+def yaw_from_gyro(imu_time: Times, acceleration: Array, gyro: Array, still: Span) -> Array:
     """Yaw (n,), rad, 0 at the first sample: angular rate about gravity, less its bias.
 
     imu_time (n,) microseconds; acceleration (n, 3) m/s^2 and gyro (n, 3) rad/s in the IMU's axes,
-    at whatever rotation it is mounted. Gravity and bias are means up to `standstill_end`
+    at whatever rotation it is mounted. Gravity and bias are means over the standstill `still`
     (microseconds); a floor level enough that gravity stays put in the robot is taken for granted.
     """
-    still = imu_time <= standstill_end
     seconds = (imu_time - imu_time[0]) * 1e-6
-    if not still.any() or seconds[still][-1] < MIN_STANDSTILL_S:
+    during = (imu_time >= still[0]) & (imu_time <= still[1])
+    if not during.any() or np.ptp(seconds[during]) < MIN_STANDSTILL_S:
         raise Error(
-            f"the robot does not stand for {MIN_STANDSTILL_S:g} s at the start: "
-            "no gyro bias, so no dead reckoning"
+            f"the robot does not stand for {MIN_STANDSTILL_S:g} s at the start, nor for "
+            f"{MIN_STANDSTILL_S + 2 * SETTLED_S:g} s on the way: no gyro bias, so no dead reckoning"
         )
-    up = acceleration[still].mean(axis=0)
+    up = acceleration[during].mean(axis=0)
     up /= np.linalg.norm(up)
-    rate = (gyro - gyro[still].mean(axis=0)) @ up
+    rate = (gyro - gyro[during].mean(axis=0)) @ up
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(seconds)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -42,6 +44,27 @@ def first_motion(wheel_time: Times, distance: Array) -> int:
     return int(
         wheel_time[-1] if not moving.any() else wheel_time[max(int(np.argmax(moving)) - 1, 0)]
     )
+
+
+def standstill(wheel_time: Times, distance: Array) -> Span:
+    """The standstill at the start, or where the robot moves from the start, the longest on the way.
+
+    Start and end (microseconds); equal where there is none.
+    """
+    first = first_motion(wheel_time, distance)
+    if (first - wheel_time[0]) * 1e-6 >= MIN_STANDSTILL_S:
+        return int(wheel_time[0]), first
+    # A stretch in which the wheel stays within MOVED_M of where it was at its start.
+    best, start = (0, 0), 0
+    for end in range(1, len(distance)):
+        if abs(distance[end] - distance[start]) > MOVED_M:
+            start = end
+        elif wheel_time[end] - wheel_time[start] > best[1] - best[0]:
+            best = int(wheel_time[start]), int(wheel_time[end])
+    settled = round(SETTLED_S * 1e6)
+    if best[1] - best[0] <= 2 * settled:
+        return best[0], best[0]
+    return best[0] + settled, best[1] - settled
 
 
 def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Trajectory:
@@ -70,9 +93,24 @@ def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
     """Times (n,) and yaw (n,), rad, of a log's IMU channel (`yaw_from_gyro`)."""
     imu = _channel(log, "IMU")
     time = imu["utime"]
-    standstill_end = first_motion(*wheel_distance(log))
+    still = standstill(*wheel_distance(log))
     acceleration, rate = imu["linear_acceleration"], imu["angular_velocity"]
-    return time, yaw_from_gyro(time, acceleration, rate, standstill_end)
+    return time, yaw_from_gyro(time, acceleration, rate, still)
+
+
+def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array]:
+    """As `gyro_yaw` over a given standstill; where it is none, gravity is the mean over the whole
+    log and the gyro keeps its bias: good for stretches of some seconds."""
+    imu = _channel(log, "IMU")
+    time, acceleration, rate = (
+        imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
+    )
+    if still[1] - still[0] >= MIN_STANDSTILL_S * 1e6:
+        return time, yaw_from_gyro(time, acceleration, rate, still)
+    up = acceleration.mean(axis=0)
+    turn = rate @ (up / np.linalg.norm(up))
+    steps = 0.5 * (turn[1:] + turn[:-1]) * np.diff(time) * 1e-6
+    return time, np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:

@@ -14,7 +14,7 @@ import gprodom
 from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
 from gprodom.benchmark.pairs import compare_methods, interval
 from gprodom.benchmark.simulated import drives
-from gprodom.calibrate import Shifts, fit_k
+from gprodom.calibrate.k import Shifts, fit_k
 from gprodom.cli import main
 from gprodom.errors import Error, UsageError
 from gprodom.methods import METHODS

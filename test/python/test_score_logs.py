@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gprodom.calibrate import Shifts
+from gprodom.calibrate.k import Shifts
 from gprodom.cli import main
 from gprodom.lcm import EventLog
 from gprodom.messages import message

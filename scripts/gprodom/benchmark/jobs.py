@@ -14,7 +14,7 @@ import numpy as np
 
 from gprodom import logs
 from gprodom.benchmark.curves import Curves, measure_curves
-from gprodom.calibrate import Fit, Shifts, fit_k, measure_shifts
+from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
 from gprodom.displacement import Displacements, reckon
 from gprodom.errors import Error
 from gprodom.estimate import Estimate, as_log, estimate

@@ -39,7 +39,7 @@ def read_line(path: Path) -> Line:
     """Reads a line by what its name ends in; headers are looked for beside it."""
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        known = ", ".join(sorted(_READERS))
+        known = ", ".join(sorted(_READERS)).upper()
         raise Error(f"{path}: unknown kind {path.suffix or '(none)'}; expected one of {known}")
     if not path.is_file():
         raise Error(f"{path}: no such file")

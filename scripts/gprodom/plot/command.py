@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from gprodom import logs
-from gprodom.calibrate import measure_shifts
+from gprodom.calibrate.k import measure_shifts
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.calibrate import Shifts, fit_k
+from gprodom.calibrate.k import Shifts, fit_k
 from gprodom.plot import canvas
 
 if TYPE_CHECKING:

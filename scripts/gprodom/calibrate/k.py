@@ -1,4 +1,4 @@
-"""``gprodom calibrate``: constants of a robot and a scene, from recordings with truth."""
+"""``gprodom calibrate k``: displacement per unit of shift of a radar front end."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import logs
+from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
@@ -116,16 +117,8 @@ def fit_k(shifts: Sequence[Shifts]) -> Fit:
     return Fit(k, int(x.size), spread)
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Adds ``calibrate`` and its subjects."""
-    parser = add_command(
-        subparsers,
-        "calibrate",
-        "fit constants on recordings with truth",
-        "Fits constants of a robot and a scene on recordings with truth.",
-        EXAMPLES,
-    )
-    subjects = parser.add_subparsers(metavar="WHAT", required=True)
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``calibrate k``."""
     k = add_command(
         subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES
     )
@@ -139,6 +132,7 @@ def add_parser(subparsers: Subparsers) -> None:
         default=SAMPLE_INTERVAL,
         help="seconds between radar samples of sequences (default %(default)s)",
     )
+    add_output_option(k)
     add_json_flag(k)
     k.set_defaults(run=run)
 
@@ -166,6 +160,10 @@ def run(args: argparse.Namespace) -> int:
                     lambda share, done=i: progress.update(done + share),  # type: ignore[misc]
                 )
     whole = fit_k(list(parts.values()))
+    found = Found(
+        method.k_key, f"{whole.k:.6g}", f"{whole.n} windows, {whole.residual_m:.3f} m left"
+    )
+    write_fragment(args.output, [found])
     fits = {name: fit_k([part]) for name, part in parts.items()}
     if args.json:
         each = {name: asdict(fit) for name, fit in fits.items()}

@@ -1,0 +1,1 @@
+"""Constants of a robot and a scene, from recordings; each with how sure it is."""

@@ -1,0 +1,27 @@
+"""``gprodom calibrate`` and its subjects."""
+
+from __future__ import annotations
+
+from gprodom.calibrate import imu, k, timing, wheel
+from gprodom.cli import Subparsers, add_command
+
+EXAMPLES = """\
+  gprodom calibrate wheel drive.lcmlog -o wheel.yaml
+  gprodom calibrate imu standstill.lcmlog -o imu.yaml
+  gprodom calibrate time drive.lcmlog
+  gprodom calibrate k 1700001000-0-gates_g-cmu-gpr.zip 1700002000-0-gates_g-cmu-gpr.zip
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``calibrate`` and its subjects."""
+    parser = add_command(
+        subparsers,
+        "calibrate",
+        "find constants of a robot from recordings",
+        "Finds constants of a robot and a scene in recordings, and says how sure they are.",
+        EXAMPLES,
+    )
+    subjects = parser.add_subparsers(metavar="WHAT", required=True)
+    for subject in (wheel, imu, timing, k):
+        subject.add_parser(subjects)

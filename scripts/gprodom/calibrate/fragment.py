@@ -1,0 +1,52 @@
+"""What a calibration found, as a piece of configuration."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gprodom.log_writer import replacing
+
+
+@dataclass(frozen=True)
+class Found:
+    """A configuration key, its value as YAML, and how sure that is."""
+
+    key: str
+    value: str
+    sureness: str
+
+
+def add_output_option(parser: argparse.ArgumentParser) -> None:
+    """``-o``: where the fragment goes."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="YAML",
+        type=Path,
+        help="write what was found as a configuration for -c, with how sure it is",
+    )
+
+
+def fragment(found: Sequence[Found]) -> str:
+    """YAML of one nesting; sections in the order they come."""
+    sections: dict[str, list[str]] = {}
+    for item in found:
+        section, _, key = item.key.rpartition(".")
+        sections.setdefault(section, []).append(f"{key}: {item.value}  # {item.sureness}")
+    lines = ["# Found by gprodom calibrate."]
+    for section, entries in sections.items():
+        parts = section.split(".")
+        for depth, part in enumerate(parts):
+            lines.append("  " * depth + f"{part}:")
+        lines += ["  " * len(parts) + entry for entry in entries]
+    return "\n".join(lines) + "\n"
+
+
+def write_fragment(path: Path | None, found: Sequence[Found]) -> None:
+    """Writes the fragment where `path` is given."""
+    if path is not None:
+        with replacing(path) as part:
+            part.write_text(fragment(found), encoding="utf-8")

@@ -1,0 +1,184 @@
+"""``gprodom calibrate imu``: noise of the IMU by its Allan deviation at a standstill."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.dead_reckoning import standstill, wheel_distance
+from gprodom.errors import Error
+from gprodom.estimate import as_log
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+MIN_S = 20.0  # of standstill
+WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
+FLOOR = 0.664  # of the bias instability, at the Allan deviation's lowest
+
+EXAMPLES = """\
+  gprodom calibrate imu standstill.lcmlog -o imu.yaml --plot allan.png
+  gprodom calibrate imu drive.lcmlog
+"""
+
+DESCRIPTION = """\
+Takes the noise of an IMU from a recording at rest by its overlapping Allan deviation (allantools,
+the extra `calibrate`): the density of the white noise from averaging times up to a second, the
+random walk of the bias from the longest ones. Of a recording with a wheel the standstill is used
+(the first, else the longest); one without is taken to be at rest all the time. Hours show the
+random walk; some minutes only bound it, which is said. The estimator wants the density of a robot
+that stands with its motors on.
+"""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of one sensor, root mean square over its axes.
+
+    density: per sqrt(Hz). walk: of the bias, per s sqrt(Hz); an upper bound where `walk_is_bound`.
+    instability: of the bias, in the sensor's unit. sigmas: one standard deviation, relative.
+    """
+
+    density: float
+    density_sigma: float
+    walk: float
+    walk_sigma: float
+    walk_is_bound: bool
+    instability: float
+
+
+def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
+    """Averaging times (m,), s, overlapping Allan deviation (m,) and its standard error (m,)."""
+    try:
+        import allantools
+    except ImportError:
+        raise Error(
+            "allantools is not installed: pip install 'gprodom[calibrate]' (in a checkout: "
+            ".venv/bin/pip install -e 'scripts[calibrate]')"
+        ) from None
+    longest = len(values) / rate / 3
+    taus = np.geomspace(1 / rate, longest, 40)
+    tau, deviation, error, _ = allantools.oadev(values, rate=rate, data_type="freq", taus=taus)
+    return np.asarray(tau), np.asarray(deviation), np.asarray(error)
+
+
+def measure_noise(values: Array, rate: float) -> Noise:
+    """Of samples (n, 3) at rest, at `rate` (Hz)."""
+    curves = [allan(column, rate) for column in values.T]
+    tau = curves[0][0]
+    deviation = np.sqrt(np.mean([each[1] ** 2 for each in curves], axis=0))
+    relative = np.mean([each[2] / each[1] for each in curves], axis=0) / np.sqrt(len(curves))
+    white = tau <= WHITE_S
+    density = float(np.sqrt(np.mean(deviation[white] ** 2 * tau[white])))
+    # The longest averaging times: what is left there over white noise is a walk or less.
+    long = tau >= tau[-1] / 4
+    excess = deviation[long] ** 2 - density**2 / tau[long]
+    walks = np.sqrt(np.maximum(excess, 0) * 3 / tau[long])
+    walk = float(np.median(walks))
+    slope = np.polyfit(np.log(tau[long]), np.log(deviation[long]), 1)[0]
+    return Noise(
+        density=density,
+        density_sigma=float(1 / np.sqrt(len(values) * len(curves)) + relative[white][0]),
+        walk=walk if slope > 0.2 else float(np.median(deviation[long] * np.sqrt(3 / tau[long]))),
+        walk_sigma=float(relative[long].mean()),
+        walk_is_bound=bool(slope <= 0.2),
+        instability=float(deviation.min() / FLOOR),
+    )
+
+
+def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
+    """Acceleration and angular rate (n, 3) at rest, and their rate (Hz)."""
+    if "IMU" not in log:
+        raise Error("the recording holds no IMU messages")
+    imu = log["IMU"]
+    time = imu["utime"]
+    if "WHEEL" in log:
+        start, end = standstill(*wheel_distance(log))
+    else:
+        start, end = int(time[0]), int(time[-1])
+    during = (time >= start) & (time <= end)
+    seconds = float(np.ptp(time[during])) * 1e-6 if during.any() else 0.0
+    if seconds < MIN_S:
+        raise Error(
+            f"the robot stands for {seconds:.1f} s; at least {MIN_S:g} s are needed, and some "
+            "minutes to say anything of the bias"
+        )
+    rate = 1e6 / float(np.median(np.diff(time[during])))
+    return imu["linear_acceleration"][during], imu["angular_velocity"][during], rate
+
+
+def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
+    """Allan deviation of both sensors, axis by axis."""
+    from gprodom.plot import canvas
+
+    figure, axes = canvas.new_figure(1, 2, width=9.0, height=3.8)
+    for axis, values, what in (
+        (axes[0], gyro, "angular rate (rad/s)"),
+        (axes[1], acceleration, "acceleration (m/s²)"),
+    ):
+        for column, name, colour in zip(values.T, "xyz", canvas.COLOURS, strict=False):
+            tau, deviation, error = allan(column, rate)
+            axis.errorbar(tau, deviation, error, color=colour, lw=1.0, label=name)
+        axis.set_xscale("log")
+        axis.set_yscale("log")
+        axis.set_xlabel("averaging time (s)")
+        axis.set_ylabel("Allan deviation, " + what)
+        axis.legend(frameon=False)
+    return figure
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``calibrate imu``."""
+    parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES)
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    add_output_option(parser)
+    parser.add_argument("--plot", metavar="PNG", type=Path, help="draw the Allan deviations there")
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``calibrate imu``."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL"])
+    acceleration, gyro, rate = at_rest(log)
+    noise = {"gyro": measure_noise(gyro, rate), "accel": measure_noise(acceleration, rate)}
+    found = [item for name, each in noise.items() for item in _as_found(name, each)]
+    write_fragment(args.output, found)
+    if args.plot is not None:
+        from gprodom.plot import canvas
+
+        canvas.save(allan_figure(acceleration, gyro, rate), args.plot)
+    if args.json:
+        seconds = len(gyro) / rate
+        print_json({"seconds": seconds, **{name: asdict(each) for name, each in noise.items()}})
+    else:
+        print(fragment(found), end="")
+    return 0
+
+
+def _as_found(name: str, noise: Noise) -> Sequence[Found]:
+    sure = f"+- {100 * noise.density_sigma:.1f} %"
+    walk = (
+        "at most: too short to tell"
+        if noise.walk_is_bound
+        else f"+- {100 * noise.walk_sigma:.0f} %"
+    )
+    walk += f"; bias instability {noise.instability:.2g}"
+    return (
+        Found(f"imu.{name}_noise_density", f"{noise.density:.4g}", sure),
+        Found(f"imu.{name}_bias_walk", f"{noise.walk:.4g}", walk),
+    )

@@ -1,0 +1,141 @@
+"""``gprodom calibrate time``: by how much the IMU's stamps are off the wheel's."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, print_json
+from gprodom.dead_reckoning import wheel_distance
+from gprodom.errors import Error
+from gprodom.estimate import as_log
+
+Array = NDArray[np.float64]
+
+GRID_S = 0.01
+SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
+REACH_S = 0.5  # lags that are tried
+BLOCKS = 8
+
+EXAMPLES = """\
+  gprodom calibrate time drive.lcmlog -o time.yaml
+"""
+
+DESCRIPTION = """\
+Finds the time between the stamps of IMU and wheel: the wheel's acceleration is explained by the
+three axes of the accelerometer at each of many lags, and the lag that explains the most is told.
+Wants a drive with many starts and stops. imu.time_offset is what makes the IMU agree with the
+wheel; its uncertainty is the spread over parts of the recording.
+"""
+
+
+@dataclass(frozen=True)
+class Offset:
+    """offset_s: to be added to the IMU's stamps. explained: share of the wheel's acceleration."""
+
+    offset_s: float
+    sigma_s: float
+    explained: float
+
+
+def find_offset(log: dict[str, logs.Channel]) -> Offset:
+    """Of a drive's log."""
+    for name in ("IMU", "WHEEL"):
+        if name not in log:
+            raise Error(f"the recording holds no {name} messages")
+    wheel, force = _accelerations(log)
+    whole, explained = _best_lag(wheel, force)
+    if explained < 0.1:
+        raise Error(
+            f"the accelerometer explains {100 * explained:.0f} % of the wheel's acceleration: give "
+            "a drive with more starts and stops"
+        )
+    parts = [
+        _best_lag(a, b)[0]
+        for a, b in zip(np.array_split(wheel, BLOCKS), np.array_split(force, BLOCKS), strict=True)
+        if np.std(a) > 0.3 * np.std(wheel)
+    ]
+    # By the median deviation: a part with hardly a start or stop is far off.
+    spread = 1.4826 * float(np.median(np.abs(np.array(parts) - whole))) / np.sqrt(len(parts))
+    return Offset(-whole, max(spread, GRID_S / 10), explained)
+
+
+def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
+    """The wheel's (n,) and the accelerometer's (n, 3), m/s^2, on one grid, smoothed alike."""
+    from scipy.signal import savgol_filter
+
+    time, distance = wheel_distance(log)
+    imu = log["IMU"]
+    first, last = max(time[0], imu["utime"][0]), min(time[-1], imu["utime"][-1])
+    if last - first < 10_000_000:
+        raise Error("IMU and wheel overlap for less than 10 s")
+    grid = np.arange(first, last, round(GRID_S * 1e6))
+    length = 2 * round(SMOOTH_S / GRID_S / 2) + 1
+    way = np.interp(grid, time, distance)
+    wheel = savgol_filter(way, length, 3, deriv=2, delta=GRID_S)
+    # The same weights on acceleration: its second integral goes through the same filter.
+    force = np.column_stack(
+        [
+            savgol_filter(
+                _twice_integrated(np.interp(grid, imu["utime"], axis)), length, 3, deriv=2
+            )
+            for axis in imu["linear_acceleration"].T
+        ]
+    )
+    return np.asarray(wheel), force
+
+
+def _twice_integrated(values: Array) -> Array:
+    """Such that its second difference about each place is `values`; a grid step counts as 1."""
+    whole = np.cumsum(np.cumsum(values - values.mean()))
+    return np.concatenate([[0.0], whole[:-1]])
+
+
+def _best_lag(wheel: Array, force: Array) -> tuple[float, float]:
+    """Seconds by which the accelerometer's stamps are late, and the share it explains then."""
+    reach = round(REACH_S / GRID_S)
+    middle = slice(reach, len(wheel) - reach)
+    target = wheel[middle] - wheel[middle].mean()
+    shares = []
+    for lag in range(-reach, reach + 1):
+        axes = force[reach + lag : len(force) - reach + lag]
+        axes = axes - axes.mean(axis=0)
+        weights = np.linalg.lstsq(axes, target, rcond=None)[0]
+        shares.append(1 - float(np.sum((target - axes @ weights) ** 2) / np.sum(target**2)))
+    best = int(np.clip(np.argmax(shares), 1, len(shares) - 2))
+    a, b, c = shares[best - 1 : best + 2]
+    bend = a - 2 * b + c
+    part = 0.5 * (a - c) / bend if bend < 0 else 0.0
+    return (best + part - reach) * GRID_S, b
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``calibrate time``."""
+    parser = add_command(subjects, "time", "time between IMU and wheel", DESCRIPTION, EXAMPLES)
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    add_output_option(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``calibrate time``."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL"])
+    offset = find_offset(log)
+    sure = f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained"
+    found = [Found("imu.time_offset", f"{offset.offset_s:.4f}", sure)]
+    write_fragment(args.output, found)
+    if args.json:
+        print_json(asdict(offset))
+    else:
+        print(fragment(found), end="")
+    return 0

@@ -1,0 +1,272 @@
+"""``gprodom calibrate wheel``: scale and lever arm of the wheel, against a truth of positions."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
+from gprodom.errors import Error, UsageError
+from gprodom.estimate import as_log
+from gprodom.score.align import fit_planar
+from gprodom.score.sources import read_truth
+from gprodom.trajectory import Times, Trajectory
+
+Array = NDArray[np.float64]
+
+WINDOW_M, WINDOW_S = 5.0, 5.0  # a window is at least this long, and takes this long at usual speed
+MIN_POINTS = 6  # of the truth in a window
+TREAD_M = 0.05  # by which the truth's path is measured, so that millimetres of noise are not
+BLOCKS = 8  # of the jackknife
+
+EXAMPLES = """\
+  gprodom calibrate wheel drive.lcmlog -o wheel.yaml
+  gprodom calibrate wheel 1700002000-0-gates_g-cmu-gpr.zip --prism 0.1,0
+  gprodom calibrate wheel car.lcmlog --fit-share 0.5
+"""
+
+DESCRIPTION = """\
+Fits wheel.scale (reported over true distance) and the lateral part of wheel.lever_arm on recordings
+with a truth of positions: over windows of some metres, the path that wheel and gyro make is laid on
+the truth's, turned and moved freely, so that neither gyro bias nor the truth's frame matters; slip
+loses weight. The lever arm shows in bends alone; where there are too few it is left out. The
+uncertainty is a jackknife's over blocks of windows.
+
+With --fit-share the first part of each recording is fitted on, and the distance of the rest is
+compared with the truth before and after.
+"""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Points of the truth (n, 2), m, with what wheel and gyro say of the same times.
+
+    The path of the truth's point is, but for a rotation and a shift,
+    rolled / scale + turned * lever + R(yaw) prism.
+    """
+
+    truth: Array
+    rolled: Array  # (n, 2), m: integral of e(yaw) dw
+    turned: Array  # (n, 2), rad: integral of e(yaw) dyaw
+    yaw: Array  # (n,), rad
+
+
+@dataclass(frozen=True)
+class WheelFit:
+    """scale: reported over true; lever_m: of the contact point to the left, None where bends are
+    too few; sigmas by jackknife; residual_m: RMS of what is left, robust."""
+
+    scale: float
+    scale_sigma: float
+    lever_m: float | None
+    lever_sigma: float | None
+    windows: int
+    residual_m: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """Distance travelled in the rest of a recording, against the truth's, percent."""
+
+    distance_m: float
+    error_before_pct: float
+    error_after_pct: float
+
+
+def make_windows(
+    log: dict[str, logs.Channel], truth: Trajectory, share: tuple[float, float] = (0.0, 1.0)
+) -> list[Window]:
+    """Windows of a recording between two shares of its time in which the robot moves."""
+    wheel_time, distance = wheel_distance(log)
+    imu_time, yaw = gyro_yaw_of(log, standstill(wheel_time, distance))
+    first = max(int(t[0]) for t in (wheel_time, imu_time, truth.time))
+    last = min(int(t[-1]) for t in (wheel_time, imu_time, truth.time))
+    span = last - first
+    first, last = first + int(share[0] * span), first + int(share[1] * span)
+    heading = np.interp(wheel_time, imu_time, yaw)
+    middle = 0.5 * (heading[1:] + heading[:-1])
+    along = np.column_stack([np.cos(middle), np.sin(middle)])
+    rolled = _sum(along * np.diff(distance)[:, None])
+    turned = _sum(along * np.diff(heading)[:, None])
+    use = (truth.time >= first) & (truth.time <= last)
+    time, position = truth.time[use], truth.position[use, :2]
+    travelled = np.interp(time, wheel_time, _sum(np.abs(np.diff(distance))))
+    speed = np.abs(np.diff(travelled)) / np.maximum(np.diff(time) * 1e-6, 1e-3)
+    moving = speed[speed > 0.05]
+    if not len(moving):
+        raise Error("the wheel does not turn while there is truth: nothing to fit on")
+    length = max(WINDOW_M, WINDOW_S * float(np.median(moving)))
+    number = (travelled - travelled[0]) // length
+    windows = []
+    for i in np.unique(number)[:-1]:  # the last one is not full
+        part = number == i
+        if part.sum() >= MIN_POINTS:
+            there = time[part]
+            windows.append(
+                Window(
+                    position[part],
+                    _interpolated(there, wheel_time, rolled),
+                    _interpolated(there, wheel_time, turned),
+                    np.interp(there, wheel_time, heading),
+                )
+            )
+    return windows
+
+
+def _sum(steps: Array) -> Array:
+    return np.concatenate([np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)])
+
+
+def _interpolated(time: Times, at: Times, table: Array) -> Array:
+    return np.column_stack([np.interp(time, at, column) for column in table.T])
+
+
+def fit_wheel(windows: Sequence[Window], prism: tuple[float, float] = (0.0, 0.0)) -> WheelFit:
+    """Scale and lever arm by robust least squares, with sigmas by jackknife."""
+    if len(windows) < 3:
+        raise Error(
+            f"{len(windows)} windows of motion with truth, at least 3 are needed: give a longer "
+            "recording"
+        )
+    # The lever moves the path against itself only where a window turns.
+    bends = sum(float(np.ptp(window.yaw)) > 0.3 for window in windows) >= 4
+    value, residual = _solve(windows, prism, bends)
+    blocks = min(BLOCKS, len(windows))
+    left_out = [
+        _solve([w for j, w in enumerate(windows) if j % blocks != i], prism, bends)[0]
+        for i in range(blocks)
+    ]
+    spread = np.std(left_out, axis=0) * np.sqrt(blocks - 1)
+    return WheelFit(
+        scale=float(value[0]),
+        scale_sigma=float(spread[0]),
+        lever_m=float(value[1]) if bends else None,
+        lever_sigma=float(spread[1]) if bends else None,
+        windows=len(windows),
+        residual_m=residual,
+    )
+
+
+def _solve(
+    windows: Sequence[Window], prism: tuple[float, float], bends: bool
+) -> tuple[Array, float]:
+    """(scale, lever) and the robust spread of the residuals, m."""
+    from scipy.optimize import least_squares
+
+    def residuals(x: Array) -> Array:
+        lever = x[1] if bends else 0.0
+        return np.concatenate([_misfit(w, 1 / x[0], lever, prism) for w in windows])
+
+    start = np.array([1.0, 0.0]) if bends else np.array([1.0])
+    spread = 0.05
+    for _ in range(4):
+        solution = least_squares(residuals, start, loss="cauchy", f_scale=2 * spread)
+        start = solution.x
+        spread = max(1.4826 * float(np.median(np.abs(residuals(start)))), 1e-5)
+    return start, spread
+
+
+def _misfit(window: Window, inverse: float, lever: float, prism: tuple[float, float]) -> Array:
+    cos, sin = np.cos(window.yaw), np.sin(window.yaw)
+    arm = np.column_stack([cos * prism[0] - sin * prism[1], sin * prism[0] + cos * prism[1]])
+    path = inverse * window.rolled + lever * window.turned + arm
+    flat = np.zeros((len(path), 1))
+    source, target = np.hstack([path, flat]), np.hstack([window.truth, flat])
+    try:
+        placed = fit_planar(source, target)
+    except Error:  # it stands
+        return np.zeros(2 * len(path))
+    return np.asarray((source @ placed.matrix.T + placed.translation - target)[:, :2].ravel())
+
+
+def check_rest(
+    log: dict[str, logs.Channel], truth: Trajectory, share: float, scale: float
+) -> Check:
+    """The distance of what follows the first `share` of the recording."""
+    time, distance = wheel_distance(log)
+    first = truth.time[0] + int(share * (truth.time[-1] - truth.time[0]))
+    rest = truth.select((truth.time >= first) & (truth.time <= time[-1]))
+    points = rest.position[:, :2]
+    true, at = 0.0, 0
+    for i in range(1, len(points)):
+        step = float(np.linalg.norm(points[i] - points[at]))
+        if step >= TREAD_M:
+            true, at = true + step, i
+    steps = np.abs(np.diff(np.interp(rest.time[[0, at]], time, _sum(np.abs(np.diff(distance))))))
+    if true <= 0:
+        raise Error("the truth does not move in what is left to check on")
+    reported = float(steps[0])
+    return Check(true, 100 * (reported / true - 1), 100 * (reported / scale / true - 1))
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``calibrate wheel``."""
+    parser = add_command(
+        subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="with truth")
+    parser.add_argument(
+        "--prism", metavar="X,Y", default="0,0", help="where the truth is measured, in body, m"
+    )
+    parser.add_argument(
+        "--fit-share", metavar="P", type=float, default=1.0, help="see above (default: all)"
+    )
+    add_output_option(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``calibrate wheel``."""
+    try:
+        x, y = (float(part) for part in args.prism.split(","))
+    except ValueError:
+        raise UsageError(f"--prism {args.prism!r}: expected X,Y in metres") from None
+    if not 0 < args.fit_share <= 1:
+        raise UsageError(f"--fit-share {args.fit_share:g}: expected above 0, at most 1")
+    windows: list[Window] = []
+    recordings = []
+    for source in args.sources:
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            log = logs.read(as_log(source, Path(name)), ["IMU", "WHEEL"])
+        truth = read_truth(source, frame=None).trajectory
+        windows += make_windows(log, truth, (0.0, args.fit_share))
+        recordings.append((log, truth))
+    found = fit_wheel(windows, (x, y))
+    checks = []
+    if args.fit_share < 1:
+        checks = [check_rest(log, truth, args.fit_share, found.scale) for log, truth in recordings]
+    lines = _as_found(found)
+    write_fragment(args.output, lines)
+    if args.json:
+        print_json({**asdict(found), "rest": [asdict(check) for check in checks]})
+        return 0
+    print(fragment(lines), end="")
+    if checks:
+        header = ["distance of the rest (m)", "error before (%)", "after (%)"]
+        print(format_table(header, [list(asdict(check).values()) for check in checks]))
+    return 0
+
+
+def _as_found(found: WheelFit) -> list[Found]:
+    sure = f"+- {found.scale_sigma:.5f} (one sigma), {found.windows} windows"
+    sigma = max(found.scale_sigma, 1e-4)
+    lines = [
+        Found("wheel.scale", f"{found.scale:.5f}", sure),
+        Found("wheel.scale_sigma", f"{sigma:.5f}", "prior of the scale: as sure as the fit"),
+    ]
+    if found.lever_m is not None:
+        arm = f"[0, {found.lever_m:.3f}, 0]"
+        sure = f"to the left +- {found.lever_sigma:.3f} m; forwards is not observable"
+        lines.append(Found("wheel.lever_arm", arm, sure))
+    return lines

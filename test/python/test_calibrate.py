@@ -1,0 +1,103 @@
+"""Calibration: what was put into simulated recordings is found again, within what it claims."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gprodom import logs
+from gprodom.calibrate.imu import measure_noise
+from gprodom.calibrate.timing import find_offset
+from gprodom.cli import main
+from gprodom.convert.streams import streams
+from gprodom.log_writer import write_log
+from gprodom.simulate import Spec, make_route, simulate, stream
+from gprodom.simulate.recording import as_recording
+from gprodom.simulate.robot import robot
+from gprodom.simulate.wheel import WheelSpec
+
+
+def drive_log(path: Path, seed: int, slips: int = 2, late: int = 0, **wheel: object) -> Path:
+    """A robot's log; `late` (us) is added to the IMU's stamps."""
+    route = make_route("loop", 40.0, 0.8, 4.0, stream(seed, "route"))
+    spec = robot(route, None, slips=slips)
+    spec = replace(spec, wheel=replace(spec.wheel, **wheel))
+    recording = as_recording(simulate(spec, seed))
+    recording = replace(recording, imu_utime=recording.imu_utime + late)
+    write_log(path, streams(recording, 2e-10))
+    return path
+
+
+def test_wheel_scale_and_lever_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = drive_log(tmp_path / "a.lcmlog", 1, scale=1.03, scale_sigma=0.0, lever_arm=(0.0, 0.25))
+    out = tmp_path / "wheel.yaml"
+    assert main(["calibrate", "wheel", str(log), "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert abs(found["scale"] - 1.03) < max(4 * found["scale_sigma"], 5e-4)
+    assert abs(found["lever_m"] - 0.25) < max(4 * found["lever_sigma"], 5e-3)
+    assert found["scale_sigma"] < 0.005
+    written = yaml.safe_load(out.read_text())
+    assert written["wheel"]["scale"] == pytest.approx(found["scale"], abs=1e-5)
+    assert written["wheel"]["lever_arm"][1] == pytest.approx(found["lever_m"], abs=1e-3)
+
+
+def test_wheel_scale_on_the_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = drive_log(tmp_path / "a.lcmlog", 2, slips=0, scale=0.95, scale_sigma=0.0)
+    assert main(["calibrate", "wheel", str(log), "--fit-share", "0.5", "--json"]) == 0
+    (rest,) = json.loads(capsys.readouterr().out)["rest"]
+    assert rest["error_before_pct"] == pytest.approx(-5, abs=0.7)
+    assert abs(rest["error_after_pct"]) < 0.7
+    assert main(["calibrate", "wheel", str(log), "--fit-share", "2"]) == 2
+    assert main(["calibrate", "wheel", str(log), "--prism", "1"]) == 2
+
+
+def test_imu_noise() -> None:
+    rng = np.random.default_rng(1)
+    rate, n = 100.0, 100 * 1200
+    density, walk = 2e-3, 4e-4
+    white = rng.normal(0, density * np.sqrt(rate), (n, 3))
+    steps = rng.normal(0, walk / np.sqrt(rate), (n, 3))
+    found = measure_noise(white + np.cumsum(steps, axis=0), rate)
+    assert found.density == pytest.approx(density, rel=0.05)
+    assert found.walk == pytest.approx(walk, rel=0.35)
+    assert not found.walk_is_bound
+    still = measure_noise(white, rate)
+    assert still.walk_is_bound
+    assert still.density == pytest.approx(density, rel=0.03)
+
+
+def test_imu_fragment(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The standstill at the start of a drive, as the simulated IMU was made."""
+    route = make_route("line", 6.0, 0.6, 60.0, stream(1, "route"))
+    write_log(
+        tmp_path / "a.lcmlog",
+        streams(as_recording(simulate(robot(route, None), 5)), 2e-10),
+    )
+    out, picture = tmp_path / "imu.yaml", tmp_path / "allan.png"
+    arguments = ["calibrate", "imu", str(tmp_path / "a.lcmlog"), "-o", str(out)]
+    assert main([*arguments, "--plot", str(picture)]) == 0
+    written = yaml.safe_load(out.read_text())["imu"]
+    assert written["gyro_noise_density"] == pytest.approx(1.61e-4, rel=0.05)
+    assert written["accel_noise_density"] == pytest.approx(5.85e-4, rel=0.05)
+    assert "too short to tell" in out.read_text()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    short = drive_log(tmp_path / "short.lcmlog", 3)
+    assert main(["calibrate", "imu", str(short)]) == 1
+    assert "at least 20 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("late", [0, 60_000])
+def test_time_offset(tmp_path: Path, late: int) -> None:
+    route = make_route("stops", 40.0, 0.8, 4.0, stream(4, "route"))
+    recording = as_recording(simulate(Spec(route, wheel=WheelSpec(), ground=None, station=None), 4))
+    recording = replace(recording, imu_utime=recording.imu_utime + late)
+    write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
+    found = find_offset(logs.read(tmp_path / "a.lcmlog"))
+    assert found.offset_s == pytest.approx(-late * 1e-6, abs=0.012)
+    assert found.sigma_s < 0.02
+    assert found.explained > 0.4

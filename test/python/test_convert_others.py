@@ -1,0 +1,144 @@
+"""Bags, tables and survey files: what comes of real ones, and of small ones made here."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gprodom.cli import main
+from gprodom.convert.bag import local_positions, wheel_distance
+from gprodom.convert.survey_files import read_line
+from gprodom.errors import Error
+from gprodom.ground.survey import read_survey
+
+HUSKY = ("--imu", "/imu/data", "--wheel", "/husky_velocity_controller/odom", "--truth", "/fix")
+
+
+def figures(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
+    capsys.readouterr()
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_husky(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rotated IMU, no standstill at the start: wheel and gyro within 3.1 m of the GPS."""
+    log = tmp_path / "husky.lcmlog"
+    bag = str(shared / "robots" / "husky.bag")
+    channels = figures(capsys, "convert", "bag", bag, "-o", str(log), *HUSKY)["channels"]
+    assert {name: channel["count"] for name, channel in channels.items()} == {
+        "IMU": 11865,
+        "WHEEL": 3952,
+        "TOTAL_STATION": 989,
+    }
+    score = figures(capsys, "run", str(log), "--method", "wheel", "--truth", str(log))
+    assert score["ate_rmse_m"] < 3.1
+    assert score["excluded"] == 0
+    assert main(["convert", "bag", bag, "-o", str(log), "--wheel", "/imu/data"]) == 1
+    assert "expected nav_msgs/msg/Odometry" in capsys.readouterr().err
+
+
+def test_car(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Scale fitted on the first half: distance of the second within 0.5 %."""
+    car, log = shared / "robots" / "car", tmp_path / "car.lcmlog"
+    tables = [
+        argument
+        for name in ("accelerometer", "gyroscope", "wheel-speed", "position")
+        for argument in (f"--{name}", str(car / f"{name.replace('-', '_')}.csv"))
+    ]
+    figures(capsys, "convert", "tables", *tables, "-o", str(log))
+    found = figures(capsys, "calibrate", "wheel", str(log), "--fit-share", "0.5")
+    (rest,) = found["rest"]
+    assert abs(rest["error_after_pct"]) < 0.5 < abs(rest["error_before_pct"])
+
+
+def test_wheel_distance_of_poses_speeds_and_joints() -> None:
+    time = np.arange(5) * 1_000_000
+    angle = np.arange(5) * 0.5
+    arc = [(2 * np.sin(a), 2 - 2 * np.cos(a), float(a)) for a in angle]
+    chord = 4 * np.sin(0.25)
+    np.testing.assert_allclose(wheel_distance(time, arc), chord * np.arange(5), atol=1e-12)
+    back = [(*pose[:2], pose[2] + np.pi) for pose in arc]
+    np.testing.assert_allclose(wheel_distance(time, back)[-1], -4 * chord, atol=1e-12)
+    speeds = [(0.0,), (1.0,), (1.0,), (-1.0,), (0.0,)]
+    np.testing.assert_allclose(wheel_distance(time, speeds), [0, 0.5, 1.5, 1.5, 1.0])
+
+
+def test_local_positions() -> None:
+    """An arc second of latitude at the equator and at the pole; longitude by its parallel."""
+    second = 1 / 3600
+    near = local_positions(np.array([[0.0, 10.0, 5.0], [second, 10.0 + second, 6.0]]))
+    np.testing.assert_allclose(near[1], [30.922, 30.715, 1.0], atol=2e-3)
+    north = local_positions(np.array([[60.0, 0.0, 0.0], [60.0 + second, second, 0.0]]))
+    np.testing.assert_allclose(north[1], [15.500, 30.950, 0.0], atol=5e-3)
+
+
+def test_real_survey_files(shared: Path) -> None:
+    files = shared / "survey_files"
+    beach = read_line(files / "beach_0001_0.iprb")
+    with np.load(shared / "real_ground" / "seal_beach" / "line_01.npz") as known:
+        np.testing.assert_array_equal(beach.traces, known["traces"])
+        assert beach.spacing == pytest.approx(float(known["spacing"]))
+        assert beach.sample_interval == pytest.approx(3.125e-10)
+    yosemite = read_line(files / "YosemiteData.DT1")
+    assert yosemite.traces.shape == (531, 1500)
+    assert (yosemite.spacing, yosemite.sample_interval) == pytest.approx((0.6096, 8e-10))
+    dune = read_line(shared / "real_ground" / "dune" / "DuneData.DZT")
+    assert dune.traces.shape == (1040, 512)
+    assert dune.spacing == pytest.approx(0.02)
+    # A direct wave, the same everywhere, as real ground begins.
+    for line in (yosemite, dune):
+        mean = line.traces.mean(axis=0)
+        assert np.abs(mean).max() > 3 * np.std(line.traces[:, -100:])
+
+
+def write_mala(path: Path, traces: np.ndarray, **changes: str) -> Path:
+    header = {"SAMPLES": "64", "FREQUENCY": "5000.0", "DISTANCE INTERVAL": "0.05"} | changes
+    text = "".join(f"{key}:{value}\r\n" for key, value in header.items())
+    path.with_suffix(".rad").write_text(text)
+    traces.astype("<i2").tofile(path)
+    return path
+
+
+def test_survey_lines_become_ground(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(1)
+    lines = rng.integers(-3000, 3000, (2, 100, 64))
+    paths = [str(write_mala(tmp_path / f"l{i}.rd3", line)) for i, line in enumerate(lines)]
+    out = tmp_path / "field.npz"
+    arguments = ["convert", "survey", *paths, "--aside", "0.3", "--samples", "50", "-o", str(out)]
+    assert figures(capsys, *arguments)["length_m"] == pytest.approx(4.95)
+    survey = read_survey(out)
+    np.testing.assert_array_equal(survey.lines, lines[:, :, :50])
+    assert not survey.closed
+    assert survey.sample_interval == pytest.approx(2e-10)
+    seen = survey.traces(np.array([0.05, 4.95]), np.array([0.0, 0.3]))
+    np.testing.assert_allclose(seen, [lines[0, 1, :50], lines[1, 99, :50]], atol=1e-2)
+    with pytest.raises(Error, match=r"ends after 4\.95 m"):
+        survey.traces(np.array([6.0]), np.array([0.0]))
+    drive = ["simulate", "--ground", str(out), "--distance", "8", "--standstill", "1"]
+    assert main([*drive, "-o", str(tmp_path / "s.zip")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"SAMPLES": "many"}, "expected a number"),
+        ({"SAMPLES": "0"}, "expected 2 to"),
+        ({"DISTANCE INTERVAL": "0"}, "no spacing"),
+        ({"SAMPLES": "5000"}, "at least two traces"),
+    ],
+)
+def test_survey_errors(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    path = write_mala(tmp_path / "l.rd3", np.zeros((10, 64)), **changes)
+    with pytest.raises(Error, match=said):
+        read_line(path)
+
+
+def test_survey_wants_its_header(tmp_path: Path) -> None:
+    (tmp_path / "a.dt1").write_bytes(b"x" * 4000)
+    with pytest.raises(Error, match=r"a\.hd beside it"):
+        read_line(tmp_path / "a.dt1")
+    with pytest.raises(Error, match="unknown kind"):
+        read_line(tmp_path / "a.sgy")
