@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import subprocess
+import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -324,3 +326,22 @@ def test_ground_of_a_survey_is_seen_again(tmp_path: Path) -> None:
     expected = 5000 * np.sin(2 * np.pi * (s[:, None] / 10 * 30 + np.arange(120) / 13))
     assert s.max() > 20
     assert np.abs(data.traces - expected).max() < 0.02 * 5000
+
+
+def test_realism_is_told(shared: Path) -> None:
+    """The command that compares simulated with real pieces; what is alike by construction is."""
+    result = subprocess.run(
+        [sys.executable, str(CHECKOUT / "bench" / "realism.py"), str(shared), "--json"],
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    found = json.loads(result.stdout)
+    wheels = found["wheel"]["simulated"], found["wheel"]["real CMU C.0"]
+    for name in ("smallest step (mm)", "rate (Hz)"):
+        assert wheels[0][name] == pytest.approx(wheels[1][name], rel=0.02)
+    shaken = found["IMU"]["simulated"]
+    # A one-sided density, so sqrt(2) of the two-sided one that a standard deviation goes by.
+    assert shaken["gyro at rest (/√Hz)"] == pytest.approx(1.61e-4 * 1.41, rel=0.2)
+    for name, line in found["radar"].items():
+        assert 0.02 < line["decorrelates over (m)"] < 1.0, name

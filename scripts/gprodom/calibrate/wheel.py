@@ -24,7 +24,7 @@ from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
 
-WINDOW_M, WINDOW_S = 5.0, 5.0  # a window is at least this long, and takes this long at usual speed
+WINDOW_M, WINDOW_S = 3.0, 5.0  # a window is at least this long, and takes this long at usual speed
 MIN_POINTS = 6  # of the truth in a window
 TREAD_M = 0.05  # by which the truth's path is measured, so that millimetres of noise are not
 BLOCKS = 8  # of the jackknife

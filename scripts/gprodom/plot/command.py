@@ -16,7 +16,7 @@ from gprodom.dead_reckoning import wheel_distance
 from gprodom.errors import Error, UsageError
 from gprodom.estimate import as_log
 from gprodom.methods import find_method
-from gprodom.plot import canvas
+from gprodom.plot import canvas, radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
 from gprodom.run import add_config_options
@@ -30,6 +30,8 @@ EXAMPLES = """\
   gprodom plot trajectory wheel.tum imu_wheel.tum --truth garage.zip -o paths.png
   gprodom plot log out.lcmlog --wheel garage.lcmlog -o garage.png
   gprodom plot observability data/*gates_g*.zip -o out
+  gprodom plot radar garage.lcmlog --at 40 -o radar.png
+  gprodom plot revisits out.lcmlog -o revisits.png
 """
 
 OBSERVABILITY = """\
@@ -46,6 +48,8 @@ def add_parser(subparsers: Subparsers) -> None:
     _add_trajectory(subjects)
     _add_log(subjects)
     _add_observability(subjects)
+    radar.add_parser(subjects)
+    revisits.add_parser(subjects)
 
 
 def _add_trajectory(subjects: Subparsers) -> None:

@@ -1,0 +1,197 @@
+"""``gprodom plot radar``: a window of traces on its way to a feature matrix, and its match."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.cli import Subparsers, add_command
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.errors import Error, UsageError
+from gprodom.estimate import as_log
+from gprodom.plot import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+ROWS, COLUMNS = 50, 50  # of the feature matrix, as gpr.sequential's
+MIN_OVERLAP = 0.3
+BEFORE = 600  # traces before the window: what background and amplitude scale are known from
+SCALE_QUANTILE = 0.99
+
+EXAMPLES = """\
+  gprodom plot radar 1700001000-0-gates_g-cmu-gpr.zip --at 40 -o radar.png
+  gprodom plot radar garage.lcmlog --at 40 --window 200 --step 20 -o radar.png
+"""
+
+DESCRIPTION = """\
+Draws a window of radar traces: B as recorded (less its mean trace), B' after details retention,
+the peaks found in it, one trace with the peaks on it, the feature matrices S of the window and of
+the one --step traces later, and the distance of the two over the shift, its minimum marked. Depth
+by the wave speed.
+"""
+
+
+@dataclass(frozen=True)
+class Window:
+    """B, B' (traces, samples), the peaks of each trace, S (rows, columns)."""
+
+    raw: Array
+    kept: Array
+    peaks: list[list[Any]]
+    matrix: NDArray[np.int8]
+
+
+def make_windows(
+    traces: Array, interval: float, first: int, length: int, step: int
+) -> tuple[Window, Window]:
+    """The window from trace `first` on and the one `step` traces later, filtered together."""
+    from gprodom import gpr
+
+    begin = max(first - BEFORE, 0)
+    part = np.ascontiguousarray(traces[begin : first + length + step], np.float32)
+    kept = gpr.DetailsRetention(gpr.FilterConfig()).filter(part, interval)[0]
+    kept = np.nan_to_num(kept)
+    peaks = gpr.PeakExtractor(gpr.PeakOptions()).extract_all(np.ascontiguousarray(kept))
+    amplitudes = [abs(peak.amplitude) for row in peaks for peak in row]
+    if not amplitudes:
+        raise Error("no peaks are found in these traces: does the radar see the ground?")
+    scale = float(np.quantile(amplitudes, SCALE_QUANTILE))
+    mean = part.mean(axis=0)
+
+    def window(start: int) -> Window:
+        rows = slice(start - begin, start - begin + length)
+        own = peaks[rows]
+        place = [(peak.sample, i, abs(peak.amplitude)) for i, row in enumerate(own) for peak in row]
+        depth, position, amplitude = (np.array(x, float) for x in zip(*place, strict=True))
+        matrix = gpr.build_sfm(
+            depth,
+            position,
+            amplitude,
+            rows=ROWS,
+            columns=COLUMNS,
+            depth_range=float(part.shape[1]),
+            length=float(length),
+            amplitude_scale=scale,
+        )
+        return Window(part[rows] - mean, kept[rows], own, matrix)
+
+    return window(first), window(first + step)
+
+
+def radar_figure(
+    one: Window, two: Window, interval: float, wave_speed: float, step: int, title: str
+) -> Figure:
+    """Two rows: B, B' with peaks, a trace; S, S of the later window, their distance."""
+    figure, axes = canvas.new_figure(2, 3, width=12.0, height=7.0)
+    deepest = one.raw.shape[1] * interval * wave_speed / 2
+    extent = (0.0, float(len(one.raw)), deepest, 0.0)
+    for axis, image, name in ((axes[0], one.raw, "B"), (axes[1], one.kept, "B′ and its peaks")):
+        reach = float(np.quantile(np.abs(image), 0.99)) or 1.0
+        axis.imshow(image.T, aspect="auto", cmap="gray", vmin=-reach, vmax=reach, extent=extent)
+        axis.set_title(name)
+    metres = interval * wave_speed / 2
+    points = [(i + 0.5, peak.sample * metres) for i, row in enumerate(one.peaks) for peak in row]
+    axes[1].plot(*np.array(points).T, ".", color=canvas.COLOURS[1], ms=2.5)
+    _draw_trace(axes[2], one, metres)
+    for axis, window, name in ((axes[3], one, "S"), (axes[4], two, f"S, {step} traces later")):
+        axis.imshow(window.matrix, aspect="auto", cmap="viridis", vmin=0, vmax=10, extent=extent)
+        axis.set_title(name)
+    for axis in (axes[0], axes[1], axes[3], axes[4]):
+        axis.grid(False)
+        axis.set_xlabel("trace of the window")
+        axis.set_ylabel("depth (m)")
+    _draw_match(axes[5], one, two, step)
+    figure.suptitle(title)
+    return figure
+
+
+def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
+    """The middle trace of B' against depth, peaks on it."""
+    middle = len(window.kept) // 2
+    trace = window.kept[middle]
+    axis.plot(trace, np.arange(len(trace)) * metres, color=canvas.COLOURS[0], lw=1.0)
+    samples = np.array([peak.sample for peak in window.peaks[middle]])
+    if samples.size:
+        at = np.interp(samples, np.arange(len(trace)), trace)
+        axis.plot(at, samples * metres, "o", color=canvas.COLOURS[1], ms=5, label="peak")
+        axis.legend(frameon=False)
+    axis.set_ylim(len(trace) * metres, 0)
+    axis.set_title(f"trace {middle} of B′")
+    axis.set_xlabel("amplitude (counts)")
+    axis.set_ylabel("depth (m)")
+
+
+def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
+    from gprodom import gpr
+
+    match, distances = gpr.align_sfm(one.matrix, two.matrix, min_overlap=MIN_OVERLAP)
+    shifts = np.arange(len(distances)) - len(distances) // 2
+    axis.plot(shifts, distances, color=canvas.COLOURS[0], lw=1.2)
+    said = f"shift {match.subcolumn:.2f}" + ("" if match.valid else ", not valid")
+    least = distances[match.shift + len(distances) // 2]
+    axis.plot([match.shift], [least], "o", color=canvas.COLOURS[1], label=said)
+    expected = -step * COLUMNS / len(one.raw)
+    axis.axvline(expected, color="0.6", ls="--", lw=1.0, label=f"new traces: {expected:.1f}")
+    axis.set_title("distance of the two S")
+    axis.set_xlabel("shift (columns)")
+    axis.set_ylabel("1 - cosine")
+    axis.legend(frameon=False)
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``plot radar``."""
+    parser = add_command(
+        subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.add_argument(
+        "--at", metavar="S", type=float, default=20.0, help="from the first trace (default 20)"
+    )
+    parser.add_argument(
+        "--window", metavar="N", type=int, default=100, help="traces (default %(default)s)"
+    )
+    parser.add_argument(
+        "--step", metavar="N", type=int, default=10, help="traces to the next (default %(default)s)"
+    )
+    parser.add_argument(
+        "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"
+    )
+    parser.add_argument(
+        "--sample-interval", metavar="S", type=float, default=SAMPLE_INTERVAL, help="of sequences"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``plot radar``."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = logs.read(as_log(args.source, Path(name), args.sample_interval), ["GPR_TRACE"])
+    if "GPR_TRACE" not in log:
+        raise Error(f"{args.source}: holds no GPR_TRACE messages")
+    radar = log["GPR_TRACE"]
+    seconds = (radar["utime"] - radar["utime"][0]) * 1e-6
+    first = int(np.searchsorted(seconds, args.at))
+    if args.window < 10 or args.step < 1:
+        raise UsageError("--window: expected at least 10; --step: at least 1")
+    if first + args.window + args.step > len(seconds):
+        raise UsageError(
+            f"--at {args.at:g}: the traces end {seconds[-1]:.1f} s after the first, which is too "
+            f"early for {args.window + args.step} traces"
+        )
+    interval = float(radar["sample_interval"][0])
+    one, two = make_windows(radar["samples"], interval, first, args.window, args.step)
+    title = f"{args.source.name}, {args.window} traces from {args.at:g} s"
+    canvas.save(radar_figure(one, two, interval, args.wave_speed, args.step, title), args.output)
+    return 0

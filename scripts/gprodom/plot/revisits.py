@@ -1,0 +1,138 @@
+"""``gprodom plot revisits``: which places the radar knew again, and what came of it."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gprodom import logs
+from gprodom.cli import Subparsers, add_command
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.displacement import CHANNEL
+from gprodom.errors import Error
+from gprodom.plot import canvas
+from gprodom.score.sources import odometry
+from gprodom.trajectory import Trajectory, interpolate
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+REVISIT = 2  # displacement_t.kind
+
+EXAMPLES = """\
+  gprodom plot revisits out.lcmlog -o revisits.png
+"""
+
+DESCRIPTION = """\
+Draws the revisits of an estimator's log: pairs of places on its path that the radar took for the
+same ground (driven forwards again, or backwards), pairs along time, how far apart the path had
+them, and the size of the map's corrections. Prints counts.
+"""
+
+
+@dataclass(frozen=True)
+class Revisits:
+    """n pairs: times (n,), us; metres from one place to the other along the track (n,); mirrored
+    (n,): driven the other way."""
+
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    distance: Array
+    mirrored: NDArray[np.bool_]
+
+
+def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
+    """The valid ones of a log."""
+    if CHANNEL not in log:
+        raise Error(f"holds no {CHANNEL} messages; expected an estimator's log with radar")
+    content = log[CHANNEL]
+    wanted = (content["kind"] == REVISIT) & content["valid"].astype(bool)
+    return Revisits(
+        content["utime_from"][wanted],
+        content["utime_to"][wanted],
+        content["distance"][wanted],
+        content["mirrored"][wanted].astype(bool),
+    )
+
+
+def revisits_figure(
+    path: Trajectory, found: Revisits, correction: logs.Channel | None, title: str
+) -> Figure:
+    """From above, and along time."""
+    figure, axes = canvas.new_figure(2, 2, width=11.0, height=8.0)
+    seen = (found.start >= path.time[0]) & (found.end <= path.time[-1])
+    start, end = (interpolate(path, t[seen]).position[:, :2] for t in (found.start, found.end))
+    origin = int(path.time[0])
+    above, pairs, apart, jumps = axes
+    above.plot(*path.position[:, :2].T, color="0.6", lw=1.0)
+    for mirrored, colour, name in (
+        (False, canvas.COLOURS[0], "the same way"),
+        (True, canvas.COLOURS[1], "the other way"),
+    ):
+        those = found.mirrored[seen] == mirrored
+        label: str | None = f"{name}: {int(those.sum())}"
+        for a, b in zip(start[those], end[those], strict=True):
+            above.plot(*np.stack([a, b]).T, "o-", color=colour, ms=3, lw=1.0, label=label)
+            label = None
+        clock = [(t[seen][those] - origin) * 1e-6 for t in (found.start, found.end)]
+        pairs.plot(clock[1], clock[0], ".", color=colour, label=f"{name}: {int(those.sum())}")
+        gap = np.linalg.norm(end[those] - start[those], axis=1)
+        apart.plot(clock[1], gap, ".", color=colour)
+    above.set_aspect("equal", adjustable="datalim")
+    above.set_xlabel("x (m)")
+    above.set_ylabel("y (m)")
+    above.set_title("places known again")
+    pairs.set_xlabel("time (s)")
+    pairs.set_ylabel("seen first at (s)")
+    pairs.legend(frameon=False)
+    apart.set_xlabel("time (s)")
+    apart.set_ylabel("path has them apart by (m)")
+    apart.set_ylim(bottom=0)
+    if correction is not None and len(correction["utime"]):
+        clock = (correction["utime"] - origin) * 1e-6
+        size = np.linalg.norm(correction["position"][:, :2], axis=1)
+        jumps.plot(clock, size, drawstyle="steps-post", color=canvas.COLOURS[2], lw=1.2)
+    jumps.set_xlabel("time (s)")
+    jumps.set_ylabel("correction of map (m)")
+    jumps.set_ylim(bottom=0)
+    figure.suptitle(title)
+    return figure
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``plot revisits``."""
+    parser = add_command(
+        subjects, "revisits", "places that the radar knew again", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``plot revisits``."""
+    log = logs.read(args.log, [CHANNEL, "ODOMETRY_MAP", "ODOMETRY", "CORRECTION"])
+    published = log.get("ODOMETRY_MAP", log.get("ODOMETRY"))
+    if published is None:
+        raise Error(f"{args.log}: holds no ODOMETRY messages; expected a log of the estimator")
+    found = find_revisits(log)
+    correction = log.get("CORRECTION")
+    figure = revisits_figure(odometry(published), found, correction, args.log.stem)
+    canvas.save(figure, args.output)
+    counts = {
+        "revisits": len(found.start),
+        "mirrored": int(found.mirrored.sum()),
+        "corrections": 0 if correction is None else len(correction["utime"]),
+    }
+    if args.json:
+        print_json(counts)
+    else:
+        print(format_table(["what", "count"], [[name, count] for name, count in counts.items()]))
+    return 0

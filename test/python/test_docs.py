@@ -1,0 +1,67 @@
+"""The documentation: it builds without a broken link, and its tutorial runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import gprodom
+from conftest import CHECKOUT
+
+DOCS = CHECKOUT / "docs"
+
+
+def test_tutorial_runs(tmp_path: Path) -> None:
+    """Its blocks in order: commands by a shell, Python in one interpreter."""
+    if not hasattr(gprodom, "Odometry"):
+        pytest.skip("the extension gprodom._core is not built")
+    blocks = re.findall(r"^```(\w+)\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.M | re.S)
+    assert {kind for kind, _ in blocks} == {"sh", "python"}
+    command = tmp_path / "bin" / "gprodom"
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec {sys.executable} -m gprodom "$@"\n')
+    command.chmod(0o755)
+    work = tmp_path / "work"
+    work.mkdir()
+    # One program: each shell block as a call, so that Python blocks see what came before.
+    lines = ["import subprocess"]
+    for kind, text in blocks:
+        run = f"subprocess.run(['sh', '-ec', {text!r}], check=True)"
+        lines.append(text if kind == "python" else run)
+    environment = {
+        **os.environ,
+        "PATH": f"{command.parent}:{os.environ['PATH']}",
+        "PYTHONPATH": str(Path(gprodom.__file__).resolve().parents[1]),
+    }
+    result = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)],
+        cwd=work,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    for name in ("radar.png", "paths.png", "flags.png", "report/report.html", "many/report.html"):
+        assert (work / name).is_file()
+
+
+def test_documentation_builds(tmp_path: Path) -> None:
+    if find_spec("mkdocs") is None:
+        pytest.skip("MkDocs is not installed (the extra docs)")
+    arguments = ["build", "--strict", "--quiet", "-f", str(CHECKOUT / "mkdocs.yml")]
+    result = subprocess.run(
+        [sys.executable, "-m", "mkdocs", *arguments, "-d", str(tmp_path / "site")],
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > len(list(DOCS.glob("*.md")))
+    outside = re.compile(r"""<(?:script|link|img)[^>]*(?:src|href)=["'](?:https?:)?//""")
+    assert [page.name for page in pages if outside.search(page.read_text())] == []

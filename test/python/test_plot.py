@@ -1,0 +1,79 @@
+"""Pictures: what they are drawn from, and that they are drawn."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import CHECKOUT
+from gprodom import logs
+from gprodom.cli import main
+from gprodom.lcm import EventLog
+from gprodom.messages import message
+from gprodom.plot.radar import make_windows
+from gprodom.plot.revisits import find_revisits
+
+PNG = b"\x89PNG"
+
+
+def test_radar_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("gprodom.gpr")
+    (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    out = tmp_path / "radar.png"
+    assert main(["plot", "radar", str(sample), "--at", "30", "-o", str(out)]) == 0
+    assert out.read_bytes().startswith(PNG)
+    assert main(["plot", "radar", str(sample), "--at", "3000", "-o", str(out)]) == 2
+    assert "too early" in capsys.readouterr().err
+
+
+def test_windows_of_one_stream_differ_by_the_step() -> None:
+    """A reflector that slopes: its cells move by the new traces from window to window."""
+    gpr = pytest.importorskip("gprodom.gpr")
+    time, place = np.arange(160), np.arange(900)
+    depth = 90 + 25 * np.sin(2 * np.pi * place / 160)
+    pulse = (time - depth[:, None]) / 5.0
+    traces = 3000 * np.cos(2.2 * pulse) * np.exp(-(pulse**2) / 2)
+    traces = traces + np.random.default_rng(1).normal(0, 20, traces.shape)
+    one, two = make_windows(traces, 2e-10, 700, 100, 20)
+    assert one.matrix.any()
+    match, _ = gpr.align_sfm(one.matrix, two.matrix)
+    assert match.shift == -10  # 20 of 100 traces, 50 columns
+    np.testing.assert_array_equal(one.kept[20:], two.kept[:-20])
+
+
+def revisit_log(path: Path) -> None:
+    log = EventLog(str(path), "w")
+    for i in range(100):
+        pose = message("odometry_t")()
+        pose.utime, pose.frame = 1_000_000 * i, "map"
+        pose.position = [float(np.cos(i / 8)), float(np.sin(i / 8)), 0.0]
+        pose.orientation, pose.pose_covariance = [1.0, 0, 0, 0], np.eye(6).ravel().tolist()
+        log.write_event(pose.utime, "ODOMETRY_MAP", pose.encode())
+    for end, kind, valid, mirrored in (
+        (60, 2, True, False),
+        (70, 2, True, True),
+        (80, 2, False, False),
+        (90, 1, True, False),
+    ):
+        sent = message("displacement_t")()
+        sent.utime = sent.utime_to = 1_000_000 * end
+        sent.utime_from, sent.source = 1_000_000 * (end - 50), "revisit"
+        sent.kind, sent.valid, sent.mirrored, sent.distance = kind, valid, mirrored, 0.02
+        log.write_event(sent.utime, "GPR_DISPLACEMENT", sent.encode())
+    log.close()
+
+
+def test_revisits_are_the_valid_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    revisit_log(tmp_path / "out.lcmlog")
+    found = find_revisits(logs.read(tmp_path / "out.lcmlog"))
+    assert found.end.tolist() == [60_000_000, 70_000_000]
+    assert found.mirrored.tolist() == [False, True]
+    picture = tmp_path / "revisits.png"
+    assert (
+        main(["plot", "revisits", str(tmp_path / "out.lcmlog"), "-o", str(picture), "--json"]) == 0
+    )
+    assert json.loads(capsys.readouterr().out) == {"revisits": 2, "mirrored": 1, "corrections": 0}
+    assert picture.read_bytes().startswith(PNG)
