@@ -36,25 +36,6 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
 
 }  // namespace
 
-struct PatchMatcher::Curves {
-  bool mirrored = false;
-  double scale = 1.0;
-  int first = 0;               // the place of entry 0
-  Eigen::ArrayXd shifted;      // correlation, mean over the blocks at each one's best time shift
-  Eigen::ArrayXd correlation;  // the same without shift in time
-  Eigen::ArrayXd half[2];      // the same of the query's first and second half
-  Eigen::ArrayXd evidence;     // of the first two together
-
-  int size() const { return static_cast<int>(evidence.size()); }
-};
-
-struct PatchMatcher::Peak {
-  const Curves* curves = nullptr;
-  int entry = 0;
-  double evidence = -1.0;
-  int place() const { return curves->first + entry; }
-};
-
 PatchMatcher::PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options)
     : options_(std::move(options)),
       spacing_(spacing),
@@ -116,8 +97,8 @@ void PatchMatcher::add_block(int block, const std::vector<int>& step, Curves& cu
   curves.shifted += best.cast<double>();
 }
 
-PatchMatcher::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
-                                          double scale) const {
+PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
+                                         double scale) const {
   const double half_column = query_centre - std::floor(query_centre);
   std::vector<int> step(tables_[0].rows());  // from a place to the memory column under column i
   for (int i = 0; i < static_cast<int>(step.size()); ++i) {
@@ -140,8 +121,8 @@ PatchMatcher::Curves PatchMatcher::follow(double query_centre, Places places, in
 }
 
 // Every scale inside the bound; scale 1 over the surroundings too.
-std::vector<PatchMatcher::Curves> PatchMatcher::search(double query_centre, Places inside,
-                                                       Places wide) const {
+std::vector<PatchSurvey::Curves> PatchMatcher::search(double query_centre, Places inside,
+                                                      Places wide) const {
   std::vector<Curves> curves;
   for (const int direction : {1, -1}) {
     curves.push_back(follow(query_centre, wide, direction, 1.0));
@@ -152,65 +133,27 @@ std::vector<PatchMatcher::Curves> PatchMatcher::search(double query_centre, Plac
   return curves;
 }
 
-// Against the second place, and against correlation by chance. offset_m is left in columns, from
-// place 0.
-RevisitMatch PatchMatcher::judge(const std::vector<Curves>& curves, const Peak& peak) const {
-  const Curves& best = *peak.curves;
-  const int at = peak.entry;
-  double second = 0.0, chance = 0.0;
-  int chances = 0;
-  for (const Curves& c : curves) {
-    for (int k = 0; k < c.size(); ++k) {
-      const int apart = std::abs(c.first + k - peak.place());
-      if (c.mirrored == best.mirrored && apart * spacing_ <= options_.lobe_m) continue;
-      second = std::max(second, c.evidence[k]);
-      if (c.scale != 1.0) continue;
-      chance += c.correlation[k] * c.correlation[k];
-      ++chances;
-    }
-  }
-  chance = chances > 0 ? chance / chances : 1.0;  // variance: 1 / independent samples
-
-  RevisitMatch match;
-  match.valid = true;
-  match.mirrored = best.mirrored;
-  match.scale = best.scale;
-  match.score = peak.evidence - second;
-  match.correlation = best.correlation[at];
-  const double least_half = std::min(best.half[0][at], best.half[1][at]);
-  match.accepted = match.score >= options_.min_score &&
-                   least_half >= options_.min_half * std::sqrt(2.0 * chance);
-
-  // Sub-column: a parabola through the evidence; the variance from the correlation's curvature.
-  const double rho = std::clamp(match.correlation, 0.01, kLargestRho);
-  double subcolumn = 0.0, curvature = 0.01 * rho;  // per column^2
-  if (at > 0 && at + 1 < best.size()) {
-    const double before = best.evidence[at - 1], after = best.evidence[at + 1];
-    const double bend = 2.0 * peak.evidence - before - after;
-    if (bend > 0.0) subcolumn = std::clamp(0.5 * (after - before) / bend, -0.5, 0.5);
-    curvature = std::max(curvature, 2.0 * best.correlation[at] - best.correlation[at - 1] -
-                                        best.correlation[at + 1]);
-  }
-  match.offset_m = peak.place() + subcolumn;
-  match.sigma_m = spacing_ * std::sqrt((1.0 - rho * rho) * chance / (rho * curvature));
+RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, double expected,
+                                 double bound) {
+  const double middle = 0.5 * static_cast<double>(memory.rows() - 1);
+  RevisitMatch match = survey(memory, query, middle + expected / spacing_, bound).best();
+  if (match.valid) match.offset_m -= middle * spacing_;
   return match;
 }
 
-RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, double expected,
+PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query, double expected_place,
                                  double bound) {
   if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
     throw std::invalid_argument("patches: expected as many rows as the filter gives");
   }
-  // In columns of the memory: the query's centre is expected at place + half_column.
   const double query_centre = 0.5 * static_cast<double>(query.rows() - 1);
   const double half_column = query_centre - std::floor(query_centre);
-  const double middle = 0.5 * static_cast<double>(memory.rows() - 1);
-  const double place = middle + expected / spacing_ - half_column;
+  const double place = expected_place - half_column;
   const double gate = bound / spacing_, wide = gate + options_.surround_m / spacing_;
   const double reach = 1.1 * query_centre + 2.0;
-  const auto from = static_cast<Eigen::Index>(std::max(0.0, std::floor(place - wide - reach)));
-  const auto to =
-      static_cast<Eigen::Index>(std::min<double>(memory.rows(), std::ceil(place + wide + reach)));
+  const auto from = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
+  const auto to = static_cast<int>(
+      std::min<double>(static_cast<double>(memory.rows()), std::ceil(place + wide + reach)));
   if (query.rows() < 4 || to - from < query.rows()) return {};
 
   correlate(memory.middleRows(from, to - from), query);
@@ -218,19 +161,25 @@ RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, do
     return Places{static_cast<int>(std::ceil(place - half_width - from)),
                   static_cast<int>(std::floor(place + half_width - from)) + 1};
   };
-  const Places inside = places(gate);
-  const std::vector<Curves> curves = search(query_centre, inside, places(wide));
-  Peak peak;
-  for (const Curves& c : curves) {
-    const int end = std::min(c.size(), inside.end - c.first);
-    for (int k = std::max(0, inside.first - c.first); k < end; ++k) {
-      if (c.evidence[k] > peak.evidence) peak = {&c, k, c.evidence[k]};
-    }
+  PatchSurvey survey;
+  survey.curves_ = search(query_centre, places(gate), places(wide));
+  for (Curves& c : survey.curves_) c.first += from;
+  survey.inside_first_ = place - gate;
+  survey.inside_last_ = place + gate;
+  survey.half_column_ = half_column;
+  survey.spacing_ = spacing_;
+  survey.lobe_m_ = options_.lobe_m;
+  survey.min_score_ = options_.min_score;
+  survey.min_half_ = options_.min_half;
+  // The two directions reach equally far but for rounding.
+  int end = std::numeric_limits<int>::max();
+  for (const Curves& c : survey.curves_) {
+    if (c.scale != 1.0) continue;
+    survey.first_ = std::max(survey.first_, c.first);
+    end = std::min(end, c.first + c.size());
   }
-  if (peak.curves == nullptr) return {};
-  RevisitMatch match = judge(curves, peak);
-  match.offset_m = (from + match.offset_m + half_column - middle) * spacing_;
-  return match;
+  survey.size_ = std::max(0, end - survey.first_);
+  return survey;
 }
 
 }  // namespace gprodom::gpr

@@ -192,14 +192,28 @@ Columns TraceMemory::patch(MemoryRange range) const {
   return features;
 }
 
-std::optional<TraceMemory::Newest> TraceMemory::newest(int count) const {
+std::optional<std::size_t> TraceMemory::column_at(TimeNs time) const {
+  const auto after = std::upper_bound(times_.begin(), times_.end(), time);
+  if (after == times_.begin()) return std::nullopt;
+  return first_ + static_cast<std::size_t>(after - times_.begin()) - 1;
+}
+
+std::optional<MemoryColumn> TraceMemory::newest_place(int count) const {
   if (!filter_ || count < 1 || pending_.size() < static_cast<std::size_t>(count)) {
     return std::nullopt;
   }
-  Newest newest{filtered_pending().bottomRows(count), {}};
-  newest.centre = pending_[pending_.size() - 1 - count / 2].first;  // half a column early if even
-  newest.centre.distance_m += newest.centre.direction * 0.5 * (1 - count % 2) * options_.spacing_m;
-  return newest;
+  MemoryColumn place =
+      pending_[pending_.size() - 1 - count / 2].first;  // half a column early if even
+  place.distance_m += place.direction * 0.5 * (1 - count % 2) * options_.spacing_m;
+  return place;
+}
+
+std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before) const {
+  const auto place = newest_place(count);
+  if (!place) return std::nullopt;
+  const auto all =
+      std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
+  return Newest{filtered_pending().bottomRows(all), *place};
 }
 
 }  // namespace gprodom::gpr

@@ -3,19 +3,28 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "gprodom/gpr/global_search.h"
 #include "gprodom/gpr/patch_filter.h"
 #include "gprodom/gpr/revisit.h"
+#include "gprodom/gpr/revisit_search.h"
 
 namespace py = pybind11;
 
 namespace {
 
 using gprodom::gpr::Columns;
+using gprodom::gpr::GlobalMatch;
+using gprodom::gpr::GlobalSearch;
+using gprodom::gpr::GlobalSearchOptions;
 using gprodom::gpr::PatchFilter;
 using gprodom::gpr::PatchFilterOptions;
 using gprodom::gpr::PatchMatcher;
+using gprodom::gpr::PlaceFound;
 using gprodom::gpr::RevisitMatch;
 using gprodom::gpr::RevisitOptions;
+using gprodom::gpr::RevisitSearch;
+using gprodom::gpr::RevisitSearchOptions;
+using gprodom::gpr::SearchWindow;
 
 RevisitMatch find_patch(const Columns& memory, const Columns& query, double spacing,
                         double sample_interval, double prior, double bound,
@@ -38,6 +47,68 @@ py::tuple match_patch(const Columns& memory, const Columns& query, double spacin
   return py::make_tuple(0.5 * length + match.offset_m, match.mirrored, match.score);
 }
 
+// One window: the whole memory, around the column expected.
+py::object look(RevisitSearch& search, const Columns& newest, double moved, const Columns& memory,
+                double expected, double bound) {
+  SearchWindow window;
+  window.features = memory;
+  window.expected = expected;
+  window.bound_m = bound;
+  const std::vector<PlaceFound> found = search.look(newest, moved, {window});
+  if (found.empty()) return py::none();
+  return py::make_tuple(found[0].column, found[0].certainty, found[0].match);
+}
+
+void bind_along_the_track(py::module_& module) {
+  py::class_<RevisitSearchOptions>(module, "RevisitSearchOptions", "See gpr/revisit_search.h.")
+      .def(py::init<>())
+      .def_readwrite("matcher", &RevisitSearchOptions::matcher)
+      .def_readwrite("patch_m", &RevisitSearchOptions::patch_m)
+      .def_readwrite("nowhere", &RevisitSearchOptions::nowhere)
+      .def_readwrite("lost", &RevisitSearchOptions::lost)
+      .def_readwrite("drift", &RevisitSearchOptions::drift)
+      .def_readwrite("certainty", &RevisitSearchOptions::certainty)
+      .def_readwrite("min_half", &RevisitSearchOptions::min_half)
+      .def_readwrite("min_patches", &RevisitSearchOptions::min_patches)
+      .def_readwrite("agree_m", &RevisitSearchOptions::agree_m);
+  py::class_<RevisitSearch>(module, "RevisitSearch",
+                            "Places carried along the track; see gpr/revisit_search.h.")
+      .def(py::init<const PatchFilter&, double, RevisitSearchOptions>(), py::arg("filter"),
+           py::arg("spacing"), py::arg("options") = RevisitSearchOptions{})
+      .def_property_readonly("patch_columns", &RevisitSearch::patch_columns)
+      .def(
+          "look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
+          py::arg("expected"), py::arg("bound"),
+          "The newest features (columns, rows) in the order driven, `moved` m after the last; the\n"
+          "centre of their last patch is expected at the column `expected` of `memory`, give or\n"
+          "take `bound` m. (column, certainty, RevisitMatch), or None where nothing is certain.")
+      .def("forget", &RevisitSearch::forget);
+}
+
+void bind_anywhere(py::module_& module) {
+  py::class_<GlobalMatch>(module, "GlobalMatch", "A place on all of the memory.")
+      .def_readonly("valid", &GlobalMatch::valid, "something was compared")
+      .def_readonly("column", &GlobalMatch::column, "of the memory, at the query's centre")
+      .def_readonly("mirrored", &GlobalMatch::mirrored, "driven the other way")
+      .def_readonly("score", &GlobalMatch::score, "standard deviations of chance")
+      .def_readonly("margin", &GlobalMatch::margin, "over the second best place")
+      .def_readonly("accepted", &GlobalMatch::accepted, "the margin suffices");
+  py::class_<GlobalSearchOptions>(module, "GlobalSearchOptions", "See gpr/global_search.h.")
+      .def(py::init<>())
+      .def_readwrite("thinning", &GlobalSearchOptions::thinning)
+      .def_readwrite("rows", &GlobalSearchOptions::rows)
+      .def_readwrite("piece_m", &GlobalSearchOptions::piece_m)
+      .def_readwrite("slack", &GlobalSearchOptions::slack)
+      .def_readwrite("distinct_m", &GlobalSearchOptions::distinct_m)
+      .def_readwrite("min_margin", &GlobalSearchOptions::min_margin);
+  py::class_<GlobalSearch>(module, "GlobalSearch", "See gpr/global_search.h.")
+      .def(py::init<const PatchFilter&, double, GlobalSearchOptions>(), py::arg("filter"),
+           py::arg("spacing"), py::arg("options") = GlobalSearchOptions{})
+      .def("add_run", &GlobalSearch::add_run, py::arg("first"), py::arg("features"))
+      .def("find", &GlobalSearch::find, py::arg("query"), py::call_guard<py::gil_scoped_release>())
+      .def_property_readonly("bytes", &GlobalSearch::bytes);
+}
+
 }  // namespace
 
 void bind_gpr_revisit(py::module_& module) {
@@ -50,6 +121,8 @@ void bind_gpr_revisit(py::module_& module) {
       .def_readonly("scale", &RevisitMatch::scale, "metres of memory per metre of query")
       .def_readonly("score", &RevisitMatch::score, "evidence over the second best place")
       .def_readonly("correlation", &RevisitMatch::correlation, "at the place")
+      .def_readonly("half_sigmas", &RevisitMatch::half_sigmas,
+                    "correlation of the weaker half over that of chance")
       .def_readonly("accepted", &RevisitMatch::accepted, "the evidence suffices");
 
   py::class_<RevisitOptions>(module, "RevisitOptions", "See gpr/revisit.h.")
@@ -90,6 +163,9 @@ void bind_gpr_revisit(py::module_& module) {
            py::arg("bound"), py::call_guard<py::gil_scoped_release>(),
            "The RevisitMatch of features (columns, rows), the query's centre expected at\n"
            "`expected` m from the memory's, give or take `bound` m.");
+
+  bind_along_the_track(module);
+  bind_anywhere(module);
 
   module.def(
       "match_patch", &match_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),

@@ -21,6 +21,7 @@ struct RevisitMatch {
   double scale = 1.0;        // metres of memory per metre of query
   double score = 0.0;        // evidence of the best place less that of the second best
   double correlation = 0.0;  // at the best place, without shifts in time
+  double half_sigmas = 0.0;  // correlation of the weaker half of the patch over that of chance
   bool accepted =
       false;  // score at or above RevisitOptions::min_score, and the checks below passed
 };
@@ -36,6 +37,59 @@ struct RevisitOptions {
                              // deviations of chance (0: not asked)
 };
 
+// What the evidence says of every place near the one expected, for both directions and all scales.
+// Places are columns of the memory: the query's centre lies at a place, plus half a column where it
+// has an even number of columns.
+class PatchSurvey {
+ public:
+  bool empty() const { return curves_.empty(); }
+
+  // The places compared at scale 1: the bound and its surroundings.
+  int first() const { return first_; }
+  int size() const { return size_; }
+
+  // (size()): log likelihood, in nats, of the query's ground being that of each place, driven the
+  // one way or the other, against ground that is not there.
+  Eigen::ArrayXd log_likelihood(bool mirrored) const;
+
+  // The best place inside the bound; not valid where nothing was compared.
+  RevisitMatch best() const;
+
+  // The best within lobe_m of a place, for one direction. offset_m is from `place` 0.
+  RevisitMatch around(double place, bool mirrored) const;
+
+ private:
+  friend class PatchMatcher;
+  struct Curves {
+    bool mirrored = false;
+    double scale = 1.0;
+    int first = 0;               // the place of entry 0
+    Eigen::ArrayXd shifted;      // correlation, mean over the blocks at each one's best time shift
+    Eigen::ArrayXd correlation;  // the same without shift in time
+    Eigen::ArrayXd half[2];      // the same of the query's first and second half
+    Eigen::ArrayXd evidence;     // of the first two together
+
+    int size() const { return static_cast<int>(evidence.size()); }
+  };
+  struct Peak {
+    const Curves* curves = nullptr;
+    int entry = 0;
+    double evidence = -1.0;
+    int place() const { return curves->first + entry; }
+  };
+
+  Peak highest(double from, double to, const bool* mirrored) const;
+  double chance(const Peak& peak) const;
+  RevisitMatch judge(const Peak& peak) const;
+  bool beside(const Curves& curves, int entry, const Peak& peak) const;
+
+  std::vector<Curves> curves_;
+  int first_ = 0, size_ = 0;
+  double inside_first_ = 0.0, inside_last_ = 0.0;  // places within the bound
+  double half_column_ = 0.0;                       // from a place to the query's centre
+  double spacing_ = 0.0, lobe_m_ = 0.0, min_score_ = 0.0, min_half_ = 0.0;
+};
+
 class PatchMatcher {
  public:
   // Both patches are features of `filter`, `spacing` m apart.
@@ -46,20 +100,23 @@ class PatchMatcher {
   // whole query are compared. Throws std::invalid_argument where the rows are not the filter's.
   RevisitMatch match(const Columns& memory, const Columns& query, double expected, double bound);
 
+  // The same with the evidence of every place; the place expected counts in columns.
+  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
+                     double bound);
+
+  double spacing() const { return spacing_; }
+  const RevisitOptions& options() const { return options_; }
+
  private:
-  // Places are columns of `memory` below: first .. end - 1. The query's centre lies at a place plus
-  // half a column where it has an even number of columns.
+  using Curves = PatchSurvey::Curves;
   struct Places {
     int first = 0, end = 0;
   };
-  struct Curves;  // evidence and correlation over places, for one direction and scale
-  struct Peak;    // the best place
 
   void correlate(const Columns& memory, const Columns& query);
   Curves follow(double query_centre, Places places, int direction, double scale) const;
   void add_block(int block, const std::vector<int>& step, Curves& curves) const;
   std::vector<Curves> search(double query_centre, Places inside, Places wide) const;
-  RevisitMatch judge(const std::vector<Curves>& curves, const Peak& peak) const;
 
   RevisitOptions options_;
   double spacing_;

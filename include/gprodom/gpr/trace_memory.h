@@ -65,18 +65,23 @@ class TraceMemory {
 
   // Where a kept column lies. Throws std::out_of_range.
   MemoryColumn column(std::size_t number) const;
+  // The last kept column driven over at `time` or before.
+  std::optional<std::size_t> column_at(TimeNs time) const;
   // The kept part of the run that holds a kept column.
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
   Columns patch(MemoryRange range) const;
 
-  // The newest `count` columns up to the antenna, of the run under way, for use as a query, and
-  // where the middle one lies; nothing where the run is shorter.
+  // The newest ground up to the antenna, of the run under way, in the order driven: `count` columns
+  // for use as a query and up to `before` columns that came before them; and where the middle one
+  // of the query lies. Nothing where the run is shorter than a query.
   struct Newest {
     Columns features;
     MemoryColumn centre;
   };
-  std::optional<Newest> newest(int count) const;
+  std::optional<Newest> newest(int count, int before = 0) const;
+  // Where the middle of such a query lies, without its features.
+  std::optional<MemoryColumn> newest_place(int count) const;
 
  private:
   struct Sample {  // one or more traces at nearly one place, averaged

@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""A place on kilometres of simulated ground, without a prior: how often, how falsely, how fast.
+
+The memory: stretches of 50 m of simulated ground, a trace every 2 cm. Queries: parts of it driven
+again, some centimetres aside, either way, by a wheel whose scale has changed by up to a hundredth,
+with other noise; and as many of ground that the memory does not hold. Prints the shares found (the
+right place, within half a metre, accepted) and falsely accepted, and the time of a search.
+
+    bench/global_search.py --km 10 --queries 200
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+
+from gprodom import gpr
+from gprodom.arrays import Floats
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.simulate.ground import Ground, GroundSpec
+
+SPACING = 0.02  # m
+STRETCH = 50.0  # m
+ASIDE = 0.05  # m, standard deviation of the track beside that of the memory
+SCALE = 0.01  # by which the wheel's scale has changed at most
+
+
+def traces(spec: GroundSpec, seed: int, x: Floats, y: Floats, noise: int) -> Floats:
+    """Traces (n, samples) at `x`, `y` (n,), m, over the stretch of ground `seed`."""
+    corners = np.array([0.0, STRETCH])
+    ground = Ground(spec, corners, np.zeros(2), np.random.RandomState(seed))
+    clean = ground.traces(x, y)
+    return clean + spec.noise * np.random.RandomState(noise).standard_normal(clean.shape)
+
+
+def main() -> None:
+    """Prints the figures."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--km", type=float, default=10.0, help="of memory (10)")
+    parser.add_argument("--queries", type=int, default=200, help="of each kind (200)")
+    parser.add_argument("--metres", type=float, default=10.0, help="of a query (10)")
+    parser.add_argument("--rows", type=int, default=0, help="of depth that are kept (the default)")
+    add_json_flag(parser)
+    arguments = parser.parse_args()
+    spec, random = GroundSpec(), np.random.RandomState(1)
+    stretches = round(1e3 * arguments.km / STRETCH)
+    along = np.arange(0.0, STRETCH, SPACING)
+    first = traces(spec, 0, along, np.zeros_like(along), 1)
+    learnt = gpr.PatchFilter(first, SPACING, spec.sample_interval)
+    options = gpr.GlobalSearchOptions()
+    if arguments.rows:
+        options.rows = arguments.rows
+    search = gpr.GlobalSearch(learnt, SPACING, options)
+    with Progress("memory", stretches) as progress:
+        for seed in range(stretches):
+            measured = traces(spec, seed, along, np.zeros_like(along), 10_000 + seed)
+            search.add_run(seed * len(along), learnt.apply(measured))
+            progress.advance()
+
+    found, right, false, margins, seconds = 0, 0, 0, [], []
+    with Progress("queries", 2 * arguments.queries) as progress:
+        for k in range(2 * arguments.queries):
+            known = k < arguments.queries
+            seed = int(random.randint(stretches)) + (0 if known else stretches)
+            half = 0.5 * arguments.metres * (1 + SCALE)
+            middle = random.uniform(half, STRETCH - half)
+            step = SPACING * (1 + random.uniform(-SCALE, SCALE)) * random.choice([-1, 1])
+            count = round(arguments.metres / SPACING)
+            x = middle + (np.arange(count) - 0.5 * (count - 1)) * step
+            y = np.full(count, ASIDE * random.standard_normal())
+            query = learnt.apply(traces(spec, seed, x, y, 1_000_000 + k))
+            begin = time.process_time()
+            match = search.find(query)
+            seconds.append(time.process_time() - begin)
+            margins.append(match.margin)
+            place = seed * len(along) + middle / SPACING
+            at_place = abs(match.column - place) * SPACING < 0.5 and match.mirrored == (step < 0)
+            found += known and match.accepted and at_place
+            right += known and at_place
+            false += match.accepted and not (known and at_place)
+            progress.advance()
+    figures = {
+        "km": arguments.km,
+        "metres": arguments.metres,
+        "queries": arguments.queries,
+        "best_place_right": right / arguments.queries,
+        "found": found / arguments.queries,
+        "false": false / (2 * arguments.queries),
+        "median_margin_known": float(np.median(margins[: arguments.queries])),
+        "highest_margin_unknown": float(np.max(margins[arguments.queries :])),
+        "search_ms": 1e3 * float(np.median(seconds)),
+        "memory_bytes_per_metre": search.bytes / (1e3 * arguments.km),
+    }
+    if arguments.json:
+        print_json(figures)
+    else:
+        print(format_table(["figure", "value"], [[k, f"{v:.4g}"] for k, v in figures.items()]))
+
+
+if __name__ == "__main__":
+    main()

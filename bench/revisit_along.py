@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Revisits on real ground as the system finds them, along the track, one check off at a time.
+
+The lines, the windows and what counts as right are those of the Seal Beach protocol
+(revisit_eval.py in the data folder), but each line is driven: a patch every quarter of a metre, as
+recorded and reversed, its place expected with one error for the whole pass (odometry's), in the
+gate of the protocol. Of all patches, those at the start of a pass among them: how many were told a
+place, how many of those the right one. Negatives: the same drives over lines 1 m aside or more.
+
+    bench/revisit_along.py ../shared/data [--aside 2] [--prior 3] [--lines 11-20] [--only NAME]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from gprodom import gpr
+from gprodom.arrays import Floats
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from revisit_protocol import load_protocol
+
+STEP_M = 0.25  # between patches
+BEFORE = 58  # columns before a patch, in which the memory is looked for in turn
+
+
+def _options(**changes: float) -> Callable[[], gpr.RevisitSearchOptions]:
+    def make() -> gpr.RevisitSearchOptions:
+        options = gpr.RevisitSearchOptions()
+        for name, value in changes.items():
+            setattr(options, name, value)
+        return options
+
+    return make
+
+
+VARIANTS = {
+    "all checks": _options(),
+    "one patch suffices": _options(min_patches=1),
+    "not carried along": _options(min_patches=1, lost=1.0),
+    "newest patch not asked": _options(min_half=-100.0),
+    "memory not looked for in turn": _options(agree_m=0.0),
+    "certainty 0.99": _options(certainty=0.99),
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Shares of patches; of negatives, those that were told a place, and of how many."""
+
+    variant: str
+    told: float
+    right_told: float
+    rms_cm: float
+    sigma_ratio: float
+    false: int
+    negatives: int
+
+
+@dataclass(frozen=True)
+class Told:
+    """What one pass was told: errors (m) and their sigma, and how many patches it has."""
+
+    error: Floats
+    sigma: Floats
+    patches: int
+
+
+def drive(
+    memory: Floats, line: Floats, spacing: float, interval: float, prior: float, error: float,
+    options: gpr.RevisitSearchOptions, reverse: bool,
+) -> Told:  # fmt: skip
+    """Drives over `line`, traces (n, samples), with `memory`, the same, in the trace memory."""
+    learnt = gpr.PatchFilter(memory, spacing, interval)
+    features = learnt.apply(memory)
+    search = gpr.RevisitSearch(learnt, spacing, options)
+    n = min(len(line), len(memory))
+    traces = line[:n][::-1] if reverse else line[:n]
+    step, patch = round(STEP_M / spacing), search.patch_columns
+    errors, sigmas = [], []
+    for end in range(patch, n + 1, step):
+        centre = end - 0.5 * (patch + 1)
+        place = n - 1 - centre if reverse else centre
+        newest = learnt.apply(traces[:end])[-(patch + BEFORE) :]
+        answer = search.look(newest, step * spacing, features, place + error / spacing, prior + 0.3)
+        if answer is not None:
+            right_way = answer[2].mirrored == reverse
+            errors.append((answer[0] - place) * spacing if right_way else np.inf)
+            sigmas.append(answer[2].sigma_m)
+    return Told(np.array(errors), np.array(sigmas), len(range(patch, n + 1, step)))
+
+
+def run(
+    protocol: ModuleType, name: str, pairs: list[int], prior: float, aside: int, progress: Progress
+) -> Outcome:
+    """The pairs of lines n and n + aside, both directions."""
+    random = np.random.default_rng(1)
+    errors, sigmas, patches, false, negatives = [], [], 0, 0, 0
+    for n in pairs:
+        memory, spacing, interval = protocol.load(n)
+        line = protocol.load(n + aside)[0]
+        passes = [
+            drive(memory, line, spacing, interval, prior, random.uniform(-prior, prior),
+                  VARIANTS[name](), reverse)
+            for reverse in (False, True)
+        ]  # fmt: skip
+        all_errors = np.concatenate([told.error for told in passes])
+        finite = all_errors[np.isfinite(all_errors)]
+        errors.append(all_errors - (np.median(finite) if len(finite) else 0.0))
+        sigmas.append(np.concatenate([told.sigma for told in passes]))
+        patches += sum(told.patches for told in passes)
+        far = random.choice([m for m in range(1, 21) if abs(m - n - aside) >= 5], 2, replace=False)
+        for reverse in (False, True):
+            for other in far:
+                told = drive(protocol.load(int(other))[0], line, spacing, interval, prior,
+                             random.uniform(-prior, prior), VARIANTS[name](), reverse)  # fmt: skip
+                false += len(told.error)
+                negatives += told.patches
+        progress.advance()
+    error, sigma = np.concatenate(errors), np.concatenate(sigmas)
+    right = np.abs(error) <= protocol.RIGHT_M
+    return Outcome(
+        name,
+        len(error) / patches,
+        float(right.mean()) if len(error) else np.nan,
+        100 * float(np.sqrt(np.mean(error[right] ** 2))) if right.any() else np.nan,
+        float(np.sqrt(np.mean((error[right] / sigma[right]) ** 2))) if right.any() else np.nan,
+        false,
+        negatives,
+    )
+
+
+def main() -> None:
+    """Prints the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("data", type=Path, help="folder with revisit_eval.py and real_ground/")
+    parser.add_argument("--prior", type=float, default=0.3, help="m (0.3)")
+    parser.add_argument("--aside", type=int, default=1, help="lines between memory and query (1)")
+    parser.add_argument("--lines", default="11-20", help="FIRST-LAST (11-20)")
+    parser.add_argument("--only", choices=list(VARIANTS), help="one variant")
+    add_json_flag(parser)
+    arguments = parser.parse_args()
+    protocol = load_protocol(arguments.data / "revisit_eval.py")
+    first, last = (int(n) for n in arguments.lines.split("-"))
+    pairs = list(range(first, last + 1 - arguments.aside))
+    outcomes = []
+    for name in [arguments.only] if arguments.only else list(VARIANTS):
+        with Progress(name, len(pairs)) as progress:
+            outcomes.append(run(protocol, name, pairs, arguments.prior, arguments.aside, progress))
+    if arguments.json:
+        print_json([asdict(outcome) for outcome in outcomes])
+        return
+    rows = [
+        [f"{v:.3f}" if isinstance(v, float) else str(v) for v in asdict(o).values()]
+        for o in outcomes
+    ]
+    print(format_table(list(asdict(outcomes[0])), rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+#include "gprodom/gpr/global_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "gpr/synthetic_ground.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kSpacing = 0.02;
+
+Columns drive(unsigned ground_seed, double first, double step, int count, unsigned seed) {
+  const SyntheticGround ground(ground_seed);
+  SyntheticRadar radar(seed, 60.0);
+  Columns traces(count, SyntheticGround::kSamples);
+  for (int i = 0; i < count; ++i) {
+    const GprTrace trace = radar.measure(ground, first + i * step, 0.05 * i);
+    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
+  }
+  return traces;
+}
+
+// Two runs over different ground; what was driven again is found in the right one, both ways, also
+// by a wheel that stretches it by a hundredth.
+TEST(GlobalSearch, FindsTheRunThePlaceAndTheDirection) {
+  const Columns first = drive(1, 1.0, kSpacing, 601, 10), second = drive(2, 1.0, kSpacing, 501, 11);
+  const PatchFilter filter(first, kSpacing, SyntheticGround::kSampleInterval);
+  GlobalSearch search(filter, kSpacing);
+  search.add_run(0, filter.apply(first));
+  search.add_run(700, filter.apply(second));  // numbers need not follow each other
+  for (const int direction : {1, -1}) {
+    for (const double stretch : {1.0, 1.01}) {
+      const double middle = 5.0;  // m: column 200 of the second run
+      const double step = direction * stretch * kSpacing;
+      const Columns query = filter.apply(drive(2, middle - 150 * step, step, 301, 20));
+      const GlobalMatch match = search.find(query);
+      EXPECT_TRUE(match.accepted) << match.margin;
+      EXPECT_EQ(match.mirrored, direction < 0);
+      EXPECT_NEAR(match.column, 700 + 200, 6) << direction << " " << stretch;
+    }
+  }
+  for (unsigned seed = 30; seed < 40; ++seed) {
+    const GlobalMatch match = search.find(filter.apply(drive(seed, 2.0, kSpacing, 301, seed)));
+    EXPECT_TRUE(match.valid);
+    EXPECT_FALSE(match.accepted) << seed << " " << match.margin;
+  }
+}
+
+TEST(GlobalSearch, SaysWhatItCannotCompare) {
+  const Columns traces = drive(1, 1.0, kSpacing, 601, 10);
+  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
+  GlobalSearch search(filter, kSpacing);
+  const Columns query = filter.apply(traces);
+  EXPECT_FALSE(search.find(query).valid);  // nothing is remembered
+  search.add_run(0, query);
+  EXPECT_FALSE(search.find(query.topRows(150)).valid);  // too short
+  EXPECT_TRUE(search.find(query.topRows(300)).valid);
+  EXPECT_THROW(search.add_run(700, query.leftCols(3)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr

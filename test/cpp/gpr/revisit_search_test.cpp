@@ -1,0 +1,112 @@
+#include "gprodom/gpr/revisit_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "gpr/synthetic_ground.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kSpacing = 0.02;
+constexpr double kNoise = 60.0;
+
+// Traces every 2 cm, without noise.
+Columns ground(unsigned seed, int count) {
+  const SyntheticGround synthetic(seed);
+  SyntheticRadar radar(seed, 0.0);
+  Columns traces(count, SyntheticGround::kSamples);
+  for (int i = 0; i < count; ++i) {
+    const GprTrace trace = radar.measure(synthetic, 2.0 + i * kSpacing, 0.05 * i);
+    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
+  }
+  return traces;
+}
+
+Columns noisy(Columns traces, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal(0.0F, static_cast<float>(kNoise));
+  return traces +
+         Columns::NullaryExpr(traces.rows(), traces.cols(), [&] { return normal(random); });
+}
+
+// Drives over `queries` (features, in the order driven), asking every 12 columns where it is in
+// `memory`, where it is expected `off` columns too far. `place(i)`: the true column of query i.
+struct Outcome {
+  int found = 0, wrong = 0, first = -1;  // first: the query's last column when first found
+};
+template <class Place>
+Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& queries, int off,
+              Place place, RevisitSearchOptions options = {}) {
+  RevisitSearch search(filter, kSpacing, std::move(options));
+  const int patch = search.patch_columns();
+  constexpr int kStep = 12;
+  Outcome outcome;
+  for (int end = patch; end <= queries.rows(); end += kStep) {
+    const double truth = place(end - 0.5 * (patch + 1));
+    SearchWindow window;
+    window.features = memory;
+    window.expected = truth + off;
+    window.bound_m = 0.8;
+    const int before = std::min(end, patch + 50);
+    for (const PlaceFound& found :
+         search.look(queries.middleRows(end - before, before), kStep * kSpacing, {window})) {
+      ++outcome.found;
+      if (outcome.first < 0) outcome.first = end;
+      if (std::abs(found.column - truth) > 1.5) ++outcome.wrong;
+    }
+  }
+  return outcome;
+}
+
+TEST(RevisitSearch, GroundSeenBeforeIsFoundInBothDirections) {
+  const Columns traces = ground(1, 601);
+  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(noisy(traces, 1));
+  const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 400);
+  const Outcome forwards = drive(filter, memory, queries, 15, [](double i) { return 100 + i; });
+  EXPECT_GT(forwards.found, 20);
+  EXPECT_EQ(forwards.wrong, 0);
+  const Outcome back =
+      drive(filter, memory, queries.colwise().reverse(), -15, [](double i) { return 499 - i; });
+  EXPECT_GT(back.found, 20);
+  EXPECT_EQ(back.wrong, 0);
+}
+
+TEST(RevisitSearch, OtherGroundIsNotFound) {
+  const Columns traces = noisy(ground(1, 601), 1);
+  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(traces);
+  for (unsigned seed = 2; seed < 22; ++seed) {
+    const Columns other = filter.apply(noisy(ground(seed, 400), seed));
+    EXPECT_EQ(drive(filter, memory, other, 0, [](double i) { return 100 + i; }).found, 0) << seed;
+  }
+}
+
+// Bars at an even pitch of half a metre, and one stretch of other ground between. Where the robot
+// has only bars behind it, it may be at any of them; the stretch decides, and what it decided is
+// carried on along the bars after it.
+TEST(RevisitSearch, RepeatingGroundIsDecidedByWhatDoesNotRepeat) {
+  const Columns one = ground(1, 601);
+  Columns traces(801, one.cols());
+  for (int i = 0; i < 801; ++i) traces.row(i) = one.row(100 + i % 25);
+  traces.middleRows(400, 40) = one.middleRows(300, 40);
+  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(noisy(traces, 1));
+  const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 600);
+  const auto place = [](double i) { return 100 + i; };
+  for (const int off : {-20, 0, 20}) {
+    const Outcome outcome = drive(filter, memory, queries, off, place);
+    EXPECT_EQ(outcome.wrong, 0) << off;
+    EXPECT_GE(outcome.found, 8) << off;
+    EXPECT_GE(outcome.first, 300) << off;  // the stretch begins at column 300 of the queries
+  }
+  // Of the last third of the drive the stretch is no part any more.
+  const Columns after = queries.bottomRows(150);
+  EXPECT_EQ(drive(filter, memory, after, 0, [](double i) { return 550 + i; }).found, 0);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
