@@ -164,6 +164,30 @@ struct GprConfig {
   CoherenceConfig coherence;
 };
 
+// Ground seen before, and the track in `map` that it ties together.
+struct GraphConfig {
+  bool enabled = true;
+  double latency = 0.5;         // s of data time from a query to its effect on `map`
+  double settle = 1.0;          // s after which a state is taken into the map
+  double node_spacing = 0.5;    // m
+  double query_spacing = 0.25;  // m driven between two questions to the memory
+  double patch_length = 1.84;   // m of ground compared
+  double gate_sigmas = 3.0;     // of the pose uncertainty within which ground is looked for
+  double gate_min = 0.6;        // m; at least
+  double gate_max = 5.0;        // m; at most
+  double lateral_gate = 0.4;    // m; tracks further apart see other ground
+  double certainty = 0.999;     // of a place, from which it is taken for a revisit
+  double sigma_factor = 1.7;    // errors of a revisit over those its match foretells
+  double lateral_sigma = 0.15;  // m; the antenna's footprint
+  double memory_length = 10e3;  // m of ground that are kept
+};
+
+// What one run leaves to the next.
+struct StateConfig {
+  std::string directory;      // where it is kept; empty: nothing is
+  double save_period = 10.0;  // s of data time
+};
+
 struct LoggingConfig {
   std::string level = "info";    // debug | info | warning | error
   double warning_period = 10.0;  // s between repeated warnings of one kind
@@ -178,6 +202,8 @@ struct Config {
   InitializerConfig initializer;
   SmootherConfig smoother;
   GprConfig gpr;
+  GraphConfig graph;
+  StateConfig state;
   LoggingConfig logging;
 };
 

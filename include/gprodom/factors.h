@@ -9,6 +9,7 @@
 
 #include "gprodom/imu_preintegration.h"
 #include "gprodom/nav_state.h"
+#include "gprodom/pose_graph.h"
 #include "gprodom/wheel_increment.h"
 
 namespace gprodom {
@@ -140,6 +141,22 @@ class DisplacementFactor final : public Factor {
  private:
   Measurement measurement_;
   Eigen::Vector3d lever_arm_;
+};
+
+// Ground seen again: the antenna at b lies where it was at a. With c = p + R (place, 0) and Q =
+// R_a Rz(yaw of the memory's place): [e1^T Q^T (c_b - c_a) - offset; e2^T Q^T (c_b - c_a) -
+// lateral], m. The first row is robust (Cauchy).
+class RevisitFactor final : public Factor {
+ public:
+  // The edge's places are in the frames of a and b.
+  explicit RevisitFactor(const RevisitEdge& edge) : edge_(edge) {}
+  int dimension() const override { return 2; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  double robust_threshold(int row) const override;
+
+ private:
+  RevisitEdge edge_;
 };
 
 }  // namespace gprodom

@@ -33,9 +33,7 @@ std::optional<Input> decode_input(const ChannelConfig& channels, const std::stri
 // The channels that decode_input() knows.
 std::vector<std::string> input_channels(const ChannelConfig& channels);
 
-// What to publish of one step, ordered by time. `odometry_in_map` holds outputs.odometry, one for
-// one, placed in `map`.
-std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs,
-                                      const std::vector<OdometryEstimate>& odometry_in_map);
+// What to publish of one step, ordered by time.
+std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs);
 
 }  // namespace gprodom

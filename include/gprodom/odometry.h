@@ -26,18 +26,22 @@ struct WorkTime {
 struct Timing {
   WorkTime solver;  // one job a state
   WorkTime radar;   // one job a tick
+  WorkTime map;     // one job each half second
 };
 
 // What one step produced, each list in time order.
 struct Outputs {
-  std::vector<OdometryEstimate> odometry;    // one per accepted IMU sample, in `odom`
-  std::vector<Displacement> displacements;   // from the radar front end, as they take effect
-  std::vector<Correction> corrections;       // map -> odom, when it changes
+  std::vector<OdometryEstimate> odometry;         // one per accepted IMU sample, in `odom`
+  std::vector<OdometryEstimate> odometry_in_map;  // the same, one for one, in `map`
+  std::vector<Displacement> displacements;        // from the radar front end and the trace memory
+  std::vector<Correction> corrections;  // map -> odom, twice a second from the first revisit on
   std::vector<SubsurfaceFeatureMatrix> sfm;  // when the front end makes them and is asked to
   std::vector<Status> status;                // once per second of data time
   std::vector<std::string> warnings;         // rate-limited, ready to be logged
   bool restarted = false;  // the clock was set: `odom` begins anew, at the initialiser
 };
+
+class MapFrame;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
@@ -72,9 +76,9 @@ class Odometry {
   // Throws std::runtime_error where nothing was recorded.
   std::vector<OdometryEstimate> recorded() const;
 
-  // After finish(): time and pose of every state from one solution over all data since the start;
-  // the other fields are empty. Throws std::runtime_error where there is nothing recorded, or no
-  // solution.
+  // After finish(): time and pose in `map` of every state from one solution over all data since the
+  // start, revisits among them; the other fields are empty. Throws std::runtime_error where there
+  // is nothing recorded, or no solution.
   std::vector<OdometryEstimate> smoothed() const;
 
   Timing timing() const;
@@ -87,6 +91,7 @@ class Odometry {
   Config config_;
   Execution execution_;
   std::unique_ptr<Impl> impl_;
+  std::unique_ptr<MapFrame> map_frame_;
 };
 
 }  // namespace gprodom

@@ -1,6 +1,6 @@
 // The track in `map`: odometry between places along it, tied together where the radar saw ground
 // again. In the plane, since gravity holds roll and pitch, and with the wheel's scale, which is one
-// error for the whole track and not one for each piece. Solved off the fast path.
+// unknown for the whole track and not one for each piece. Solved off the fast path.
 // docs/estimation.md, "Pose graph".
 #pragma once
 
@@ -20,17 +20,37 @@ PlanarPose between(const PlanarPose& a, const PlanarPose& b);
 PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a);
 
 struct PoseGraphOptions {
-  double scale_sigma = 0.02;       // prior of the scale error that all of the odometry shares
   double revisit_yaw_sigma = 0.2;  // rad; a revisit is driven along the track, roughly
   double robust_threshold = 1.5;   // Cauchy, standard deviations, while revisits are sorted out
   double drop_beyond = 4.0;  // standard deviations along the track at which a revisit is wrong
   int max_iterations = 30;
 };
 
-// Node `query` lies `offset_m` forwards of node `memory` along the memory's direction and
-// `lateral_m` to its left; mirrored: it faces the other way.
+// Odometry from one place to the next. The wheel's scale is one error for the whole track: a step
+// states what it would be with another scale, and its covariance is what is left besides.
+struct PlanarStep {
+  PlanarPose measured;                                       // with `scale`
+  double scale = 1.0;                                        // reported over true distance
+  Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();         // of (x, y, yaw), m, rad
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of (x, y, yaw), scale known
+};
+
+struct PlanarEstimate {
+  PlanarPose pose;
+  double scale = 1.0;
+  // Of x, y, yaw, scale; position in map axes, errors of the pose itself.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+};
+
+// One step on, without a new solution.
+PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step);
+
+// The antenna in query lies `offset_m` forwards of the one in memory, along the direction that the
+// robot faced there, and `lateral_m` to its left; mirrored: it faced the other way. Both are places
+// near a node, given in its frame.
 struct RevisitEdge {
   std::size_t memory = 0, query = 0;
+  PlanarPose memory_at = {}, query_at = {};
   double offset_m = 0.0, sigma_m = 0.01;
   double lateral_m = 0.0, lateral_sigma_m = 0.15;
   bool mirrored = false;
@@ -39,38 +59,38 @@ struct RevisitEdge {
 struct PoseGraphSolution {
   std::vector<PlanarPose> nodes;  // in map; the first is where it was
   std::vector<bool> trusted;      // per revisit, in the order they were added
-  double scale_error = 0.0;       // odometry over true distance, less one
-  Eigen::Matrix3d newest_covariance =
-      Eigen::Matrix3d::Zero();  // of the newest node: x, y, yaw, in map axes
+  PlanarEstimate newest;
 };
 
 class PoseGraph {
  public:
   PoseGraph(const PlanarPose& first, const PoseGraphOptions& options);
 
-  // A node `step` on from the newest, by odometry; `covariance` of (x, y, yaw) of the step in the
-  // frame of the node before, without the error of the scale. Returns its number, from 1.
-  std::size_t add_node(const PlanarPose& step, const Eigen::Matrix3d& covariance);
+  // A node one step on from the newest. Returns its number, from 1. Throws std::invalid_argument
+  // where the covariance is not positive definite.
+  std::size_t add_node(const PlanarStep& step);
 
   // Throws std::invalid_argument where a node does not exist or a sigma is not positive.
   void add_revisit(const RevisitEdge& edge);
 
-  // Gauss-Newton, first with a robust kernel on the revisits. Those that the solution contradicts
-  // are left out and it is solved again; none is out for good, the next solve() asks all of them
-  // anew. Throws std::runtime_error where no solution is found.
-  PoseGraphSolution solve() const;
+  // Gauss-Newton from the last solution, first with a robust kernel on the revisits. Those that the
+  // solution contradicts are left out and it is solved again; none is out for good, the next
+  // solve() asks all of them anew. scale, scale_sigma: what is known of the wheel's scale without
+  // revisits (sigma 0: held). Throws std::runtime_error where no solution is found.
+  PoseGraphSolution solve(double scale, double scale_sigma);
 
-  std::size_t nodes() const { return initial_.size(); }
-  std::size_t revisits() const { return revisits_.size(); }
+  // In map, of the last solution; nodes since are dead reckoned from it.
+  const std::vector<PlanarPose>& nodes() const { return nodes_; }
+  const std::vector<RevisitEdge>& revisits() const { return revisits_; }
 
  private:
   struct Step {
-    PlanarPose measured;
+    PlanarStep odometry;
     Eigen::Matrix3d whitening;
   };
   PoseGraphOptions options_;
-  std::vector<PlanarPose> initial_;  // dead reckoning
-  std::vector<Step> steps_;          // steps_[i] leads from node i to node i + 1
+  std::vector<PlanarPose> nodes_;
+  std::vector<Step> steps_;  // steps_[i] leads from node i to node i + 1
   std::vector<RevisitEdge> revisits_;
 
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;

@@ -40,6 +40,7 @@ struct StateInput {
 struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
+  std::optional<NavState> settled;  // the state graph.settle before it, as the window now has it
   SolveSummary solve;
   bool standing = false;
   bool no_wheel = false;

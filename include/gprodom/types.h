@@ -103,7 +103,9 @@ struct OdometryEstimate {
   std::int32_t flags = 0;
 };
 
-// map -> odom: p_map = R(q) p_odom + p.
+// map -> odom: p_map = R(q) p_odom + p. The covariance is that of the robot's pose in map at `time`
+// (as OdometryEstimate has it, in map axes): the correction's own would not add to that of
+// odometry, whose errors it takes back.
 struct Correction {
   TimeNs time = 0;
   Eigen::Vector3d p_map_odom = Eigen::Vector3d::Zero();

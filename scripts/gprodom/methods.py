@@ -30,14 +30,14 @@ K_KEY = "gpr.sequential.k"
 
 
 def _gpr_sfm() -> Method:
-    overrides = ("gpr.enabled=true", "gpr.front_end=sfm")
+    overrides = ("gpr.enabled=true", "gpr.front_end=sfm", "graph.enabled=false")
     summary = "SFM distance alone, sign from the wheel, gyro yaw"
     return Method("gpr_sfm", summary, overrides, "displacements", "sfm", K_KEY)
 
 
 def _sequential(name: str, summary: str) -> tuple[Method, Method]:
     """The method with the paper's distance norm, and with the displacement's sign."""
-    overrides = ("gpr.enabled=true", f"gpr.front_end={name}")
+    overrides = ("gpr.enabled=true", f"gpr.front_end={name}", "graph.enabled=false")
     return (
         Method(name, summary, (*overrides, "gpr.fusion=norm"), "", name, K_KEY),
         Method(
@@ -64,7 +64,12 @@ METHODS = {
         Method(
             "gprodom",
             "IMU, wheel and radar motion (standstill, coherence), no revisits",
-            ("gpr.enabled=true", "gpr.front_end=motion"),
+            ("gpr.enabled=true", "gpr.front_end=motion", "graph.enabled=false"),
+        ),
+        Method(
+            "gprodom_full",
+            "the same with revisits: the pose in map",
+            ("gpr.enabled=true", "gpr.front_end=motion", "graph.enabled=true"),
         ),
     )
 }

@@ -134,7 +134,7 @@ void Daemon::reread_config() {
 }
 
 void Daemon::publish(const ChannelConfig& channels, const Results& results) {
-  link_.publish(make_messages(channels, results.outputs, results.odometry_in_map));
+  link_.publish(make_messages(channels, results.outputs));
   for (const auto& warning : results.outputs.warnings) log_->warn(warning);
   for (const auto& status : results.outputs.status) log_health(status);
 }

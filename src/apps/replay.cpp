@@ -90,14 +90,14 @@ void Replay::read(const lcm::LogEvent& event) {
 
 void Replay::write(const Results& results) {
   const Outputs& outputs = results.outputs;
-  for (const auto& message : make_messages(channels_, outputs, results.odometry_in_map)) {
+  for (const auto& message : make_messages(channels_, outputs)) {
     writer_.write(message);
     ++stats_.published[message.channel];
   }
-  for (const auto& pose : results.odometry_in_map) {
+  for (const auto& pose : outputs.odometry_in_map) {
     if (trajectory_) write(*trajectory_, pose);
   }
-  stats_.poses += static_cast<long>(results.odometry_in_map.size());
+  stats_.poses += static_cast<long>(outputs.odometry_in_map.size());
   stats_.warnings.insert(stats_.warnings.end(), outputs.warnings.begin(), outputs.warnings.end());
   if (!outputs.status.empty()) stats_.last_status = outputs.status.back();
 }

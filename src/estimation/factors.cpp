@@ -207,4 +207,27 @@ void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual
   Jb->block<1, 3>(0, row::kV) = m.offset_b_s * u;
 }
 
+double RevisitFactor::robust_threshold(int row) const {
+  return row == 0 ? PoseGraphOptions().robust_threshold : 0.0;
+}
+
+void RevisitFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                             Jacobian* Jb) const {
+  resize(r, Ja, Jb, 2);
+  const BodyPoint ca(a, {edge_.memory_at.p.x(), edge_.memory_at.p.y(), 0.0});
+  const BodyPoint cb(b, {edge_.query_at.p.x(), edge_.query_at.p.y(), 0.0});
+  const Matrix3d turn = Eigen::AngleAxisd(edge_.memory_at.yaw, Vector3d::UnitZ()).matrix();
+  const Matrix3d QT = (a.R_odom_body() * turn).transpose();
+  const Eigen::Vector2d weight(1 / edge_.sigma_m, 1 / edge_.lateral_sigma_m);
+  const Eigen::Vector2d measured(edge_.offset_m, edge_.lateral_m);
+  r = weight.cwiseProduct((QT * (cb.c - ca.c)).head<2>() - measured);
+  if (!Ja) return;
+  const Eigen::Matrix<double, 2, 3> W = weight.asDiagonal() * QT.topRows<2>();
+  // As for the wheel: a's frame turns with its point.
+  Ja->block<2, 3>(0, row::kTheta) = W * skew(cb.c);
+  Ja->block<2, 3>(0, row::kP) = -W;
+  Jb->block<2, 3>(0, row::kTheta) = W * cb.d_theta();
+  Jb->block<2, 3>(0, row::kP) = W;
+}
+
 }  // namespace gprodom

@@ -33,66 +33,83 @@ struct RelativePose {
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// W ([x, y](a to b) - (1 - e) measured; yaw - measured), e the scale error: reported distances are
-// (1 + e) times the true ones, to first order.
-class StepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1> {
+// W ([x, y, yaw](a to b) - measured - d_scale (s - s_measured)), s the wheel's scale. m, rad.
+class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1> {
  public:
-  StepFactor(const PlanarPose& measured, const Eigen::Matrix3d& whitening)
-      : measured_(measured), whitening_(whitening) {}
+  PlanarStepFactor(const PlanarStep& step, const Eigen::Matrix3d& whitening)
+      : step_(step), whitening_(whitening) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const RelativePose relative(x[0], x[1]);
     Eigen::Vector3d error = relative.value;
-    error.head<2>() -= (1 - x[2][0]) * measured_.p;
-    error[2] = wrapped(error[2] - measured_.yaw);
+    error.head<2>() -= step_.measured.p;
+    error -= step_.d_scale * (x[2][0] - step_.scale);
+    error[2] = wrapped(error[2] - step_.measured.yaw);
     Eigen::Map<Eigen::Vector3d>{residuals} = whitening_ * error;
     if (!jacobians) return true;
     if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = whitening_ * relative.d_a;
     if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = whitening_ * relative.d_b;
-    if (jacobians[2])
-      Eigen::Map<Eigen::Vector3d>{jacobians[2]} = whitening_.leftCols<2>() * measured_.p;
+    if (jacobians[2]) Eigen::Map<Eigen::Vector3d>{jacobians[2]} = -whitening_ * step_.d_scale;
     return true;
   }
 
  private:
-  PlanarPose measured_;
+  PlanarStep step_;
   Eigen::Matrix3d whitening_;
 };
 
-// [x - offset; y - lateral; yaw - (mirrored ? pi : 0)] over their standard deviations.
-class RevisitFactor final : public ceres::SizedCostFunction<3, 3, 3> {
+// A place fixed in the frame of a node, in map: with x = (node's pose), place and d place / d x.
+struct PlaceAtNode {
+  Eigen::Vector3d place;  // x, y, yaw
+  Eigen::Matrix3d d_node = Eigen::Matrix3d::Identity();
+  PlaceAtNode(const double* node, const PlanarPose& at) {
+    const Eigen::Vector2d turned = Eigen::Rotation2Dd(node[2]) * at.p;
+    place << node[0] + turned.x(), node[1] + turned.y(), node[2] + at.yaw;
+    d_node(0, 2) = -turned.y();
+    d_node(1, 2) = turned.x();
+  }
+};
+
+// [x - offset; y - lateral; yaw - (mirrored ? pi : 0)] over their standard deviations, from the
+// place at the memory's node to the place at the query's.
+class PlanarRevisitFactor final : public ceres::SizedCostFunction<3, 3, 3> {
  public:
-  RevisitFactor(const RevisitEdge& edge, double yaw_sigma)
-      : measured_(edge.offset_m, edge.lateral_m, edge.mirrored ? M_PI : 0.0),
+  PlanarRevisitFactor(const RevisitEdge& edge, double yaw_sigma)
+      : memory_at_(edge.memory_at),
+        query_at_(edge.query_at),
+        measured_(edge.offset_m, edge.lateral_m, edge.mirrored ? M_PI : 0.0),
         weight_(1 / edge.sigma_m, 1 / edge.lateral_sigma_m, 1 / yaw_sigma) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const RelativePose relative(x[0], x[1]);
+    const PlaceAtNode memory(x[0], memory_at_), query(x[1], query_at_);
+    const RelativePose relative(memory.place.data(), query.place.data());
     Eigen::Vector3d error = relative.value - measured_;
     error[2] = wrapped(error[2]);
     Eigen::Map<Eigen::Vector3d>{residuals} = weight_.cwiseProduct(error);
     if (!jacobians) return true;
-    if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = weight_.asDiagonal() * relative.d_a;
-    if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = weight_.asDiagonal() * relative.d_b;
+    const auto W = weight_.asDiagonal();
+    if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = W * relative.d_a * memory.d_node;
+    if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = W * relative.d_b * query.d_node;
     return true;
   }
 
  private:
+  PlanarPose memory_at_, query_at_;
   Eigen::Vector3d measured_, weight_;
 };
 
 class ScalePrior final : public ceres::SizedCostFunction<1, 1> {
  public:
-  explicit ScalePrior(double sigma) : weight_(1 / sigma) {}
+  ScalePrior(double scale, double sigma) : scale_(scale), weight_(1 / sigma) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    residuals[0] = weight_ * x[0][0];
+    residuals[0] = weight_ * (x[0][0] - scale_);
     if (jacobians && jacobians[0]) jacobians[0][0] = weight_;
     return true;
   }
 
  private:
-  double weight_;
+  double scale_, weight_;
 };
 
 }  // namespace gprodom

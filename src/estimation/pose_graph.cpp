@@ -15,6 +15,7 @@
 namespace gprodom {
 
 using Eigen::Matrix3d;
+using Eigen::Matrix4d;
 using Eigen::Vector2d;
 
 PlanarPose between(const PlanarPose& a, const PlanarPose& b) {
@@ -27,25 +28,31 @@ PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a) {
 
 namespace {
 
-// The graph as Ceres sees it: three parameters a node, then the scale error.
+// A wheel's scale that is held still needs a finite weight: 0.1 ppm.
+constexpr double kHeldScaleSigma = 1e-7;
+
+// The graph as Ceres sees it: three parameters a node, then the scale.
 class Problem {
  public:
-  Problem(const std::vector<PlanarPose>& initial, const PoseGraphOptions& options)
-      : options_(options) {
+  Problem(const std::vector<PlanarPose>& initial, double scale, double scale_sigma,
+          const PoseGraphOptions& options)
+      : options_(options), scale_(scale) {
+    nodes_.reserve(initial.size());
     for (const PlanarPose& pose : initial) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
     for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
-    problem_.AddParameterBlock(&scale_error_, 1);
+    problem_.AddParameterBlock(&scale_, 1);
     problem_.SetParameterBlockConstant(nodes_.front().data());
-    problem_.AddResidualBlock(new ScalePrior(options.scale_sigma), nullptr, &scale_error_);
+    problem_.AddResidualBlock(new ScalePrior(scale, std::max(scale_sigma, kHeldScaleSigma)),
+                              nullptr, &scale_);
   }
 
-  void add_step(std::size_t from, const PlanarPose& measured, const Matrix3d& whitening) {
-    problem_.AddResidualBlock(new StepFactor(measured, whitening), nullptr, nodes_[from].data(),
-                              nodes_[from + 1].data(), &scale_error_);
+  void add_step(std::size_t from, const PlanarStep& step, const Matrix3d& whitening) {
+    problem_.AddResidualBlock(new PlanarStepFactor(step, whitening), nullptr, nodes_[from].data(),
+                              nodes_[from + 1].data(), &scale_);
   }
 
   void add_revisit(const RevisitEdge& edge, bool robust) {
-    problem_.AddResidualBlock(new RevisitFactor(edge, options_.revisit_yaw_sigma),
+    problem_.AddResidualBlock(new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
                               robust ? new ceres::CauchyLoss(options_.robust_threshold) : nullptr,
                               nodes_[edge.memory].data(), nodes_[edge.query].data());
   }
@@ -66,15 +73,16 @@ class Problem {
   PlanarPose node(std::size_t i) const {
     return {{nodes_[i][0], nodes_[i][1]}, wrapped(nodes_[i][2])};
   }
-  double scale_error() const { return scale_error_; }
+  double scale() const { return scale_; }
 
-  // Of the newest node, from the normal equations at the solution with all else eliminated.
-  Matrix3d newest_covariance() {
+  // Of the newest node and the scale, from the normal equations at the solution with all else
+  // eliminated.
+  Matrix4d newest_covariance() {
     ceres::Problem::EvaluateOptions options;
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       options.parameter_blocks.push_back(nodes_[i].data());
     }
-    options.parameter_blocks.push_back(&scale_error_);
+    options.parameter_blocks.push_back(&scale_);
     ceres::CRSMatrix crs;
     problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
     using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -86,41 +94,59 @@ class Problem {
     if (factorised.info() != Eigen::Success) {
       throw std::runtime_error("pose graph: the normal equations are singular");
     }
-    const int first = crs.num_cols - 4;  // the newest node, before the scale
-    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, 3);
-    unit.middleRows<3>(first).setIdentity();
-    const Matrix3d covariance = factorised.solve(unit).middleRows<3>(first);
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, 4);
+    unit.bottomRows<4>().setIdentity();
+    const Matrix4d covariance = factorised.solve(unit).bottomRows<4>();
     return 0.5 * (covariance + covariance.transpose());
   }
 
  private:
   PoseGraphOptions options_;
   std::vector<std::array<double, 3>> nodes_;
-  double scale_error_ = 0.0;
+  double scale_;
   ceres::Problem problem_;  // points into the two above
 };
 
 }  // namespace
 
+PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step) {
+  PlanarPose moved = step.measured;
+  const Eigen::Vector3d change = step.d_scale * (from.scale - step.scale);
+  moved.p += change.head<2>();
+  moved.yaw += change[2];
+  PlanarEstimate to{compose(from.pose, moved), from.scale, Matrix4d::Zero()};
+  // The step is in the frame of the pose it starts from, whose yaw turns it.
+  Matrix3d turn = Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.pose.yaw).toRotationMatrix();
+  Matrix4d F = Matrix4d::Identity();
+  const Vector2d ahead = to.pose.p - from.pose.p;
+  F(0, 2) = -ahead.y();
+  F(1, 2) = ahead.x();
+  F.topRightCorner<3, 1>() = turn * step.d_scale;
+  to.covariance = F * from.covariance * F.transpose();
+  to.covariance.topLeftCorner<3, 3>() += turn * step.covariance * turn.transpose();
+  return to;
+}
+
 PoseGraph::PoseGraph(const PlanarPose& first, const PoseGraphOptions& options)
-    : options_(options), initial_{first} {
-  if (options.scale_sigma <= 0 || options.revisit_yaw_sigma <= 0) {
+    : options_(options), nodes_{first} {
+  if (options.revisit_yaw_sigma <= 0) {
     throw std::invalid_argument("pose graph: a standard deviation must be above 0");
   }
 }
 
-std::size_t PoseGraph::add_node(const PlanarPose& step, const Matrix3d& covariance) {
-  const Eigen::LLT<Matrix3d> llt(covariance);
+std::size_t PoseGraph::add_node(const PlanarStep& step) {
+  const Eigen::LLT<Matrix3d> llt(step.covariance);
   if (llt.info() != Eigen::Success) {
     throw std::invalid_argument("pose graph: a step's covariance is not positive definite");
   }
   steps_.push_back({step, llt.matrixL().solve(Matrix3d::Identity())});
-  initial_.push_back(compose(initial_.back(), step));
-  return initial_.size() - 1;
+  nodes_.push_back(compose(nodes_.back(), step.measured));
+  return nodes_.size() - 1;
 }
 
 void PoseGraph::add_revisit(const RevisitEdge& edge) {
-  if (edge.memory >= nodes() || edge.query >= nodes() || edge.memory == edge.query) {
+  if (edge.memory >= nodes_.size() || edge.query >= nodes_.size() || edge.memory == edge.query) {
     throw std::invalid_argument("pose graph: a revisit needs two nodes that exist");
   }
   if (!(edge.sigma_m > 0) || !(edge.lateral_sigma_m > 0)) {
@@ -133,33 +159,36 @@ void PoseGraph::add_revisit(const RevisitEdge& edge) {
 std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) const {
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
-    const double along = between(nodes[edge.memory], nodes[edge.query]).p.x() - edge.offset_m;
-    result.push_back(std::abs(along) / edge.sigma_m);
+    const PlanarPose memory = compose(nodes[edge.memory], edge.memory_at);
+    const PlanarPose query = compose(nodes[edge.query], edge.query_at);
+    result.push_back(std::abs(between(memory, query).p.x() - edge.offset_m) / edge.sigma_m);
   }
   return result;
 }
 
-PoseGraphSolution PoseGraph::solve() const {
+PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   PoseGraphSolution solution;
   solution.trusted.assign(revisits_.size(), true);
-  solution.nodes = initial_;
+  solution.nodes = nodes_;
   auto& trusted = solution.trusted;
   // A wrong revisit drags right ones with it: the worst go first, with a robust kernel, and what is
   // right then comes back. What is left is solved without a kernel.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
-    Problem problem(solution.nodes, options_);
+    Problem problem(solution.nodes, scale, scale_sigma, options_);
     for (std::size_t i = 0; i < steps_.size(); ++i) {
-      problem.add_step(i, steps_[i].measured, steps_[i].whitening);
+      problem.add_step(i, steps_[i].odometry, steps_[i].whitening);
     }
     for (std::size_t i = 0; i < revisits_.size(); ++i) {
       if (trusted[i]) problem.add_revisit(revisits_[i], stage != Stage::kFinal);
     }
     problem.solve();
-    for (std::size_t i = 0; i < nodes(); ++i) solution.nodes[i] = problem.node(i);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) solution.nodes[i] = problem.node(i);
     if (stage == Stage::kFinal) {
-      solution.scale_error = problem.scale_error();
-      if (nodes() > 1) solution.newest_covariance = problem.newest_covariance();
+      solution.newest.pose = solution.nodes.back();
+      solution.newest.scale = problem.scale();
+      if (nodes_.size() > 1) solution.newest.covariance = problem.newest_covariance();
+      nodes_ = solution.nodes;
       return solution;
     }
     const std::vector<double> deviation = deviations(solution.nodes);

@@ -65,6 +65,8 @@ StateResult StateEstimator::add(const StateInput& input) {
     smoother_.marginalise();
     last_covariance_ = smoother_.newest_covariance();
     result.state = smoother_.newest();
+    const auto settled = b - std::lround(config_.graph.settle * config_.smoother.state_rate);
+    if (settled >= smoother_.oldest_id()) result.settled = smoother_.state(settled);
   } else {
     restart(predicted);
     result.state = predicted;

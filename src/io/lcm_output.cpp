@@ -126,8 +126,7 @@ LcmMessage encode(const std::string& channel, const Message& message) {
 
 }  // namespace
 
-std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs,
-                                      const std::vector<OdometryEstimate>& odometry_in_map) {
+std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs) {
   std::vector<LcmMessage> messages;
   for (const auto& c : outputs.corrections) {
     messages.push_back(encode(channels.correction, to_message(c)));
@@ -139,7 +138,7 @@ std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outpu
   for (const auto& o : outputs.odometry) {
     messages.push_back(encode(channels.odometry, to_message(o, "odom")));
   }
-  for (const auto& o : odometry_in_map) {
+  for (const auto& o : outputs.odometry_in_map) {
     messages.push_back(encode(channels.odometry_map, to_message(o, "map")));
     messages.push_back(encode(channels.pose, to_pose_message(o)));
   }

@@ -185,6 +185,32 @@ void add_dec(Keys& keys, DecConfig& c) {
   });
 }
 
+void add_graph(Keys& keys, GraphConfig& c) {
+  keys.insert(keys.end(), {
+    {"graph.enabled", &c.enabled, "", kAny, "look for ground seen before, and correct map by it"},
+    {"graph.latency", &c.latency, "s", between(0, 60), "of data time, from a question to its effect on map"},
+    {"graph.settle", &c.settle, "s", between(0, 60), "after which a state is taken into the map; below smoother.lag"},
+    {"graph.node_spacing", &c.node_spacing, "m", between(0.05, 100), "between places that are solved for"},
+    {"graph.query_spacing", &c.query_spacing, "m", between(0.02, 100), "driven between two questions to the memory"},
+    {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "of ground compared"},
+    {"graph.gate_sigmas", &c.gate_sigmas, "", kPositive, "of the pose uncertainty within which ground is looked for"},
+    {"graph.gate_min", &c.gate_min, "m", kPositive, "it is looked for at least as far"},
+    {"graph.gate_max", &c.gate_max, "m", kPositive, "and at most"},
+    {"graph.lateral_gate", &c.lateral_gate, "m", kPositive, "tracks further apart see other ground"},
+    {"graph.certainty", &c.certainty, "", between(0.5, 1), "of a place, from which it is taken for a revisit"},
+    {"graph.sigma_factor", &c.sigma_factor, "", between(0.1, 100), "errors of a revisit over those that its match foretells"},
+    {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "of a revisit: the antenna's footprint"},
+    {"graph.memory_length", &c.memory_length, "m", between(10, 1e6), "of ground that are kept, the newest"},
+  });
+}
+
+void add_state(Keys& keys, StateConfig& c) {
+  keys.insert(keys.end(), {
+    {"state.directory", &c.directory, "", Text{4096, true}, "where the wheel's scale is kept for the next run; empty: nowhere"},
+    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of the wheel's scale"},
+  });
+}
+
 void add_logging(Keys& keys, LoggingConfig& c) {
   keys.insert(keys.end(), {
     {"logging.level", &c.level, "", Choices{"debug", "info", "warning", "error"}, "what the daemon writes to its log"},
@@ -210,6 +236,8 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_sequential(keys, config.gpr.sequential);
   add_dec(keys, config.gpr.dec);
   add_coherence(keys, config.gpr.coherence);
+  add_graph(keys, config.graph);
+  add_state(keys, config.state);
   add_logging(keys, config.logging);
   return keys;
 }
@@ -230,6 +258,8 @@ std::string section_description(const std::string& section) {
        "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
       {"gpr.dec", "The dominant energy curve (front end dec)."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
+      {"graph", "Ground seen before: the trace memory, revisits and the track in map."},
+      {"state", "What one run leaves to the next."},
       {"logging", "The daemon's log."},
   };
   const auto found = descriptions.find(section);

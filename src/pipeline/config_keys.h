@@ -31,6 +31,7 @@ using Choices = std::vector<std::string>;
 // For strings that name something: text of this length at most, never empty.
 struct Text {
   std::size_t max_length = 0;
+  bool may_be_empty = false;
 };
 
 using Allowed = std::variant<Range, Choices, Text>;

@@ -81,13 +81,14 @@ std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& nod
 }
 
 std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
-  if (!node.IsScalar() || node.Scalar().empty()) return std::nullopt;
+  const auto* limit = std::get_if<Text>(&key.allowed);
+  const bool may_be_empty = limit != nullptr && limit->may_be_empty;
+  if (!node.IsScalar() || (node.Scalar().empty() && !may_be_empty)) return std::nullopt;
   const auto* choices = std::get_if<Choices>(&key.allowed);
   const std::string& text = node.Scalar();
   if (choices && std::find(choices->begin(), choices->end(), text) == choices->end()) {
     return std::nullopt;
   }
-  const auto* limit = std::get_if<Text>(&key.allowed);
   if (limit && text.size() > limit->max_length) return std::nullopt;
   return text;
 }

@@ -21,10 +21,18 @@ class MapFrame {
  private:
   std::deque<Correction> waiting_;  // their time has not come
   Correction in_force_;
+  OdometryEstimate since_;  // the first estimate that in_force_ placed
+  bool corrected_ = false;
 };
 
-// One estimate in map, with `correction` in force. Covariances add as if the two errors were
-// independent, since the correction's cross covariance with later odometry is not carried.
-OdometryEstimate in_map(const Correction& correction, const OdometryEstimate& estimate);
+// Of x, y and yaw: the error of the pose `here` in map where the map's error of the pose `since` is
+// `covariance` (map axes), and odometry has added its own from there to here. Both in odom.
+Eigen::Matrix3d carried_covariance(const Correction& correction, const Eigen::Matrix3d& covariance,
+                                   const OdometryEstimate& since, const OdometryEstimate& here);
+
+// The block of x, y and yaw of a pose covariance; and put in its place, with nothing in common with
+// the rest: height, roll and pitch are odometry's, and gravity holds the last two.
+Eigen::Matrix3d planar_block(const Matrix6d& covariance);
+void set_planar_block(const Eigen::Matrix3d& block, Matrix6d& covariance);
 
 }  // namespace gprodom

@@ -14,6 +14,8 @@
 #include "pipeline/coherence_scale.h"
 #include "pipeline/dated_worker.h"
 #include "pipeline/health.h"
+#include "pipeline/map_frame.h"
+#include "pipeline/map_task.h"
 #include "pipeline/plausibility.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
@@ -44,11 +46,14 @@ std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
   return estimates;
 }
 
-void check_consistency(const SmootherConfig& c) {
+void check_consistency(const Config& config) {
+  const SmootherConfig& c = config.smoother;
   if (c.latency >= 1 / c.state_rate)
     throw ConfigError("smoother.latency: expected less than one state interval, 1 / state_rate");
   if (c.lag < 2 / c.state_rate)
     throw ConfigError("smoother.lag: expected at least two state intervals, 2 / state_rate");
+  if (config.graph.enabled && config.graph.settle >= c.lag)
+    throw ConfigError("graph.settle: expected less than smoother.lag");
 }
 
 }  // namespace
@@ -67,7 +72,8 @@ class Odometry::Impl {
   Outputs finish();
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
-  Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
+  std::vector<NavState> smoothed() const;
+  Timing timing() { return {solver_.work_time(), radar_worker_.work_time(), map_.work_time()}; }
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
   bool must_restart() const { return imu_guard_.moved(); }
@@ -80,13 +86,14 @@ class Odometry::Impl {
   void start_if_standing();
   void take_radar_answers();
   void take_states();
+  void take_map_answers();
   void ask_radar();
   void make_states();
   void publish();
 
   StateInput collect(TimeNs from, TimeNs to);
   bool wanted(const Displacement& d) const;
-  void use(const StateResult& result);
+  void use(const StateResult& result, TimeNs effective);
   std::int32_t flags() const;
   void watch_sensors();
 
@@ -122,6 +129,7 @@ class Odometry::Impl {
   RadarTask radar_;
   DatedWorker<StateResult> solver_;
   DatedWorker<RadarAnswer> radar_worker_;
+  MapTask map_;
 };
 
 // The whole algorithm: the life of one message.
@@ -135,6 +143,7 @@ Outputs Odometry::Impl::step() {
     start_if_standing();   // gravity, gyro bias and noise from a standstill
     take_radar_answers();  // each at its tick + gpr.latency_budget
     take_states();         // each at its time + time.reorder_window + smoother.latency
+    take_map_answers();    // each at its question + graph.latency
     ask_radar();           // every gpr.tick
     make_states();         // every 1 / smoother.state_rate, once the reorder window has passed
     publish();             // the newest state in effect, carried to now by the IMU
@@ -163,8 +172,9 @@ Odometry::Impl::Impl(const Config& config, Execution execution)
       coherence_(config.gpr.coherence),
       radar_(config.gpr),
       solver_(execution),
-      radar_worker_(execution) {
-  check_consistency(config.smoother);
+      radar_worker_(execution),
+      map_(config, execution) {
+  check_consistency(config);
 }
 
 bool Odometry::Impl::accept(Message& message) {
@@ -206,9 +216,15 @@ void Odometry::Impl::store(Message& message) {
       return;
     }
     gpr_now_ = trace->time;
+    if (!config_.gpr.enabled) return;
+    map_.add(*trace);
     if (radar_.enabled()) traces_.push_back(std::move(*trace));
   } else {
     auto& displacement = std::get<Displacement>(message);
+    if (displacement.kind == DisplacementKind::kRevisit) {
+      map_.add(displacement);
+      return;
+    }
     displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
     new_displacements_.push_back(std::move(displacement));
   }
@@ -268,11 +284,22 @@ void Odometry::Impl::take_states() {
       health_.count("smoother", "solve not ready after smoother.latency", now_);
       break;
     }
-    use(*due->result);
+    use(*due->result, due->effective);
   }
 }
 
-void Odometry::Impl::use(const StateResult& result) {
+void Odometry::Impl::take_map_answers() {
+  while (auto answer = map_.next_due(imu_now_)) {
+    for (const std::string& note : answer->notes) health_.count("map", note, now_);
+    health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
+    for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
+    if (!answer->pose) continue;
+    health_.value("revisits.trusted", answer->pose->revisits);
+    health_.value("revisits.refused", answer->pose->refused);
+  }
+}
+
+void Odometry::Impl::use(const StateResult& result, TimeNs effective) {
   const ImuNoise noise =
       config_.imu.adaptive_noise
           ? prevailing_noise(imu_.between(result.state.time, imu_now_), reference_noise_)
@@ -281,6 +308,7 @@ void Odometry::Impl::use(const StateResult& result) {
   prediction_.rebase(result, noise, imu_);
   imu_.forget_before(std::min(newest_state_, result.state.time) - kSecond);
   wheel_.forget_before(newest_state_ - kSecond);
+  map_.add(result, effective);
 
   health_.add("states", 1);
   health_.add("solver.steps", result.solve.steps);
@@ -370,6 +398,7 @@ void Odometry::Impl::publish() {
     estimate.flags = flags();
     coherence_.add(estimate);
     out_.odometry.push_back(estimate);
+    if (auto correction = map_.correct(estimate)) out_.corrections.push_back(*correction);
   }
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
@@ -392,6 +421,7 @@ Outputs Odometry::Impl::finish() {
   Outputs out = step();
   solver_.drain();
   radar_worker_.drain();
+  map_.drain();
   if (imu_now_ > 0) {
     watch_sensors();
     out.status.push_back(health_.status(imu_now_));
@@ -405,10 +435,30 @@ const Batch& Odometry::Impl::batch() const {
   return *estimator_->recorded();
 }
 
+// The batch with the revisits that the map rests on.
+std::vector<NavState> Odometry::Impl::smoothed() const {
+  Batch batch = this->batch();
+  const std::vector<NavState>& states = batch.states();
+  const auto state_at = [&](TimeNs time) {
+    const auto found = std::partition_point(states.begin(), states.end(),
+                                            [time](const NavState& x) { return x.time < time; });
+    return static_cast<size_t>(found - states.begin());
+  };
+  for (const Revisit& revisit : map_.revisits()) {
+    const size_t memory = state_at(revisit.memory), query = state_at(revisit.query);
+    if (memory < query && query < states.size())
+      batch.add_factor(memory, query, std::make_shared<RevisitFactor>(revisit.edge));
+  }
+  return batch.solve({});
+}
+
 // ---- the facade ---------------------------------------------------------------------------------
 
 Odometry::Odometry(const Config& config, Execution execution)
-    : config_(config), execution_(execution), impl_(std::make_unique<Impl>(config, execution)) {}
+    : config_(config),
+      execution_(execution),
+      impl_(std::make_unique<Impl>(config, execution)),
+      map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
 void Odometry::add(const ImuSample& sample) { impl_->add(sample); }
@@ -421,6 +471,7 @@ void Odometry::reject(const std::string& channel, const std::string& reason) {
 
 Outputs Odometry::step() {
   Outputs out = impl_->step();
+  out.odometry_in_map = map_frame_->place(out);
   if (impl_->must_restart()) {
     auto inbox = impl_->take_inbox();
     reset();
@@ -431,16 +482,23 @@ Outputs Odometry::step() {
   return out;
 }
 
-Outputs Odometry::finish() { return impl_->finish(); }
+Outputs Odometry::finish() {
+  Outputs out = impl_->finish();
+  out.odometry_in_map = map_frame_->place(out);
+  return out;
+}
 
 void Odometry::record() { impl_->record(); }
 
 std::vector<OdometryEstimate> Odometry::recorded() const { return poses(impl_->batch().states()); }
 
-std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(impl_->batch().solve({})); }
+std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(impl_->smoothed()); }
 
 Timing Odometry::timing() const { return impl_->timing(); }
 
-void Odometry::reset() { impl_ = std::make_unique<Impl>(config_, execution_); }
+void Odometry::reset() {
+  impl_ = std::make_unique<Impl>(config_, execution_);
+  map_frame_->reset();
+}
 
 }  // namespace gprodom

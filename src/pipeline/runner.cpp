@@ -10,7 +10,9 @@ bool Results::empty() const {
 }
 
 Runner::Runner(const Config& config, Execution execution)
-    : command_channel_(config.channels.command), odometry_(config, execution) {}
+    : command_channel_(config.channels.command),
+      saved_scale_(config.state),
+      odometry_(saved_scale_.taken_up(config, notices_), execution) {}
 
 Results Runner::feed(const Input& input) {
   struct Adder {
@@ -30,10 +32,7 @@ Results Runner::step() { return place(odometry_.step()); }
 
 Results Runner::finish() { return place(odometry_.finish()); }
 
-void Runner::reset() {
-  odometry_.reset();
-  map_.reset();
-}
+void Runner::reset() { odometry_.reset(); }
 
 void Runner::reject(const std::string& channel, const std::string& reason) {
   odometry_.reject(channel, reason);
@@ -50,8 +49,10 @@ void Runner::obey(const Command& command) {
 
 Results Runner::place(Outputs outputs) {
   Results results;
-  if (outputs.restarted) map_.reset();
-  results.odometry_in_map = map_.place(outputs);
+  if (!outputs.odometry.empty()) {
+    std::string trouble = saved_scale_.save(outputs.odometry.back());
+    if (!trouble.empty()) notices_.push_back(std::move(trouble));
+  }
   results.outputs = std::move(outputs);
   auto& warnings = results.outputs.warnings;
   warnings.insert(warnings.begin(), notices_.begin(), notices_.end());

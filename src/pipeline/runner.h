@@ -6,13 +6,12 @@
 
 #include "gprodom/input.h"
 #include "gprodom/odometry.h"
-#include "pipeline/map_frame.h"
+#include "pipeline/saved_scale.h"
 
 namespace gprodom {
 
 struct Results {
   Outputs outputs;
-  std::vector<OdometryEstimate> odometry_in_map;  // outputs.odometry, one for one
 
   bool empty() const;
 };
@@ -40,7 +39,7 @@ class Runner {
 
   Timing timing() const { return odometry_.timing(); }
 
-  // Back to the initialiser, and map = odom.
+  // Back to the initialiser.
   void reset();
 
   // Counts an input of `channel` that was lost or unusable.
@@ -52,8 +51,8 @@ class Runner {
 
   std::string command_channel_;
   std::vector<std::string> notices_;  // to go out with the next results
+  SavedScale saved_scale_;
   Odometry odometry_;
-  MapFrame map_;
 };
 
 }  // namespace gprodom

@@ -53,6 +53,9 @@ Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration
                 std::make_move_iterator(from.end()));
     };
     append(all.odometry, out.odometry);
+    append(all.odometry_in_map, out.odometry_in_map);
+    append(all.corrections, out.corrections);
+    append(all.sfm, out.sfm);
     append(all.displacements, out.displacements);
     append(all.status, out.status);
     append(all.warnings, out.warnings);
@@ -149,6 +152,24 @@ void bind_odometry(py::module_& m) {
           "velocity and angular_velocity (body), pose_covariance (n, 36), gyro_bias, accel_bias, "
           "wheel_scale (value, sigma), flags.")
       .def_property_readonly(
+          "odometry_map", [](const Outputs& o) { return arrays(o.odometry_in_map); },
+          "The same, row for row, in map: with the correction then in force.")
+      .def_property_readonly(
+          "corrections",
+          [](const Outputs& o) {
+            py::list l;
+            for (const auto& x : o.corrections) {
+              py::dict d;
+              d["time"] = x.time, d["revisits"] = x.revisits, d["position"] = x.p_map_odom;
+              d["orientation"] = Eigen::Vector4d(x.q_map_odom.w(), x.q_map_odom.x(),
+                                                 x.q_map_odom.y(), x.q_map_odom.z());
+              d["covariance"] = x.covariance;
+              l.append(d);
+            }
+            return l;
+          },
+          "One dict per correction of map to odom, and the covariance of the pose in map then.")
+      .def_property_readonly(
           "status",
           [](const Outputs& o) {
             py::list l;
@@ -165,6 +186,7 @@ void bind_odometry(py::module_& m) {
               d["time"] = x.time, d["from"] = x.from, d["to"] = x.to, d["source"] = x.source;
               d["kind"] = static_cast<int>(x.kind), d["valid"] = x.valid;
               d["distance"] = x.distance_m, d["sigma"] = x.sigma_m, d["score"] = x.score;
+              d["mirrored"] = x.mirrored;
               l.append(d);
             }
             return l;
@@ -206,6 +228,20 @@ void bind_odometry(py::module_& m) {
           },
           py::arg("time"), py::arg("samples"), py::arg("sample_interval"),
           py::arg("time_zero") = 0.0, py::arg("seq") = 0)
+      .def(
+          "add_displacement",
+          [](Odometry& o, std::int64_t time, std::int64_t from, std::int64_t to, double distance,
+             double sigma, bool revisit, bool mirrored) {
+            Displacement d;
+            d.time = time, d.from = from, d.to = to, d.distance_m = distance, d.sigma_m = sigma;
+            d.kind = revisit ? DisplacementKind::kRevisit : DisplacementKind::kExternal;
+            d.valid = true, d.mirrored = mirrored;
+            o.add(d);
+          },
+          py::arg("time"), py::arg("time_from"), py::arg("time_to"), py::arg("distance"),
+          py::arg("sigma"), py::arg("revisit") = false, py::arg("mirrored") = false,
+          "How far along the track (m) between two times, told by another process; revisit: of a\n"
+          "place passed before, with any time between.")
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
       .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
       .def("reset", &Odometry::reset)

@@ -84,7 +84,7 @@ void RosNode::subscribe() {
 
 void RosNode::publish(const Results& results) {
   const auto& in_odom = results.outputs.odometry;
-  const auto& in_map = results.odometry_in_map;
+  const auto& in_map = results.outputs.odometry_in_map;
   for (std::size_t i = 0; i < in_odom.size(); ++i) {
     odometry_.publish(ros1::to_odometry(in_odom[i], frames_.odom, frames_.body));
     odometry_map_.publish(ros1::to_odometry(in_map[i], frames_.map, frames_.body));

@@ -148,6 +148,18 @@ TEST(Factors, DisplacementJacobians) {
           random.state(), random.state());
 }
 
+TEST(Factors, RevisitJacobians) {
+  Random random(7);
+  for (int i = 0; i < 100; ++i) {
+    RevisitEdge edge{0, 1};
+    edge.memory_at = {random.vector(0.5).head<2>(), random.uniform(-1, 1)};
+    edge.query_at = {random.vector(0.5).head<2>(), random.uniform(-1, 1)};
+    edge.offset_m = random.uniform(-1, 1);
+    edge.lateral_m = random.uniform(-1, 1);
+    check(RevisitFactor(edge), random.state(), random.state());
+  }
+}
+
 TEST(Factors, PriorJacobians) {
   Random random(6);
   for (int i = 0; i < 50; ++i) {

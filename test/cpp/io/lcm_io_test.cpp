@@ -309,7 +309,8 @@ TEST(LcmOutput, MessagesHoldTheOutputs) {
   const Input in = decoded("GPR_DISPLACEMENT_IN", encoded(displacement_message()));
   outputs.displacements = {std::get<Displacement>(in)};
 
-  const auto messages = make_messages(kChannels, outputs, {in_map});
+  outputs.odometry_in_map = {in_map};
+  const auto messages = make_messages(kChannels, outputs);
   ASSERT_EQ(messages.size(), 7u);
   for (std::size_t i = 1; i < messages.size(); ++i) {
     EXPECT_LE(messages[i - 1].utime, messages[i].utime);

@@ -34,7 +34,8 @@ Outputs collect(const std::vector<Input>& inputs, std::vector<OdometryEstimate>*
     all.odometry.insert(all.odometry.end(), o.odometry.begin(), o.odometry.end());
     all.status.insert(all.status.end(), o.status.begin(), o.status.end());
     all.warnings.insert(all.warnings.end(), o.warnings.begin(), o.warnings.end());
-    placed->insert(placed->end(), results.odometry_in_map.begin(), results.odometry_in_map.end());
+    const auto& in_map = results.outputs.odometry_in_map;
+    placed->insert(placed->end(), in_map.begin(), in_map.end());
   });
   for (const auto& input : inputs) live.push(input);
   live.stop();

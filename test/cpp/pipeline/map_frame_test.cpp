@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "gprodom/pose_graph.h"
+
 namespace gprodom {
 namespace {
 
@@ -47,51 +49,72 @@ TEST(MapFrame, CorrectionIsInForceFromItsTimeOn) {
   EXPECT_EQ(frame.place(outputs)[0].p_odom_body, Eigen::Vector3d(1, 0, 0));
 }
 
-// Covariance against sampled errors: both poses disturbed as their covariances say, in their
-// convention (position, and rotation on the left, in the frame's axes).
+// Covariance against sampled errors, exactly composed: an odometry with an error where the
+// correction was made (which the correction takes back), and one that it has added since; a map
+// with an error of its own at that place.
 TEST(MapFrame, CovarianceMatchesSampledErrors) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
-  auto vector6 = [&] {
-    Eigen::Matrix<double, 6, 1> v;
-    for (int i = 0; i < 6; ++i) v[i] = normal(random);
-    return v;
+  const auto draw = [&](const Eigen::Matrix3d& root) -> Eigen::Vector3d {
+    const Eigen::Vector3d e(normal(random), normal(random), normal(random));
+    return root * e;
   };
-  auto rotated = [](const Eigen::Vector3d& r, const Eigen::Quaterniond& q) {
-    return Eigen::Quaterniond(Eigen::AngleAxisd(r.norm(), r.normalized())) * q;
-  };
-  Matrix6d root_odom, root_correction;
-  for (int i = 0; i < 6; ++i) root_odom.col(i) = 0.003 * vector6();
-  for (int i = 0; i < 6; ++i) root_correction.col(i) = 0.003 * vector6();
-
-  OdometryEstimate estimate = estimate_at(0);
-  estimate.p_odom_body = {3, -2, 0.5};
-  estimate.q_odom_body = rotated({0.3, -0.2, 1.0}, yaw(0.4));
-  estimate.pose_covariance = root_odom * root_odom.transpose();
-  Correction correction = correction_at(0, 5);
-  correction.q_map_odom = rotated({-0.1, 0.2, 0.7}, yaw(0.1));
-  correction.covariance = root_correction * root_correction.transpose();
-  const OdometryEstimate mean = in_map(correction, estimate);
-
-  constexpr int kSamples = 20000;
-  Matrix6d sampled = Matrix6d::Zero();
-  for (int n = 0; n < kSamples; ++n) {
-    const Eigen::Matrix<double, 6, 1> e = root_odom * vector6();
-    const Eigen::Matrix<double, 6, 1> c = root_correction * vector6();
-    OdometryEstimate disturbed = estimate;
-    disturbed.p_odom_body += e.head<3>();
-    disturbed.q_odom_body = rotated(e.tail<3>(), estimate.q_odom_body);
-    Correction other = correction;
-    other.p_map_odom += c.head<3>();
-    other.q_map_odom = rotated(c.tail<3>(), correction.q_map_odom);
-    const OdometryEstimate placed = in_map(other, disturbed);
-    const Eigen::AngleAxisd turn(placed.q_odom_body * mean.q_odom_body.conjugate());
-    Eigen::Matrix<double, 6, 1> error;
-    error << placed.p_odom_body - mean.p_odom_body, turn.angle() * turn.axis();
-    sampled += error * error.transpose() / kSamples;
+  Eigen::Matrix3d root_before, root_added, root_map;
+  for (Eigen::Matrix3d* root : {&root_before, &root_added, &root_map}) {
+    *root = 0.003 * Eigen::Matrix3d::NullaryExpr([&] { return normal(random); });
   }
+  const PlanarPose since{{3, -2}, 0.4}, step{{1.5, 0.7}, 0.8};
+  const PlanarPose here = compose(since, step), origin_in_map{{5, 1}, 1.1};
+
+  // Errors of a pose add to it in the axes of its frame.
+  const auto disturbed = [](PlanarPose pose, const Eigen::Vector3d& e) {
+    pose.p += e.head<2>();
+    pose.yaw += e[2];
+    return pose;
+  };
+  constexpr int kSamples = 20000;
+  Eigen::Matrix3d odom = Eigen::Matrix3d::Zero(), map = Eigen::Matrix3d::Zero();
+  for (int n = 0; n < kSamples; ++n) {
+    const PlanarPose seen_since = disturbed(since, draw(root_before));
+    const PlanarPose seen_here = compose(seen_since, disturbed(step, draw(root_added)));
+    const PlanarPose map_since = disturbed(compose(origin_in_map, since), draw(root_map));
+    const PlanarPose map_here = compose(map_since, between(seen_since, seen_here));
+    const PlanarPose true_here = compose(origin_in_map, here);
+    Eigen::Vector3d e, m;
+    e << seen_here.p - here.p, seen_here.yaw - here.yaw;
+    m << map_here.p - true_here.p, std::remainder(map_here.yaw - true_here.yaw, 2 * M_PI);
+    odom += e * e.transpose() / kSamples;
+    map += m * m.transpose() / kSamples;
+  }
+
+  const auto estimate = [](const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
+    OdometryEstimate x;
+    x.p_odom_body << pose.p, 0.0;
+    set_planar_block(covariance, x.pose_covariance);
+    return x;
+  };
+  Correction correction;
+  correction.q_map_odom = yaw(origin_in_map.yaw);
+  correction.p_map_odom << origin_in_map.p, 0.0;
+  const Eigen::Matrix3d carried = carried_covariance(
+      correction, root_map * root_map.transpose(),
+      estimate(since, root_before * root_before.transpose()), estimate(here, odom));
   // Sampling leaves about sqrt(2 / kSamples) = 1 %.
-  EXPECT_LT((sampled - mean.pose_covariance).norm(), 0.05 * mean.pose_covariance.norm());
+  EXPECT_LT((carried - map).norm(), 0.05 * map.norm());
+}
+
+// What is told of a pose that the correction was made for is the correction's own covariance.
+TEST(MapFrame, CovarianceIsTheCorrectionsWhereItWasMade) {
+  MapFrame frame;
+  Outputs outputs;
+  outputs.odometry = {estimate_at(20)};
+  outputs.odometry[0].pose_covariance = 4e-4 * Matrix6d::Identity();
+  outputs.corrections = {correction_at(20, 5)};
+  outputs.corrections[0].covariance = 1e-4 * Matrix6d::Identity();
+  const Matrix6d covariance = frame.place(outputs)[0].pose_covariance;
+  Matrix6d expected = 4e-4 * Matrix6d::Identity();  // height, roll and pitch are odometry's
+  set_planar_block(1e-4 * Eigen::Matrix3d::Identity(), expected);
+  EXPECT_LT((covariance - expected).norm(), 1e-12);
 }
 
 }  // namespace
