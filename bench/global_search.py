@@ -24,6 +24,7 @@ from gprodom.simulate.ground import Ground, GroundSpec
 SPACING = 0.02  # m
 STRETCH = 50.0  # m
 ASIDE = 0.05  # m, standard deviation of the track beside that of the memory
+NOISE = 30.0  # counts, of each sample
 SCALE = 0.01  # by which the wheel's scale has changed at most
 
 
@@ -32,7 +33,7 @@ def traces(spec: GroundSpec, seed: int, x: Floats, y: Floats, noise: int) -> Flo
     corners = np.array([0.0, STRETCH])
     ground = Ground(spec, corners, np.zeros(2), np.random.RandomState(seed))
     clean = ground.traces(x, y)
-    return clean + spec.noise * np.random.RandomState(noise).standard_normal(clean.shape)
+    return clean + NOISE * np.random.RandomState(noise).standard_normal(clean.shape)
 
 
 def main() -> None:
