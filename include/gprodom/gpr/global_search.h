@@ -15,7 +15,7 @@ namespace gprodom::gpr {
 
 struct GlobalSearchOptions {
   int thinning = 4;         // columns averaged into one
-  int rows = 8;             // of depth, kept of a column's features
+  int rows = 16;            // of depth, kept of a column's features
   double piece_m = 2.0;     // of the query that is correlated as a whole
   double slack = 0.02;      // metres per metre by which the pieces may lie off
   double distinct_m = 1.0;  // what is nearer to the best place is no second place
