@@ -31,7 +31,7 @@ EXAMPLES = """\
 
 DESCRIPTION = """\
 Draws the revisits of an estimator's log: pairs of places on its path that the radar took for the
-same ground (driven forwards again, or backwards), pairs along time, how far apart the path had
+same ground (as then, or mirrored), pairs along time, how far apart the path had
 them, and the size of the map's corrections. Prints counts.
 """
 
@@ -39,7 +39,7 @@ them, and the size of the map's corrections. Prints counts.
 @dataclass(frozen=True)
 class Revisits:
     """n pairs: times (n,), us; metres from one place to the other along the track (n,); mirrored
-    (n,): driven the other way."""
+    (n,): matched back to front."""
 
     start: NDArray[np.int64]
     end: NDArray[np.int64]
@@ -72,8 +72,8 @@ def revisits_figure(
     above, pairs, apart, jumps = axes
     above.plot(*path.position[:, :2].T, color="0.6", lw=1.0)
     for mirrored, colour, name in (
-        (False, canvas.COLOURS[0], "the same way"),
-        (True, canvas.COLOURS[1], "the other way"),
+        (False, canvas.COLOURS[0], "as then"),
+        (True, canvas.COLOURS[1], "mirrored"),
     ):
         those = found.mirrored[seen] == mirrored
         label: str | None = f"{name}: {int(those.sum())}"
