@@ -12,6 +12,33 @@ die() {
   exit 1
 }
 
+# Runs a command as root: directly, or with sudo.
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    die "this is neither root nor is there sudo: as root, run '$*' in $PWD, then come back"
+  fi
+}
+
+# build_dependencies [OPTIONS OF apt-get build-dep]: the Debian packages that debian/control names.
+# apt is asked only when dpkg-checkbuilddeps (itself of build-essential) misses something.
+build_dependencies() {
+  local profiles=("${@/#--build-profiles=/-P}")
+  if command -v dpkg-checkbuilddeps >/dev/null &&
+    dpkg-checkbuilddeps "${profiles[@]}" 2>/dev/null; then
+    return
+  fi
+  heading "Debian packages"
+  # An unreachable third-party source must not stop what Debian's own archive can serve.
+  as_root apt-get update -q || echo "apt-get update failed: going on with the lists at hand"
+  as_root env DEBIAN_FRONTEND=noninteractive \
+    apt-get build-dep -q -y --no-install-recommends "$@" ./ ||
+    die "apt-get could not install the packages that debian/control names (see above)"
+}
+
 # Compilers at once: one per core, as far as 1.5 GB of memory each go.
 jobs_at_once() {
   local cores memory_kb
