@@ -262,8 +262,9 @@ def status(folder: Path) -> None:
         assert code == 1, said
         assert said.startswith("degraded (GPR_TRACE: no data for a second or more): "), said
         heard = Heard()
-        daemon.lcm.subscribe(".*", heard.take)
+        daemon.lcm.subscribe(".*", heard.take).set_queue_capacity(0)
         daemon.stand(2.0, end)
+        daemon.wait_for("STATUS", lambda: heard.status is not None and heard.odometry is not None)
         shown = Console(record=True, width=100, file=io.StringIO())
         shown.print(page(heard, URL))
         text = shown.export_text()
