@@ -47,7 +47,7 @@ void run_in_real_time(int priority) {
   auto refused = [](const std::string& what) {
     return std::runtime_error("--realtime: " + what + ": " + std::strerror(errno));
   };
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
     throw refused("memory cannot be locked (it takes CAP_IPC_LOCK, or the limit MEMLOCK)");
   }
   sched_param parameters{};
