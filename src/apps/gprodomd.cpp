@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
         [&](const std::string& text) { options.overrides.push_back(text); }},
        {"--lcm-url", "URL", std::string("default ") + kDefaultLcmUrl,
         [&](const std::string& url) { options.lcm_url = url; }},
-       {"--realtime", "PRIORITY", "SCHED_FIFO at 1 to 99, and all memory locked",
+       {"--realtime", "PRIORITY", "SCHED_FIFO at 1 to 99, and locked memory",
         [&](const std::string& text) { realtime = priority(text); }},
        {"--check-config", "", "check CONFIG and end",
         [&](const std::string&) { check_config = true; }},
