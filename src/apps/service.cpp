@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 
 namespace gprodom {
@@ -52,8 +53,11 @@ void run_in_real_time(int priority) {
   }
   sched_param parameters{};
   parameters.sched_priority = priority;
-  if (sched_setscheduler(0, SCHED_FIFO, &parameters) != 0) {
-    throw refused("no real-time priority (it takes CAP_SYS_NICE, or the limit RTPRIO)");
+  // Some libraries, such as OpenBLAS, start threads as they are loaded.
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (sched_setscheduler(std::stoi(task.path().filename()), SCHED_FIFO, &parameters) != 0) {
+      throw refused("no real-time priority (it takes CAP_SYS_NICE, or the limit RTPRIO)");
+    }
   }
 }
 

@@ -29,7 +29,7 @@ class Service {
 // Whether standard error goes to the journal, which takes a line's level from a prefix.
 bool stderr_is_journal();
 
-// From here on SCHED_FIFO at `priority` (1 to 99) for this thread and those it starts, and
+// From here on SCHED_FIFO at `priority` (1 to 99) for all threads and those they start, and
 // memory that it has once touched is never paged out. Throws std::runtime_error, with what is
 // missing.
 void run_in_real_time(int priority);
