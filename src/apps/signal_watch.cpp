@@ -13,10 +13,28 @@
 
 namespace gprodom {
 
+namespace {
+
+// Libraries that start threads as they are loaded (OpenBLAS) leave the signals open there: what
+// comes to such a thread is passed to the main one, whose number is the process's.
+void pass_to_main_thread(int signal) {
+  const int error = errno;
+  tgkill(getpid(), getpid(), signal);
+  errno = error;
+}
+
+}  // namespace
+
 SignalWatch::SignalWatch(const std::vector<int>& signals) {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : signals) sigaddset(&set, signal);
+  for (const int signal : signals) {
+    sigaddset(&set, signal);
+    struct sigaction action {};
+    action.sa_handler = pass_to_main_thread;
+    action.sa_flags = SA_RESTART;
+    sigaction(signal, &action, nullptr);
+  }
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   descriptor_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (descriptor_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));

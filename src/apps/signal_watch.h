@@ -5,7 +5,8 @@
 
 namespace gprodom {
 
-// Make it before any thread starts: threads inherit which signals are blocked.
+// Make it on the main thread, which also is the one to ask it, before any other thread starts:
+// threads inherit which signals are blocked.
 class SignalWatch {
  public:
   // Throws std::runtime_error.
