@@ -20,10 +20,10 @@ from gprodom import gpr
 from gprodom.arrays import Floats
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.simulate.ground import Ground, GroundSpec
+from gprodom.simulate.robot import WANDER
 
 SPACING = 0.02  # m
 STRETCH = 50.0  # m
-ASIDE = 0.05  # m, standard deviation of the track beside that of the memory
 NOISE = 30.0  # counts, of each sample
 SCALE = 0.01  # by which the wheel's scale has changed at most
 
@@ -44,6 +44,13 @@ def main() -> None:
     parser.add_argument("--km", type=float, default=10.0, help="of memory (10)")
     parser.add_argument("--queries", type=int, default=200, help="of each kind (200)")
     parser.add_argument("--metres", type=float, default=10.0, help="of a query (10)")
+    parser.add_argument(
+        "--aside",
+        type=float,
+        metavar="M",
+        default=2**0.5 * WANDER,
+        help="standard deviation between the tracks (%(default).3f, two passes of the simulator)",
+    )
     parser.add_argument("--rows", type=int, default=0, help="of depth that are kept (the default)")
     add_json_flag(parser)
     arguments = parser.parse_args()
@@ -72,7 +79,7 @@ def main() -> None:
             step = SPACING * (1 + random.uniform(-SCALE, SCALE)) * random.choice([-1, 1])
             count = round(arguments.metres / SPACING)
             x = middle + (np.arange(count) - 0.5 * (count - 1)) * step
-            y = np.full(count, ASIDE * random.standard_normal())
+            y = np.full(count, arguments.aside * random.standard_normal())
             query = learnt.apply(traces(spec, seed, x, y, 1_000_000 + k))
             begin = time.process_time()
             match = search.find(query)
@@ -87,6 +94,7 @@ def main() -> None:
     figures = {
         "km": arguments.km,
         "metres": arguments.metres,
+        "aside_m": arguments.aside,
         "queries": arguments.queries,
         "best_place_right": right / arguments.queries,
         "found": found / arguments.queries,

@@ -66,7 +66,8 @@ def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
     def tell(metres: float, back: float, offset: float) -> None:
         to, since = (int(np.interp(at, travelled, time)) for at in (metres, metres - back))
         turn = np.interp([since, to], time, run.truth.yaw)
-        mirrored = math.cos(turn[1] - turn[0]) < 0
+        speed = np.interp([since, to], time, run.truth.v)
+        mirrored = (math.cos(turn[1] - turn[0]) < 0) != (speed.prod() < 0)  # driven, not faced
         told.append({
             "time": to, "time_from": since, "time_to": to, "distance": offset, "sigma": 0.02,
             "revisit": True, "mirrored": mirrored,

@@ -123,20 +123,22 @@ double MapPath::distance_at(TimeNs time) const {
 MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
   const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
                                          [time](const Point& p) { return p.state.time <= time; });
-  auto node = next == nodes_.begin() ? next : next - 1;
-  if (next != nodes_.end() &&
-      std::abs(next->distance_m - distance_m) < std::abs(node->distance_m - distance_m)) {
-    node = next;
-  }
-  double curvature = 0.0;
-  const auto other = node == next ? node - 1 : node + 1;
-  if (nodes_.size() > 1 && other < nodes_.end() && other >= nodes_.begin()) {
-    const PlanarPose step = between(node->state.pose, other->state.pose);
-    if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
-  }
-  const double along = distance_m - node->distance_m, turn = curvature * along;
+  const auto after = static_cast<std::size_t>(next - nodes_.begin());
+  const auto apart = [&](std::size_t i) { return std::abs(nodes_[i].distance_m - distance_m); };
   Place place;
-  place.node = static_cast<std::size_t>(node - nodes_.begin());
+  place.node = after == 0 ? 0 : after - 1;
+  if (after < nodes_.size() && apart(after) < apart(place.node)) place.node = after;
+  const Point& node = nodes_[place.node];
+  double curvature = 0.0;
+  if (nodes_.size() > 1) {
+    const bool forwards = place.node < after && after < nodes_.size();
+    const std::size_t other = forwards || place.node == 0 ? place.node + 1 : place.node - 1;
+    const PlanarPose step = between(node.state.pose, nodes_[other].state.pose);
+    if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
+    const double ahead = nodes_[other].distance_m - node.distance_m;
+    place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;
+  }
+  const double along = distance_m - node.distance_m, turn = curvature * along;
   place.at = {{along, 0.5 * turn * along}, turn};
   return place;
 }

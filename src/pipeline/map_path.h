@@ -59,6 +59,7 @@ class MapPath {
   struct Place {
     std::size_t node = 0;
     PlanarPose at;
+    int direction = 1;  // driven: -1 backwards
   };
   Place place(TimeNs time, double distance_m) const;
   // The same where the distance is not known.

@@ -124,6 +124,8 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   // Ground that the query itself lies on, or that was driven over just before.
   const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
 
+  const double farthest = gate + config_.node_spacing + aside + antenna_.p.norm();
+
   struct Candidate {
     std::size_t node;
     double along, lateral;
@@ -131,6 +133,10 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   std::vector<Candidate> candidates;
   bool on_track = false;  // the node before was a candidate of the same pass
   for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
+    if ((graph_->nodes()[node].p - here.p).squaredNorm() > farthest * farthest) {
+      on_track = false;
+      continue;
+    }
     const PlanarPose then = compose(graph_->nodes()[node], antenna_);
     const PlanarPose relative = between(then, here);
     const double turned = wrap(relative.yaw);
@@ -180,6 +186,12 @@ gpr::SearchWindow Mapper::window_at(std::size_t node, std::size_t column, double
   return window;
 }
 
+// Whether, by the headings, the robot faced the other way (mirrored) or the same.
+bool Mapper::faces(const MapPath::Place& then, const MapPath::Place& now, bool mirrored) const {
+  const double turned = graph_->nodes()[now.node].yaw - graph_->nodes()[then.node].yaw;
+  return mirrored == (std::cos(turned) < 0.0);
+}
+
 PlanarPose Mapper::antenna(const PlanarPose& at) const { return compose(at, antenna_); }
 
 void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
@@ -193,9 +205,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   if (memory_place.node == query_place.node) return;
   // The ground knows the direction driven, the edge the one faced: they differ driving backwards.
   const bool mirrored = found.match.mirrored == (then.direction == query.direction);
-  const double turned =
-      graph_->nodes()[query_place.node].yaw - graph_->nodes()[memory_place.node].yaw;
-  if (mirrored != (std::cos(turned) < 0.0)) return;
+  if (!faces(memory_place, query_place, mirrored)) return;
 
   // Patches that overlap have their errors in common: together they count as often as they fit
   // into the ground.
@@ -217,7 +227,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   told.valid = true;
   told.sigma_m = edge.sigma_m;
   told.lateral_sigma_m = edge.lateral_sigma_m;
-  told.mirrored = edge.mirrored;
+  told.mirrored = found.match.mirrored;
   told.scale = found.match.scale;
   told.score = found.match.score;
   answer.revisits.push_back(std::move(told));
@@ -228,7 +238,9 @@ void Mapper::take_external() {
     const Displacement& told = external_.front();
     const MapPath::Place memory_place = path_.place(told.from);
     const MapPath::Place query_place = path_.place(told.to);
-    if (told.from >= path_.time_of(0) && memory_place.node != query_place.node) {
+    const bool mirrored = told.mirrored == (memory_place.direction == query_place.direction);
+    if (told.from >= path_.time_of(0) && memory_place.node != query_place.node &&
+        faces(memory_place, query_place, mirrored)) {
       RevisitEdge edge{memory_place.node, query_place.node};
       edge.memory_at = antenna(memory_place.at);
       edge.query_at = antenna(query_place.at);
@@ -237,7 +249,7 @@ void Mapper::take_external() {
       edge.lateral_m = told.lateral_m;
       edge.lateral_sigma_m =
           told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
-      edge.mirrored = told.mirrored;
+      edge.mirrored = mirrored;
       graph_->add_revisit(edge);
     }
     external_.pop_front();

@@ -63,6 +63,7 @@ class Mapper {
            MapAnswer& answer);
   void take_external();
   void solve(double scale, double scale_sigma);
+  bool faces(const MapPath::Place& then, const MapPath::Place& now, bool mirrored) const;
   PlanarPose antenna(const PlanarPose& at) const;
 
   const GraphConfig config_;
