@@ -150,7 +150,8 @@ GlobalMatch GlobalSearch::find(const Columns& query) const {
   match.margin = (best - second) / chance;
   match.accepted = match.margin >= options_.min_margin;
   // `place` is the middle one of the thinned columns that the pieces cover, from the query's start.
-  const auto before = static_cast<double>(pieces * piece_ / 2 * options_.thinning);
+  const Eigen::Index thinned_before = pieces * piece_ / 2;
+  const auto before = static_cast<double>(thinned_before * options_.thinning);
   match.column = column_of(place) - before + 0.5 * static_cast<double>(query.rows() - 1);
   return match;
 }

@@ -22,7 +22,7 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
     const PatchSurvey survey =
         matcher_.survey(window.features, query, window.expected - static_cast<double>(window.first),
                         window.bound_m);
-    if (survey.size() == 0) continue;
+    if (survey.empty()) continue;
     const auto first = static_cast<std::ptrdiff_t>(window.first) + survey.first();
     Belief belief = expect(window, first, survey.size(), moved_m);
     // Patches overlap, and ground counts once.
@@ -36,9 +36,9 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
     for (auto& places : belief.places) places /= sum;
     belief.nowhere /= sum;
     ++belief.patches;
-    for (PlaceFound& place : decide(belief, survey, window)) {
+    for (PlaceFound place : decide(belief, survey, window)) {
       place.window = w;
-      if (agrees_backwards(newest, window, place)) found.push_back(std::move(place));
+      if (agrees_backwards(newest, window, place)) found.push_back(place);
     }
     beliefs.push_back(std::move(belief));
   }

@@ -42,7 +42,7 @@ struct RevisitOptions {
 // has an even number of columns.
 class PatchSurvey {
  public:
-  bool empty() const { return curves_.empty(); }
+  bool empty() const { return size_ == 0; }
 
   // The places compared at scale 1: the bound and its surroundings.
   int first() const { return first_; }
