@@ -42,6 +42,7 @@ struct Outputs {
 };
 
 class MapFrame;
+class Pipeline;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
@@ -87,10 +88,9 @@ class Odometry {
   void reset();
 
  private:
-  class Impl;
   Config config_;
   Execution execution_;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<MapFrame> map_frame_;
 };
 

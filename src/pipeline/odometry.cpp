@@ -1,40 +1,11 @@
 #include "gprodom/odometry.h"
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <deque>
-#include <iterator>
-#include <stdexcept>
-#include <utility>
-#include <variant>
-
-#include "gprodom/error.h"
-#include "gprodom/initializer.h"
-#include "pipeline/coherence_scale.h"
-#include "pipeline/dated_worker.h"
-#include "pipeline/health.h"
 #include "pipeline/map_frame.h"
-#include "pipeline/map_task.h"
-#include "pipeline/plausibility.h"
-#include "pipeline/prediction.h"
-#include "pipeline/radar_task.h"
-#include "pipeline/sensor_history.h"
-#include "pipeline/slip_watch.h"
-#include "pipeline/standstill.h"
-#include "pipeline/time_guard.h"
+#include "pipeline/pipeline.h"
 
 namespace gprodom {
 
 namespace {
-
-constexpr TimeNs kSecond = 1'000'000'000;
-
-// A solve takes milliseconds. On a machine that is busy beyond this the newest state waits.
-constexpr std::chrono::milliseconds kSolverPatience(200);
-
-// The first multiple of the period after a time: radar ticks and states share such a grid.
-TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
 
 std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
   std::vector<OdometryEstimate> estimates(states.size());
@@ -46,436 +17,30 @@ std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
   return estimates;
 }
 
-void check_consistency(const Config& config) {
-  const SmootherConfig& c = config.smoother;
-  if (c.latency >= 1 / c.state_rate)
-    throw ConfigError("smoother.latency: expected less than one state interval, 1 / state_rate");
-  if (c.lag < 2 / c.state_rate)
-    throw ConfigError("smoother.lag: expected at least two state intervals, 2 / state_rate");
-  if (config.graph.enabled && config.graph.settle >= c.lag)
-    throw ConfigError("graph.settle: expected less than smoother.lag");
-}
-
 }  // namespace
-
-class Odometry::Impl {
- public:
-  using Message = std::variant<ImuSample, WheelSample, GprTrace, Displacement>;
-
-  Impl(const Config& config, Execution execution);
-
-  void add(Message message) { inbox_.push_back(std::move(message)); }
-  void reject(const std::string& channel, const std::string& reason) {
-    health_.count(channel, reason, now_);
-  }
-  Outputs step();
-  Outputs finish();
-  void record() { record_ = true; }
-  const Batch& batch() const;  // throws where nothing was recorded
-  std::vector<NavState> smoothed() const;
-  Timing timing() { return {solver_.work_time(), radar_worker_.work_time(), map_.work_time()}; }
-
-  // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
-  bool must_restart() const { return imu_guard_.moved(); }
-  std::deque<Message> take_inbox() { return std::exchange(inbox_, {}); }
-
- private:
-  // Stations of a message, in the order step() visits them.
-  bool accept(Message& message);
-  void store(Message& message);
-  void start_if_standing();
-  void take_radar_answers();
-  void take_states();
-  void take_map_answers();
-  void ask_radar();
-  void make_states();
-  void publish();
-
-  StateInput collect(TimeNs from, TimeNs to);
-  bool wanted(const Displacement& d) const;
-  void use(const StateResult& result, TimeNs effective);
-  std::int32_t flags() const;
-  void watch_sensors();
-
-  const Config config_;
-  const TimeNs reorder_window_, state_period_, tick_period_;
-  const Eigen::Matrix3d R_body_imu_;
-  std::deque<Message> inbox_;
-  Outputs out_;
-  Health health_;
-
-  TimeGuard imu_guard_, wheel_guard_, gpr_guard_, displacement_guard_;
-  TimeNs now_ = 0;      // newest stamp accepted from any sensor
-  TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
-  TimeNs wheel_now_ = 0, gpr_now_ = 0;
-
-  ImuHistory imu_;
-  WheelHistory wheel_;
-  std::vector<GprTrace> traces_;                 // since the last tick
-  std::vector<Displacement> radar_standing_;     // in effect, newest last
-  std::vector<Displacement> new_displacements_;  // in effect, for the next state
-
-  bool started_ = false, record_ = false;
-  TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
-  TimeNs newest_state_ = 0, next_state_ = 0;
-  ImuNoise reference_noise_;  // at standstill
-  Prediction prediction_;
-  SlipWatch slip_;
-  CoherenceScale coherence_;
-  TimeNs wheel_doubted_ = 0;  // end of the last state interval without a wheel that can be used
-
-  // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
-  std::unique_ptr<StateEstimator> estimator_;
-  RadarTask radar_;
-  DatedWorker<StateResult> solver_;
-  DatedWorker<RadarAnswer> radar_worker_;
-  MapTask map_;
-};
-
-// The whole algorithm: the life of one message.
-Outputs Odometry::Impl::step() {
-  while (!inbox_.empty() && !must_restart()) {
-    Message message = std::move(inbox_.front());
-    inbox_.pop_front();
-    if (!accept(message)) continue;                             // time guard and plausibility
-    store(message);                                             // into the histories, by stamp
-    if (!std::holds_alternative<ImuSample>(message)) continue;  // the IMU is the clock
-    start_if_standing();   // gravity, gyro bias and noise from a standstill
-    take_radar_answers();  // each at its tick + gpr.latency_budget
-    take_states();         // each at its time + time.reorder_window + smoother.latency
-    take_map_answers();    // each at its question + graph.latency
-    ask_radar();           // every gpr.tick
-    make_states();         // every 1 / smoother.state_rate, once the reorder window has passed
-    publish();             // the newest state in effect, carried to now by the IMU
-  }
-  out_.warnings = health_.take_warnings();
-  return std::exchange(out_, {});
-}
-
-Odometry::Impl::Impl(const Config& config, Execution execution)
-    : config_(config),
-      reorder_window_(from_seconds(config.time.reorder_window)),
-      state_period_(from_seconds(1 / config.smoother.state_rate)),
-      tick_period_(from_seconds(config.gpr.tick)),
-      R_body_imu_((Eigen::AngleAxisd(config.imu.rpy_body_imu.z(), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.y(), Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix()),
-      health_(config.logging.warning_period),
-      imu_guard_(config.time),
-      wheel_guard_(config.time),
-      gpr_guard_(config.time),
-      displacement_guard_(config.time),
-      wheel_(config.wheel.max_speed),
-      prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
-      slip_(config.wheel),
-      coherence_(config.gpr.coherence),
-      radar_(config.gpr),
-      solver_(execution),
-      radar_worker_(execution),
-      map_(config, execution) {
-  check_consistency(config);
-}
-
-bool Odometry::Impl::accept(Message& message) {
-  struct Entry {
-    const std::string& channel;
-    TimeGuard& guard;
-    double offset_s;
-  };
-  const Entry entries[] = {{config_.channels.imu, imu_guard_, config_.imu.time_offset},
-                           {config_.channels.wheel, wheel_guard_, config_.wheel.time_offset},
-                           {config_.channels.gpr_trace, gpr_guard_, 0.0},
-                           {config_.channels.displacement_in, displacement_guard_, 0.0}};
-  const Entry& entry = entries[message.index()];
-  const TimeNs time =
-      std::visit([&](auto& m) { return m.time += from_seconds(entry.offset_s); }, message);
-  std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
-  if (reason.empty()) reason = entry.guard.check(time, now_);
-  if (!reason.empty()) {
-    health_.count(entry.channel, reason, now_);
-    return false;
-  }
-  now_ = std::max(now_, time);
-  return true;
-}
-
-void Odometry::Impl::store(Message& message) {
-  if (auto* imu = std::get_if<ImuSample>(&message)) {
-    imu->acceleration = R_body_imu_ * imu->acceleration;
-    imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
-    imu_.insert(*imu);
-    imu_now_ = std::max(imu_now_, imu->time);
-  } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
-    wheel_now_ = std::max(wheel_now_, wheel->time);
-    if (config_.wheel.enabled && !wheel_.insert(*wheel))
-      health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed", now_);
-  } else if (auto* trace = std::get_if<GprTrace>(&message)) {
-    if (trace->time <= gpr_now_) {
-      health_.count(config_.channels.gpr_trace, "out of order", now_);
-      return;
-    }
-    gpr_now_ = trace->time;
-    if (!config_.gpr.enabled) return;
-    map_.add(*trace);
-    if (radar_.enabled()) traces_.push_back(std::move(*trace));
-  } else {
-    auto& displacement = std::get<Displacement>(message);
-    if (displacement.kind == DisplacementKind::kRevisit) {
-      map_.add(displacement);
-      return;
-    }
-    displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
-    new_displacements_.push_back(std::move(displacement));
-  }
-}
-
-void Odometry::Impl::start_if_standing() {
-  if (started_ || imu_now_ < next_start_try_) return;
-  if (next_start_try_ == 0) {  // the first data: no use to ask before there can be enough
-    next_start_try_ = imu_now_ + from_seconds(0.9 * config_.initializer.duration);
-    health_.await("start", HealthLevel::kDegraded, "collecting initializer.duration of standstill");
-    return;
-  }
-  next_start_try_ = imu_now_ + kSecond / 10;
-  const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
-  imu_.forget_before(from);
-  auto [initial, refusal] =
-      initialize(config_, imu_.between(from, imu_now_), wheel_.path(from, imu_now_));
-  health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
-  if (!initial) return;
-
-  started_ = true;
-  estimator_ = std::make_unique<StateEstimator>(config_, *initial);
-  if (record_) estimator_->record();
-  reference_noise_ = initial->noise;
-  newest_state_ = initial->state.time;
-  // The first interval is a half to one and a half periods long.
-  next_state_ = next_multiple(newest_state_ + state_period_ / 2, state_period_);
-  prediction_.rebase(initial_result(*initial), initial->noise, imu_);
-}
-
-void Odometry::Impl::take_radar_answers() {
-  while (auto due = radar_worker_.next_due(imu_now_)) {
-    if (!due->result) {
-      health_.count("radar", "tick not answered within gpr.latency_budget", now_);
-      continue;
-    }
-    for (const std::string& note : due->result->notes)
-      health_.count(config_.channels.gpr_trace, note, now_);
-    if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
-    for (Displacement& d : due->result->displacements) {
-      if (d.source == "coherence") d = coherence_.to_metres(d);
-      d.time = due->effective;
-      out_.displacements.push_back(d);
-      const bool standing = d.kind == DisplacementKind::kMotion && d.distance_m == 0.0;
-      if (d.valid) (standing ? radar_standing_ : new_displacements_).push_back(d);
-    }
-  }
-  const TimeNs old = imu_now_ - 2 * kSecond;
-  radar_standing_.erase(std::remove_if(radar_standing_.begin(), radar_standing_.end(),
-                                       [&](const Displacement& d) { return d.to < old; }),
-                        radar_standing_.end());
-}
-
-void Odometry::Impl::take_states() {
-  while (auto due = solver_.await_due(imu_now_, kSolverPatience)) {
-    if (!due->result) {
-      health_.count("smoother", "solve not ready after smoother.latency", now_);
-      break;
-    }
-    use(*due->result, due->effective);
-  }
-}
-
-void Odometry::Impl::take_map_answers() {
-  while (auto answer = map_.next_due(imu_now_)) {
-    for (const std::string& note : answer->notes) health_.count("map", note, now_);
-    health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
-    for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
-    if (!answer->pose) continue;
-    health_.value("revisits.trusted", answer->pose->revisits);
-    health_.value("revisits.refused", answer->pose->refused);
-  }
-}
-
-void Odometry::Impl::use(const StateResult& result, TimeNs effective) {
-  const ImuNoise noise =
-      config_.imu.adaptive_noise
-          ? prevailing_noise(imu_.between(result.state.time, imu_now_), reference_noise_)
-          : reference_noise_;
-  const Eigen::Vector3d before = prediction_.position();
-  prediction_.rebase(result, noise, imu_);
-  imu_.forget_before(std::min(newest_state_, result.state.time) - kSecond);
-  wheel_.forget_before(newest_state_ - kSecond);
-  map_.add(result, effective);
-
-  health_.add("states", 1);
-  health_.add("solver.steps", result.solve.steps);
-  health_.add("solver.steps_accepted", result.solve.accepted);
-  health_.add("displacements.used", result.displacements_used);
-  health_.add("displacements.dropped", result.displacements_dropped);
-  health_.maximum("odom.largest_jump_m", (prediction_.position() - before).norm());
-  health_.set("smoother", HealthLevel::kDegraded,
-              result.solve.usable ? "" : "the last solve failed; the last good state stands");
-}
-
-void Odometry::Impl::ask_radar() {
-  if (!radar_.enabled()) return;
-  if (next_tick_ == 0 || imu_now_ > next_tick_ + kSecond)  // at the start, and after a gap
-    next_tick_ = next_multiple(imu_now_, tick_period_);
-  while (imu_now_ >= next_tick_) {
-    const auto end = std::partition_point(traces_.begin(), traces_.end(),
-                                          [&](const GprTrace& t) { return t.time <= next_tick_; });
-    std::vector<GprTrace> batch(std::make_move_iterator(traces_.begin()),
-                                std::make_move_iterator(end));
-    traces_.erase(traces_.begin(), end);
-    radar_worker_.submit(
-        next_tick_ + from_seconds(config_.gpr.latency_budget),
-        [this, tick = next_tick_, batch = std::move(batch)] { return radar_.run(batch, tick); });
-    next_tick_ += tick_period_;
-  }
-}
-
-void Odometry::Impl::make_states() {
-  while (started_ && imu_now_ >= next_state_ + reorder_window_) {
-    StateInput input = collect(newest_state_, next_state_);
-    const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
-    solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
-    newest_state_ = next_state_;
-    next_state_ += state_period_;
-  }
-}
-
-StateInput Odometry::Impl::collect(TimeNs from, TimeNs to) {
-  StateInput input;
-  input.time = to;
-  input.steps = imu_.steps(from, to, from_seconds(config_.time.imu_gap));
-  const TimeNs margin = state_period_ / 2;  // more samples for the same noise
-  input.noise = config_.imu.adaptive_noise
-                    ? prevailing_noise(imu_.between(from - margin, to + margin), reference_noise_)
-                    : reference_noise_;
-  input.has_wheel = add_wheel(input.steps, wheel_, from);
-  const StandstillVerdict verdict =
-      judge_standstill(config_, reference_noise_, prediction_.base().state.gyro_bias, imu_, wheel_,
-                       radar_standing_, from, to);
-  input.standing = verdict.standing;
-  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
-  // An answer may come before the state that it reaches to, which waits for the reorder window.
-  const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
-                                           [to](const Displacement& d) { return d.to <= to; });
-  if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
-  std::copy_if(new_displacements_.begin(), later, std::back_inserter(input.displacements),
-               [this](const Displacement& d) { return wanted(d); });
-  new_displacements_.erase(new_displacements_.begin(), later);
-  return input;
-}
-
-// Beside a wheel that can be used the coherence has nothing to add: it learns from it.
-bool Odometry::Impl::wanted(const Displacement& d) const {
-  if (d.kind != DisplacementKind::kMotion) return true;
-  const std::string& use = config_.gpr.coherence.use;
-  return use == "always" || (use == "contradicted" && d.from < wheel_doubted_);
-}
-
-std::int32_t Odometry::Impl::flags() const {
-  const StateResult& base = prediction_.base();
-  std::int32_t f = 0;
-  if (base.standing) f |= kStanding;
-  if (slip_.now() != WheelSlip::kNone)
-    f |= kSlipping | (slip_.now() == WheelSlip::kFast ? kWheelFast : kWheelSlow);
-  if (base.no_wheel) f |= kNoWheel;
-  if (gpr_now_ + kSecond < imu_now_) f |= kNoRadar;
-  if (base.bridged) f |= kImuGap;
-  if (!base.solve.usable) f |= kSolverFailed;
-  return f;
-}
-
-void Odometry::Impl::publish() {
-  if (started_ && imu_now_ > prediction_.time()) {
-    OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
-    slip_.add(estimate, wheel_, wheel_now_);
-    estimate.flags = flags();
-    coherence_.add(estimate);
-    out_.odometry.push_back(estimate);
-    if (auto correction = map_.correct(estimate)) out_.corrections.push_back(*correction);
-  }
-  if (imu_now_ < next_status_) return;
-  if (next_status_ > 0) {
-    watch_sensors();
-    out_.status.push_back(health_.status(imu_now_));
-  }
-  next_status_ = next_multiple(imu_now_, kSecond);
-}
-
-void Odometry::Impl::watch_sensors() {
-  auto watch = [&](const std::string& topic, bool used, TimeNs newest) {
-    const bool silent = used && newest + kSecond < imu_now_;
-    health_.set(topic, HealthLevel::kDegraded, silent ? "no data for a second or more" : "");
-  };
-  watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
-  watch(config_.channels.gpr_trace, radar_.enabled(), gpr_now_);
-}
-
-Outputs Odometry::Impl::finish() {
-  Outputs out = step();
-  solver_.drain();
-  radar_worker_.drain();
-  map_.drain();
-  if (imu_now_ > 0) {
-    watch_sensors();
-    out.status.push_back(health_.status(imu_now_));
-  }
-  return out;
-}
-
-const Batch& Odometry::Impl::batch() const {
-  if (!estimator_ || !estimator_->recorded())
-    throw std::runtime_error("nothing recorded: call record() first, and let the robot start");
-  return *estimator_->recorded();
-}
-
-// The batch with the revisits that the map rests on.
-std::vector<NavState> Odometry::Impl::smoothed() const {
-  Batch batch = this->batch();
-  const std::vector<NavState>& states = batch.states();
-  const auto state_at = [&](TimeNs time) {
-    const auto found = std::partition_point(states.begin(), states.end(),
-                                            [time](const NavState& x) { return x.time < time; });
-    return static_cast<size_t>(found - states.begin());
-  };
-  for (const Revisit& revisit : map_.revisits()) {
-    const size_t memory = state_at(revisit.memory), query = state_at(revisit.query);
-    if (memory < query && query < states.size())
-      batch.add_factor(memory, query, std::make_shared<RevisitFactor>(revisit.edge));
-  }
-  return batch.solve({});
-}
-
-// ---- the facade ---------------------------------------------------------------------------------
 
 Odometry::Odometry(const Config& config, Execution execution)
     : config_(config),
       execution_(execution),
-      impl_(std::make_unique<Impl>(config, execution)),
+      pipeline_(std::make_unique<Pipeline>(config, execution)),
       map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
-void Odometry::add(const ImuSample& sample) { impl_->add(sample); }
-void Odometry::add(const WheelSample& sample) { impl_->add(sample); }
-void Odometry::add(const GprTrace& trace) { impl_->add(trace); }
-void Odometry::add(const Displacement& external) { impl_->add(external); }
+void Odometry::add(const ImuSample& sample) { pipeline_->add(sample); }
+void Odometry::add(const WheelSample& sample) { pipeline_->add(sample); }
+void Odometry::add(const GprTrace& trace) { pipeline_->add(trace); }
+void Odometry::add(const Displacement& external) { pipeline_->add(external); }
 void Odometry::reject(const std::string& channel, const std::string& reason) {
-  impl_->reject(channel, reason);
+  pipeline_->reject(channel, reason);
 }
 
 Outputs Odometry::step() {
-  Outputs out = impl_->step();
+  Outputs out = pipeline_->step();
   out.odometry_in_map = map_frame_->place(out);
-  if (impl_->must_restart()) {
-    auto inbox = impl_->take_inbox();
+  if (pipeline_->must_restart()) {
+    auto inbox = pipeline_->take_inbox();
     reset();
-    for (auto& message : inbox) impl_->add(std::move(message));
+    for (auto& message : inbox) pipeline_->add(std::move(message));
     out.warnings.push_back("the IMU's clock was set: starting afresh");
     out.restarted = true;
   }
@@ -483,21 +48,23 @@ Outputs Odometry::step() {
 }
 
 Outputs Odometry::finish() {
-  Outputs out = impl_->finish();
+  Outputs out = pipeline_->finish();
   out.odometry_in_map = map_frame_->place(out);
   return out;
 }
 
-void Odometry::record() { impl_->record(); }
+void Odometry::record() { pipeline_->record(); }
 
-std::vector<OdometryEstimate> Odometry::recorded() const { return poses(impl_->batch().states()); }
+std::vector<OdometryEstimate> Odometry::recorded() const {
+  return poses(pipeline_->batch().states());
+}
 
-std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(impl_->smoothed()); }
+std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(pipeline_->smoothed()); }
 
-Timing Odometry::timing() const { return impl_->timing(); }
+Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
-  impl_ = std::make_unique<Impl>(config_, execution_);
+  pipeline_ = std::make_unique<Pipeline>(config_, execution_);
   map_frame_->reset();
 }
 
