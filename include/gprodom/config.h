@@ -180,12 +180,16 @@ struct GraphConfig {
   double sigma_factor = 1.7;    // errors of a revisit over those its match foretells
   double lateral_sigma = 0.15;  // m; the antenna's footprint
   double memory_length = 10e3;  // m of ground that are kept
+  double locate_every = 2.0;    // m driven between two searches of ground from before a reset
+  double locate_length = 10.0;  // m of the newest ground that such a search compares
 };
 
 // What one run leaves to the next.
 struct StateConfig {
-  std::string directory;      // where it is kept; empty: nothing is
-  double save_period = 10.0;  // s of data time
+  std::string directory;           // where it is kept; empty: nothing is
+  double save_period = 1.0;        // s of data time, of pose and wheel scale
+  double map_save_period = 300.0;  // s of data time, of the ground driven over
+  double resume_within = 10.0;     // s; a saved pose not older than that is gone on from
 };
 
 struct LoggingConfig {

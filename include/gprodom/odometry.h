@@ -43,12 +43,16 @@ struct Outputs {
 
 class MapFrame;
 class Pipeline;
+class StateStore;
+struct Heritage;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
 class Odometry {
  public:
-  // Throws ConfigError where settings contradict each other.
+  // Takes up what an earlier run has left in state.directory, and keeps it there: the wheel's
+  // scale, the ground driven over, and the pose, which is gone on from where it is
+  // state.resume_within old at most. Throws ConfigError where settings contradict each other.
   explicit Odometry(const Config& config, Execution execution = Execution::kInline);
   ~Odometry();
   Odometry(const Odometry&) = delete;
@@ -84,14 +88,37 @@ class Odometry {
 
   Timing timing() const;
 
-  // Forgets everything but the configuration and starts at the initialiser.
+  // Starts at the initialiser, with the configuration and the ground driven over so far: where that
+  // is found again, `map` becomes its frame.
   void reset();
 
+  // The same without the ground.
+  void forget();
+
+  // The ground driven over, with where it lies, as a file. Waits until it is written. Throws
+  // FileError.
+  void save_map(const std::string& path);
+
+  // The same in the background; a warning of a later step() tells how it ended.
+  void begin_saving_map(const std::string& path);
+
+  // From here on looks for the ground of a saved map, in place of what was driven over so far;
+  // where it is found, `map` becomes its frame. `odom` goes on. Throws FileError, and then nothing
+  // has changed.
+  void load_map(const std::string& path);
+
  private:
+  void start_afresh(Heritage heritage);
+  void begin_saving(const std::string& path);
+  void keep(Outputs& out);
+
+  std::unique_ptr<StateStore> store_;  // outlives the map's jobs, which write through it
+  std::vector<std::string> notices_;   // to go out with the next step
   Config config_;
   Execution execution_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<MapFrame> map_frame_;
+  OdometryEstimate newest_;
 };
 
 }  // namespace gprodom

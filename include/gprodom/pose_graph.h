@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace gprodom {
@@ -45,9 +46,12 @@ struct PlanarEstimate {
 // One step on, without a new solution.
 PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step);
 
+// As RevisitEdge::memory: a place that is fixed in map, on ground remembered from before.
+constexpr std::size_t kInMap = std::numeric_limits<std::size_t>::max();
+
 // The antenna in query lies `offset_m` forwards of the one in memory, along the direction that the
 // robot faced there, and `lateral_m` to its left; mirrored: it faced the other way. Both are places
-// near a node, given in its frame.
+// near a node, given in its frame, or of memory in map.
 struct RevisitEdge {
   std::size_t memory = 0, query = 0;
   PlanarPose memory_at = {}, query_at = {};
@@ -57,7 +61,7 @@ struct RevisitEdge {
 };
 
 struct PoseGraphSolution {
-  std::vector<PlanarPose> nodes;  // in map; the first is where it was
+  std::vector<PlanarPose> nodes;  // in map; the first is where it was, unless revisits tie to map
   std::vector<bool> trusted;      // per revisit, in the order they were added
   PlanarEstimate newest;
 };
@@ -69,6 +73,9 @@ class PoseGraph {
   // A node one step on from the newest. Returns its number, from 1. Throws std::invalid_argument
   // where the covariance is not positive definite.
   std::size_t add_node(const PlanarStep& step);
+
+  // The track as a whole lies elsewhere: it is now known how it lies in map.
+  void move(const PlanarPose& in_map_of_before);
 
   // Throws std::invalid_argument where a node does not exist or a sigma is not positive.
   void add_revisit(const RevisitEdge& edge);

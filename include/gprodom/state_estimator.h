@@ -55,6 +55,9 @@ struct InitialState {
   ImuNoise noise;
 };
 
+// A prior that knows a state with a covariance, which must be positive definite.
+MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance);
+
 // Owns the smoother. One thread at a time.
 class StateEstimator {
  public:

@@ -41,6 +41,8 @@ class Problem {
     for (const PlanarPose& pose : initial) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
     for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
     problem_.AddParameterBlock(&scale_, 1);
+    problem_.AddParameterBlock(map_.data(), 3);
+    problem_.SetParameterBlockConstant(map_.data());
     problem_.SetParameterBlockConstant(nodes_.front().data());
     problem_.AddResidualBlock(new ScalePrior(scale, std::max(scale_sigma, kHeldScaleSigma)),
                               nullptr, &scale_);
@@ -52,9 +54,12 @@ class Problem {
   }
 
   void add_revisit(const RevisitEdge& edge, bool robust) {
+    const bool in_map = edge.memory == kInMap;
+    if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
     problem_.AddResidualBlock(new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
                               robust ? new ceres::CauchyLoss(options_.robust_threshold) : nullptr,
-                              nodes_[edge.memory].data(), nodes_[edge.query].data());
+                              in_map ? map_.data() : nodes_[edge.memory].data(),
+                              nodes_[edge.query].data());
   }
 
   void solve() {
@@ -79,8 +84,10 @@ class Problem {
   // eliminated.
   Matrix4d newest_covariance() {
     ceres::Problem::EvaluateOptions options;
-    for (std::size_t i = 1; i < nodes_.size(); ++i) {
-      options.parameter_blocks.push_back(nodes_[i].data());
+    for (auto& node : nodes_) {
+      if (!problem_.IsParameterBlockConstant(node.data())) {
+        options.parameter_blocks.push_back(node.data());
+      }
     }
     options.parameter_blocks.push_back(&scale_);
     ceres::CRSMatrix crs;
@@ -103,8 +110,9 @@ class Problem {
  private:
   PoseGraphOptions options_;
   std::vector<std::array<double, 3>> nodes_;
+  std::array<double, 3> map_ = {0.0, 0.0, 0.0};  // as the node of places fixed in it
   double scale_;
-  ceres::Problem problem_;  // points into the two above
+  ceres::Problem problem_;  // points into the three above
 };
 
 }  // namespace
@@ -146,7 +154,8 @@ std::size_t PoseGraph::add_node(const PlanarStep& step) {
 }
 
 void PoseGraph::add_revisit(const RevisitEdge& edge) {
-  if (edge.memory >= nodes_.size() || edge.query >= nodes_.size() || edge.memory == edge.query) {
+  if ((edge.memory >= nodes_.size() && edge.memory != kInMap) || edge.query >= nodes_.size() ||
+      edge.memory == edge.query) {
     throw std::invalid_argument("pose graph: a revisit needs two nodes that exist");
   }
   if (!(edge.sigma_m > 0) || !(edge.lateral_sigma_m > 0)) {
@@ -155,11 +164,16 @@ void PoseGraph::add_revisit(const RevisitEdge& edge) {
   revisits_.push_back(edge);
 }
 
+void PoseGraph::move(const PlanarPose& in_map_of_before) {
+  for (PlanarPose& node : nodes_) node = compose(in_map_of_before, node);
+}
+
 // Deviations of each revisit along the track, in a solution.
 std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) const {
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
-    const PlanarPose memory = compose(nodes[edge.memory], edge.memory_at);
+    const PlanarPose memory =
+        edge.memory == kInMap ? edge.memory_at : compose(nodes[edge.memory], edge.memory_at);
     const PlanarPose query = compose(nodes[edge.query], edge.query_at);
     result.push_back(std::abs(between(memory, query).p.x() - edge.offset_m) / edge.sigma_m);
   }

@@ -17,6 +17,14 @@ constexpr double kUnknownDistanceSigma = 100.0;
 
 }  // namespace
 
+MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
+  MarginalPrior prior;
+  prior.x0 = {state};
+  prior.A = covariance.llt().matrixL().solve(StateMatrix::Identity());
+  prior.b = StateVector::Zero();
+  return prior;
+}
+
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
     : config_(config),
       gravity_odom_(0, 0, -config.initializer.gravity),
@@ -94,13 +102,9 @@ void StateEstimator::restart(const NavState& state) {
   growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), 1e-3;
   last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
-  MarginalPrior prior;
-  prior.x0 = {state};
-  prior.A = last_covariance_.llt().matrixL().solve(StateMatrix::Identity());
-  prior.b = StateVector::Zero();
   id_offset_ += smoother_.newest_id();
   smoother_ = FixedLagSmoother({config_.smoother.lag, config_.smoother.max_iterations}, state,
-                               std::move(prior));
+                               gaussian_prior(state, last_covariance_));
 }
 
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,

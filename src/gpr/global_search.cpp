@@ -113,7 +113,25 @@ double GlobalSearch::column_of(std::size_t thinned) const {
          options_.thinning * static_cast<double>(thinned - run->begin);
 }
 
-GlobalMatch GlobalSearch::find(const Columns& query) const {
+// The highest score of a place other than the best one.
+double GlobalSearch::second(const std::vector<float> (&score)[2], std::size_t best, bool mirrored,
+                            const SamePlace& same_place) const {
+  const auto apart =
+      static_cast<std::ptrdiff_t>(std::ceil(options_.distinct_m / (spacing_ * options_.thinning)));
+  double second = -1.0;
+  for (int d = 0; d < 2; ++d) {
+    for (std::size_t i = 0; i < score[d].size(); ++i) {
+      if (score[d][i] <= second) continue;
+      const auto from_best = static_cast<std::ptrdiff_t>(i) - static_cast<std::ptrdiff_t>(best);
+      if ((d == 1) == mirrored && std::abs(from_best) < apart) continue;
+      if (same_place && same_place(column_of(best), column_of(i))) continue;
+      second = score[d][i];
+    }
+  }
+  return second;
+}
+
+GlobalMatch GlobalSearch::find(const Columns& query, const SamePlace& same_place) const {
   GlobalMatch match;
   const Columns both[2] = {query, query.colwise().reverse()};
   std::vector<float> score[2];
@@ -135,19 +153,9 @@ GlobalMatch GlobalSearch::find(const Columns& query) const {
     }
   }
   const double chance = std::sqrt(std::max(1e-12, squares - mean * mean));
-  const auto apart =
-      static_cast<std::ptrdiff_t>(std::ceil(options_.distinct_m / (spacing_ * options_.thinning)));
-  double second = -1.0;
-  for (int d = 0; d < 2; ++d) {
-    for (std::size_t i = 0; i < score[d].size(); ++i) {
-      const auto from_best = static_cast<std::ptrdiff_t>(i) - static_cast<std::ptrdiff_t>(place);
-      const bool same = (d == 1) == match.mirrored && std::abs(from_best) < apart;
-      if (!same) second = std::max<double>(second, score[d][i]);
-    }
-  }
   match.valid = true;
   match.score = (best - mean) / chance;
-  match.margin = (best - second) / chance;
+  match.margin = (best - second(score, place, match.mirrored, same_place)) / chance;
   match.accepted = match.margin >= options_.min_margin;
   // `place` is the middle one of the thinned columns that the pieces cover, from the query's start.
   const Eigen::Index thinned_before = pieces * piece_ / 2;

@@ -159,6 +159,14 @@ int repair_columns(Columns& columns) {
   return repaired;
 }
 
+PatchFilter::PatchFilter(LearntPatchFilter learnt) : learnt_(std::move(learnt)) {
+  const bool sound = learnt_.projection.size() > 0 && learnt_.projection.allFinite() &&
+                     learnt_.row_interval > 0 && learnt_.centre > 0 && learnt_.long_sigma > 0 &&
+                     learnt_.long_sigma < 1e4 && learnt_.short_sigma >= 0 &&
+                     learnt_.short_sigma < 1e4;
+  if (!sound) throw std::invalid_argument("patch filter: a figure of it is out of range");
+}
+
 PatchFilter::PatchFilter(const Columns& traces, double spacing, double sample_interval,
                          const PatchFilterOptions& options) {
   check(traces, spacing, sample_interval);
@@ -171,12 +179,12 @@ PatchFilter::PatchFilter(const Columns& traces, double spacing, double sample_in
 void PatchFilter::learn_projection(const Columns& traces, double spacing, double sample_interval,
                                    const PatchFilterOptions& options) {
   const auto set_cuts = [&](double wavelength) {
-    long_sigma_ = std::min(options.max_long_cut, options.long_cut * wavelength) / spacing;
-    short_sigma_ = options.short_cut * wavelength / spacing;
+    learnt_.long_sigma = std::min(options.max_long_cut, options.long_cut * wavelength) / spacing;
+    learnt_.short_sigma = options.short_cut * wavelength / spacing;
   };
   set_cuts(options.max_long_cut / options.long_cut);
   Columns varying = traces;
-  band_pass(long_sigma_, 0.0, varying);
+  band_pass(learnt_.long_sigma, 0.0, varying);
   const double period = 8.0;  // samples; sets only how smooth the gain is
   Eigen::ArrayXd deviation = smooth_gain(row_power(varying), 0.5 * period).sqrt();
   if (!(deviation.maxCoeff() > 0.0)) {
@@ -188,23 +196,23 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
 
   const Eigen::ArrayXd power = power_spectrum(varying);
   const double bin = 0.5 / (kLags * sample_interval);  // Hz
-  centre_ = median_bin(power) * bin;
-  set_cuts(options.wave_speed / centre_);
-  const double high = options.high_cut * centre_;
-  const Eigen::ArrayXd kernel =
-      whitening_kernel(power, options.low_cut * centre_ / bin, high / bin, options.spectrum_floor);
+  learnt_.centre = median_bin(power) * bin;
+  set_cuts(options.wave_speed / learnt_.centre);
+  const double high = options.high_cut * learnt_.centre;
+  const Eigen::ArrayXd kernel = whitening_kernel(power, options.low_cut * learnt_.centre / bin,
+                                                 high / bin, options.spectrum_floor);
 
   // Rows no further apart than the upper edge of the band needs, nor more than there is room for.
   const int samples = static_cast<int>(traces.cols());
   const int step = std::max({1, static_cast<int>(0.5 / (1.125 * high * sample_interval)),
                              (samples + options.max_rows - 1) / options.max_rows});
-  row_interval_ = step * sample_interval;
-  projection_ = Columns::Zero((samples + step - 1) / step, samples);
+  learnt_.row_interval = step * sample_interval;
+  learnt_.projection = Columns::Zero((samples + step - 1) / step, samples);
   for (int row = 0; row < rows(); ++row) {
     for (int j = 0; j < samples; ++j) {
       const int lag = j - row * step;
       if (std::abs(lag) < kLags) {
-        projection_(row, j) = static_cast<float>(kernel[kLags - 1 + lag]) * gain[j];
+        learnt_.projection(row, j) = static_cast<float>(kernel[kLags - 1 + lag]) * gain[j];
       }
     }
   }
@@ -219,7 +227,7 @@ void PatchFilter::weigh_rows(const Columns& traces) {
       features.topRows(n - 2) - 2.0F * features.middleRows(1, n - 2) + features.bottomRows(n - 2));
   band_pass_along(features);
   const Eigen::ArrayXd power = row_power(features);
-  Columns impulse = Columns::Zero(2 * static_cast<int>(4 * long_sigma_ + 8) + 1, 1);
+  Columns impulse = Columns::Zero(2 * static_cast<int>(4 * learnt_.long_sigma + 8) + 1, 1);
   impulse(impulse.rows() / 2, 0) = 1.0F;
   band_pass_along(impulse);
   const double passed = impulse.squaredNorm();  // of white noise along the track
@@ -227,13 +235,13 @@ void PatchFilter::weigh_rows(const Columns& traces) {
   for (int row = 0; row < rows(); ++row) {
     const double noise = second[row] / 6.0 * passed;
     const double signal = power[row] > 1e-12 * largest ? 1.0 - noise / power[row] : 0.0;
-    projection_.row(row) *=
+    learnt_.projection.row(row) *=
         signal > 0.0 ? static_cast<float>(signal / std::sqrt(power[row])) : 0.0F;
   }
 }
 
 void PatchFilter::band_pass_along(Columns& features) const {
-  band_pass(long_sigma_, short_sigma_, features);
+  band_pass(learnt_.long_sigma, learnt_.short_sigma, features);
 }
 
 Columns PatchFilter::apply(const Columns& traces) const {

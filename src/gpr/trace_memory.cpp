@@ -8,9 +8,6 @@
 namespace gprodom::gpr {
 namespace {
 
-// Features have a standard deviation of 1 at most: 4 of them fit a byte.
-constexpr float kLevelsPerUnit = 31.0F;
-
 constexpr std::size_t kBlockColumns = 50;
 
 }  // namespace
@@ -80,16 +77,35 @@ void TraceMemory::learn() {
   Columns traces(pending_.size(), pending_.front().second.size());
   for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].second;
   try {
-    filter_.emplace(traces, options_.spacing_m, sample_interval_, options_.filter);
+    use(PatchFilter(traces, options_.spacing_m, sample_interval_, options_.filter));
   } catch (const std::invalid_argument&) {  // a dead antenna, say: nothing to learn from
     pending_.clear();
     return;
   }
-  // Each is three running means, of half widths below its sigma + 0.5.
-  context_ = 3 * static_cast<int>(std::ceil(filter_->long_sigma() + filter_->short_sigma() + 1.0));
   repair_columns(traces);
   const Columns features = filter_->project(traces);
   for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].second = features.row(i);
+}
+
+void TraceMemory::use(const PatchFilter& filter) {
+  filter_ = filter;
+  // Each is three running means, of half widths below its sigma + 0.5.
+  context_ = 3 * static_cast<int>(std::ceil(filter.long_sigma() + filter.short_sigma() + 1.0));
+}
+
+void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
+                              double first_distance_m, int direction, const Columns& features) {
+  if (features.cols() != filter.rows() || (filter_ && filter_->rows() != filter.rows()) ||
+      features.rows() != static_cast<Eigen::Index>(times.size())) {
+    throw std::invalid_argument("trace memory: columns, times and filter do not agree");
+  }
+  end_run();
+  if (!filter_) use(filter);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double along = static_cast<double>(i) * options_.spacing_m;
+    keep({times[i], first_distance_m + direction * along, direction}, features.row(i));
+  }
+  end_run();
 }
 
 Columns TraceMemory::filtered_pending() const {
@@ -192,9 +208,11 @@ Columns TraceMemory::patch(MemoryRange range) const {
   return features;
 }
 
-std::optional<std::size_t> TraceMemory::column_at(TimeNs time) const {
-  const auto after = std::upper_bound(times_.begin(), times_.end(), time);
-  if (after == times_.begin()) return std::nullopt;
+std::optional<std::size_t> TraceMemory::column_at(TimeNs time, std::size_t first) const {
+  const std::size_t skipped = std::clamp(first, first_, kept().end) - first_;
+  const auto begin = times_.begin() + static_cast<std::ptrdiff_t>(skipped);
+  const auto after = std::upper_bound(begin, times_.end(), time);
+  if (after == begin) return std::nullopt;
   return first_ + static_cast<std::size_t>(after - times_.begin()) - 1;
 }
 

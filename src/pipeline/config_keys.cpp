@@ -201,13 +201,17 @@ void add_graph(Keys& keys, GraphConfig& c) {
     {"graph.sigma_factor", &c.sigma_factor, "", between(0.1, 100), "errors of a revisit over those that its match foretells"},
     {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "of a revisit: the antenna's footprint"},
     {"graph.memory_length", &c.memory_length, "m", between(10, 1e6), "of ground that are kept, the newest"},
+    {"graph.locate_every", &c.locate_every, "m", between(0.5, 1e6), "driven between two searches, without a prior, of ground from before a reset or restart"},
+    {"graph.locate_length", &c.locate_length, "m", between(6, 100), "of the newest ground that such a search compares"},
   });
 }
 
 void add_state(Keys& keys, StateConfig& c) {
   keys.insert(keys.end(), {
-    {"state.directory", &c.directory, "", Text{4096, true}, "where the wheel's scale is kept for the next run; empty: nowhere"},
-    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of the wheel's scale"},
+    {"state.directory", &c.directory, "", Text{4096, true}, "where pose, wheel scale and ground are kept for the next run; empty: nowhere"},
+    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of pose and wheel scale"},
+    {"state.map_save_period", &c.map_save_period, "s", kPositive, "of data time between two savings of the ground"},
+    {"state.resume_within", &c.resume_within, "s", kNotNegative, "a saved pose not older than that is gone on from; 0: never"},
   });
 }
 

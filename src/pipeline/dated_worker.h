@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -16,7 +17,8 @@
 
 namespace gprodom {
 
-// Jobs run one after the other, on a thread of their own (kThreaded) or at once (kInline).
+// Jobs run one after the other, on a thread of their own (kThreaded) or at once (kInline). What one
+// throws is thrown again where its result is asked for (kInline: where it is submitted).
 template <typename Result>
 class DatedWorker {
  public:
@@ -37,12 +39,12 @@ class DatedWorker {
 
   void submit(TimeNs effective, std::function<Result()> work) {
     if (!thread_.joinable()) {
-      jobs_.push_back({effective, {}, timed(work)});
+      jobs_.push_back({effective, {}, timed(work), nullptr});
       return;
     }
     {
       const std::lock_guard lock(mutex_);
-      jobs_.push_back({effective, std::move(work), std::nullopt});
+      jobs_.push_back({effective, std::move(work), std::nullopt, nullptr});
     }
     wake_.notify_one();
   }
@@ -58,7 +60,7 @@ class DatedWorker {
     const std::lock_guard lock(mutex_);
     const auto job = first_due(now);
     if (job == jobs_.end()) return std::nullopt;
-    if (!job->result) {
+    if (!job->done()) {
       job->abandoned = true;
       return Due{job->effective, std::nullopt};
     }
@@ -71,9 +73,9 @@ class DatedWorker {
     std::unique_lock lock(mutex_);
     const auto job = first_due(now);
     if (job == jobs_.end()) return std::nullopt;
-    if (!job->result && !std::exchange(job->awaited, true))
-      done_.wait_for(lock, patience, [&] { return job->result.has_value(); });
-    if (!job->result) return Due{job->effective, std::nullopt};
+    if (!job->done() && !std::exchange(job->awaited, true))
+      done_.wait_for(lock, patience, [&] { return job->done(); });
+    if (!job->done()) return Due{job->effective, std::nullopt};
     return take(job);
   }
 
@@ -94,14 +96,16 @@ class DatedWorker {
     TimeNs effective;
     std::function<Result()> work;
     std::optional<Result> result;
+    std::exception_ptr failure;  // what the work threw, for whoever asks for its result
     bool abandoned = false;
     bool awaited = false;
+    bool done() const { return result.has_value() || failure; }
   };
   using JobIterator = typename std::deque<Job>::iterator;
 
   // What was abandoned is passed over, and forgotten once it is done.
   JobIterator first_due(TimeNs now) {
-    while (!jobs_.empty() && jobs_.front().abandoned && jobs_.front().result) jobs_.pop_front();
+    while (!jobs_.empty() && jobs_.front().abandoned && jobs_.front().done()) jobs_.pop_front();
     auto job = jobs_.begin();
     while (job != jobs_.end() && job->abandoned) ++job;
     return job == jobs_.end() || job->effective > now ? jobs_.end() : job;
@@ -109,7 +113,9 @@ class DatedWorker {
 
   Due take(JobIterator job) {
     Due due{job->effective, std::move(job->result)};
+    const std::exception_ptr failure = job->failure;
     jobs_.erase(job);
+    if (failure) std::rethrow_exception(failure);
     return due;
   }
 
@@ -126,7 +132,7 @@ class DatedWorker {
 
   JobIterator next_undone() {
     auto job = jobs_.begin();
-    while (job != jobs_.end() && job->result) ++job;
+    while (job != jobs_.end() && job->done()) ++job;
     return job;
   }
 
@@ -137,9 +143,17 @@ class DatedWorker {
       if (stopping_) return;
       const auto work = std::move(next_undone()->work);
       lock.unlock();
-      Result result = timed(work);
+      std::optional<Result> result;
+      std::exception_ptr failure;
+      try {
+        result = timed(work);
+      } catch (...) {
+        failure = std::current_exception();
+      }
       lock.lock();
-      next_undone()->result = std::move(result);
+      const auto job = next_undone();
+      job->result = std::move(result);
+      job->failure = failure;
       done_.notify_all();
     }
   }

@@ -76,7 +76,7 @@ void Live::guarded(Work work) {
   try {
     hand_out(work());
   } catch (const std::exception& error) {
-    runner_.reset();
+    runner_.forget();
     Results results;
     results.outputs.warnings.push_back(std::string("internal error: ") + error.what() +
                                        "; the estimator starts afresh");

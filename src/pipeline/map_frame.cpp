@@ -80,10 +80,21 @@ std::vector<OdometryEstimate> MapFrame::place(const Outputs& outputs) {
     set_planar_block(
         carried_covariance(in_force_, planar_block(in_force_.covariance), since_, estimate),
         placed.back().pose_covariance);
+    newest_covariance_ = placed.back().pose_covariance;
   }
   return placed;
 }
 
-void MapFrame::reset() { *this = MapFrame(); }
+void MapFrame::reset(const std::optional<Correction>& correction) {
+  *this = MapFrame();
+  if (correction) waiting_.push_back(*correction);
+}
+
+std::optional<Correction> MapFrame::now() const {
+  if (!corrected_) return std::nullopt;
+  Correction correction = in_force_;
+  correction.covariance = newest_covariance_;
+  return correction;
+}
 
 }  // namespace gprodom

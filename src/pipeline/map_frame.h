@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "gprodom/odometry.h"
@@ -15,14 +16,18 @@ class MapFrame {
   // this call on where odometry has already passed that time.
   std::vector<OdometryEstimate> place(const Outputs& outputs);
 
-  // Back to map = odom.
-  void reset();
+  // Back to map = odom; or to a correction with the covariance that the pose in map has now.
+  void reset(const std::optional<Correction>& correction = {});
+
+  // The same of now: nothing where map is odom still, or nothing was placed.
+  std::optional<Correction> now() const;
 
  private:
   std::deque<Correction> waiting_;  // their time has not come
   Correction in_force_;
   OdometryEstimate since_;  // the first estimate that in_force_ placed
   bool corrected_ = false;
+  Matrix6d newest_covariance_ = Matrix6d::Zero();  // of the last pose placed, in map
 };
 
 // Of x, y and yaw: the error of the pose `here` in map where the map's error of the pose `since` is

@@ -85,6 +85,11 @@ PlanarStep step_between(const PathState& a, const PathState& b) {
   return step;
 }
 
+PlanarPose along_arc(double along, double curvature) {
+  const double turn = curvature * along;
+  return {{along, 0.5 * turn * along}, turn};
+}
+
 std::optional<PlanarStep> MapPath::add(const PathState& state) {
   Point point{state};
   if (!recent_.empty()) {
@@ -138,8 +143,7 @@ MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
     const double ahead = nodes_[other].distance_m - node.distance_m;
     place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;
   }
-  const double along = distance_m - node.distance_m, turn = curvature * along;
-  place.at = {{along, 0.5 * turn * along}, turn};
+  place.at = along_arc(distance_m - node.distance_m, curvature);
   return place;
 }
 

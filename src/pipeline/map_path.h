@@ -32,6 +32,9 @@ void settle(PathState& state, const NavState& later, double scale);
 // Odometry from one to the next.
 PlanarStep step_between(const PathState& a, const PathState& b);
 
+// Where an arc from the origin, along x at first, gets to: `along` m, turning by `curvature` rad/m.
+PlanarPose along_arc(double along, double curvature);
+
 class MapPath {
  public:
   explicit MapPath(double node_spacing_m) : node_spacing_m_(node_spacing_m) {}
@@ -41,6 +44,7 @@ class MapPath {
   std::optional<PlanarStep> add(const PathState& state);
 
   bool empty() const { return recent_.empty(); }
+  const PathState& first() const { return nodes_.front().state; }
   const PathState& newest() const { return recent_.back().state; }
   double travelled() const { return recent_.back().travelled_m; }
   PlanarStep since_last_node() const { return step_between(nodes_.back().state, newest()); }

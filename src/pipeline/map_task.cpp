@@ -23,10 +23,11 @@ OdometryEstimate planar_estimate(const PathState& state) {
 
 }  // namespace
 
-MapTask::MapTask(const Config& config, Execution execution)
+MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
+                 std::optional<Mapper::Start> start)
     : enabled_(config.gpr.enabled && config.graph.enabled),
       latency_(from_seconds(config.graph.latency)),
-      mapper_(config),
+      mapper_(config, std::move(before), std::move(start)),
       worker_(execution) {}
 
 void MapTask::add(const GprTrace& trace) {
@@ -62,6 +63,14 @@ void MapTask::submit(TimeNs effective) {
   }
   worker_.submit(effective + latency_,
                  [this, input = std::exchange(next_, {})] { return mapper_.run(input); });
+}
+
+void MapTask::save_ground(TimeNs now, std::function<void(std::string)> take) {
+  if (!enabled_) return;
+  worker_.submit(now + latency_, [this, take = std::move(take)] {
+    take(mapper_.ground_bytes());
+    return MapAnswer{};
+  });
 }
 
 std::optional<MapAnswer> MapTask::next_due(TimeNs now) {

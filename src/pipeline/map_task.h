@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "gprodom/config.h"
@@ -17,7 +19,9 @@ namespace gprodom {
 
 class MapTask {
  public:
-  MapTask(const Config& config, Execution execution);
+  // As Mapper has it.
+  MapTask(const Config& config, Execution execution, std::optional<GroundMap> before = {},
+          std::optional<Mapper::Start> start = {});
 
   void add(const GprTrace& trace);
   void add(const Displacement& revisit);
@@ -31,11 +35,18 @@ class MapTask {
   // has come since the last call.
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
+  // Hands the ground, once the jobs so far are done, as the bytes of a file to `take` (on the
+  // worker's thread).
+  void save_ground(TimeNs now, std::function<void(std::string)> take);
+
   WorkTime work_time() { return worker_.work_time(); }
   void drain() { worker_.drain(); }
 
-  // Those that the map rests on. After drain(), with no job submitted since.
+  // Of the mapper. After drain(), with no job submitted since.
   std::vector<Revisit> revisits() const { return mapper_.revisits(); }
+  PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
+  GroundMap take_ground() { return mapper_.take_ground(); }
+  std::string ground_bytes() const { return mapper_.ground_bytes(); }
 
  private:
   void submit(TimeNs effective);

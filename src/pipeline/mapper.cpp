@@ -2,18 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
+#include <stdexcept>
 #include <utility>
+
+#include "pipeline/ground_map_file.h"
 
 namespace gprodom {
 namespace {
 
 constexpr std::size_t kMaxWindows = 2;    // passes over a place that are looked at
-constexpr double kHeadingGate = 0.5;      // rad between the tracks then and now
+constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis is given up
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 constexpr int kBefore = 58;  // columns before the query in which the memory is looked for in turn
+
+bool nearer_beside(const Pass& a, const Pass& b) {
+  return std::abs(a.lateral) < std::abs(b.lateral);
+}
+
+}  // namespace
 
 gpr::TraceMemoryOptions memory_options(const Config& config) {
   gpr::TraceMemoryOptions options;
@@ -22,28 +30,32 @@ gpr::TraceMemoryOptions memory_options(const Config& config) {
   return options;
 }
 
-double wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
-
-}  // namespace
-
-Mapper::Mapper(const Config& config)
+Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start)
     : config_(config.graph),
       antenna_{config.gpr.lever_arm.head<2>(), 0.0},
       path_(config.graph.node_spacing),
-      memory_(memory_options(config)) {}
+      ground_(before ? std::move(*before) : GroundMap(memory_options(config))),
+      end_of_before_(ground_.memory.kept().end),
+      start_(std::move(start)),
+      map_(ground_.unused_map()),
+      locator_(config.graph, antenna_) {}
 
 MapAnswer Mapper::run(const MapInput& input) {
   MapAnswer answer;
+  const bool was_located = located_;
   follow(input.states);
   if (!graph_) return answer;
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
-  take_external();
+  take_external(answer);
   for (const GprTrace& trace : input.traces) {
     remember(trace, answer);
     look(answer);
   }
+  locate();
+  answer.located = located_ && !was_located;
+  answer.map = map_;
   if (!graph_->revisits().empty() && path_.newest().time >= next_solve_) {
-    solve(input.scale, input.scale_sigma);
+    solve(input.scale, input.scale_sigma, answer);
   }
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
   if (trusted > 0) {
@@ -60,6 +72,10 @@ void Mapper::follow(const std::vector<PathState>& states) {
       PoseGraphOptions options;
       graph_.emplace(state.pose, options);
       newest_node_.pose = state.pose;
+      if (start_) {
+        settle_in(start_->at);
+        newest_node_.covariance.topLeftCorner<3, 3>() = start_->covariance;
+      }
     }
     if (!step) continue;
     graph_->add_node(*step);
@@ -68,30 +84,36 @@ void Mapper::follow(const std::vector<PathState>& states) {
 }
 
 void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
-  const bool changed = samples_ != 0 && (trace.samples.size() != samples_ ||
-                                         std::abs(trace.sample_interval_s - sample_interval_s_) >
-                                             1e-6 * sample_interval_s_);
+  const bool changed =
+      ground_.samples != 0 && (trace.samples.size() != ground_.samples ||
+                               std::abs(trace.sample_interval_s - ground_.sample_interval_s) >
+                                   1e-6 * ground_.sample_interval_s);
   if (changed) {
-    memory_.clear();
+    ground_.memory.clear();
+    ground_.places.clear();
+    end_of_before_ = 0;
+    hypothesis_.reset();
     search_.reset();
     last_query_.reset();
     answer.notes.push_back("traces of another length or interval: the ground seen is forgotten");
   }
-  samples_ = trace.samples.size();
-  sample_interval_s_ = trace.sample_interval_s;
-  memory_.add(trace.time, trace.samples, trace.sample_interval_s, path_.distance_at(trace.time));
+  ground_.samples = trace.samples.size();
+  ground_.sample_interval_s = trace.sample_interval_s;
+  ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
+                     path_.distance_at(trace.time));
 }
 
 // Asks the memory where the newest ground was seen before, every query_spacing.
 void Mapper::look(MapAnswer& answer) {
-  if (!memory_.filter()) return;
+  gpr::TraceMemory& memory = ground_.memory;
+  if (!memory.filter()) return;
   if (!search_) {
     gpr::RevisitSearchOptions options;
     options.patch_m = config_.patch_length;
     options.certainty = config_.certainty;
-    search_.emplace(*memory_.filter(), memory_.spacing(), options);
+    search_.emplace(*memory.filter(), memory.spacing(), options);
   }
-  const auto place = memory_.newest_place(search_->patch_columns());
+  const auto place = memory.newest_place(search_->patch_columns());
   if (!place) return;
   double moved = config_.patch_length;
   if (last_query_ && last_query_->direction == place->direction) {
@@ -106,17 +128,46 @@ void Mapper::look(MapAnswer& answer) {
     search_->forget();
     return;
   }
-  const auto newest = memory_.newest(search_->patch_columns(), kBefore);
+  const auto newest = memory.newest(search_->patch_columns(), kBefore);
   for (const gpr::PlaceFound& found : search_->look(newest->features, moved, near)) {
     tie(found, *place, moved, answer);
   }
+}
+
+// Until it is known how the track lies on the ground from before, all of that is asked.
+void Mapper::locate() {
+  const double travelled = path_.travelled();
+  if (located_ || !locator_.is_due(travelled)) return;
+  if (hypothesis_ && travelled < hypothesis_until_m_) return;
+  hypothesis_.reset();
+  const gpr::TraceMemory& memory = ground_.memory;
+  if (memory.kept().end <= end_of_before_) return;
+  const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
+  const MapPath::Place place = path_.place(newest.time, newest.distance_m);
+  const PlanarPose body = compose(graph_->nodes()[place.node], place.at);
+  hypothesis_ = locator_.look(ground_, end_of_before_, body, travelled);
+  hypothesis_until_m_ = travelled + kConfirmWithin;
+  if (hypothesis_ && search_) search_->forget();
+}
+
+// From here on map is the frame of the ground from before.
+void Mapper::settle_in(const Hypothesis& at) {
+  graph_->move(at.map_from_track);
+  newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(at.map_from_track.yaw).toRotationMatrix();
+  newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
+  map_ = at.map;
+  located_ = true;
+  hypothesis_.reset();
+  next_solve_ = 0;
 }
 
 // Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
 // track come first.
 std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
   const MapPath::Place at = path_.place(query.time, query.distance_m);
-  const PlanarPose here = compose(graph_->nodes()[at.node], antenna(at.at));
+  const PlanarPose here = compose(compose(graph_->nodes()[at.node], at.at), antenna_);
   const double sigma = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
   const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
   const double aside =
@@ -124,103 +175,115 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   // Ground that the query itself lies on, or that was driven over just before.
   const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
 
-  const double farthest = gate + config_.node_spacing + aside + antenna_.p.norm();
-
-  struct Candidate {
-    std::size_t node;
-    double along, lateral;
-  };
-  std::vector<Candidate> candidates;
-  bool on_track = false;  // the node before was a candidate of the same pass
+  PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
   for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
-    if ((graph_->nodes()[node].p - here.p).squaredNorm() > farthest * farthest) {
-      on_track = false;
+    finder.offer(node, graph_->nodes()[node], false);
+  }
+  std::vector<Pass> passes = finder.nearest_first();
+  if (located_ || hypothesis_) {
+    const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
+    PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
+    for (std::size_t i = 0; i < ground_.places.size(); ++i) {
+      const KnownPlace& place = ground_.places[i];
+      if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
+    }
+    const std::vector<Pass> found = before.nearest_first();
+    // A hypothesis waits for its proof, so it is asked about first.
+    passes.insert(passes.begin(), found.begin(), found.end());
+    if (located_) std::stable_sort(passes.begin(), passes.end(), nearer_beside);
+  }
+  std::vector<gpr::SearchWindow> windows;
+  for (const Pass& pass : passes) {
+    if (windows.size() == kMaxWindows) break;
+    if (pass.from_before) {
+      const KnownPlace& place = ground_.places[pass.place];
+      if (place.column < ground_.memory.kept().first) continue;
+      windows.push_back(window_at(pass, place.column, place.distance_m, gate));
       continue;
     }
-    const PlanarPose then = compose(graph_->nodes()[node], antenna_);
-    const PlanarPose relative = between(then, here);
-    const double turned = wrap(relative.yaw);
-    const bool parallel =
-        std::abs(turned) < kHeadingGate || std::abs(wrap(turned + M_PI)) < kHeadingGate;
-    const bool near = parallel && std::abs(relative.p.y()) < aside &&
-                      std::abs(relative.p.x()) < gate + config_.node_spacing;
-    if (near) {
-      const Candidate candidate{node, relative.p.x(), relative.p.y()};
-      if (!on_track) candidates.push_back(candidate);
-      if (std::abs(candidate.along) < std::abs(candidates.back().along)) {
-        candidates.back() = candidate;
-      }
-    }
-    on_track = near;
-  }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
-    return std::abs(a.lateral) < std::abs(b.lateral);
-  });
-  std::vector<gpr::SearchWindow> windows;
-  for (const Candidate& candidate : candidates) {
-    const auto column = memory_.column_at(path_.time_of(candidate.node));
-    if (!column || windows.size() == kMaxWindows) continue;
-    const double apart = memory_.column(*column).distance_m - path_.distance_of(candidate.node);
+    const auto column = ground_.memory.column_at(path_.time_of(pass.place), end_of_before_);
+    const double distance = path_.distance_of(pass.place);
+    if (!column) continue;
+    const double apart = ground_.memory.column(*column).distance_m - distance;
     if (std::abs(apart) > config_.node_spacing) continue;  // nothing is kept of that place
-    windows.push_back(window_at(candidate.node, *column, candidate.along, gate));
+    windows.push_back(window_at(pass, *column, distance, gate));
   }
   return windows;
 }
 
-gpr::SearchWindow Mapper::window_at(std::size_t node, std::size_t column, double along,
+// distance_m: of the pass's place along its track.
+gpr::SearchWindow Mapper::window_at(const Pass& pass, std::size_t column, double distance_m,
                                     double gate) const {
-  const gpr::MemoryColumn then = memory_.column(column);
-  const gpr::MemoryRange run = memory_.run_of(column);
-  const double ahead = path_.distance_of(node) + along - then.distance_m;
+  const gpr::TraceMemory& memory = ground_.memory;
+  const gpr::MemoryColumn then = memory.column(column);
+  const gpr::MemoryRange run = memory.run_of(column);
+  const double ahead = distance_m + pass.along - then.distance_m;
   gpr::SearchWindow window;
   window.run = run.first;
-  window.expected = static_cast<double>(column) + then.direction * ahead / memory_.spacing();
+  window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
   window.bound_m = gate;
-  const double reach = (gate + 1.0 + 0.6 * config_.patch_length) / memory_.spacing() + 4.0;
+  const double reach = (gate + 1.0 + 0.6 * config_.patch_length) / memory.spacing() + 4.0;
   const auto clamped = [&](double number) {
     return static_cast<std::size_t>(
         std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
   };
   window.first = clamped(std::floor(window.expected - reach));
-  window.features = memory_.patch({window.first, clamped(std::ceil(window.expected + reach))});
+  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
   return window;
 }
 
-// Whether, by the headings, the robot faced the other way (mirrored) or the same.
-bool Mapper::faces(const MapPath::Place& then, const MapPath::Place& now, bool mirrored) const {
-  const double turned = graph_->nodes()[now.node].yaw - graph_->nodes()[then.node].yaw;
-  return mirrored == (std::cos(turned) < 0.0);
+Mapper::End Mapper::end_at(const MapPath::Place& place) const {
+  return {place.node, place.at, graph_->nodes()[place.node].yaw};
 }
 
-PlanarPose Mapper::antenna(const PlanarPose& at) const { return compose(at, antenna_); }
+std::optional<Mapper::End> Mapper::remembered_end(double column) const {
+  const auto number = static_cast<std::size_t>(column);
+  if (number < end_of_before_) {
+    const auto then = ground_.at(column, 2 * config_.node_spacing);
+    if (!then) return std::nullopt;
+    return End{kInMap, then->pose, then->pose.yaw};
+  }
+  const gpr::MemoryColumn then = ground_.memory.column(number);
+  const double beyond = (column - static_cast<double>(number)) * ground_.memory.spacing();
+  return end_at(path_.place(then.time, then.distance_m + then.direction * beyond));
+}
+
+// false: not on two nodes, or, by the headings, the robot did not face that way.
+bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
+  const bool turned = std::cos(query.yaw - memory.yaw) < 0.0;
+  if (memory.node == query.node || turned != edge.mirrored) return false;
+  edge.memory = memory.node;
+  edge.query = query.node;
+  edge.memory_at = compose(memory.body, antenna_);
+  edge.query_at = compose(query.body, antenna_);
+  graph_->add_revisit(edge);
+  return true;
+}
 
 void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
                  MapAnswer& answer) {
-  const auto number = static_cast<std::size_t>(found.column);
-  gpr::MemoryColumn then = memory_.column(number);
-  then.distance_m +=
-      then.direction * (found.column - static_cast<double>(number)) * memory_.spacing();
-  const MapPath::Place memory_place = path_.place(then.time, then.distance_m);
-  const MapPath::Place query_place = path_.place(query.time, query.distance_m);
-  if (memory_place.node == query_place.node) return;
-  // The ground knows the direction driven, the edge the one faced: they differ driving backwards.
-  const bool mirrored = found.match.mirrored == (then.direction == query.direction);
-  if (!faces(memory_place, query_place, mirrored)) return;
+  const gpr::MemoryColumn then = ground_.memory.column(static_cast<std::size_t>(found.column));
+  const auto memory_end = remembered_end(found.column);
+  if (!memory_end) return;
+  const bool from_before = memory_end->node == kInMap;
+  const MapPath::Place now = path_.place(query.time, query.distance_m);
+  End query_end = end_at(now);
+  if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
 
   // Patches that overlap have their errors in common: together they count as often as they fit
   // into the ground.
   const double fresh = std::min(1.0, moved_m / config_.patch_length);
-  RevisitEdge edge{memory_place.node, query_place.node};
-  edge.memory_at = antenna(memory_place.at);
-  edge.query_at = antenna(query_place.at);
+  RevisitEdge edge;
   edge.sigma_m =
       std::max(kLeastSigma, config_.sigma_factor * found.match.sigma_m) / std::sqrt(fresh);
   edge.lateral_sigma_m = config_.lateral_sigma / std::sqrt(fresh);
-  edge.mirrored = mirrored;
-  graph_->add_revisit(edge);
+  // The ground knows the direction driven, the edge the one faced: they differ driving backwards.
+  edge.mirrored = found.match.mirrored == (then.direction == query.direction);
+  if (!add_edge(*memory_end, query_end, edge)) return;
+  if (from_before && !located_) settle_in(*hypothesis_);
 
   Displacement told;
-  told.from = then.time;
+  told.from = from_before ? 0 : then.time;  // no time of this track
   told.to = query.time;
   told.source = "revisit";
   told.kind = DisplacementKind::kRevisit;
@@ -233,26 +296,23 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   answer.revisits.push_back(std::move(told));
 }
 
-void Mapper::take_external() {
+void Mapper::take_external(MapAnswer& answer) {
   while (!external_.empty() && external_.front().to <= path_.newest().time) {
-    const Displacement& told = external_.front();
-    const MapPath::Place memory_place = path_.place(told.from);
-    const MapPath::Place query_place = path_.place(told.to);
-    const bool mirrored = told.mirrored == (memory_place.direction == query_place.direction);
-    if (told.from >= path_.time_of(0) && memory_place.node != query_place.node &&
-        faces(memory_place, query_place, mirrored)) {
-      RevisitEdge edge{memory_place.node, query_place.node};
-      edge.memory_at = antenna(memory_place.at);
-      edge.query_at = antenna(query_place.at);
-      edge.offset_m = told.distance_m;
-      edge.sigma_m = std::max(kLeastSigma, told.sigma_m);
-      edge.lateral_m = told.lateral_m;
-      edge.lateral_sigma_m =
-          told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
-      edge.mirrored = mirrored;
-      graph_->add_revisit(edge);
-    }
+    const Displacement told = external_.front();
     external_.pop_front();
+    const MapPath::Place memory = path_.place(told.from), query = path_.place(told.to);
+    RevisitEdge edge;
+    edge.offset_m = told.distance_m;
+    edge.sigma_m = std::max(kLeastSigma, told.sigma_m);
+    edge.lateral_m = told.lateral_m;
+    edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
+    edge.mirrored = told.mirrored == (memory.direction == query.direction);
+    if (told.from < path_.time_of(0)) {
+      answer.notes.push_back("a revisit told by another process begins before the track: not used");
+    } else if (!add_edge(end_at(memory), end_at(query), edge)) {
+      answer.notes.push_back(
+          "a revisit told by another process contradicts the headings: not used");
+    }
   }
 }
 
@@ -260,18 +320,53 @@ std::vector<Revisit> Mapper::revisits() const {
   std::vector<Revisit> all;
   for (std::size_t i = 0; i < trusted_.size(); ++i) {
     const RevisitEdge& edge = graph_->revisits()[i];
-    if (trusted_[i]) all.push_back({path_.time_of(edge.memory), path_.time_of(edge.query), edge});
+    if (!trusted_[i] || edge.memory == kInMap) continue;
+    all.push_back({path_.time_of(edge.memory), path_.time_of(edge.query), edge});
   }
   return all;
 }
 
-void Mapper::solve(double scale, double scale_sigma) {
-  const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
-  newest_node_ = solution.newest;
-  trusted_ = solution.trusted;
+PlanarPose Mapper::map_from_odom() const {
+  if (!located_) return {};
+  return compose(graph_->nodes().front(), between(path_.first().pose, {}));
+}
+
+std::vector<KnownPlace> Mapper::places() const {
+  // Of ground that is still kept.
+  const std::size_t first = ground_.memory.kept().first;
+  std::vector<KnownPlace> all;
+  std::copy_if(ground_.places.begin(), ground_.places.end(), std::back_inserter(all),
+               [first](const KnownPlace& place) { return place.column >= first; });
+  for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
+    const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
+    const double distance = path_.distance_of(node);
+    if (!column) continue;
+    const double apart = ground_.memory.column(*column).distance_m - distance;
+    if (std::abs(apart) > config_.node_spacing) continue;  // nothing is kept of that place
+    all.push_back({*column, distance, graph_->nodes()[node], map_});
+  }
+  return all;
+}
+
+std::string Mapper::ground_bytes() const { return to_bytes(ground_, places()); }
+
+GroundMap Mapper::take_ground() {
+  ground_.memory.end_run();
+  ground_.places = places();
+  return std::move(ground_);
+}
+
+void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
   next_solve_ = path_.newest().time +
                 from_seconds(std::max(
                     kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size())));
+  try {
+    const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
+    newest_node_ = solution.newest;
+    trusted_ = solution.trusted;
+  } catch (const std::runtime_error& error) {
+    answer.notes.emplace_back(error.what());
+  }
 }
 
 }  // namespace gprodom

@@ -1,5 +1,6 @@
 // The map's part of the pipeline: ground driven over goes into the memory, new ground is looked for
-// in it, and what is found ties the track together. Runs in jobs of one worker, off the fast path.
+// in it, and what is found ties the track together, and to the map that a track before a reset has
+// left. Runs in jobs of one worker, off the fast path.
 #pragma once
 
 #include <deque>
@@ -9,12 +10,17 @@
 
 #include "gprodom/config.h"
 #include "gprodom/gpr/revisit_search.h"
-#include "gprodom/gpr/trace_memory.h"
 #include "gprodom/pose_graph.h"
 #include "gprodom/types.h"
+#include "pipeline/ground_map.h"
+#include "pipeline/locator.h"
 #include "pipeline/map_path.h"
+#include "pipeline/pass_finder.h"
 
 namespace gprodom {
+
+// Of the memory that a configuration asks for.
+gpr::TraceMemoryOptions memory_options(const Config& config);
 
 struct MapInput {
   std::vector<PathState> states;        // settled, new since the last job
@@ -34,7 +40,9 @@ struct MapPose {
 struct MapAnswer {
   std::optional<MapPose> pose;         // since the first revisit
   std::vector<Displacement> revisits;  // found in this job
-  std::vector<std::string> notes;      // why the memory was forgotten, if it was
+  std::vector<std::string> notes;      // what was forgotten or refused, and why
+  bool located = false;                // in this job, on ground from before
+  std::optional<int> map;              // of which the track is part
 };
 
 // Between the states at two times.
@@ -45,26 +53,51 @@ struct Revisit {
 
 class Mapper {
  public:
-  explicit Mapper(const Config& config);
+  // before: the ground that earlier tracks have left. at: how this track lies on it, where that is
+  // known, and how well (covariance of x, y, yaw of the first state).
+  struct Start {
+    Hypothesis at;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  };
+  Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start);
 
   MapAnswer run(const MapInput& input);
 
-  // Those that the map rests on.
+  // Those of this track alone that the map rests on.
   std::vector<Revisit> revisits() const;
 
+  // How odom lies in map at the track's beginning.
+  PlanarPose map_from_odom() const;
+
+  // The ground of this track and of those before it: handed on, which ends this mapper, or as the
+  // bytes of a file.
+  GroundMap take_ground();
+  std::string ground_bytes() const;
+
  private:
+  // A place as an end of a revisit: of a node, or kInMap.
+  struct End {
+    std::size_t node = 0;
+    PlanarPose body;   // in the node's frame, or in map
+    double yaw = 0.0;  // of the body, in map
+  };
+
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void look(MapAnswer& answer);
+  void locate();
+  void settle_in(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
-  gpr::SearchWindow window_at(std::size_t node, std::size_t column, double along,
+  gpr::SearchWindow window_at(const Pass& pass, std::size_t column, double distance_m,
                               double gate) const;
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);
-  void take_external();
-  void solve(double scale, double scale_sigma);
-  bool faces(const MapPath::Place& then, const MapPath::Place& now, bool mirrored) const;
-  PlanarPose antenna(const PlanarPose& at) const;
+  std::optional<End> remembered_end(double column) const;
+  End end_at(const MapPath::Place& place) const;
+  bool add_edge(const End& memory, const End& query, RevisitEdge edge);
+  void take_external(MapAnswer& answer);
+  void solve(double scale, double scale_sigma, MapAnswer& answer);
+  std::vector<KnownPlace> places() const;
 
   const GraphConfig config_;
   const PlanarPose antenna_;  // in body
@@ -75,9 +108,14 @@ class Mapper {
   TimeNs next_solve_ = 0;
   std::vector<bool> trusted_;  // of the graph's revisits, at the last solution
 
-  gpr::TraceMemory memory_;
-  std::size_t samples_ = 0;  // of a trace in the memory
-  double sample_interval_s_ = 0.0;
+  GroundMap ground_;                      // its places are those of tracks before
+  std::size_t end_of_before_ = 0;         // columns of this track come from here on
+  std::optional<Start> start_;            // until there is a state
+  int map_ = 0;                           // of this track
+  bool located_ = false;                  // on ground from before: map is its frame
+  std::optional<Hypothesis> hypothesis_;  // not confirmed yet
+  double hypothesis_until_m_ = 0.0;       // travelled
+  Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
   std::optional<gpr::MemoryColumn> last_query_, last_tied_;
   std::deque<Displacement> external_;  // their end is not settled yet

@@ -1,7 +1,13 @@
 #include "gprodom/odometry.h"
 
+#include <iterator>
+#include <utility>
+
+#include "gprodom/error.h"
+#include "pipeline/ground_map_file.h"
 #include "pipeline/map_frame.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/state_store.h"
 
 namespace gprodom {
 
@@ -20,9 +26,12 @@ std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
 }  // namespace
 
 Odometry::Odometry(const Config& config, Execution execution)
-    : config_(config),
+    : store_(std::make_unique<StateStore>(config.state)),
+      config_(store_->with_wheel_scale(config, notices_)),
       execution_(execution),
-      pipeline_(std::make_unique<Pipeline>(config, execution)),
+      pipeline_(std::make_unique<Pipeline>(
+          config_, execution,
+          Heritage{store_->ground(memory_options(config), notices_), store_->state(notices_)})),
       map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
@@ -36,7 +45,9 @@ void Odometry::reject(const std::string& channel, const std::string& reason) {
 
 Outputs Odometry::step() {
   Outputs out = pipeline_->step();
+  if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);
+  keep(out);
   if (pipeline_->must_restart()) {
     auto inbox = pipeline_->take_inbox();
     reset();
@@ -50,7 +61,50 @@ Outputs Odometry::step() {
 Outputs Odometry::finish() {
   Outputs out = pipeline_->finish();
   out.odometry_in_map = map_frame_->place(out);
+  if (store_->enabled()) {
+    if (!out.odometry.empty()) newest_ = out.odometry.back();
+    store_->save(newest_, pipeline_->state(map_frame_->now()));
+    begin_saving(store_->ground_path());
+    pipeline_->drain();
+    store_->writer().flush();
+  }
+  keep(out);
   return out;
+}
+
+// Saves what is due, and tells how earlier savings went.
+void Odometry::keep(Outputs& out) {
+  if (!out.odometry.empty()) {
+    newest_ = out.odometry.back();
+    if (store_->state_is_due(newest_.time))
+      store_->save(newest_, pipeline_->state(map_frame_->now()));
+    if (store_->ground_is_due(newest_.time)) begin_saving(store_->ground_path());
+  }
+  for (std::string& notice : store_->take_notices()) notices_.push_back(std::move(notice));
+  pipeline_->tell_of_files(store_->trouble());
+  out.warnings.insert(out.warnings.begin(), std::make_move_iterator(notices_.begin()),
+                      std::make_move_iterator(notices_.end()));
+  notices_.clear();
+}
+
+void Odometry::begin_saving(const std::string& path) {
+  pipeline_->save_ground([store = store_.get(), path](std::string bytes) {
+    store->writer().write(path, std::move(bytes));
+  });
+}
+
+void Odometry::begin_saving_map(const std::string& path) {
+  store_->await(path);
+  begin_saving(path);
+}
+
+void Odometry::save_map(const std::string& path) { write_whole(path, pipeline_->ground_bytes()); }
+
+void Odometry::load_map(const std::string& path) {
+  std::string bytes;
+  if (!read_whole(path, bytes)) throw FileError(path + ": no such file");
+  pipeline_->use_ground(ground_map_from(path, bytes, memory_options(config_)));
+  map_frame_->reset();
 }
 
 void Odometry::record() { pipeline_->record(); }
@@ -63,8 +117,12 @@ std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(pipeline
 
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
-void Odometry::reset() {
-  pipeline_ = std::make_unique<Pipeline>(config_, execution_);
+void Odometry::reset() { start_afresh({pipeline_->take_ground(), std::nullopt}); }
+
+void Odometry::forget() { start_afresh({}); }
+
+void Odometry::start_afresh(Heritage heritage) {
+  pipeline_ = std::make_unique<Pipeline>(config_, execution_, std::move(heritage));
   map_frame_->reset();
 }
 

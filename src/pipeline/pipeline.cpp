@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 #include <stdexcept>
 
 #include "gprodom/error.h"
 #include "gprodom/initializer.h"
+#include "pipeline/map_frame.h"
 #include "pipeline/plausibility.h"
 #include "pipeline/standstill.h"
 
@@ -43,7 +45,7 @@ Outputs Pipeline::step() {
     if (!accept(message)) continue;                             // time guard and plausibility
     store(message);                                             // into the histories, by stamp
     if (!std::holds_alternative<ImuSample>(message)) continue;  // the IMU is the clock
-    start_if_standing();   // gravity, gyro bias and noise from a standstill
+    start();               // from a saved state, or a standstill: gravity, gyro bias and noise
     take_radar_answers();  // each at its tick + gpr.latency_budget
     take_states();         // each at its time + time.reorder_window + smoother.latency
     take_map_answers();    // each at its question + graph.latency
@@ -51,12 +53,13 @@ Outputs Pipeline::step() {
     make_states();         // every 1 / smoother.state_rate, once the reorder window has passed
     publish();             // the newest state in effect, carried to now by the IMU
   }
-  out_.warnings = health_.take_warnings();
+  for (std::string& warning : health_.take_warnings()) out_.warnings.push_back(std::move(warning));
   return std::exchange(out_, {});
 }
 
-Pipeline::Pipeline(const Config& config, Execution execution)
+Pipeline::Pipeline(const Config& config, Execution execution, Heritage heritage)
     : config_(config),
+      execution_(execution),
       reorder_window_(from_seconds(config.time.reorder_window)),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
       tick_period_(from_seconds(config.gpr.tick)),
@@ -76,8 +79,11 @@ Pipeline::Pipeline(const Config& config, Execution execution)
       radar_(config.gpr),
       solver_(execution),
       radar_worker_(execution),
-      map_(config, execution) {
+      ground_from_before_(heritage.ground && !heritage.ground->places.empty()),
+      map_(std::make_unique<MapTask>(config, execution, std::move(heritage.ground))) {
   check_consistency(config);
+  saved_ = std::move(heritage.state);
+  if (saved_ && saved_->wheel_m) wheel_.resume({saved_->state.time, *saved_->wheel_m});
 }
 
 bool Pipeline::accept(Message& message) {
@@ -120,12 +126,12 @@ void Pipeline::store(Message& message) {
     }
     gpr_now_ = trace->time;
     if (!config_.gpr.enabled) return;
-    map_.add(*trace);
+    map_->add(*trace);
     if (radar_.enabled()) traces_.push_back(std::move(*trace));
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
-      map_.add(displacement);
+      map_->add(displacement);
       return;
     }
     displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
@@ -133,8 +139,9 @@ void Pipeline::store(Message& message) {
   }
 }
 
-void Pipeline::start_if_standing() {
+void Pipeline::start() {
   if (started_ || imu_now_ < next_start_try_) return;
+  if (saved_ && resume()) return;
   if (next_start_try_ == 0) {  // the first data: no use to ask before there can be enough
     next_start_try_ = imu_now_ + from_seconds(0.9 * config_.initializer.duration);
     health_.await("start", HealthLevel::kDegraded, "collecting initializer.duration of standstill");
@@ -148,14 +155,96 @@ void Pipeline::start_if_standing() {
   health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
   if (!initial) return;
 
-  started_ = true;
-  estimator_ = std::make_unique<StateEstimator>(config_, *initial);
-  if (record_) estimator_->record();
-  reference_noise_ = initial->noise;
-  newest_state_ = initial->state.time;
-  // The first interval is a half to one and a half periods long.
-  next_state_ = next_multiple(newest_state_ + state_period_ / 2, state_period_);
+  begin(*initial);
   prediction_.rebase(initial_result(*initial), initial->noise, imu_);
+}
+
+// From a state saved seconds ago: as if the sensors had been silent meanwhile, the wheel's count
+// excepted.
+bool Pipeline::resume() {
+  const SavedState saved = *std::exchange(saved_, std::nullopt);
+  const NavState& x = saved.state;
+  const double age = to_seconds(imu_now_ - x.time);
+  char said[120];
+  if (!(age > 0.0 && age <= config_.state.resume_within)) {
+    std::snprintf(said, sizeof said,
+                  "the saved pose is %.0f s old (state.resume_within): starting at the initialiser",
+                  age);
+    out_.warnings.emplace_back(said);
+    wheel_ = WheelHistory(config_.wheel.max_speed);
+    return false;
+  }
+  std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
+  out_.warnings.emplace_back(said);
+  // What the IMU says on a straight way at constant speed.
+  const Eigen::Vector3d up_body =
+      x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
+  for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
+    imu_.insert({time, up_body + x.accel_bias, x.gyro_bias});
+  begin({x, gaussian_prior(x, saved.covariance), saved.noise});
+  StateResult result;
+  result.state = x;
+  result.covariance = saved.covariance;
+  result.solve.usable = true;
+  result.bridged = true;
+  prediction_.resume(saved.distance_m);
+  prediction_.rebase(result, saved.noise, imu_);
+
+  resumed_correction_ = saved.correction;
+  const Correction correction = saved.correction.value_or(Correction{});
+  const Eigen::Vector3d ahead = correction.q_map_odom * Eigen::Vector3d::UnitX();
+  Mapper::Start start;
+  start.at.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
+  start.at.map = map_number_ = saved.map;
+  start.covariance = planar_block(correction.covariance);
+  map_ = std::make_unique<MapTask>(config_, execution_, map_->take_ground(), start);
+  return true;
+}
+
+std::optional<SavedState> Pipeline::state(const std::optional<Correction>& correction) const {
+  const StateResult& base = prediction_.base();
+  if (!started_ || !base.solve.usable) return std::nullopt;
+  SavedState saved;
+  saved.state = base.state;
+  saved.covariance = base.covariance;
+  saved.noise = reference_noise_;
+  saved.wheel_m = wheel_.reported(base.state.time);
+  saved.distance_m = prediction_.distance_m();
+  saved.correction = correction;
+  saved.map = map_number_;
+  return saved;
+}
+
+GroundMap Pipeline::take_ground() {
+  map_->drain();
+  return map_->take_ground();
+}
+
+std::string Pipeline::ground_bytes() {
+  map_->drain();
+  return map_->ground_bytes();
+}
+
+void Pipeline::drain() {
+  solver_.drain();
+  radar_worker_.drain();
+  map_->drain();
+}
+
+void Pipeline::use_ground(GroundMap ground) {
+  ground_from_before_ = !ground.places.empty();
+  located_ = false;
+  map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
+}
+
+void Pipeline::begin(const InitialState& initial) {
+  started_ = true;
+  estimator_ = std::make_unique<StateEstimator>(config_, initial);
+  if (record_) estimator_->record();
+  reference_noise_ = initial.noise;
+  newest_state_ = initial.state.time;
+  // The first interval is a half to one and a half periods long, or reaches to now.
+  next_state_ = next_multiple(std::max(newest_state_, imu_now_) + state_period_ / 2, state_period_);
 }
 
 void Pipeline::take_radar_answers() {
@@ -192,10 +281,16 @@ void Pipeline::take_states() {
 }
 
 void Pipeline::take_map_answers() {
-  while (auto answer = map_.next_due(imu_now_)) {
+  while (auto answer = map_->next_due(imu_now_)) {
     for (const std::string& note : answer->notes) health_.count("map", note, now_);
     health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
     for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
+    if (answer->map) map_number_ = *answer->map;
+    if (answer->located) {
+      located_ = true;
+      out_.warnings.emplace_back("located on ground of before: map is its frame from here on");
+    }
+    if (ground_from_before_) health_.value("map.located", located_ ? 1.0 : 0.0);
     if (!answer->pose) continue;
     health_.value("revisits.trusted", answer->pose->revisits);
     health_.value("revisits.refused", answer->pose->refused);
@@ -211,7 +306,7 @@ void Pipeline::use(const StateResult& result, TimeNs effective) {
   prediction_.rebase(result, noise, imu_);
   imu_.forget_before(std::min(newest_state_, result.state.time) - kSecond);
   wheel_.forget_before(newest_state_ - kSecond);
-  map_.add(result, effective);
+  map_->add(result, effective);
 
   health_.add("states", 1);
   health_.add("solver.steps", result.solve.steps);
@@ -297,11 +392,12 @@ std::int32_t Pipeline::flags() const {
 void Pipeline::publish() {
   if (started_ && imu_now_ > prediction_.time()) {
     OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
-    slip_.add(estimate, wheel_, wheel_now_);
+    // After a gap of the IMU the speed is a guess: no witness against the wheel.
+    if (!prediction_.base().bridged) slip_.add(estimate, wheel_, wheel_now_);
     estimate.flags = flags();
     coherence_.add(estimate);
     out_.odometry.push_back(estimate);
-    if (auto correction = map_.correct(estimate)) out_.corrections.push_back(*correction);
+    if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
   }
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
@@ -322,9 +418,7 @@ void Pipeline::watch_sensors() {
 
 Outputs Pipeline::finish() {
   Outputs out = step();
-  solver_.drain();
-  radar_worker_.drain();
-  map_.drain();
+  drain();
   if (imu_now_ > 0) {
     watch_sensors();
     out.status.push_back(health_.status(imu_now_));
@@ -347,12 +441,21 @@ std::vector<NavState> Pipeline::smoothed() const {
                                             [time](const NavState& x) { return x.time < time; });
     return static_cast<size_t>(found - states.begin());
   };
-  for (const Revisit& revisit : map_.revisits()) {
+  for (const Revisit& revisit : map_->revisits()) {
     const size_t memory = state_at(revisit.memory), query = state_at(revisit.query);
     if (memory < query && query < states.size())
       batch.add_factor(memory, query, std::make_shared<RevisitFactor>(revisit.edge));
   }
-  return batch.solve({});
+  // In map, which is not odom's frame where the track lies on ground from before.
+  const PlanarPose map_from_odom = map_->map_from_odom();
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d p(map_from_odom.p.x(), map_from_odom.p.y(), 0.0);
+  std::vector<NavState> solved = batch.solve({});
+  for (NavState& x : solved) {
+    x.p_odom = q * x.p_odom + p;
+    x.q_odom_body = q * x.q_odom_body;
+  }
+  return solved;
 }
 
 }  // namespace gprodom

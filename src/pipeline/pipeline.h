@@ -3,7 +3,9 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -19,18 +21,25 @@
 #include "pipeline/map_task.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
+#include "pipeline/saved_state.h"
 #include "pipeline/sensor_history.h"
 #include "pipeline/slip_watch.h"
 #include "pipeline/time_guard.h"
 
 namespace gprodom {
 
+// What a pipeline takes over from the one before.
+struct Heritage {
+  std::optional<GroundMap> ground;
+  std::optional<SavedState> state;  // gone on from where it is state.resume_within old at most
+};
+
 class Pipeline {
  public:
   using Message = std::variant<ImuSample, WheelSample, GprTrace, Displacement>;
 
   // Throws ConfigError where settings contradict each other.
-  Pipeline(const Config& config, Execution execution);
+  Pipeline(const Config& config, Execution execution, Heritage heritage);
 
   void add(Message message) { inbox_.push_back(std::move(message)); }
   void reject(const std::string& channel, const std::string& reason) {
@@ -41,7 +50,30 @@ class Pipeline {
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
   std::vector<NavState> smoothed() const;
-  Timing timing() { return {solver_.work_time(), radar_worker_.work_time(), map_.work_time()}; }
+  Timing timing() { return {solver_.work_time(), radar_worker_.work_time(), map_->work_time()}; }
+
+  // For the next pipeline, or run. What is known now; nothing before the start, or while no solve
+  // is usable. correction: in force.
+  std::optional<SavedState> state(const std::optional<Correction>& correction) const;
+  // Of the state gone on from, once after that.
+  std::optional<Correction> take_resumed_correction() {
+    return std::exchange(resumed_correction_, std::nullopt);
+  }
+  // Waits for the map's work, and leaves the map without ground.
+  GroundMap take_ground();
+  // As a file's. Waits for the map's work.
+  std::string ground_bytes();
+  void drain();
+  // Goes on with that ground as the one from before; the track begins anew in the map.
+  void use_ground(GroundMap ground);
+  // Once the map's jobs so far are done, on their thread.
+  void save_ground(std::function<void(std::string)> take) {
+    map_->save_ground(imu_now_, std::move(take));
+  }
+  // Told in the status for as long as it holds; empty: it does not.
+  void tell_of_files(const std::string& trouble) {
+    health_.set("state files", HealthLevel::kDegraded, trouble);
+  }
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
   bool must_restart() const { return imu_guard_.moved(); }
@@ -51,7 +83,9 @@ class Pipeline {
   // Stations of a message, in the order step() visits them.
   bool accept(Message& message);
   void store(Message& message);
-  void start_if_standing();
+  void start();
+  bool resume();
+  void begin(const InitialState& initial);
   void take_radar_answers();
   void take_states();
   void take_map_answers();
@@ -66,6 +100,7 @@ class Pipeline {
   void watch_sensors();
 
   const Config config_;
+  const Execution execution_;
   const TimeNs reorder_window_, state_period_, tick_period_;
   const Eigen::Matrix3d R_body_imu_;
   std::deque<Message> inbox_;
@@ -83,6 +118,8 @@ class Pipeline {
   std::vector<Displacement> radar_standing_;     // in effect, newest last
   std::vector<Displacement> new_displacements_;  // in effect, for the next state
 
+  std::optional<Correction> resumed_correction_;
+  std::optional<SavedState> saved_;  // to go on from, until the first start
   bool started_ = false, record_ = false;
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs newest_state_ = 0, next_state_ = 0;
@@ -97,7 +134,9 @@ class Pipeline {
   RadarTask radar_;
   DatedWorker<StateResult> solver_;
   DatedWorker<RadarAnswer> radar_worker_;
-  MapTask map_;
+  int map_number_ = 0;
+  bool ground_from_before_, located_ = false;
+  std::unique_ptr<MapTask> map_;
 };
 
 }  // namespace gprodom

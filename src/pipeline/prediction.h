@@ -17,6 +17,10 @@ class Prediction {
   // On to `now`, and the estimate there. Its time never goes back.
   OdometryEstimate advance(const ImuHistory& imu, TimeNs now);
 
+  // Goes on counting the distance from there.
+  void resume(double distance_m) { distance_m_ = distance_m; }
+  double distance_m() const { return distance_m_; }
+
   const StateResult& base() const { return base_; }
   TimeNs time() const { return time_; }
   Eigen::Vector3d position() const { return propagate(base_.state, since_, gravity_).p_odom; }

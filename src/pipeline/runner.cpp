@@ -1,6 +1,10 @@
 #include "pipeline/runner.h"
 
+#include <algorithm>
+#include <cctype>
 #include <utility>
+
+#include "gprodom/error.h"
 
 namespace gprodom {
 
@@ -11,8 +15,8 @@ bool Results::empty() const {
 
 Runner::Runner(const Config& config, Execution execution)
     : command_channel_(config.channels.command),
-      saved_scale_(config.state),
-      odometry_(saved_scale_.taken_up(config, notices_), execution) {}
+      state_directory_(config.state.directory),
+      odometry_(config, execution) {}
 
 Results Runner::feed(const Input& input) {
   struct Adder {
@@ -32,27 +36,46 @@ Results Runner::step() { return place(odometry_.step()); }
 
 Results Runner::finish() { return place(odometry_.finish()); }
 
-void Runner::reset() { odometry_.reset(); }
-
 void Runner::reject(const std::string& channel, const std::string& reason) {
   odometry_.reject(channel, reason);
 }
 
+// A command comes from the network: it names a file in state.directory and no other.
+std::string Runner::map_path(const std::string& name) const {
+  if (state_directory_.empty())
+    throw FileError("state.directory is empty: there is no folder for maps");
+  const auto allowed = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  };
+  if (name.empty() || name.size() > 100 || name.front() == '.' ||
+      !std::all_of(name.begin(), name.end(), allowed))
+    throw FileError("expected a map's name of letters, digits, '_', '-' and '.'");
+  return state_directory_ + "/" + name + ".map";
+}
+
 void Runner::obey(const Command& command) {
-  if (command.name == "reset") {
-    reset();
-    notices_.emplace_back("reset by command: the estimator starts afresh at its initialiser");
-  } else {
-    reject(command_channel_, "unknown command, expected reset");
+  try {
+    if (command.name == "reset" && command.argument == "all") {
+      odometry_.forget();
+      notices_.emplace_back("reset by command: all is forgotten; starting at the initialiser");
+    } else if (command.name == "reset") {
+      odometry_.reset();
+      notices_.emplace_back("reset by command: starting at the initialiser; the ground is kept");
+    } else if (command.name == "save_map") {
+      odometry_.begin_saving_map(map_path(command.argument));
+    } else if (command.name == "load_map") {
+      odometry_.load_map(map_path(command.argument));
+      notices_.push_back("map " + command.argument + " loaded: its ground is looked for");
+    } else {
+      reject(command_channel_, "unknown command, expected reset, save_map or load_map");
+    }
+  } catch (const FileError& error) {
+    reject(command_channel_, command.name + ": " + error.what());
   }
 }
 
 Results Runner::place(Outputs outputs) {
   Results results;
-  if (!outputs.odometry.empty()) {
-    std::string trouble = saved_scale_.save(outputs.odometry.back());
-    if (!trouble.empty()) notices_.push_back(std::move(trouble));
-  }
   results.outputs = std::move(outputs);
   auto& warnings = results.outputs.warnings;
   warnings.insert(warnings.begin(), notices_.begin(), notices_.end());

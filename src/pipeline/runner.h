@@ -6,7 +6,6 @@
 
 #include "gprodom/input.h"
 #include "gprodom/odometry.h"
-#include "pipeline/saved_scale.h"
 
 namespace gprodom {
 
@@ -39,19 +38,20 @@ class Runner {
 
   Timing timing() const { return odometry_.timing(); }
 
-  // Back to the initialiser.
-  void reset();
+  // Back to the initialiser, and what was driven over is forgotten.
+  void forget() { odometry_.forget(); }
 
   // Counts an input of `channel` that was lost or unusable.
   void reject(const std::string& channel, const std::string& reason);
 
  private:
   void obey(const Command& command);
+  std::string map_path(const std::string& name) const;
   Results place(Outputs outputs);
 
   std::string command_channel_;
+  std::string state_directory_;
   std::vector<std::string> notices_;  // to go out with the next results
-  SavedScale saved_scale_;
   Odometry odometry_;
 };
 

@@ -66,6 +66,12 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
   return steps;
 }
 
+void WheelHistory::resume(const WheelSample& sample) {
+  *this = WheelHistory(max_speed_);
+  insert(sample);
+  resumed_at_ = sample.time;
+}
+
 bool WheelHistory::insert(const WheelSample& sample) {
   const auto next = first_after(entries_, sample.time);
   if (next == entries_.begin()) {
@@ -89,14 +95,23 @@ bool WheelHistory::insert(const WheelSample& sample) {
 void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }
 
 std::optional<double> WheelHistory::distance(TimeNs time) const {
+  return value(time, &Entry::distance_m);
+}
+
+std::optional<double> WheelHistory::reported(TimeNs time) const {
+  return value(time, &Entry::reported);
+}
+
+std::optional<double> WheelHistory::value(TimeNs time, double Entry::*member) const {
   const auto next = first_after(entries_, time);
   if (next == entries_.begin()) return std::nullopt;
   const Entry& a = *(next - 1);
-  if (a.time == time) return a.distance_m;
+  if (a.time == time) return a.*member;
   if (next == entries_.end()) return std::nullopt;
-  if (next->jumped || next->time - a.time > kMaxGap) return std::nullopt;
+  const bool gap = next->time - a.time > kMaxGap && a.time != resumed_at_;
+  if (next->jumped || gap) return std::nullopt;
   const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
-  return a.distance_m + u * (next->distance_m - a.distance_m);
+  return a.*member + u * ((*next).*member - a.*member);
 }
 
 double WheelHistory::path(TimeNs from, TimeNs to) const {

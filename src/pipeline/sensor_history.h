@@ -30,6 +30,9 @@ class WheelHistory {
  public:
   explicit WheelHistory(double max_speed) : max_speed_(max_speed) {}
 
+  // Begins with a sample of a run before: the gap after it counts as covered, however long.
+  void resume(const WheelSample& sample);
+
   // false where the distance jumped further than max_speed allows: a corrupt count, or an encoder
   // that was set to zero. The distance then goes on from where it was; the time of the jump counts
   // as not covered.
@@ -38,6 +41,9 @@ class WheelHistory {
 
   // Signed distance, linear between samples; nullopt outside the data and across gaps and jumps.
   std::optional<double> distance(TimeNs time) const;
+
+  // The encoder's own count at a time, under the same conditions.
+  std::optional<double> reported(TimeNs time) const;
 
   // Unsigned distance over the samples of [from, to]; 0 where there are none.
   double path(TimeNs from, TimeNs to) const;
@@ -49,7 +55,10 @@ class WheelHistory {
     double reported, distance_m;
     bool jumped;  // since the entry before
   };
+  std::optional<double> value(TimeNs time, double Entry::*member) const;
+
   double max_speed_;
+  TimeNs resumed_at_ = -1;  // time of the entry behind which a gap is covered
   std::deque<Entry> entries_;
 };
 

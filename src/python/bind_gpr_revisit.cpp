@@ -105,7 +105,9 @@ void bind_anywhere(py::module_& module) {
       .def(py::init<const PatchFilter&, double, GlobalSearchOptions>(), py::arg("filter"),
            py::arg("spacing"), py::arg("options") = GlobalSearchOptions{})
       .def("add_run", &GlobalSearch::add_run, py::arg("first"), py::arg("features"))
-      .def("find", &GlobalSearch::find, py::arg("query"), py::call_guard<py::gil_scoped_release>())
+      .def(
+          "find", [](const GlobalSearch& s, const Columns& q) { return s.find(q); },
+          py::arg("query"), py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("bytes", &GlobalSearch::bytes);
 }
 

@@ -145,6 +145,7 @@ void bind_odometry(py::module_& m) {
       py::arg("set") = std::vector<std::string>{},
       "Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.");
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
+  py::register_exception<FileError>(m, "FileError", PyExc_OSError);
   py::class_<Outputs>(m, "Outputs", "What one step produced, each in time order.")
       .def_property_readonly(
           "odometry", [](const Outputs& o) { return arrays(o.odometry); },
@@ -244,7 +245,15 @@ void bind_odometry(py::module_& m) {
           "place passed before, with any time between.")
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
       .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
-      .def("reset", &Odometry::reset)
+      .def("reset", &Odometry::reset,
+           "Starts at the initialiser; the ground driven over is kept, and where it is found again "
+           "map becomes its frame.")
+      .def("forget", &Odometry::forget, "The same without the ground.")
+      .def("save_map", &Odometry::save_map, py::arg("path"),
+           "The ground driven over, with where it lies, as a file. Raises FileError.")
+      .def("load_map", &Odometry::load_map, py::arg("path"),
+           "Looks for the ground of a saved map from here on; where it is found, map becomes its\n"
+           "frame. Raises FileError, and then nothing has changed.")
       .def("record", &Odometry::record,
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(

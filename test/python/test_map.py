@@ -93,3 +93,79 @@ def test_the_solution_over_all_data_takes_revisits_in(bench: ModuleType) -> None
     assert np.array_equal(with_revisits["time"], without["time"])
     moved = np.linalg.norm(with_revisits["position"] - without["position"], axis=1)
     assert 1e-4 < moved.max() < 0.3
+
+
+def drive(estimator: Any, run: Any, shift: int = 0, wheel: float = 1.0, noise: float = 0.0) -> Any:
+    """A whole drive, `shift` ns later than it was, by another wheel and with other noise."""
+    random = np.random.RandomState(1)
+    return estimator.run(
+        imu_time=run.imu_utime * 1000 + shift,
+        acceleration=run.imu.acceleration,
+        angular_velocity=run.imu.angular_velocity,
+        wheel_time=run.wheel_utime * 1000 + shift,
+        wheel_distance=wheel * run.wheel.ticks * run.spec.wheel.quantum,
+        gpr_time=run.gpr_utime * 1000 + shift,
+        traces=run.traces + noise * random.standard_normal(run.traces.shape),
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_after_a_reset_the_robot_is_located_on_the_ground_of_before(
+    bench: ModuleType, tmp_path: Path, seed: int
+) -> None:
+    run = bench.simulated(seed)
+    estimator = gprodom.Odometry()
+    first = drive(estimator, run)
+    known = str(tmp_path / "ground.map")
+    estimator.save_map(known)
+    other = gprodom.Odometry()
+    other.load_map(known)
+    estimator.reset()
+    for later, shift in ((estimator, 10**13), (other, -(10**13))):
+        outputs = drive(later, run, shift, 1.01, 30.0)
+        assert outputs.status[-1]["values"]["map.located"] == 1.0
+        placed = outputs.odometry_map
+        before = first.odometry_map
+        end = [
+            np.interp(placed["time"][-1] - shift, before["time"], before["position"][:, axis])
+            for axis in (0, 1)
+        ]
+        assert np.hypot(*(placed["position"][-1, :2] - end)) < 0.2
+
+
+def test_a_damaged_map_is_refused(tmp_path: Path) -> None:
+    damaged = tmp_path / "damaged.map"
+    damaged.write_bytes(b"gprodom ground map 1\n" + bytes(100))
+    with pytest.raises(gprodom.FileError, match=r"damaged\.map"):
+        gprodom.Odometry().load_map(str(damaged))
+
+
+def test_a_restart_goes_on_from_the_saved_pose(bench: ModuleType, tmp_path: Path) -> None:
+    run = bench.simulated(1)
+    kept = [f"state.directory={tmp_path}"]
+    until = run.gpr_utime[len(run.gpr_utime) // 3]  # in mid-drive, and no slip
+    outputs = []
+    for part in (lambda t: t < until, lambda t: t > until + 2_000_000):  # two seconds are lost
+        imu, wheel, gpr = part(run.imu_utime), part(run.wheel_utime), part(run.gpr_utime)
+        outputs.append(
+            gprodom.Odometry(set=kept).run(
+                imu_time=run.imu_utime[imu] * 1000,
+                acceleration=run.imu.acceleration[imu],
+                angular_velocity=run.imu.angular_velocity[imu],
+                wheel_time=run.wheel_utime[wheel] * 1000,
+                wheel_distance=run.wheel.ticks[wheel] * run.spec.wheel.quantum,
+                gpr_time=run.gpr_utime[gpr] * 1000,
+                traces=run.traces[gpr],
+            )
+        )
+    before, after = outputs
+    assert any("resumed" in warning for warning in after.warnings)
+    assert after.odometry["time"][0] <= (until + 2_050_000) * 1000  # at once, while driving
+    moved = after.odometry["position"][400, :2] - before.odometry["position"][-1, :2]
+    start, *between = (
+        before.odometry["time"][0],
+        before.odometry["time"][-1],
+        after.odometry["time"][400],
+    )
+    truth = np.diff(bench.place(run, np.array([start, *between])), axis=0)[1]
+    assert np.linalg.norm(moved - truth) < 0.3

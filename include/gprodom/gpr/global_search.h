@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "gprodom/gpr/patch_filter.h"
@@ -41,9 +42,12 @@ class GlobalSearch {
   // the numbers.
   void add_run(std::size_t first, const Columns& features);
 
+  // Whether two columns of the memory, of numbers as given, lie at one place, driven over twice.
+  using SamePlace = std::function<bool(double, double)>;
+
   // The newest ground, (columns, rows) in the order driven; two pieces of it at the least, else
-  // the match is not valid.
-  GlobalMatch find(const Columns& query) const;
+  // the match is not valid. A second place is not one where the best lies too.
+  GlobalMatch find(const Columns& query, const SamePlace& same_place = {}) const;
 
   std::size_t bytes() const;
 
@@ -60,6 +64,8 @@ class GlobalSearch {
   std::vector<float> correlations(const std::int16_t* piece, int columns) const;
   std::vector<float> scores(const Thinned& query) const;
   double column_of(std::size_t thinned) const;
+  double second(const std::vector<float> (&score)[2], std::size_t best, bool mirrored,
+                const SamePlace& same_place) const;
 
   GlobalSearchOptions options_;
   double spacing_;

@@ -38,9 +38,20 @@ void smooth_along(double sigma, Columns& columns);
 // neighbours' mean: glitches of the receiver. Returns how many.
 int repair_columns(Columns& columns);
 
+// What a filter has learnt, to be kept beside the features that it made.
+struct LearntPatchFilter {
+  Columns projection;                          // (rows, samples): traces to features
+  double row_interval = 0.0;                   // s
+  double centre = 0.0;                         // Hz
+  double long_sigma = 0.0, short_sigma = 0.0;  // columns
+};
+
 class PatchFilter {
  public:
   PatchFilter() = default;
+
+  // Throws std::invalid_argument where there is no projection or a figure is not finite.
+  explicit PatchFilter(LearntPatchFilter learnt);
 
   // Learns spectrum, depth gain and noise from traces (columns, samples) at `spacing` m, which
   // should cover several metres. Throws std::invalid_argument on fewer than 16 traces or samples,
@@ -49,7 +60,7 @@ class PatchFilter {
               const PatchFilterOptions& options = {});
 
   // Traces -> features (columns, rows()) before the band-pass along the track.
-  Columns project(const Columns& traces) const { return traces * projection_.transpose(); }
+  Columns project(const Columns& traces) const { return traces * learnt_.projection.transpose(); }
 
   // The band-pass along the track, in place.
   void band_pass_along(Columns& features) const;
@@ -57,21 +68,20 @@ class PatchFilter {
   // Both, with glitches repaired first.
   Columns apply(const Columns& traces) const;
 
-  int rows() const { return static_cast<int>(projection_.rows()); }
-  int samples() const { return static_cast<int>(projection_.cols()); }
-  double row_interval() const { return row_interval_; }  // s
-  double centre_frequency() const { return centre_; }    // Hz, of the received spectrum
-  double long_sigma() const { return long_sigma_; }      // columns
-  double short_sigma() const { return short_sigma_; }    // columns
+  int rows() const { return static_cast<int>(learnt_.projection.rows()); }
+  int samples() const { return static_cast<int>(learnt_.projection.cols()); }
+  double row_interval() const { return learnt_.row_interval; }  // s
+  double centre_frequency() const { return learnt_.centre; }    // Hz, of the received spectrum
+  double long_sigma() const { return learnt_.long_sigma; }      // columns
+  double short_sigma() const { return learnt_.short_sigma; }    // columns
+  const LearntPatchFilter& learnt() const { return learnt_; }
 
  private:
   void learn_projection(const Columns& traces, double spacing, double sample_interval,
                         const PatchFilterOptions& options);
   void weigh_rows(const Columns& traces);
 
-  Columns projection_;  // (rows, samples)
-  double row_interval_ = 0.0, centre_ = 0.0;
-  double long_sigma_ = 0.0, short_sigma_ = 0.0;
+  LearntPatchFilter learnt_;
 };
 
 }  // namespace gprodom::gpr

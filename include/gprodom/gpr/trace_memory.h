@@ -42,12 +42,21 @@ struct MemoryRange {
 
 class TraceMemory {
  public:
+  // Features have a standard deviation of 1 at most: 4 of them fit a byte.
+  static constexpr float kLevelsPerUnit = 31.0F;
+
   explicit TraceMemory(TraceMemoryOptions options = {});
 
   // One trace, in time order, at `distance_m` along the track (signed: it falls when driving
   // back). Throws std::invalid_argument on another number of samples than before; clear() first.
   void add(TimeNs time, const std::vector<float>& samples, double sample_interval,
            double distance_m);
+
+  // A run from before: `features` (columns, rows) of `filter`, times of its columns and where the
+  // first one lies. In the order driven; before any trace is added, and always with the same
+  // filter. Throws std::invalid_argument where the sizes do not agree.
+  void restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
+                   double first_distance_m, int direction, const Columns& features);
 
   // Ends the run (after a gap in time, say).
   void end_run();
@@ -65,8 +74,9 @@ class TraceMemory {
 
   // Where a kept column lies. Throws std::out_of_range.
   MemoryColumn column(std::size_t number) const;
-  // The last kept column driven over at `time` or before.
-  std::optional<std::size_t> column_at(TimeNs time) const;
+  // The last kept column, of number `first` or higher, driven over at `time` or before. The times
+  // from `first` on must not fall.
+  std::optional<std::size_t> column_at(TimeNs time, std::size_t first = 0) const;
   // The kept part of the run that holds a kept column.
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
@@ -99,6 +109,7 @@ class TraceMemory {
   void step_to(Sample next);
   void emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace);
   void learn();
+  void use(const PatchFilter& filter);
   void keep_settled(bool all);
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
   void forget_oldest();

@@ -36,14 +36,16 @@ RosNode::RosNode() : private_("~") {
   live_ = std::make_unique<Live>(configuration(private_),
                                  [this](const Results& results) { publish(results); });
   subscribe();
-  serve("reset");
+  serve("reset", "");
+  serve("save_map", "saved");  // <state.directory>/saved.map
 }
 
-void RosNode::serve(const std::string& name) {
+void RosNode::serve(const std::string& name, const std::string& argument) {
   using Request = std_srvs::Trigger::Request;
   using Response = std_srvs::Trigger::Response;
-  const boost::function<bool(Request&, Response&)> answer = [this, name](Request&, Response& said) {
-    command(name, said);
+  const boost::function<bool(Request&, Response&)> answer = [this, name, argument](Request&,
+                                                                                   Response& said) {
+    command(name, argument, said);
     return true;
   };
   services_.push_back(private_.advertiseService(name, answer));
@@ -98,9 +100,11 @@ void RosNode::publish(const Results& results) {
   }
 }
 
-void RosNode::command(const std::string& name, std_srvs::Trigger::Response& response) {
+void RosNode::command(const std::string& name, const std::string& argument,
+                      std_srvs::Trigger::Response& response) {
   Command command;
   command.name = name;
+  command.argument = argument;
   live_->push(command);
   response.success = 1;
   response.message = name + " is asked of the estimator; what comes of it is in the log";

@@ -30,8 +30,9 @@ class RosNode {
   template <class Message>
   void on(const std::string& topic, std::function<void(const Message&)> take);
   void subscribe();
-  void serve(const std::string& name);  // the command of this name
-  void command(const std::string& name, std_srvs::Trigger::Response& response);
+  void serve(const std::string& name, const std::string& argument);  // the command of this name
+  void command(const std::string& name, const std::string& argument,
+               std_srvs::Trigger::Response& response);
   void publish(const Results& results);
 
   ros::NodeHandle topics_, private_;

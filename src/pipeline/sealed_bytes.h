@@ -1,0 +1,64 @@
+// Figures as bytes and back, in a file that tells when it is not whole. Little-endian, as written
+// by the machine that reads it again.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace gprodom {
+
+class ByteWriter {
+ public:
+  template <typename T>
+  void put(const T& value) {
+    static_assert(std::is_arithmetic_v<T>);
+    put_all(&value, 1);
+  }
+  template <typename T>
+  void put_all(const T* values, std::size_t count) {
+    static_assert(std::is_arithmetic_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+  }
+
+  // What was put, behind a title, its length and a checksum.
+  std::string sealed(const std::string& title) const;
+
+ private:
+  std::string bytes_;
+};
+
+class ByteReader {
+ public:
+  // Throws FileError("NAME: ...") where the bytes are not whole or have another title. They must
+  // outlive the reader.
+  ByteReader(const std::string& name, std::string_view sealed, const std::string& title);
+
+  template <typename T>
+  T get() {
+    T value;
+    get_all(&value, 1);
+    return value;
+  }
+  template <typename T>
+  void get_all(T* values, std::size_t count) {
+    static_assert(std::is_arithmetic_v<T>);
+    need(count, sizeof(T));
+    if (count > 0) std::memcpy(values, bytes_.data(), count * sizeof(T));
+    bytes_.remove_prefix(count * sizeof(T));
+  }
+  // Before memory is laid out for so many: throws where so many are not there.
+  void need(std::size_t count, std::size_t size) const;
+  void expect_end() const;
+
+  // Throws FileError with the file's name.
+  [[noreturn]] void refuse(const std::string& why) const;
+
+ private:
+  std::string name_;
+  std::string_view bytes_;
+};
+
+}  // namespace gprodom
