@@ -20,6 +20,8 @@ void forget(Entries& entries, TimeNs time) {
   if (keep - entries.begin() > 1) entries.erase(entries.begin(), keep - 1);
 }
 
+constexpr TimeNs kBridgeStep = 20'000'000;  // ns
+
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
   const double u = b.time > a.time
                        ? static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time)
@@ -52,9 +54,11 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
   auto next = first_after(samples_, from);
   ImuSample left = at(next, from);
   while (left.time < to) {
-    const TimeNs end = next == samples_.end() ? to : std::min(to, next->time);
+    TimeNs end = next == samples_.end() ? to : std::min(to, next->time);
     const TimeNs before = next == samples_.begin() ? from : (next - 1)->time;
     const TimeNs after = next == samples_.end() ? to : next->time;
+    // In one step over a gap the noise of velocity and position would be one and the same.
+    if (after - before > max_gap) end = std::min(end, left.time + kBridgeStep);
     const ImuSample right = at(next, end);
     steps.push_back({to_seconds(end - left.time), 0.5 * (left.acceleration + right.acceleration),
                      0.5 * (left.angular_velocity + right.angular_velocity), 0.0,
