@@ -33,6 +33,7 @@ import gprodom
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
+from gprodom.simulate.recording import as_recording
 
 DISTANCE = 12.0  # m
 SPEED = 0.6  # m/s, at most
@@ -70,28 +71,15 @@ def run(seed: int, overrides: list[str]) -> End:
     """Simulates one run and estimates it."""
     simulated = drive(seed)
     estimator = gprodom.Odometry(set=overrides)
-    odometry = estimator.run(
-        imu_time=simulated.imu_utime * 1000,
-        acceleration=simulated.imu.acceleration,
-        angular_velocity=simulated.imu.angular_velocity,
-        wheel_time=simulated.wheel_utime * 1000,
-        wheel_distance=simulated.wheel.ticks * simulated.spec.wheel.quantum,
-        gpr_time=np.zeros(0, np.int64),
-        traces=np.zeros((0, 1)),
-    ).odometry
+    odometry = estimator.run(**as_recording(simulated).messages()).odometry
     if not len(odometry["time"]):
         raise Error(f"seed {seed}: no odometry")
     w, x, y, z = odometry["orientation"][-1]
     yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    truth = simulated.motion_at(odometry["time"][[0, -1]] // 1000)
-    cos, sin = math.cos(truth.yaw[0]), math.sin(truth.yaw[0])
-    dx, dy = np.diff(truth.x)[0], np.diff(truth.y)[0]
-    px, py = odometry["position"][-1, :2]
-    error = (
-        float(px - (cos * dx + sin * dy)),
-        float(py - (-sin * dx + cos * dy)),
-        math.remainder(yaw - (truth.yaw[1] - truth.yaw[0]), 2 * math.pi),
-    )
+    ends = odometry["time"][[0, -1]] // 1000
+    dx, dy = odometry["position"][-1, :2] - simulated.position_from(ends[0], ends)[1]
+    turned = np.diff(simulated.motion_at(ends).yaw)[0]
+    error = (float(dx), float(dy), math.remainder(yaw - turned, 2 * math.pi))
     rows = np.ix_([0, 1, 5], [0, 1, 5])
     covariance = odometry["pose_covariance"][-1].reshape(6, 6)[rows]
     return End(seed, error, covariance.tolist())

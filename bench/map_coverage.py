@@ -28,9 +28,9 @@ from typing import Any
 import numpy as np
 
 import gprodom
-from gprodom.arrays import Floats, Ints
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
+from gprodom.simulate.recording import as_recording
 
 DISTANCE = 45.0  # m
 SPEED = 0.7  # m/s, at most
@@ -90,39 +90,15 @@ def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
 def estimate(run: Simulated, overrides: list[str], told: list[dict[str, Any]]) -> list[Any]:
     """The outputs up to each time at which the estimator is told something, and to the end."""
     estimator = gprodom.Odometry(set=overrides)
+    recording = as_recording(run)
     outputs, since = [], 0
     for message in [*told, None]:
-        until = message["time"] if message else np.iinfo(np.int64).max
-
-        def new(time: Ints, since: int = since, until: int = until) -> Ints:
-            """Of the messages at `time` (us), the numbers of those in this piece."""
-            return np.flatnonzero((time * 1000 > since) & (time * 1000 <= until))
-
-        imu, wheel, gpr = new(run.imu_utime), new(run.wheel_utime), new(run.gpr_utime)
-        outputs.append(
-            estimator.run(
-                imu_time=run.imu_utime[imu] * 1000,
-                acceleration=run.imu.acceleration[imu],
-                angular_velocity=run.imu.angular_velocity[imu],
-                wheel_time=run.wheel_utime[wheel] * 1000,
-                wheel_distance=run.wheel.ticks[wheel] * run.spec.wheel.quantum,
-                gpr_time=run.gpr_utime[gpr] * 1000,
-                traces=run.traces[gpr],
-                sample_interval=run.sample_interval,
-            )
-        )
+        until = message["time"] // 1000 if message else np.iinfo(np.int64).max
+        outputs.append(estimator.run(**recording.messages(since, until)))
         if message:
             estimator.add_displacement(**message)
         since = until
     return outputs
-
-
-def place(run: Simulated, time: Floats) -> Floats:
-    """True positions (n, 2), m, at `time` (ns) in the frame of the pose at the first."""
-    truth = run.motion_at(time // 1000)
-    cos, sin = math.cos(truth.yaw[0]), math.sin(truth.yaw[0])
-    dx, dy = truth.x - truth.x[0], truth.y - truth.y[0]
-    return np.column_stack([cos * dx + sin * dy, -sin * dx + cos * dy])
 
 
 def drive(seed: int, overrides: list[str], wrong: bool) -> Drive:
@@ -134,7 +110,7 @@ def drive(seed: int, overrides: list[str], wrong: bool) -> Drive:
     first = outputs.corrections[0]["time"] if outputs.corrections else time[-1]
     moments = np.unique(np.append(np.searchsorted(time, np.arange(first, time[-1], 10**9)),
                                   len(time) - 1))  # fmt: skip
-    truth = place(run, time[np.append(0, moments)])[1:]
+    truth = run.position_from(time[0] // 1000, time[moments] // 1000)
     error = pose["position"][moments, :2] - truth
     covariance = pose["pose_covariance"][moments].reshape(-1, 6, 6)[:, :2, :2]
     nees = np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[:, :, None])[:, :, 0])

@@ -31,17 +31,7 @@ def difference(recording: Recording, until: int, overrides: list[str]) -> float:
     """Metres between the two at `until` (us)."""
     odometry = gprodom.Odometry(set=[*QUADRATIC, *overrides])
     odometry.record()
-    imu, wheel = recording.imu_utime <= until, recording.wheel_utime <= until
-    gpr = recording.gpr_utime <= until
-    odometry.run(
-        imu_time=recording.imu_utime[imu] * 1000,
-        acceleration=recording.acceleration[imu],
-        angular_velocity=recording.angular_velocity[imu],
-        wheel_time=recording.wheel_utime[wheel] * 1000,
-        wheel_distance=recording.ticks[wheel] * recording.metres_per_tick,
-        gpr_time=recording.gpr_utime[gpr] * 1000,
-        traces=recording.traces[gpr],
-    )
+    odometry.run(**recording.messages(until=until))
     newest = [solution["position"][-1] for solution in (odometry.recorded(), odometry.smoothed())]
     return float(np.linalg.norm(newest[0] - newest[1]))
 

@@ -24,17 +24,7 @@ def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
     """An Odometry that has seen the recording up to a time (us), and its outputs."""
     odometry = gprodom.Odometry(set=overrides)
     odometry.record()
-    imu, wheel = recording.imu_utime <= until, recording.wheel_utime <= until
-    gpr = recording.gpr_utime <= until
-    outputs = odometry.run(
-        imu_time=recording.imu_utime[imu] * 1000,
-        acceleration=recording.acceleration[imu],
-        angular_velocity=recording.angular_velocity[imu],
-        wheel_time=recording.wheel_utime[wheel] * 1000,
-        wheel_distance=recording.ticks[wheel] * recording.metres_per_tick,
-        gpr_time=recording.gpr_utime[gpr] * 1000,
-        traces=recording.traces[gpr],
-    )
+    outputs = odometry.run(**recording.messages(until=until))
     return odometry, outputs
 
 

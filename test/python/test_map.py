@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import gprodom
+from gprodom.simulate.recording import as_recording
 
 BENCH = Path(__file__).resolve().parents[2] / "bench" / "map_coverage.py"
 
@@ -31,7 +32,8 @@ def bench() -> ModuleType:
 def error(bench: ModuleType, run: Any, poses: dict[str, Any]) -> float:
     """RMS of the position, once a second, where the truth is placed by its first pose."""
     every = np.append(0, np.arange(len(poses["time"]) // 2, len(poses["time"]), 200))
-    off = poses["position"][every, :2] - bench.place(run, poses["time"][every])
+    time = poses["time"][every] // 1000
+    off = poses["position"][every, :2] - run.position_from(time[0], time)
     return float(np.sqrt(np.mean(np.sum(off[1:] ** 2, axis=1))))
 
 
@@ -56,19 +58,8 @@ def test_revisits_help_and_wrong_ones_do_not_harm(bench: ModuleType, seed: int) 
 
 def test_without_ground_seen_again_map_is_odom(bench: ModuleType) -> None:
     run = bench.simulated(1)
-    quarter = run.gpr_utime < run.gpr_utime[len(run.gpr_utime) // 6]
-    estimator = gprodom.Odometry()
-    until = run.gpr_utime[quarter][-1]
-    imu, wheel = run.imu_utime < until, run.wheel_utime < until
-    outputs = estimator.run(
-        imu_time=run.imu_utime[imu] * 1000,
-        acceleration=run.imu.acceleration[imu],
-        angular_velocity=run.imu.angular_velocity[imu],
-        wheel_time=run.wheel_utime[wheel] * 1000,
-        wheel_distance=run.wheel.ticks[wheel] * run.spec.wheel.quantum,
-        gpr_time=run.gpr_utime[quarter] * 1000,
-        traces=run.traces[quarter],
-    )
+    until = run.gpr_utime[len(run.gpr_utime) // 6]
+    outputs = gprodom.Odometry().run(**as_recording(run).messages(until=until))
     assert outputs.corrections == []
     assert np.array_equal(outputs.odometry["position"], outputs.odometry_map["position"])
 
@@ -79,15 +70,7 @@ def test_the_solution_over_all_data_takes_revisits_in(bench: ModuleType) -> None
     for graph in ("true", "false"):
         estimator = gprodom.Odometry(set=[f"graph.enabled={graph}"])
         estimator.record()
-        estimator.run(
-            imu_time=run.imu_utime * 1000,
-            acceleration=run.imu.acceleration,
-            angular_velocity=run.imu.angular_velocity,
-            wheel_time=run.wheel_utime * 1000,
-            wheel_distance=run.wheel.ticks * run.spec.wheel.quantum,
-            gpr_time=run.gpr_utime * 1000,
-            traces=run.traces,
-        )
+        estimator.run(**as_recording(run).messages())
         smoothed.append(estimator.smoothed())
     with_revisits, without = smoothed
     assert np.array_equal(with_revisits["time"], without["time"])
@@ -98,15 +81,12 @@ def test_the_solution_over_all_data_takes_revisits_in(bench: ModuleType) -> None
 def drive(estimator: Any, run: Any, shift: int = 0, wheel: float = 1.0, noise: float = 0.0) -> Any:
     """A whole drive, `shift` ns later than it was, by another wheel and with other noise."""
     random = np.random.RandomState(1)
-    return estimator.run(
-        imu_time=run.imu_utime * 1000 + shift,
-        acceleration=run.imu.acceleration,
-        angular_velocity=run.imu.angular_velocity,
-        wheel_time=run.wheel_utime * 1000 + shift,
-        wheel_distance=wheel * run.wheel.ticks * run.spec.wheel.quantum,
-        gpr_time=run.gpr_utime * 1000 + shift,
-        traces=run.traces + noise * random.standard_normal(run.traces.shape),
-    )
+    told = as_recording(run).messages()
+    for time in ("imu_time", "wheel_time", "gpr_time"):
+        told[time] = told[time] + shift
+    told["wheel_distance"] = wheel * told["wheel_distance"]
+    told["traces"] = told["traces"] + noise * random.standard_normal(run.traces.shape)
+    return estimator.run(**told)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -144,28 +124,19 @@ def test_a_restart_goes_on_from_the_saved_pose(bench: ModuleType, tmp_path: Path
     run = bench.simulated(1)
     kept = [f"state.directory={tmp_path}"]
     until = run.gpr_utime[len(run.gpr_utime) // 3]  # in mid-drive, and no slip
-    outputs = []
-    for part in (lambda t: t < until, lambda t: t > until + 2_000_000):  # two seconds are lost
-        imu, wheel, gpr = part(run.imu_utime), part(run.wheel_utime), part(run.gpr_utime)
-        outputs.append(
-            gprodom.Odometry(set=kept).run(
-                imu_time=run.imu_utime[imu] * 1000,
-                acceleration=run.imu.acceleration[imu],
-                angular_velocity=run.imu.angular_velocity[imu],
-                wheel_time=run.wheel_utime[wheel] * 1000,
-                wheel_distance=run.wheel.ticks[wheel] * run.spec.wheel.quantum,
-                gpr_time=run.gpr_utime[gpr] * 1000,
-                traces=run.traces[gpr],
-            )
-        )
-    before, after = outputs
+    recording = as_recording(run)
+    before, after = (
+        gprodom.Odometry(set=kept).run(**recording.messages(*part))
+        for part in ((0, until), (until + 2_000_000, 2**63 - 1))  # two seconds are lost
+    )
     assert any("resumed" in warning for warning in after.warnings)
     assert after.odometry["time"][0] <= (until + 2_050_000) * 1000  # at once, while driving
     moved = after.odometry["position"][400, :2] - before.odometry["position"][-1, :2]
-    start, *between = (
+    start, last, later = (
         before.odometry["time"][0],
         before.odometry["time"][-1],
         after.odometry["time"][400],
     )
-    truth = np.diff(bench.place(run, np.array([start, *between])), axis=0)[1]
+    places = run.position_from(start // 1000, np.array([last, later]) // 1000)
+    truth = np.diff(places, axis=0)[0]
     assert np.linalg.norm(moved - truth) < 0.3

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,26 @@ class Recording:
     truth_utime: Ints  # (t,)
     truth: Floats  # (t, 3), m, in the instrument's frame; t = 0 where there is none
     out_of_order: dict[str, int]  # rows sorted into place, by sensor
+
+    def messages(self, since: int = 0, until: int = 2**63 - 1) -> dict[str, Any]:
+        """The arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us).
+
+        Its `sample_interval` is not among them: the files do not tell it.
+        """
+
+        def part(time: Ints) -> slice:
+            return slice(*np.searchsorted(time, [since, until], side="right"))
+
+        imu, wheel, gpr = (part(t) for t in (self.imu_utime, self.wheel_utime, self.gpr_utime))
+        return {
+            "imu_time": self.imu_utime[imu] * 1000,
+            "acceleration": self.acceleration[imu],
+            "angular_velocity": self.angular_velocity[imu],
+            "wheel_time": self.wheel_utime[wheel] * 1000,
+            "wheel_distance": self.ticks[wheel] * self.metres_per_tick,
+            "gpr_time": self.gpr_utime[gpr] * 1000,
+            "traces": self.traces[gpr],
+        }
 
 
 def read_recording(sequence: Path) -> Recording:

@@ -79,6 +79,13 @@ class Simulated:
         """The true motion at `utime` (us since 1970)."""
         return self.drive.at((utime - self.spec.start_utime) * 1e-6)
 
+    def position_from(self, origin: int, utime: Ints) -> Floats:
+        """True x, y (n, 2), m, at `utime` in the frame of the true pose at `origin` (us)."""
+        start, motion = self.motion_at(np.array([origin])), self.motion_at(utime)
+        cos, sin = np.cos(start.yaw), np.sin(start.yaw)
+        dx, dy = motion.x - start.x, motion.y - start.y
+        return np.column_stack([cos * dx + sin * dy, -sin * dx + cos * dy])
+
 
 def simulate(spec: Spec, seed: int) -> Simulated:
     """The same `spec` and `seed` give the same numbers."""

@@ -1,0 +1,189 @@
+#!/usr/bin/env python3
+"""Is a robot that was reset found again on the ground it knows, and never on ground it does not?
+
+Each run draws everything from a seed: a drive of some 65 m (line, laps, figure of eight, stops)
+over ground of scatterers and layers, with slips and the errors of the sensors. The estimator first
+loads a map of other ground. It is reset in the pause nearest the middle of the drive; from there
+on another wheel's scale and more noise hold. So there are two questions in each run:
+
+    first half    its ground is in no map: to be located is false
+    second half   its ground was driven over in the first: to be located is right where the pose in
+                  map ends within half a metre of the truth, false elsewhere
+
+The truth is placed by the first half's first pose, so what the first half's map is off by counts.
+
+    bench/relocation.py --runs 100
+    bench/relocation.py --runs 20 --others 40 --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gprodom
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
+from gprodom.simulate.recording import as_recording
+
+ROUTES = ("line", "loop", "eight", "stops")
+DISTANCE = 65.0  # m
+SPEED = 0.7  # m/s, at most
+STANDSTILL = 4.0  # s, at first
+NOISE = 30.0  # counts, more on each sample of the second half
+SCALE = 0.01  # by which the wheel's scale changes at most
+RIGHT = 0.5  # m
+OTHERS = 1_000_000  # seeds of other ground begin here
+
+
+@dataclass(frozen=True)
+class Relocation:
+    """Of one run."""
+
+    seed: int
+    route: str
+    driven_m: float  # in the second half
+    located_first: bool  # in the first half, falsely
+    located_after_m: float | None  # in the second
+    end_m: float  # error of the pose in map at the end; of no meaning where not located
+
+    @property
+    def located(self) -> bool:
+        """In the second half, rightly or not."""
+        return self.located_after_m is not None
+
+    @property
+    def right(self) -> bool:
+        """Located, and the pose in map is near the truth at the end."""
+        return self.located and self.end_m < RIGHT
+
+
+def simulated(seed: int) -> Simulated:
+    """The drive of one run."""
+    route = make_route(ROUTES[seed % 4], DISTANCE, SPEED, STANDSTILL, stream(seed, "route"))
+    return simulate(Spec(route, station=None, slips=2), seed)
+
+
+def middle_pause(run: Simulated) -> int:
+    """Time (us) at which the pause begins that is nearest the middle of the drive."""
+    standing = np.abs(run.truth.v) < 1e-3
+    begins = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
+    middle = 0.5 * run.truth.travelled[-1]
+    return int(run.truth_utime[begins[np.argmin(np.abs(run.truth.travelled[begins] - middle))]])
+
+
+def located_at(outputs: Any) -> int | None:
+    """Time (ns) of the first status that says so."""
+    times = (told["time"] for told in outputs.status if told["values"].get("map.located"))
+    return next(times, None)
+
+
+def relocate(seed: int, others: Path, overrides: list[str]) -> Relocation:
+    """One run."""
+    run = simulated(seed)
+    recording, reset = as_recording(run), middle_pause(run)
+    estimator = gprodom.Odometry(set=overrides)
+    estimator.load_map(str(others))
+    first = estimator.run(**recording.messages(until=reset))
+    estimator.reset()
+    random = stream(seed, "second half")
+    told = recording.messages(since=reset)
+    told["wheel_distance"] = (1 + random.uniform(-SCALE, SCALE)) * told["wheel_distance"]
+    told["traces"] = told["traces"] + NOISE * random.standard_normal(told["traces"].shape)
+    second = estimator.run(**told)
+
+    def travelled(time: int) -> float:
+        return float(np.interp(time // 1000, run.truth_utime, run.truth.travelled))
+
+    pose = second.odometry_map
+    [truth] = run.position_from(first.odometry["time"][0] // 1000, pose["time"][-1:] // 1000)
+    at = located_at(second)
+    return Relocation(
+        seed=seed,
+        route=ROUTES[seed % 4],
+        driven_m=run.truth.travelled[-1] - travelled(reset * 1000),
+        located_first=located_at(first) is not None,
+        located_after_m=None if at is None else travelled(at) - travelled(reset * 1000),
+        end_m=float(np.linalg.norm(pose["position"][-1, :2] - truth)),
+    )
+
+
+def remember_others(count: int, file: Path) -> float:
+    """Drives over `count` pieces of other ground, kept in `file`. Returns the metres."""
+    estimator, metres = gprodom.Odometry(), 0.0
+    with Progress("other ground", count) as progress:
+        for seed in range(OTHERS, OTHERS + count):
+            run = simulated(seed)
+            # The clock goes on from drive to drive.
+            told = as_recording(run).messages()
+            for time in ("imu_time", "wheel_time", "gpr_time"):
+                told[time] = told[time] + (seed - OTHERS - count) * 10**12
+            estimator.run(**told)
+            estimator.reset()
+            metres += run.truth.travelled[-1]
+            progress.advance()
+    estimator.save_map(str(file))
+    return metres
+
+
+def summarise(runs: list[Relocation], other_m: float) -> dict[str, Any]:
+    """The figures of ``--json``."""
+    after = [run.located_after_m for run in runs if run.located_after_m is not None]
+    right = [run.end_m for run in runs if run.right]
+    return {
+        "runs": len(runs),
+        "other_ground_m": other_m,
+        "driven_m_mean": float(np.mean([run.driven_m for run in runs])),
+        "located": sum(run.located for run in runs),
+        "right": len(right),
+        "false_on_known_ground": sum(run.located and not run.right for run in runs),
+        "false_on_unknown_ground": sum(run.located_first for run in runs),
+        "located_after_m_median": float(np.median(after)) if after else None,
+        "located_after_m_90": float(np.percentile(after, 90)) if after else None,
+        "end_m_rms": float(np.sqrt(np.mean(np.square(right)))) if right else None,
+    }
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
+    parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
+    parser.add_argument(
+        "--others", type=int, default=10, help="drives in the map of other ground (%(default)s)"
+    )
+    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    seeds = range(args.first_seed, args.first_seed + args.runs)
+    with tempfile.TemporaryDirectory() as folder:
+        others = Path(folder) / "others.map"
+        other_m = remember_others(args.others, others)
+        work = partial(relocate, others=others, overrides=args.overrides)
+        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(seeds)) as progress:
+            runs = []
+            for run in pool.map(work, seeds):
+                runs.append(run)
+                progress.advance()
+    figures = summarise(runs, other_m)
+    if args.json:
+        print_json(figures | {"drives": [vars(run) for run in runs]})
+    else:
+        rows = [[name, "-" if v is None else f"{v:.4g}"] for name, v in figures.items()]
+        print(format_table(["figure", "value"], rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
