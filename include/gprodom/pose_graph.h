@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace gprodom {
@@ -99,6 +100,7 @@ class PoseGraph {
   std::vector<PlanarPose> nodes_;
   std::vector<Step> steps_;  // steps_[i] leads from node i to node i + 1
   std::vector<RevisitEdge> revisits_;
+  std::optional<double> scale_;  // of the last solution
 
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;
 };

@@ -9,16 +9,34 @@
 
 namespace gprodom {
 
+// Which groups of four columns hold anything but zeros, bit by bit, in rows of 16 doubles.
+using ColumnGroups = unsigned;
+constexpr ColumnGroups kAllColumns = 0xF;
+inline ColumnGroups column_groups(const double* rows, int count) {
+  using Four = Eigen::Array4d;
+  ColumnGroups used = 0;
+  for (int group = 0; group < kStateDim / 4; ++group) {
+    Four sum = Four::Zero();
+    for (int r = 0; r < count; ++r)
+      sum += Eigen::Map<const Four>(rows + r * kStateDim + 4 * group).abs();
+    if (!(sum.sum() == 0.0)) used |= 1U << group;
+  }
+  return used;
+}
+
 // C += or -= sum over r of column_r(A) row_r(B) with A and B given by rows of 16 doubles each:
 // C(i, j) += sign sum_r A[r][i] B[r][j]. Tiles of 4 x 4 stay in registers. kLower: only those on
-// and below the diagonal, where C is symmetric.
+// and below the diagonal, where C is symmetric. Columns outside the groups given are zero.
 enum class Part { kAll, kLower };
 template <int kSign, Part kPart>
-inline void add_outer_products(const double* A, const double* B, int rows, StateMatrix& C) {
+inline void add_outer_products(const double* A, const double* B, int rows, StateMatrix& C,
+                               ColumnGroups in_A = kAllColumns, ColumnGroups in_B = kAllColumns) {
   using Four = Eigen::Array4d;
   constexpr int n = kStateDim;
   for (int j = 0; j < n; j += 4) {
+    if (!(in_B >> (j / 4) & 1U)) continue;
     for (int i = kPart == Part::kLower ? j : 0; i < n; i += 4) {
+      if (!(in_A >> (i / 4) & 1U)) continue;
       Four c0 = Four::Zero(), c1 = c0, c2 = c0, c3 = c0;
       for (int r = 0; r < rows; ++r) {
         const Four a = Eigen::Map<const Four>(A + r * n + i);

@@ -58,35 +58,37 @@ void ImuFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jaco
   r = whitening_ * raw;
   if (!Ja) return;
 
-  Eigen::Matrix<double, 9, kStateDim> A = Eigen::Matrix<double, 9, kStateDim>::Zero(), B = A;
+  // By blocks of three rows; whitening, a triangular matrix, mixes a block with those above it.
+  Ja->setZero(9, kStateDim);
+  Jb->setZero(9, kStateDim);
+  const auto add = [this](Jacobian& J, int block, int column, const Matrix3d& d) {
+    for (int i = block; i < 3; ++i)
+      J.block<3, 3>(3 * i, column) += whitening_.block<3, 3>(3 * i, 3 * block).lazyProduct(d);
+  };
   const Matrix3d Jr_inv = so3::right_jacobian_inverse(phi);
   const Matrix3d theta = Jr_inv * b.R_odom_body().transpose();
-  B.block<3, 3>(0, row::kTheta) = theta;
-  A.block<3, 3>(0, row::kTheta) = -theta;
+  add(*Ja, 0, row::kTheta, -theta);
+  add(*Jb, 0, row::kTheta, theta);
   // The correction Exp(dq_dbg dbg) sits on the right of dq, so on the left of the error, inverted.
-  A.block<3, 3>(0, row::kBg) = -Jr_inv * error.conjugate().toRotationMatrix() *
-                               so3::right_jacobian(preintegration_.dq_dbg() * dbg) *
-                               preintegration_.dq_dbg();
+  add(*Ja, 0, row::kBg,
+      -Jr_inv * error.conjugate().toRotationMatrix() *
+          so3::right_jacobian(preintegration_.dq_dbg() * dbg) * preintegration_.dq_dbg());
 
   // Turning the state a turns what is measured in its frame; v and p turn with theta (the chart).
-  A.block<3, 3>(3, row::kTheta) = RaT * skew(b.v_odom - g * dt);
-  A.block<3, 3>(3, row::kV) = -RaT;
-  A.block<3, 3>(3, row::kBg) = -preintegration_.dv_dbg();
-  A.block<3, 3>(3, row::kBa) = -preintegration_.dv_dba();
-  B.block<3, 3>(3, row::kTheta) = -RaT * skew(b.v_odom);
-  B.block<3, 3>(3, row::kV) = RaT;
+  add(*Ja, 1, row::kTheta, RaT * skew(b.v_odom - g * dt));
+  add(*Ja, 1, row::kV, -RaT);
+  add(*Ja, 1, row::kBg, -preintegration_.dv_dbg());
+  add(*Ja, 1, row::kBa, -preintegration_.dv_dba());
+  add(*Jb, 1, row::kTheta, -RaT * skew(b.v_odom));
+  add(*Jb, 1, row::kV, RaT);
 
-  A.block<3, 3>(6, row::kTheta) = RaT * skew(b.p_odom - 0.5 * g * dt * dt);
-  A.block<3, 3>(6, row::kP) = -RaT;
-  A.block<3, 3>(6, row::kV) = -RaT * dt;
-  A.block<3, 3>(6, row::kBg) = -preintegration_.dp_dbg();
-  A.block<3, 3>(6, row::kBa) = -preintegration_.dp_dba();
-  B.block<3, 3>(6, row::kTheta) = -RaT * skew(b.p_odom);
-  B.block<3, 3>(6, row::kP) = RaT;
-
-  // Lazy: too small for Eigen's kernels for large matrices.
-  *Ja = whitening_.lazyProduct(A);
-  *Jb = whitening_.lazyProduct(B);
+  add(*Ja, 2, row::kTheta, RaT * skew(b.p_odom - 0.5 * g * dt * dt));
+  add(*Ja, 2, row::kP, -RaT);
+  add(*Ja, 2, row::kV, -RaT * dt);
+  add(*Ja, 2, row::kBg, -preintegration_.dp_dbg());
+  add(*Ja, 2, row::kBa, -preintegration_.dp_dba());
+  add(*Jb, 2, row::kTheta, -RaT * skew(b.p_odom));
+  add(*Jb, 2, row::kP, RaT);
 }
 
 RandomWalkFactor::RandomWalkFactor(double gyro_bias_sigma, double accel_bias_sigma,

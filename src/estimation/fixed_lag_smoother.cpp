@@ -39,10 +39,19 @@ void scale_columns(Jacobian& J) {
   for (int i = 0; i < J.rows(); ++i) J.row(i).array() *= units.transpose().array();
 }
 
+// A Jacobian and where it is not zero: a factor knows nothing of a good part of a state.
+struct Known {
+  const Jacobian& J;
+  ColumnGroups columns;
+  explicit Known(const Jacobian& jacobian)
+      : J(jacobian), columns(column_groups(J.data(), static_cast<int>(J.rows()))) {}
+};
+
 // C += A^T B.
 template <Part kPart>
-void add_product(const Jacobian& A, const Jacobian& B, StateMatrix& C) {
-  add_outer_products<1, kPart>(A.data(), B.data(), static_cast<int>(A.rows()), C);
+void add_product(const Known& A, const Known& B, StateMatrix& C) {
+  add_outer_products<1, kPart>(A.J.data(), B.J.data(), static_cast<int>(A.J.rows()), C, A.columns,
+                               B.columns);
 }
 
 void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb) {
@@ -126,11 +135,12 @@ double FixedLagSmoother::linearise(const States& x) {
     weight_rows(*link.factor, r, Ja, Jb);
     scale_columns(Ja);
     scale_columns(Jb);
-    add_product<Part::kLower>(Ja, Ja, block(H_, a, a));
-    add_product<Part::kAll>(Jb, Ja, block(H_, b, a));
-    add_product<Part::kLower>(Jb, Jb, block(H_, b, b));
-    g_[a].noalias() += Ja.transpose() * r;
-    g_[b].noalias() += Jb.transpose() * r;
+    const Known A(Ja), B(Jb);
+    add_product<Part::kLower>(A, A, block(H_, a, a));
+    add_product<Part::kAll>(B, A, block(H_, b, a));
+    add_product<Part::kLower>(B, B, block(H_, b, b));
+    g_[a].noalias() += Ja.transpose().lazyProduct(r);
+    g_[b].noalias() += Jb.transpose().lazyProduct(r);
   }
   return sum;
 }
@@ -166,14 +176,14 @@ double FixedLagSmoother::solve_step(std::vector<StateVector>& step) const {
   double decrease = 0;
   for (size_t i = 0; i < n; ++i) {
     StateVector y = -g_[i];
-    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k) * step[k];
+    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k).lazyProduct(step[k]);
     step[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
     decrease += 0.5 * step[i].squaredNorm();  // half |L^-1 g|^2
   }
   static const StateVector units = row_units();
   for (size_t i = n; i-- > 0;) {
     for (size_t k = i + 1; k < std::min(n, i + bandwidth_ + 1); ++k)
-      if (first_[k] <= i) step[i].noalias() -= block(L_, k, i).transpose() * step[k];
+      if (first_[k] <= i) step[i].noalias() -= block(L_, k, i).transpose().lazyProduct(step[k]);
     block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(step[i]);
   }
   for (auto& s : step) s.array() *= units.array();

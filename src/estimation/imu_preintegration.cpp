@@ -45,6 +45,21 @@ Matrix9d carried(const Matrix9d& P, const Matrix3d& E, const Matrix3d& A, const 
   return R;
 }
 
+// P += G G^T for G = [q 0; v w; p s], by blocks of three.
+void add_noise(const Matrix3d& q, const Matrix3d& v, const Matrix3d& p, const Matrix3d& w,
+               const Matrix3d& s, Matrix9d& P) {
+  const auto add = [&P](int i, int j, const Matrix3d& product) {
+    P.block<3, 3>(3 * i, 3 * j) += product;
+    if (i != j) P.block<3, 3>(3 * j, 3 * i) += product.transpose();
+  };
+  add(0, 0, q * q.transpose());
+  add(1, 0, v * q.transpose());
+  add(2, 0, p * q.transpose());
+  add(1, 1, v * v.transpose() + w * w.transpose());
+  add(2, 1, p * v.transpose() + s * w.transpose());
+  add(2, 2, p * p.transpose() + s * s.transpose());
+}
+
 }  // namespace
 
 ImuPreintegration::ImuPreintegration(const ImuNoise& noise, const Vector3d& gyro_bias,
@@ -75,10 +90,8 @@ void ImuPreintegration::integrate(const Vector3d& acceleration, const Vector3d& 
   covariance_ = carried(covariance_, step_t, v_theta, p_theta, dt);
   const double gyro_sigma = noise.gyro_density / std::sqrt(dt);
   const double accel_sigma = noise.accel_density / std::sqrt(dt);
-  Eigen::Matrix<double, 9, 6> G;
-  G << gyro_sigma * Jr_dt, Matrix3d::Zero(), gyro_sigma * v_rate, accel_sigma * R_once,
-      gyro_sigma * p_rate, accel_sigma * R_twice;
-  covariance_ += G.lazyProduct(G.transpose());
+  add_noise(gyro_sigma * Jr_dt, gyro_sigma * v_rate, gyro_sigma * p_rate, accel_sigma * R_once,
+            accel_sigma * R_twice, covariance_);
 
   // A bias acts like noise of the opposite sign that stays.
   dp_dbg_ += dv_dbg_ * dt + p_theta * dq_dbg_ - p_rate;

@@ -31,12 +31,21 @@ namespace {
 // A wheel's scale that is held still needs a finite weight: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
 
+// The pose that a step leads to, in the frame of the one it starts from.
+PlanarPose moved(const PlanarStep& step, double scale) {
+  const Eigen::Vector3d change = step.d_scale * (scale - step.scale);
+  return {step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
+}
+
 // The graph as Ceres sees it: three parameters a node, then the scale.
 class Problem {
  public:
-  Problem(const std::vector<PlanarPose>& initial, double scale, double scale_sigma,
+  struct Scale {
+    double initial, prior, prior_sigma;
+  };
+  Problem(const std::vector<PlanarPose>& initial, const Scale& scale,
           const PoseGraphOptions& options)
-      : options_(options), scale_(scale) {
+      : options_(options), scale_(scale.initial) {
     nodes_.reserve(initial.size());
     for (const PlanarPose& pose : initial) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
     for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
@@ -44,8 +53,9 @@ class Problem {
     problem_.AddParameterBlock(map_.data(), 3);
     problem_.SetParameterBlockConstant(map_.data());
     problem_.SetParameterBlockConstant(nodes_.front().data());
-    problem_.AddResidualBlock(new ScalePrior(scale, std::max(scale_sigma, kHeldScaleSigma)),
-                              nullptr, &scale_);
+    problem_.AddResidualBlock(
+        new ScalePrior(scale.prior, std::max(scale.prior_sigma, kHeldScaleSigma)), nullptr,
+        &scale_);
   }
 
   void add_step(std::size_t from, const PlanarStep& step, const Matrix3d& whitening) {
@@ -66,6 +76,9 @@ class Problem {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.max_num_iterations = options_.max_iterations;
+    // A chain is stiff step by step and soft as a whole: what Ceres starts with would damp the
+    // whole.
+    options.initial_trust_region_radius = 1e12;
     options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
@@ -118,11 +131,7 @@ class Problem {
 }  // namespace
 
 PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step) {
-  PlanarPose moved = step.measured;
-  const Eigen::Vector3d change = step.d_scale * (from.scale - step.scale);
-  moved.p += change.head<2>();
-  moved.yaw += change[2];
-  PlanarEstimate to{compose(from.pose, moved), from.scale, Matrix4d::Zero()};
+  PlanarEstimate to{compose(from.pose, moved(step, from.scale)), from.scale, Matrix4d::Zero()};
   // The step is in the frame of the pose it starts from, whose yaw turns it.
   Matrix3d turn = Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.pose.yaw).toRotationMatrix();
@@ -149,7 +158,7 @@ std::size_t PoseGraph::add_node(const PlanarStep& step) {
     throw std::invalid_argument("pose graph: a step's covariance is not positive definite");
   }
   steps_.push_back({step, llt.matrixL().solve(Matrix3d::Identity())});
-  nodes_.push_back(compose(nodes_.back(), step.measured));
+  nodes_.push_back(compose(nodes_.back(), moved(step, scale_.value_or(step.scale))));
   return nodes_.size() - 1;
 }
 
@@ -184,12 +193,13 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   PoseGraphSolution solution;
   solution.trusted.assign(revisits_.size(), true);
   solution.nodes = nodes_;
+  solution.newest.scale = scale_.value_or(scale);
   auto& trusted = solution.trusted;
   // A wrong revisit drags right ones with it: the worst go first, with a robust kernel, and what is
   // right then comes back. What is left is solved without a kernel.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
-    Problem problem(solution.nodes, scale, scale_sigma, options_);
+    Problem problem(solution.nodes, {solution.newest.scale, scale, scale_sigma}, options_);
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       problem.add_step(i, steps_[i].odometry, steps_[i].whitening);
     }
@@ -198,11 +208,12 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
     }
     problem.solve();
     for (std::size_t i = 0; i < nodes_.size(); ++i) solution.nodes[i] = problem.node(i);
+    solution.newest.scale = problem.scale();
     if (stage == Stage::kFinal) {
       solution.newest.pose = solution.nodes.back();
-      solution.newest.scale = problem.scale();
       if (nodes_.size() > 1) solution.newest.covariance = problem.newest_covariance();
       nodes_ = solution.nodes;
+      scale_ = solution.newest.scale;
       return solution;
     }
     const std::vector<double> deviation = deviations(solution.nodes);
@@ -211,14 +222,16 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
       if (trusted[i]) worst = std::max(worst, deviation[i]);
     }
     const bool drop = worst > options_.drop_beyond;
+    bool restored = false;
     for (std::size_t i = 0; i < deviation.size(); ++i) {
       if (drop && trusted[i] && deviation[i] > std::max(options_.drop_beyond, 0.5 * worst)) {
         trusted[i] = false;
-      } else if (!drop && stage == Stage::kDrop && deviation[i] < options_.drop_beyond) {
-        trusted[i] = true;
+      } else if (!drop && stage == Stage::kDrop && !trusted[i] &&
+                 deviation[i] < options_.drop_beyond) {
+        trusted[i] = restored = true;
       }
     }
-    if (!drop) stage = stage == Stage::kDrop ? Stage::kRestore : Stage::kFinal;
+    if (!drop) stage = restored ? Stage::kRestore : Stage::kFinal;
   }
 }
 

@@ -40,14 +40,16 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   F.block<3, 3>(6, row::kV) = I;
   F.block<3, 3>(6, row::kBg) = R * since.dv_dbg();
   F.block<3, 3>(6, row::kBa) = R * since.dv_dba();
-  Matrix9d G = Matrix9d::Zero();  // preintegrated noise: rotation (at y), velocity, position (at x)
-  G.block<3, 3>(0, 0) = Ry;
-  G.block<3, 3>(3, 6) = R;
-  G.block<3, 3>(6, 3) = R;
   // Lazy: blocks this small cost less than their preparation for the large kernels.
   const Eigen::Matrix<double, 9, kStateDim> FP = F.lazyProduct(covariance);
-  const Matrix9d GS = G.lazyProduct(since.covariance());
-  Matrix9d P = FP.lazyProduct(F.transpose()) + GS.lazyProduct(G.transpose());
+  Matrix9d P = FP.lazyProduct(F.transpose());
+  // Preintegrated noise: rotation (at y), velocity, position (at x).
+  const Matrix3d* const turn[] = {&Ry, &R, &R};
+  constexpr int from[] = {0, 6, 3};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      P.block<3, 3>(3 * i, 3 * j) +=
+          *turn[i] * since.covariance().block<3, 3>(from[i], from[j]) * turn[j]->transpose();
   P = 0.5 * (P + P.transpose()).eval();
 
   OdometryEstimate out;

@@ -1,6 +1,7 @@
 #include "gprodom/gpr/revisit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -34,6 +35,35 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
   return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
 }
 
+// Sum of n entries of each of some rows of a table, row i from begin[i] on. In registers: the table
+// is read once and the sum written once. `stride` is from row to row, 0: they are one.
+Eigen::ArrayXf sum_of_rows(const float* table, Eigen::Index stride, const int* begin, int rows,
+                           Eigen::Index n) {
+  using Four = Eigen::Array4f;
+  constexpr Eigen::Index kTile = 16;
+  Eigen::ArrayXf sum(n);
+  if (n < kTile) {
+    sum.setZero();
+    for (int i = 0; i < rows; ++i) {
+      sum += Eigen::Map<const Eigen::ArrayXf>(table + i * stride + begin[i], n);
+    }
+    return sum;
+  }
+  for (Eigen::Index tile = 0; tile < n; tile += kTile) {
+    const Eigen::Index k = std::min(tile, n - kTile);  // the last one overlaps
+    Four a = Four::Zero(), b = a, c = a, d = a;
+    for (int i = 0; i < rows; ++i) {
+      const float* row = table + i * stride + begin[i] + k;
+      a += Eigen::Map<const Four>(row);
+      b += Eigen::Map<const Four>(row + 4);
+      c += Eigen::Map<const Four>(row + 8);
+      d += Eigen::Map<const Four>(row + 12);
+    }
+    sum.segment<kTile>(k) << a, b, c, d;
+  }
+  return sum;
+}
+
 }  // namespace
 
 PatchMatcher::PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options)
@@ -50,40 +80,42 @@ void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
   const auto count = (query.rows() + stride_ - 1) / stride_;
   Columns sparse(count, query.cols());
   for (Eigen::Index i = 0; i < count; ++i) sparse.row(i) = query.row(i * stride_);
-  const Columns shifted[kShifts] = {delay_rows(sparse, -shift_rows_), sparse,
-                                    delay_rows(sparse, shift_rows_)};
-  tables_.resize(options_.depth_blocks * kShifts);
+  Columns shifted(kShifts * count, query.cols());
+  shifted << delay_rows(sparse, -shift_rows_), sparse, delay_rows(sparse, shift_rows_);
+  tables_.resize(options_.depth_blocks);
   query_energy_.resize(tables_.size());
-  memory_energy_.resize(options_.depth_blocks);
+  memory_energy_.resize(tables_.size());
   for (int b = 0; b < options_.depth_blocks; ++b) {
     const int from = edges_[b], n = edges_[b + 1] - edges_[b];
+    const auto block = shifted.middleCols(from, n);
     memory_energy_[b] = memory.middleCols(from, n).array().square().rowwise().sum();
-    for (int s = 0; s < kShifts; ++s) {
-      const auto block = shifted[s].middleCols(from, n);
-      query_energy_[b * kShifts + s] = block.array().square().rowwise().sum();
-      tables_[b * kShifts + s].noalias() = block * memory.middleCols(from, n).transpose();
+    query_energy_[b] = block.array().square().rowwise().sum();
+    // A new width each time would be new memory each time, cleared by the system.
+    if (tables_[b].rows() != block.rows() || tables_[b].cols() < memory.rows()) {
+      tables_[b].resize(block.rows(), memory.rows());
     }
+    tables_[b].leftCols(memory.rows()).noalias() = block * memory.middleCols(from, n).transpose();
   }
 }
 
 // Adds one block's share of the correlations along a path.
-void PatchMatcher::add_block(int block, const std::vector<int>& step, Curves& curves) const {
+void PatchMatcher::add_block(int block, const std::vector<int>& begin, Curves& curves) const {
   constexpr float kTiny = std::numeric_limits<float>::min();
   const auto n = curves.shifted.size();
-  const auto columns = static_cast<int>(step.size()), halfway = columns / 2;
-  Eigen::ArrayXf sum[2], energy[2], best;
-  for (auto& e : energy) e = Eigen::ArrayXf::Zero(n);
-  for (int i = 0; i < columns; ++i) {
-    energy[i >= halfway] += memory_energy_[block].segment(curves.first + step[i], n);
-  }
+  const auto columns = static_cast<int>(begin.size()), halfway = columns / 2;
+  // Of the query's two halves.
+  const auto sums = [&](const float* table, Eigen::Index stride) {
+    return std::array<Eigen::ArrayXf, 2>{
+        sum_of_rows(table, stride, begin.data(), halfway, n),
+        sum_of_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n)};
+  };
+  const auto energy = sums(memory_energy_[block].data(), 0);
   const auto share = static_cast<float>(1.0 / options_.depth_blocks);
+  const Columns& table = tables_[block];
+  Eigen::ArrayXf best;
   for (int s = 0; s < kShifts; ++s) {
-    const Columns& table = tables_[block * kShifts + s];
-    const Eigen::ArrayXf& own = query_energy_[block * kShifts + s];
-    for (auto& x : sum) x = Eigen::ArrayXf::Zero(n);
-    for (int i = 0; i < columns; ++i) {
-      sum[i >= halfway] += table.row(i).segment(curves.first + step[i], n).array().transpose();
-    }
+    const auto own = query_energy_[block].segment(s * columns, columns);
+    const auto sum = sums(&table(s * columns, 0), table.cols());
     const Eigen::ArrayXf rho =
         share * (sum[0] + sum[1]) / ((energy[0] + energy[1]) * own.sum()).max(kTiny).sqrt();
     best = s == 0 ? rho : best.max(rho).eval();
@@ -100,7 +132,8 @@ void PatchMatcher::add_block(int block, const std::vector<int>& step, Curves& cu
 PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
                                          double scale) const {
   const double half_column = query_centre - std::floor(query_centre);
-  std::vector<int> step(tables_[0].rows());  // from a place to the memory column under column i
+  std::vector<int> step(tables_[0].rows() /
+                        kShifts);  // from a place to the memory column under column i
   for (int i = 0; i < static_cast<int>(step.size()); ++i) {
     const double along = direction * scale * (i * stride_ - query_centre);
     step[i] = static_cast<int>(std::floor(half_column + along + 0.5));
@@ -110,10 +143,12 @@ PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int
   curves.mirrored = direction < 0;
   curves.scale = scale;
   curves.first = std::max(places.first, -*lowest);
-  const int n = std::min(places.end, static_cast<int>(tables_[0].cols()) - *highest) - curves.first;
+  const int n =
+      std::min(places.end, static_cast<int>(memory_energy_[0].size()) - *highest) - curves.first;
   const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(std::max(n, 0));
   curves.shifted = curves.correlation = curves.half[0] = curves.half[1] = zero;
   if (n > 0) {
+    for (int& s : step) s += curves.first;  // now from the first place
     for (int b = 0; b < options_.depth_blocks; ++b) add_block(b, step, curves);
   }
   curves.evidence = evidence(curves.shifted) + evidence(curves.correlation);
@@ -142,14 +177,14 @@ RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, do
 }
 
 PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query, double expected_place,
-                                 double bound) {
+                                 double bound, double surround) {
   if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
     throw std::invalid_argument("patches: expected as many rows as the filter gives");
   }
   const double query_centre = 0.5 * static_cast<double>(query.rows() - 1);
   const double half_column = query_centre - std::floor(query_centre);
   const double place = expected_place - half_column;
-  const double gate = bound / spacing_, wide = gate + options_.surround_m / spacing_;
+  const double gate = bound / spacing_, wide = gate + surround / spacing_;
   const double reach = 1.1 * query_centre + 2.0;
   const auto from = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
   const auto to = static_cast<int>(

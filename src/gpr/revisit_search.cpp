@@ -138,7 +138,10 @@ bool RevisitSearch::agrees_backwards(const Columns& newest, const SearchWindow& 
   const double cut =
       found.column - static_cast<double>(window.first + first) - 0.5 * (patch_columns_ - 1);
   const double centre = static_cast<double>(newest.rows()) - 0.5 * (patch_columns_ + 1);
-  const RevisitMatch back = matcher_.survey(newest, patch, centre, options_.matcher.lobe_m).best();
+  // Where it lies is asked, not how well: what surrounds it need not be compared.
+  const double surround = 2.0 * matcher_.spacing();
+  const RevisitMatch back =
+      matcher_.survey(newest, patch, centre, options_.matcher.lobe_m, surround).best();
   const double sign = found.match.mirrored ? -1.0 : 1.0;
   return back.valid && back.mirrored == found.match.mirrored &&
          std::abs(back.offset_m / matcher_.spacing() + sign * cut - centre) * matcher_.spacing() <=

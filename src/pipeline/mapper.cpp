@@ -15,6 +15,7 @@ constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis 
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
+constexpr double kSolveAnyway = 10.0;  // s of data time without a new revisit: the scale is learnt
 constexpr int kBefore = 58;  // columns before the query in which the memory is looked for in turn
 
 bool nearer_beside(const Pass& a, const Pass& b) {
@@ -54,7 +55,8 @@ MapAnswer Mapper::run(const MapInput& input) {
   locate();
   answer.located = located_ && !was_located;
   answer.map = map_;
-  if (!graph_->revisits().empty() && path_.newest().time >= next_solve_) {
+  const bool tied = graph_->revisits().size() > trusted_.size();
+  if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_)) {
     solve(input.scale, input.scale_sigma, answer);
   }
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
@@ -357,9 +359,10 @@ GroundMap Mapper::take_ground() {
 }
 
 void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
-  next_solve_ = path_.newest().time +
-                from_seconds(std::max(
-                    kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size())));
+  const double every =
+      std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
+  next_solve_ = path_.newest().time + from_seconds(every);
+  solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
   try {
     const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
     newest_node_ = solution.newest;

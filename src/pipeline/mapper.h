@@ -105,7 +105,7 @@ class Mapper {
   MapPath path_;
   std::optional<PoseGraph> graph_;
   PlanarEstimate newest_node_;
-  TimeNs next_solve_ = 0;
+  TimeNs next_solve_ = 0, solve_anyway_ = 0;
   std::vector<bool> trusted_;  // of the graph's revisits, at the last solution
 
   GroundMap ground_;                      // its places are those of tracks before

@@ -100,9 +100,14 @@ class PatchMatcher {
   // whole query are compared. Throws std::invalid_argument where the rows are not the filter's.
   RevisitMatch match(const Columns& memory, const Columns& query, double expected, double bound);
 
-  // The same with the evidence of every place; the place expected counts in columns.
+  // The same with the evidence of every place; the place expected counts in columns. surround: m
+  // beyond the bound, where second places are sought.
   PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
-                     double bound);
+                     double bound, double surround);
+  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
+                     double bound) {
+    return survey(memory, query, expected_place, bound, options_.surround_m);
+  }
 
   double spacing() const { return spacing_; }
   const RevisitOptions& options() const { return options_; }
@@ -115,16 +120,16 @@ class PatchMatcher {
 
   void correlate(const Columns& memory, const Columns& query);
   Curves follow(double query_centre, Places places, int direction, double scale) const;
-  void add_block(int block, const std::vector<int>& step, Curves& curves) const;
+  void add_block(int block, const std::vector<int>& begin, Curves& curves) const;
   std::vector<Curves> search(double query_centre, Places inside, Places wide) const;
 
   RevisitOptions options_;
   double spacing_;
   double shift_rows_;
-  int stride_;                                // query columns compared are this many apart
-  std::vector<int> edges_;                    // of the depth blocks, rows
-  std::vector<Columns> tables_;               // [block * 3 + shift] (query columns, memory columns)
-  std::vector<Eigen::ArrayXf> query_energy_;  // [block * 3 + shift], per query column
+  int stride_;                   // query columns compared are this many apart
+  std::vector<int> edges_;       // of the depth blocks, rows
+  std::vector<Columns> tables_;  // [block] (shift, then query column; memory column and more)
+  std::vector<Eigen::ArrayXf> query_energy_;   // [block], per row of the table
   std::vector<Eigen::ArrayXf> memory_energy_;  // [block], per memory column
 };
 
