@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "gpr/matrix_product.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -94,7 +96,7 @@ void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
     if (tables_[b].rows() != block.rows() || tables_[b].cols() < memory.rows()) {
       tables_[b].resize(block.rows(), memory.rows());
     }
-    tables_[b].leftCols(memory.rows()).noalias() = block * memory.middleCols(from, n).transpose();
+    multiply_by_rows(block, memory.middleCols(from, n), tables_[b]);
   }
 }
 
