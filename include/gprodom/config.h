@@ -153,6 +153,7 @@ struct GprConfig {
   double latency_budget = 0.05;    // s of data time from tick to effect
   double wave_speed = 1.0e8;       // m/s in the ground
   double max_gap = 1.0;            // s; traces further apart: the front end starts afresh
+  double time_offset = 0.0;        // s; added to every stamp
   double stationary_window = 0.6;  // s of traces compared
   std::string fusion = "signed";   // signed | norm (the paper's): how a displacement enters
   double robust_threshold = 2.5;   // standard deviations at which it loses weight; 0: none

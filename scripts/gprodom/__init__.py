@@ -11,6 +11,7 @@ itself.
 import os as _os
 from importlib import import_module as _import_module
 from pathlib import Path as _Path
+from typing import TYPE_CHECKING
 from typing import Any as _Any
 
 
@@ -28,17 +29,25 @@ if _build is not None:
     __path__.append(str(_build / "python" / "gprodom"))
 
 
-def __getattr__(name: str) -> _Any:
-    """``gprodom.Odometry`` and what else the extension offers, loaded when first asked for."""
-    if name.startswith("_"):
-        raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
-    try:
-        core = _import_module("gprodom._core")
-    except ModuleNotFoundError as error:
-        if error.name != "gprodom._core":
-            raise
-        raise AttributeError(
-            f"module 'gprodom' has no attribute {name!r}: its extension gprodom._core is not "
-            "built (cmake --build build) or not installed"
-        ) from None
-    return getattr(core, name)
+if TYPE_CHECKING:
+    from gprodom._core import ConfigError as ConfigError
+    from gprodom._core import FileError as FileError
+    from gprodom._core import Odometry as Odometry
+    from gprodom._core import Outputs as Outputs
+    from gprodom._core import describe_config as describe_config
+else:
+
+    def __getattr__(name: str) -> _Any:
+        """``gprodom.Odometry`` and what else the extension offers, loaded when first asked for."""
+        if name.startswith("_"):
+            raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
+        try:
+            core = _import_module("gprodom._core")
+        except ModuleNotFoundError as error:
+            if error.name != "gprodom._core":
+                raise
+            raise AttributeError(
+                f"module 'gprodom' has no attribute {name!r}: its extension gprodom._core is not "
+                "built (cmake --build build) or not installed"
+            ) from None
+        return getattr(core, name)

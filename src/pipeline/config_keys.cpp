@@ -115,6 +115,7 @@ void add_gpr(Keys& keys, GprConfig& c) {
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
     {"gpr.max_gap", &c.max_gap, "s", kPositive, "traces further apart: the front end starts afresh"},
+    {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
     {"gpr.stationary_window", &c.stationary_window, "s", between(0.05, 10), "of traces compared to see a standstill"},
     {"gpr.fusion", &c.fusion, "", Choices{"signed", "norm"}, "how a displacement enters: with its sign, or as the paper's norm"},
     {"gpr.robust_threshold", &c.robust_threshold, "", kNotNegative, "standard deviations at which a displacement loses weight; 0: none"},

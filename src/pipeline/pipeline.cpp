@@ -94,7 +94,7 @@ bool Pipeline::accept(Message& message) {
   };
   const Entry entries[] = {{config_.channels.imu, imu_guard_, config_.imu.time_offset},
                            {config_.channels.wheel, wheel_guard_, config_.wheel.time_offset},
-                           {config_.channels.gpr_trace, gpr_guard_, 0.0},
+                           {config_.channels.gpr_trace, gpr_guard_, config_.gpr.time_offset},
                            {config_.channels.displacement_in, displacement_guard_, 0.0}};
   const Entry& entry = entries[message.index()];
   const TimeNs time =

@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -80,7 +81,9 @@ py::array_t<float> remove_background(const Floats& traces, const std::string& mo
   });
 }
 
-py::tuple track_time_zero(const Floats& traces, double period, double max_delay) {
+std::tuple<py::array_t<float>, py::array_t<double>> track_time_zero(const Floats& traces,
+                                                                    double period,
+                                                                    double max_delay) {
   require_shape(traces, 2, "(traces, samples)");
   if (traces.shape(1) < 32) throw std::invalid_argument("expected 32 samples or more");
   TimeZeroTracker tracker(period, max_delay);
@@ -88,7 +91,7 @@ py::tuple track_time_zero(const Floats& traces, double period, double max_delay)
   double* delay = delays.mutable_data();
   py::array_t<float> aligned = each_trace<float>(
       traces, [&](const float* x, int n, float* out) { *delay++ = tracker.align(x, n, out); });
-  return py::make_tuple(aligned, delays);
+  return {aligned, delays};
 }
 
 py::array_t<std::int8_t> check_traces(const Floats& traces) {
@@ -103,14 +106,15 @@ py::array_t<std::int8_t> check_traces(const Floats& traces) {
   return quality;
 }
 
-py::tuple swt(const Doubles& trace, const std::string& wavelet, int levels) {
+std::tuple<py::array_t<double>, py::array_t<double>> swt(const Doubles& trace,
+                                                         const std::string& wavelet, int levels) {
   require_shape(trace, 1, "(samples,)");
   const py::ssize_t n = trace.size();
   StationaryWavelet<double> transform(make_wavelet(wavelet), levels);
   py::array_t<double> details({static_cast<py::ssize_t>(levels), n}), approximation(n);
   transform.forward(trace.data(), static_cast<int>(n), details.mutable_data(),
                     approximation.mutable_data());
-  return py::make_tuple(details, approximation);
+  return {details, approximation};
 }
 
 py::array_t<double> iswt(const Doubles& details, const Doubles& approximation,
@@ -136,8 +140,9 @@ py::array_t<double> keep_details(const Doubles& traces, const std::string& wavel
 }
 
 // Filtered traces (NaN where bad), quality, delay and noise of each.
-py::tuple retain_details(DetailsRetention& filter, const Floats& traces, double sample_interval,
-                         bool standing) {
+std::tuple<py::array_t<float>, py::array_t<std::int8_t>, py::array_t<double>, py::array_t<double>>
+retain_details(DetailsRetention& filter, const Floats& traces, double sample_interval,
+               bool standing) {
   require_shape(traces, 2, "(traces, samples)");
   py::array_t<std::int8_t> quality(traces.shape(0));
   py::array_t<double> delay(traces.shape(0)), noise(traces.shape(0));
@@ -154,7 +159,7 @@ py::tuple retain_details(DetailsRetention& filter, const Floats& traces, double 
       std::fill_n(y, n, std::numeric_limits<float>::quiet_NaN());
     }
   });
-  return py::make_tuple(out, quality, delay, noise);
+  return {out, quality, delay, noise};
 }
 
 // from, to of each claim of the stationarity front end, driven as the estimator drives it.
@@ -257,7 +262,8 @@ void bind_gpr_filter(py::module_& module) {
   py::class_<DetailsRetention>(module, "DetailsRetention",
                                "Details retention on a stream of traces, as the radar front ends "
                                "run it.")
-      .def(py::init<const GprFilterConfig&>(), "config"_a = GprFilterConfig())
+      .def(py::init<const GprFilterConfig&>(),
+           py::arg_v("config", GprFilterConfig(), "FilterConfig()"))
       .def("filter", &retain_details, "traces"_a, "sample_interval"_a, "standing"_a = false,
            "Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN "
            "where bad), and for each its quality (0 good, 1 dead, 2 spiked), the delay taken out "

@@ -106,7 +106,7 @@ void bind_gpr_peaks(py::module_& module) {
       .def_readonly("misfit", &PeakCounts::misfit);
 
   py::class_<PeakExtractor>(module, "PeakExtractor", "Peaks of filtered traces.")
-      .def(py::init<const PeakOptions&>(), py::arg("options") = defaults)
+      .def(py::init<const PeakOptions&>(), py::arg_v("options", PeakOptions{}, "PeakOptions()"))
       .def(
           "extract",
           [](PeakExtractor& extractor, const Trace& trace) {

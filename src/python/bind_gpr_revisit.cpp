@@ -3,6 +3,9 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <optional>
+#include <tuple>
+
 #include "gprodom/gpr/global_search.h"
 #include "gprodom/gpr/patch_filter.h"
 #include "gprodom/gpr/revisit.h"
@@ -38,25 +41,28 @@ RevisitMatch find_patch(const Columns& memory, const Columns& query, double spac
   return matcher.match(filter.apply(memory), filter.apply(query), prior - 0.5 * length, bound);
 }
 
-py::tuple match_patch(const Columns& memory, const Columns& query, double spacing,
-                      double sample_interval, double prior, double bound) {
+std::tuple<double, bool, double> match_patch(const Columns& memory, const Columns& query,
+                                             double spacing, double sample_interval, double prior,
+                                             double bound) {
   const RevisitMatch match =
       find_patch(memory, query, spacing, sample_interval, prior, bound, {}, {});
-  if (!match.valid) return py::make_tuple(prior, false, -1.0);
+  if (!match.valid) return {prior, false, -1.0};
   const double length = static_cast<double>(memory.rows()) * spacing;
-  return py::make_tuple(0.5 * length + match.offset_m, match.mirrored, match.score);
+  return {0.5 * length + match.offset_m, match.mirrored, match.score};
 }
 
 // One window: the whole memory, around the column expected.
-py::object look(RevisitSearch& search, const Columns& newest, double moved, const Columns& memory,
-                double expected, double bound) {
+std::optional<std::tuple<double, double, RevisitMatch>> look(RevisitSearch& search,
+                                                             const Columns& newest, double moved,
+                                                             const Columns& memory, double expected,
+                                                             double bound) {
   SearchWindow window;
   window.features = memory;
   window.expected = expected;
   window.bound_m = bound;
   const std::vector<PlaceFound> found = search.look(newest, moved, {window});
-  if (found.empty()) return py::none();
-  return py::make_tuple(found[0].column, found[0].certainty, found[0].match);
+  if (found.empty()) return std::nullopt;
+  return std::make_tuple(found[0].column, found[0].certainty, found[0].match);
 }
 
 void bind_along_the_track(py::module_& module) {
@@ -74,7 +80,8 @@ void bind_along_the_track(py::module_& module) {
   py::class_<RevisitSearch>(module, "RevisitSearch",
                             "Places carried along the track; see gpr/revisit_search.h.")
       .def(py::init<const PatchFilter&, double, RevisitSearchOptions>(), py::arg("filter"),
-           py::arg("spacing"), py::arg("options") = RevisitSearchOptions{})
+           py::arg("spacing"),
+           py::arg_v("options", RevisitSearchOptions{}, "RevisitSearchOptions()"))
       .def_property_readonly("patch_columns", &RevisitSearch::patch_columns)
       .def(
           "look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
@@ -103,7 +110,7 @@ void bind_anywhere(py::module_& module) {
       .def_readwrite("min_margin", &GlobalSearchOptions::min_margin);
   py::class_<GlobalSearch>(module, "GlobalSearch", "See gpr/global_search.h.")
       .def(py::init<const PatchFilter&, double, GlobalSearchOptions>(), py::arg("filter"),
-           py::arg("spacing"), py::arg("options") = GlobalSearchOptions{})
+           py::arg("spacing"), py::arg_v("options", GlobalSearchOptions{}, "GlobalSearchOptions()"))
       .def("add_run", &GlobalSearch::add_run, py::arg("first"), py::arg("features"))
       .def(
           "find", [](const GlobalSearch& s, const Columns& q) { return s.find(q); },
@@ -151,7 +158,7 @@ void bind_gpr_revisit(py::module_& module) {
   py::class_<PatchFilter>(module, "PatchFilter", "Traces -> features; see gpr/patch_filter.h.")
       .def(py::init<const Columns&, double, double, const PatchFilterOptions&>(), py::arg("traces"),
            py::arg("spacing"), py::arg("sample_interval"),
-           py::arg("options") = PatchFilterOptions{})
+           py::arg_v("options", PatchFilterOptions{}, "PatchFilterOptions()"))
       .def("apply", &PatchFilter::apply, py::arg("traces"),
            "Features (columns, rows) of traces (columns, samples).")
       .def_property_readonly("rows", &PatchFilter::rows)
@@ -160,7 +167,7 @@ void bind_gpr_revisit(py::module_& module) {
 
   py::class_<PatchMatcher>(module, "PatchMatcher", "See gpr/revisit.h.")
       .def(py::init<const PatchFilter&, double, RevisitOptions>(), py::arg("filter"),
-           py::arg("spacing"), py::arg("options") = RevisitOptions{})
+           py::arg("spacing"), py::arg_v("options", RevisitOptions{}, "RevisitOptions()"))
       .def("match", &PatchMatcher::match, py::arg("memory"), py::arg("query"), py::arg("expected"),
            py::arg("bound"), py::call_guard<py::gil_scoped_release>(),
            "The RevisitMatch of features (columns, rows), the query's centre expected at\n"
@@ -178,8 +185,8 @@ void bind_gpr_revisit(py::module_& module) {
       "score). Its centre is expected at `prior` m, give or take `bound` m.");
   module.def("find_patch", &find_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
              py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
-             py::arg("options") = RevisitOptions{},
-             py::arg("filter_options") = PatchFilterOptions{},
+             py::arg_v("options", RevisitOptions{}, "RevisitOptions()"),
+             py::arg_v("filter_options", PatchFilterOptions{}, "PatchFilterOptions()"),
              py::call_guard<py::gil_scoped_release>(),
              "The same with all that is known of the match, and with options.");
 }

@@ -2,9 +2,11 @@
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "gprodom/gpr/alignment.h"
 #include "gprodom/gpr/dec.h"
@@ -60,28 +62,29 @@ LevelMatrix build_sfm(const Doubles& depth, const Doubles& position, const Doubl
   return levels;
 }
 
-py::tuple with_distances(const Alignment& alignment, const ShiftDistances& distances) {
-  return py::make_tuple(alignment,
-                        py::array_t<double>(static_cast<py::ssize_t>(distances.distance.size()),
-                                            distances.distance.data()));
+using Aligned = std::tuple<Alignment, py::array_t<double>>;
+
+Aligned with_distances(const Alignment& alignment, const ShiftDistances& distances) {
+  return {alignment, py::array_t<double>(static_cast<py::ssize_t>(distances.distance.size()),
+                                         distances.distance.data())};
 }
 
-py::tuple align_levels(const LevelMatrix& a, const LevelMatrix& b, const std::string& form,
-                       double min_overlap, int max_shift) {
+Aligned align_levels(const LevelMatrix& a, const LevelMatrix& b, const std::string& form,
+                     double min_overlap, int max_shift) {
   Aligner aligner(options_from(form, min_overlap, max_shift));
   const Alignment alignment = aligner.align(a, b);
   return with_distances(alignment, aligner.distances());
 }
 
-py::tuple align_windows(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b, const std::string& form,
-                        double min_overlap, int max_shift) {
+Aligned align_windows(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b, const std::string& form,
+                      double min_overlap, int max_shift) {
   Aligner aligner(options_from(form, min_overlap, max_shift));
   const Alignment alignment = aligner.align(a, b);
   return with_distances(alignment, aligner.distances());
 }
 
-py::tuple align_curves(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double min_overlap,
-                       int max_shift) {
+Aligned align_curves(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double min_overlap,
+                     int max_shift) {
   CurveAligner aligner(options_from("cosine", min_overlap, max_shift));
   const Alignment alignment = aligner.align(a, b);
   return with_distances(alignment, aligner.distances());

@@ -5,6 +5,11 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "gprodom/config.h"
 #include "gprodom/error.h"
 #include "gprodom/odometry.h"
@@ -35,7 +40,7 @@ using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecas
 Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration, const Array& rate,
             const Times& wheel_time, const Array& wheel_distance, const Times& gpr_time,
             const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
-            double sample_interval, const std::function<void(double)>& progress) {
+            double sample_interval, const std::optional<std::function<void(double)>>& progress) {
   check_rows(imu_time, acceleration, 3,
              "acceleration: expected an array (n, 3) beside imu_time (n,)");
   check_rows(imu_time, rate, 3, "angular_velocity: expected an array (n, 3) beside imu_time (n,)");
@@ -67,7 +72,7 @@ Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration
                        tg = g < ng ? gpr_time.at(g) : kNever;
     if (ti <= tw && ti <= tg) {
       odometry.add(ImuSample{ti, row3(acceleration, i), row3(rate, i)});
-      if (++i % 2000 == 0 && progress) progress(static_cast<double>(i) / static_cast<double>(n));
+      if (++i % 2000 == 0 && progress) (*progress)(static_cast<double>(i) / static_cast<double>(n));
     } else if (tw <= tg) {
       odometry.add(WheelSample{tw, wheel_distance.at(w++)});
     } else {
@@ -94,7 +99,7 @@ Array table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns,
   return out;
 }
 
-py::dict arrays(const std::vector<OdometryEstimate>& e) {
+std::map<std::string, py::array> arrays(const std::vector<OdometryEstimate>& e) {
   const auto copy = [](const auto& m, double* to) {
     for (Eigen::Index k = 0; k < m.size(); ++k) to[k] = m.data()[k];
   };
@@ -104,7 +109,7 @@ py::dict arrays(const std::vector<OdometryEstimate>& e) {
     time.mutable_at(k) = e[k].time;
     flags.mutable_at(k) = e[k].flags;
   }
-  py::dict d;
+  std::map<std::string, py::array> d;
   d["time"] = time;
   d["flags"] = flags;
   d["position"] = table(e, 3, [&](const auto& x, double* to) { copy(x.p_odom_body, to); });
@@ -158,14 +163,14 @@ void bind_odometry(py::module_& m) {
       .def_property_readonly(
           "corrections",
           [](const Outputs& o) {
-            py::list l;
+            std::vector<py::dict> l;
             for (const auto& x : o.corrections) {
               py::dict d;
               d["time"] = x.time, d["revisits"] = x.revisits, d["position"] = x.p_map_odom;
               d["orientation"] = Eigen::Vector4d(x.q_map_odom.w(), x.q_map_odom.x(),
                                                  x.q_map_odom.y(), x.q_map_odom.z());
               d["covariance"] = x.covariance;
-              l.append(d);
+              l.push_back(d);
             }
             return l;
           },
@@ -173,22 +178,22 @@ void bind_odometry(py::module_& m) {
       .def_property_readonly(
           "status",
           [](const Outputs& o) {
-            py::list l;
-            for (const auto& s : o.status) l.append(to_dict(s));
+            std::vector<py::dict> l;
+            for (const auto& s : o.status) l.push_back(to_dict(s));
             return l;
           },
           "One dict per second of data: time, health, reasons, values.")
       .def_property_readonly(
           "displacements",
           [](const Outputs& o) {
-            py::list l;
+            std::vector<py::dict> l;
             for (const auto& x : o.displacements) {
               py::dict d;
               d["time"] = x.time, d["from"] = x.from, d["to"] = x.to, d["source"] = x.source;
               d["kind"] = static_cast<int>(x.kind), d["valid"] = x.valid;
               d["distance"] = x.distance_m, d["sigma"] = x.sigma_m, d["score"] = x.score;
               d["mirrored"] = x.mirrored;
-              l.append(d);
+              l.push_back(d);
             }
             return l;
           },
@@ -264,6 +269,6 @@ void bind_odometry(py::module_& m) {
           "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
-           py::arg("sample_interval") = 2e-10, py::arg("progress") = std::function<void(double)>{},
+           py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
            "A whole sequence, merged by stamp. Empty arrays where a sensor is missing.");
 }

@@ -10,15 +10,20 @@ import numpy as np
 import pytest
 import yaml
 
-from gprodom import logs
+from gprodom import Odometry, describe_config, logs
 from gprodom.calibrate.imu import measure_noise
+from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.cli import main
 from gprodom.convert.streams import streams
+from gprodom.errors import Error
+from gprodom.ground.survey import find_survey
 from gprodom.log_writer import write_log
 from gprodom.simulate import Spec, make_route, simulate, stream
+from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
+from gprodom.simulate.sequence import SurveySpec
 from gprodom.simulate.wheel import WheelSpec
 
 
@@ -101,3 +106,59 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
     assert found.offset_s == pytest.approx(-late * 1e-6, abs=0.012)
     assert found.sigma_s < 0.02
     assert found.explained > 0.4
+
+
+@pytest.mark.parametrize("ground", ["rays", "basement"])
+@pytest.mark.parametrize("late", [0, 50_000])
+def test_radar_time_offset(
+    tmp_path: Path, late: int, ground: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was added to the radar's stamps is told, and the estimator takes it as written."""
+    spec, length = (
+        (GroundSpec(), None)
+        if ground == "rays"
+        else (SurveySpec(ground), find_survey(ground).length)
+    )
+    route = make_route("stops", 30.0, 0.6, 4.0, stream(5, "route"), length)
+    recording = as_recording(simulate(robot(route, spec, slips=2), 5))
+    recording = replace(recording, gpr_utime=recording.gpr_utime + late)
+    log, out = tmp_path / "a.lcmlog", tmp_path / "time.yaml"
+    write_log(log, streams(recording, 2e-10))
+    assert main(["calibrate", "time", str(log), "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["gpr"]["sigma_s"] < 0.02
+    assert abs(found["gpr"]["offset_s"] + late * 1e-6) < max(3 * found["gpr"]["sigma_s"], 0.01)
+    assert abs(found["imu"]["offset_s"]) < 0.02
+    offset = yaml.safe_load(out.read_text())["gpr"]["time_offset"]
+    config = yaml.safe_load(describe_config([f"gpr.time_offset={offset}"]))
+    written = config["gpr"]["time_offset"]
+    assert written == pytest.approx(found["gpr"]["offset_s"], abs=1e-4)
+
+
+def test_no_radar_offset_without_motion(tmp_path: Path) -> None:
+    route = make_route("line", 6.0, 0.6, 30.0, stream(1, "route"))
+    recording = as_recording(simulate(robot(route, GroundSpec()), 5))
+    still = recording.gpr_utime < recording.gpr_utime[0] + 25_000_000
+    recording = replace(
+        recording, gpr_utime=recording.gpr_utime[still], traces=recording.traces[still]
+    )
+    write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
+    with pytest.raises(Error, match="starts and stops"):
+        find_radar_offset(logs.read(tmp_path / "a.lcmlog"))
+
+
+def test_radar_time_offset_moves_the_stamps() -> None:
+    """With the offset, what is said of traces stamped late bears the stamps they should have."""
+    route = make_route("stops", 6.0, 0.6, 4.0, stream(6, "route"))
+    recording = as_recording(simulate(robot(route, GroundSpec()), 6))
+    late = replace(recording, gpr_utime=recording.gpr_utime + 30_000)
+
+    def begins(offset: float) -> set[int]:
+        keys = ["gpr.front_end=stationarity", "graph.enabled=false", f"gpr.time_offset={offset}"]
+        found = Odometry(set=keys).run(**late.messages())
+        return {displacement["from"] for displacement in found.displacements}
+
+    stamps = set(recording.gpr_utime * 1000)
+    assert len(begins(-0.03)) > 20
+    assert begins(-0.03) <= stamps
+    assert not begins(0.0) & stamps

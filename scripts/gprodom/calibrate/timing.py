@@ -1,10 +1,11 @@
-"""``gprodom calibrate time``: by how much the IMU's stamps are off the wheel's."""
+"""``gprodom calibrate time``: by how much the stamps of IMU and radar are off the wheel's."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from gprodom import logs
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
+from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.dead_reckoning import wheel_distance
@@ -22,28 +25,19 @@ Array = NDArray[np.float64]
 
 GRID_S = 0.01
 SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
-REACH_S = 0.5  # lags that are tried
-BLOCKS = 8
 
 EXAMPLES = """\
   gprodom calibrate time drive.lcmlog -o time.yaml
 """
 
 DESCRIPTION = """\
-Finds the time between the stamps of IMU and wheel: the wheel's acceleration is explained by the
-three axes of the accelerometer at each of many lags, and the lag that explains the most is told.
-Wants a drive with many starts and stops. imu.time_offset is what makes the IMU agree with the
-wheel; its uncertainty is the spread over parts of the recording.
+Finds the time between the stamps of the IMU and the wheel, and of the radar and the wheel where
+the recording holds traces. The wheel's acceleration is explained by the three axes of the
+accelerometer, and the change from trace to trace by the wheel's speed, at each of many lags; the
+lag that explains the most is told. Wants a drive with many starts and stops. imu.time_offset and
+gpr.time_offset are what makes the sensors agree with the wheel; their uncertainty is the spread
+over parts of the recording.
 """
-
-
-@dataclass(frozen=True)
-class Offset:
-    """offset_s: to be added to the IMU's stamps. explained: share of the wheel's acceleration."""
-
-    offset_s: float
-    sigma_s: float
-    explained: float
 
 
 def find_offset(log: dict[str, logs.Channel]) -> Offset:
@@ -63,9 +57,7 @@ def find_offset(log: dict[str, logs.Channel]) -> Offset:
         for a, b in zip(np.array_split(wheel, BLOCKS), np.array_split(force, BLOCKS), strict=True)
         if np.std(a) > 0.3 * np.std(wheel)
     ]
-    # By the median deviation: a part with hardly a start or stop is far off.
-    spread = 1.4826 * float(np.median(np.abs(np.array(parts) - whole))) / np.sqrt(len(parts))
-    return Offset(-whole, max(spread, GRID_S / 10), explained)
+    return Offset(-whole, max(spread(parts, whole), GRID_S / 10), explained)
 
 
 def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
@@ -110,16 +102,15 @@ def _best_lag(wheel: Array, force: Array) -> tuple[float, float]:
         axes = axes - axes.mean(axis=0)
         weights = np.linalg.lstsq(axes, target, rcond=None)[0]
         shares.append(1 - float(np.sum((target - axes @ weights) ** 2) / np.sum(target**2)))
-    best = int(np.clip(np.argmax(shares), 1, len(shares) - 2))
-    a, b, c = shares[best - 1 : best + 2]
-    bend = a - 2 * b + c
-    part = 0.5 * (a - c) / bend if bend < 0 else 0.0
-    return (best + part - reach) * GRID_S, b
+    best, share = refine(shares)
+    return (best - reach) * GRID_S, share
 
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate time``."""
-    parser = add_command(subjects, "time", "time between IMU and wheel", DESCRIPTION, EXAMPLES)
+    parser = add_command(
+        subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES
+    )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     add_json_flag(parser)
@@ -129,13 +120,24 @@ def add_parser(subjects: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate time``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL"])
-    offset = find_offset(log)
-    sure = f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained"
-    found = [Found("imu.time_offset", f"{offset.offset_s:.4f}", sure)]
+        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL", "GPR_TRACE"])
+    offsets = {"imu": find_offset(log)}
+    if "GPR_TRACE" in log:
+        try:
+            offsets["gpr"] = find_radar_offset(log)
+        except Error as error:  # what the IMU said holds all the same
+            print(f"gprodom: no offset of the radar: {error}", file=sys.stderr)
+    found = [
+        Found(
+            f"{sensor}.time_offset",
+            f"{offset.offset_s:.4f}",
+            f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained",
+        )
+        for sensor, offset in offsets.items()
+    ]
     write_fragment(args.output, found)
     if args.json:
-        print_json(asdict(offset))
+        print_json({sensor: asdict(offset) for sensor, offset in offsets.items()})
     else:
         print(fragment(found), end="")
     return 0

@@ -46,8 +46,8 @@ by the wave speed.
 class Window:
     """B, B' (traces, samples), the peaks of each trace, S (rows, columns)."""
 
-    raw: Array
-    kept: Array
+    raw: NDArray[np.floating[Any]]
+    kept: NDArray[np.floating[Any]]
     peaks: list[list[Any]]
     matrix: NDArray[np.int8]
 

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Is the radar's time offset found? Over simulated drives whose offset is known.
+
+Drives of 40 m with many stops and three slips, on every ground there is, with the radar's stamps
+late by each --late; `gprodom calibrate time` has to tell it. Exit code 1 where the RMS error on a
+ground is beyond --bound.
+
+    bench/radar_time_offset.py
+    bench/radar_time_offset.py --seeds 3 --late 0.05 --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from gprodom.calibrate.offset import Offset
+from gprodom.calibrate.radar_timing import find_radar_offset
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.ground.survey import find_survey, shipped
+from gprodom.simulate import make_route, simulate, stream
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.robot import robot
+from gprodom.simulate.sequence import SurveySpec
+
+RAYS = "rays"
+Case = tuple[str, int]  # ground, seed
+
+
+def measure(case: Case, late: list[float]) -> list[Offset]:
+    """What is told of one drive, for each lateness (s) of the radar's stamps."""
+    ground, seed = case
+    rays = ground == RAYS
+    length = None if rays else find_survey(ground).length
+    route = make_route("stops", 40.0, 0.6, 4.0, stream(seed, "route"), length)
+    spec = robot(route, GroundSpec() if rays else SurveySpec(ground), slips=3)
+    drive = simulate(spec, seed)
+    log = {
+        "WHEEL": {
+            "utime": drive.wheel_utime,
+            "ticks": drive.wheel.ticks,
+            "metres_per_tick": np.full(len(drive.wheel_utime), spec.wheel.quantum),
+        }
+    }
+    traces = {"samples": drive.traces, "sample_interval": np.array([drive.sample_interval])}
+    return [
+        find_radar_offset(
+            {**log, "GPR_TRACE": {**traces, "utime": drive.gpr_utime + round(1e6 * s)}}
+        )
+        for s in late
+    ]
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=10, help="drives a ground (default: %(default)s)"
+    )
+    parser.add_argument("--first-seed", type=int, default=100, help="default: %(default)s")
+    parser.add_argument("--late", type=float, nargs="+", default=[0.0, 0.05], metavar="S")
+    parser.add_argument(
+        "--bound", type=float, default=0.015, help="of the RMS error, s (%(default)s)"
+    )
+    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    cases = list(product([RAYS, *shipped()], seeds))
+    with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(cases)) as progress:
+        found: list[list[Offset]] = []
+        for offsets in pool.map(partial(measure, late=args.late), cases):
+            found.append(offsets)
+            progress.advance()
+    rows = []
+    for ground, (at, late) in product([RAYS, *shipped()], enumerate(args.late)):
+        own = [o[at] for case, o in zip(cases, found, strict=True) if case[0] == ground]
+        error = np.array([o.offset_s + late for o in own])
+        told = np.array([o.sigma_s for o in own])
+        rms = [float(np.sqrt(np.mean(x**2))) for x in (error, told)]
+        worst = float(np.abs(error).max())
+        rows.append([ground, late, float(np.mean(error)), rms[0], worst, rms[1]])
+    if args.json:
+        keys = ("ground", "late_s", "mean_s", "rms_s", "worst_s", "told_s")
+        print_json({"rows": [dict(zip(keys, row, strict=True)) for row in rows]})
+    else:
+        shown = [[row[0], *(f"{1e3 * value:.1f}" for value in row[1:])] for row in rows]
+        heading = ["ground", "late (ms)", "mean error", "RMS", "worst", "sigma told"]
+        print(format_table(heading, shown))
+    return 0 if all(row[3] <= args.bound for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

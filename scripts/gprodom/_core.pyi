@@ -1,0 +1,983 @@
+# Written by scripts/stubs from src/python/: not to be edited.
+"""
+Compiled parts of gprodom.
+"""
+
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+
+__all__: list[str] = [
+    "Alignment",
+    "ConfigError",
+    "DetailsRetention",
+    "FileError",
+    "FilterConfig",
+    "GlobalMatch",
+    "GlobalSearch",
+    "GlobalSearchOptions",
+    "Odometry",
+    "Outputs",
+    "PatchFilter",
+    "PatchFilterOptions",
+    "PatchMatcher",
+    "Peak",
+    "PeakCounts",
+    "PeakExtractor",
+    "PeakOptions",
+    "RevisitMatch",
+    "RevisitOptions",
+    "RevisitSearch",
+    "RevisitSearchOptions",
+    "align_bscan",
+    "align_curves",
+    "align_sfm",
+    "band_pass",
+    "build_sfm",
+    "check_traces",
+    "depth_of",
+    "depth_row",
+    "describe_config",
+    "design_band_pass",
+    "dewow",
+    "dominant_energy_curve",
+    "envelope",
+    "find_patch",
+    "gain_curve",
+    "iswt",
+    "keep_details",
+    "match_patch",
+    "remove_background",
+    "standstills",
+    "swt",
+    "track_time_zero",
+    "travel_time",
+]
+
+class FilterConfig:
+    """
+    Settings of DetailsRetention: the keys gpr.filter.* of the configuration, with their units and defaults.
+    """
+
+    background: str
+    wavelet: str
+    def __init__(self) -> None: ...
+    @property
+    def background_memory(self) -> int: ...
+    @background_memory.setter
+    def background_memory(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def band_high(self) -> float: ...
+    @band_high.setter
+    def band_high(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def band_length(self) -> float: ...
+    @band_length.setter
+    def band_length(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def band_low(self) -> float: ...
+    @band_low.setter
+    def band_low(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def dewow_window(self) -> float: ...
+    @dewow_window.setter
+    def dewow_window(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def gain_flat_after(self) -> int: ...
+    @gain_flat_after.setter
+    def gain_flat_after(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def gain_power(self) -> float: ...
+    @gain_power.setter
+    def gain_power(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def gain_rate(self) -> float: ...
+    @gain_rate.setter
+    def gain_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def time_zero_max(self) -> float: ...
+    @time_zero_max.setter
+    def time_zero_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def wavelet_levels(self) -> int: ...
+    @wavelet_levels.setter
+    def wavelet_levels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def wavelet_threshold(self) -> float: ...
+    @wavelet_threshold.setter
+    def wavelet_threshold(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class DetailsRetention:
+    """
+    Details retention on a stream of traces, as the radar front ends run it.
+    """
+    def __init__(self, config: FilterConfig = ...) -> None: ...
+    def filter(
+        self,
+        traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+        sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+        standing: bool = False,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float32],
+        numpy.typing.NDArray[numpy.int8],
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.float64],
+    ]:
+        """
+        Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN where bad), and for each its quality (0 good, 1 dead, 2 spiked), the delay taken out (samples) and the noise found (counts).
+        """
+    def reset(self) -> None:
+        """
+        Forgets all traces.
+        """
+
+class PeakOptions:
+    """
+    How peaks are found and fitted; see gpr/peaks.h.
+    """
+
+    fit: bool
+    def __init__(
+        self,
+        *,
+        fit: bool = True,
+        noise_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        min_snr: typing.SupportsFloat | typing.SupportsIndex = 3.5,
+        min_relative: typing.SupportsFloat | typing.SupportsIndex = 0.05,
+        gate_periods: typing.SupportsFloat | typing.SupportsIndex = 1.5,
+        max_joint: typing.SupportsInt | typing.SupportsIndex = 3,
+        significance: typing.SupportsFloat | typing.SupportsIndex = 0.01,
+        max_residual: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 15,
+    ) -> None: ...
+    @property
+    def gate_periods(self) -> float: ...
+    @gate_periods.setter
+    def gate_periods(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def max_iterations(self) -> int: ...
+    @max_iterations.setter
+    def max_iterations(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def max_joint(self) -> int: ...
+    @max_joint.setter
+    def max_joint(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def max_residual(self) -> float: ...
+    @max_residual.setter
+    def max_residual(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_relative(self) -> float: ...
+    @min_relative.setter
+    def min_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_snr(self) -> float: ...
+    @min_snr.setter
+    def min_snr(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def noise_sigma(self) -> float: ...
+    @noise_sigma.setter
+    def noise_sigma(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def significance(self) -> float: ...
+    @significance.setter
+    def significance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class Peak:
+    """
+    A reflection; times in samples, see gpr/peaks.h.
+    """
+    @property
+    def alpha(self) -> float: ...
+    @property
+    def amplitude(self) -> float: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def covariance(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        7x7: sample, amplitude, alpha, beta, gamma, omega, phi
+        """
+    @property
+    def gamma(self) -> float: ...
+    @property
+    def gate_begin(self) -> int: ...
+    @property
+    def gate_end(self) -> int: ...
+    @property
+    def joint(self) -> int: ...
+    @property
+    def omega(self) -> float: ...
+    @property
+    def phi(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def sample(self) -> float: ...
+
+class PeakCounts:
+    """
+    What became of the pulses seen so far.
+    """
+    @property
+    def accepted(self) -> int: ...
+    @property
+    def insignificant(self) -> int: ...
+    @property
+    def misfit(self) -> int: ...
+    @property
+    def not_converged(self) -> int: ...
+    @property
+    def out_of_bounds(self) -> int: ...
+    @property
+    def pulses(self) -> int: ...
+    @property
+    def traces(self) -> int: ...
+
+class PeakExtractor:
+    """
+    Peaks of filtered traces.
+    """
+    def __init__(self, options: PeakOptions = ...) -> None: ...
+    def extract(self, trace: typing.Annotated[numpy.typing.ArrayLike, numpy.float32]) -> list[Peak]:
+        """
+        Peaks of one trace (samples,), in order of time.
+        """
+    def extract_all(
+        self, traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32]
+    ) -> list[list[Peak]]:
+        """
+        Peaks of each row of (traces, samples): a list per trace.
+        """
+    @property
+    def counts(self) -> PeakCounts: ...
+
+class Alignment:
+    """
+    Where one window lies on another; shifts in columns.
+    """
+    @property
+    def distance(self) -> float:
+        """
+        at the minimum
+        """
+    @property
+    def overlap(self) -> int:
+        """
+        common columns at the minimum
+        """
+    @property
+    def shift(self) -> int:
+        """
+        of the minimum, negative as traces enter
+        """
+    @property
+    def subcolumn(self) -> float:
+        """
+        shift with its fraction
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        a minimum inside the limits, with energy
+        """
+    @property
+    def variance(self) -> float:
+        """
+        of subcolumn, columns^2
+        """
+
+class RevisitMatch:
+    """
+    Where a patch lies on remembered ground.
+    """
+    @property
+    def accepted(self) -> bool:
+        """
+        the evidence suffices
+        """
+    @property
+    def correlation(self) -> float:
+        """
+        at the place
+        """
+    @property
+    def half_sigmas(self) -> float:
+        """
+        correlation of the weaker half over that of chance
+        """
+    @property
+    def mirrored(self) -> bool:
+        """
+        driven the other way
+        """
+    @property
+    def offset_m(self) -> float:
+        """
+        query centre minus memory centre, along the memory's direction
+        """
+    @property
+    def scale(self) -> float:
+        """
+        metres of memory per metre of query
+        """
+    @property
+    def score(self) -> float:
+        """
+        evidence over the second best place
+        """
+    @property
+    def sigma_m(self) -> float:
+        """
+        standard deviation of offset_m
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        the memory covers the query near the prior
+        """
+
+class RevisitOptions:
+    """
+    See gpr/revisit.h.
+    """
+    def __init__(self) -> None: ...
+    @property
+    def depth_blocks(self) -> int: ...
+    @depth_blocks.setter
+    def depth_blocks(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def lobe_m(self) -> float: ...
+    @lobe_m.setter
+    def lobe_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_half(self) -> float: ...
+    @min_half.setter
+    def min_half(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_score(self) -> float: ...
+    @min_score.setter
+    def min_score(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def scales(self) -> list[float]: ...
+    @scales.setter
+    def scales(
+        self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]
+    ) -> None: ...
+    @property
+    def surround_m(self) -> float: ...
+    @surround_m.setter
+    def surround_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def time_shift(self) -> float: ...
+    @time_shift.setter
+    def time_shift(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class PatchFilterOptions:
+    """
+    See gpr/patch_filter.h.
+    """
+    def __init__(self) -> None: ...
+    @property
+    def high_cut(self) -> float: ...
+    @high_cut.setter
+    def high_cut(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def long_cut(self) -> float: ...
+    @long_cut.setter
+    def long_cut(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def low_cut(self) -> float: ...
+    @low_cut.setter
+    def low_cut(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def max_long_cut(self) -> float: ...
+    @max_long_cut.setter
+    def max_long_cut(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def max_rows(self) -> int: ...
+    @max_rows.setter
+    def max_rows(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def short_cut(self) -> float: ...
+    @short_cut.setter
+    def short_cut(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def spectrum_floor(self) -> float: ...
+    @spectrum_floor.setter
+    def spectrum_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def wave_speed(self) -> float: ...
+    @wave_speed.setter
+    def wave_speed(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class PatchFilter:
+    """
+    Traces -> features; see gpr/patch_filter.h.
+    """
+    def __init__(
+        self,
+        traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+        spacing: typing.SupportsFloat | typing.SupportsIndex,
+        sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+        options: PatchFilterOptions = ...,
+    ) -> None: ...
+    def apply(
+        self, traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"]
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[m, n]"]:
+        """
+        Features (columns, rows) of traces (columns, samples).
+        """
+    @property
+    def centre_frequency(self) -> float:
+        """
+        Hz
+        """
+    @property
+    def row_interval(self) -> float:
+        """
+        s
+        """
+    @property
+    def rows(self) -> int: ...
+
+class PatchMatcher:
+    """
+    See gpr/revisit.h.
+    """
+    def __init__(
+        self,
+        filter: PatchFilter,
+        spacing: typing.SupportsFloat | typing.SupportsIndex,
+        options: RevisitOptions = ...,
+    ) -> None: ...
+    def match(
+        self,
+        memory: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+        query: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+        expected: typing.SupportsFloat | typing.SupportsIndex,
+        bound: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> RevisitMatch:
+        """
+        The RevisitMatch of features (columns, rows), the query's centre expected at
+        `expected` m from the memory's, give or take `bound` m.
+        """
+
+class RevisitSearchOptions:
+    """
+    See gpr/revisit_search.h.
+    """
+
+    matcher: RevisitOptions
+    def __init__(self) -> None: ...
+    @property
+    def agree_m(self) -> float: ...
+    @agree_m.setter
+    def agree_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def certainty(self) -> float: ...
+    @certainty.setter
+    def certainty(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def drift(self) -> float: ...
+    @drift.setter
+    def drift(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def lost(self) -> float: ...
+    @lost.setter
+    def lost(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_half(self) -> float: ...
+    @min_half.setter
+    def min_half(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_patches(self) -> int: ...
+    @min_patches.setter
+    def min_patches(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def nowhere(self) -> float: ...
+    @nowhere.setter
+    def nowhere(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def patch_m(self) -> float: ...
+    @patch_m.setter
+    def patch_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class RevisitSearch:
+    """
+    Places carried along the track; see gpr/revisit_search.h.
+    """
+    def __init__(
+        self,
+        filter: PatchFilter,
+        spacing: typing.SupportsFloat | typing.SupportsIndex,
+        options: RevisitSearchOptions = ...,
+    ) -> None: ...
+    def forget(self) -> None: ...
+    def look(
+        self,
+        newest: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+        moved: typing.SupportsFloat | typing.SupportsIndex,
+        memory: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+        expected: typing.SupportsFloat | typing.SupportsIndex,
+        bound: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> tuple[float, float, RevisitMatch] | None:
+        """
+        The newest features (columns, rows) in the order driven, `moved` m after the last; the
+        centre of their last patch is expected at the column `expected` of `memory`, give or
+        take `bound` m. (column, certainty, RevisitMatch), or None where nothing is certain.
+        """
+    @property
+    def patch_columns(self) -> int: ...
+
+class GlobalMatch:
+    """
+    A place on all of the memory.
+    """
+    @property
+    def accepted(self) -> bool:
+        """
+        the margin suffices
+        """
+    @property
+    def column(self) -> float:
+        """
+        of the memory, at the query's centre
+        """
+    @property
+    def margin(self) -> float:
+        """
+        over the second best place
+        """
+    @property
+    def mirrored(self) -> bool:
+        """
+        driven the other way
+        """
+    @property
+    def score(self) -> float:
+        """
+        standard deviations of chance
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        something was compared
+        """
+
+class GlobalSearchOptions:
+    """
+    See gpr/global_search.h.
+    """
+    def __init__(self) -> None: ...
+    @property
+    def distinct_m(self) -> float: ...
+    @distinct_m.setter
+    def distinct_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def min_margin(self) -> float: ...
+    @min_margin.setter
+    def min_margin(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def piece_m(self) -> float: ...
+    @piece_m.setter
+    def piece_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def rows(self) -> int: ...
+    @rows.setter
+    def rows(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def slack(self) -> float: ...
+    @slack.setter
+    def slack(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def thinning(self) -> int: ...
+    @thinning.setter
+    def thinning(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+
+class GlobalSearch:
+    """
+    See gpr/global_search.h.
+    """
+    def __init__(
+        self,
+        filter: PatchFilter,
+        spacing: typing.SupportsFloat | typing.SupportsIndex,
+        options: GlobalSearchOptions = ...,
+    ) -> None: ...
+    def add_run(
+        self,
+        first: typing.SupportsInt | typing.SupportsIndex,
+        features: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    ) -> None: ...
+    def find(
+        self, query: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"]
+    ) -> GlobalMatch: ...
+    @property
+    def bytes(self) -> int: ...
+
+class ConfigError(ValueError):
+    pass
+
+class FileError(OSError):
+    pass
+
+class Outputs:
+    """
+    What one step produced, each in time order.
+    """
+    @property
+    def corrections(self) -> list[dict]:
+        """
+        One dict per correction of map to odom, and the covariance of the pose in map then.
+        """
+    @property
+    def displacements(self) -> list[dict]:
+        """
+        One dict per displacement measurement, as it took effect.
+        """
+    @property
+    def odometry(self) -> dict[str, numpy.ndarray]:
+        """
+        Arrays of one row per estimate: time (ns), position (m, odom), orientation (w x y z), velocity and angular_velocity (body), pose_covariance (n, 36), gyro_bias, accel_bias, wheel_scale (value, sigma), flags.
+        """
+    @property
+    def odometry_map(self) -> dict[str, numpy.ndarray]:
+        """
+        The same, row for row, in map: with the correction then in force.
+        """
+    @property
+    def status(self) -> list[dict]:
+        """
+        One dict per second of data: time, health, reasons, values.
+        """
+    @property
+    def warnings(self) -> list[str]: ...
+
+class Odometry:
+    """
+    The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.
+    """
+    def __init__(self, config: str = "", set: collections.abc.Sequence[str] = []) -> None:
+        """
+        config: path of a YAML file, empty for the defaults; set: overrides 'key=value'.
+        Raises ConfigError with the file, line and key.
+        """
+    def add_displacement(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        time_from: typing.SupportsInt | typing.SupportsIndex,
+        time_to: typing.SupportsInt | typing.SupportsIndex,
+        distance: typing.SupportsFloat | typing.SupportsIndex,
+        sigma: typing.SupportsFloat | typing.SupportsIndex,
+        revisit: bool = False,
+        mirrored: bool = False,
+    ) -> None:
+        """
+        How far along the track (m) between two times, told by another process; revisit: of a
+        place passed before, with any time between.
+        """
+    def add_gpr(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        samples: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+        sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+        time_zero: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        seq: typing.SupportsInt | typing.SupportsIndex = 0,
+    ) -> None: ...
+    def add_imu(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None: ...
+    def add_wheel(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        distance: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None:
+        """
+        distance: signed, cumulative, metres.
+        """
+    def finish(self) -> Outputs: ...
+    def forget(self) -> None:
+        """
+        The same without the ground.
+        """
+    def load_map(self, path: str) -> None:
+        """
+        Looks for the ground of a saved map from here on; where it is found, map becomes its
+        frame. Raises FileError, and then nothing has changed.
+        """
+    def record(self) -> None:
+        """
+        Keep all states for smoothed(); call it before the first measurement.
+        """
+    def recorded(self) -> dict[str, numpy.ndarray]:
+        """
+        Time, position and orientation of every state as the fixed-lag window last held it.
+        """
+    def reset(self) -> None:
+        """
+        Starts at the initialiser; the ground driven over is kept, and where it is found again map becomes its frame.
+        """
+    def run(
+        self,
+        imu_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        wheel_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        wheel_distance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        gpr_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+        sample_interval: typing.SupportsFloat | typing.SupportsIndex = 2e-10,
+        progress: collections.abc.Callable[[float], None] | None = None,
+    ) -> Outputs:
+        """
+        A whole sequence, merged by stamp. Empty arrays where a sensor is missing.
+        """
+    def save_map(self, path: str) -> None:
+        """
+        The ground driven over, with where it lies, as a file. Raises FileError.
+        """
+    def smoothed(self) -> dict[str, numpy.ndarray]:
+        """
+        Time, position and orientation of every state from one solution over all data so far.
+        """
+    def step(self) -> Outputs: ...
+
+def align_bscan(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    *,
+    form: str = "cosine",
+    min_overlap: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+    max_shift: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[Alignment, numpy.typing.NDArray[numpy.float64]]:
+    """
+    The same for B-scan windows of real values, (samples, traces).
+    """
+
+def align_curves(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    *,
+    min_overlap: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+    max_shift: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[Alignment, numpy.typing.NDArray[numpy.float64]]:
+    """
+    The same for two dominant energy curves, (traces,) each; see gpr/dec.h.
+    """
+
+def align_sfm(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.int8, "[m, n]"],
+    b: typing.Annotated[numpy.typing.ArrayLike, numpy.int8, "[m, n]"],
+    *,
+    form: str = "cosine",
+    min_overlap: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+    max_shift: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[Alignment, numpy.typing.NDArray[numpy.float64]]:
+    """
+    Alignment of two feature matrices (rows, columns), and the distances (2 limit + 1)
+    for the shifts -limit..limit; see gpr/alignment.h.
+    """
+
+def band_pass(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    low_hz: typing.SupportsFloat | typing.SupportsIndex = 150000000.0,
+    high_hz: typing.SupportsFloat | typing.SupportsIndex = 900000000.0,
+    length: typing.SupportsFloat | typing.SupportsIndex = 1e-08,
+) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Zero-phase band-pass along each trace (..., samples).
+    """
+
+def build_sfm(
+    depth: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    amplitude: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    *,
+    rows: typing.SupportsInt | typing.SupportsIndex = 50,
+    columns: typing.SupportsInt | typing.SupportsIndex = 50,
+    depth_range: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    amplitude_scale: typing.SupportsFloat | typing.SupportsIndex,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.int8], "[m, n]"]:
+    """
+    Subsurface feature matrix, int8 (rows, columns), of peaks given as arrays of equal
+    length; see gpr/sfm.h.
+    """
+
+def check_traces(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+) -> numpy.typing.NDArray[numpy.int8]:
+    """
+    For each of (traces, samples): 0 good, 1 dead, 2 spiked.
+    """
+
+def depth_of(
+    travel_time_s: typing.SupportsFloat | typing.SupportsIndex,
+    wave_speed: typing.SupportsFloat | typing.SupportsIndex,
+) -> float:
+    """
+    Depth (m) of a reflector at a two-way travel time (s).
+    """
+
+def depth_row(
+    depth: typing.SupportsFloat | typing.SupportsIndex,
+    depth_range: typing.SupportsFloat | typing.SupportsIndex,
+    rows: typing.SupportsInt | typing.SupportsIndex,
+) -> int:
+    """
+    Row of a depth (m); -1 outside [0, depth_range).
+    """
+
+def describe_config(set: collections.abc.Sequence[str] = []) -> str:
+    """
+    Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.
+    """
+
+def design_band_pass(
+    low_hz: typing.SupportsFloat | typing.SupportsIndex,
+    high_hz: typing.SupportsFloat | typing.SupportsIndex,
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+) -> list[float]:
+    """
+    Taps of the triangular-window band-pass of about `length` seconds; run both ways by band_pass.
+    """
+
+def dewow(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    half_width: typing.SupportsInt | typing.SupportsIndex,
+) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Each trace (..., samples) less its mean over 2 half_width + 1 samples.
+    """
+
+def dominant_energy_curve(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    *,
+    half_width: typing.SupportsInt | typing.SupportsIndex = 5,
+    first_row: typing.SupportsInt | typing.SupportsIndex = 20,
+    jump_penalty: typing.SupportsFloat | typing.SupportsIndex = 0.01,
+    smoothing: typing.SupportsInt | typing.SupportsIndex = 7,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    """
+    Row (samples) of the strongest reflector under each trace of (traces, samples),
+    background removed; zeros where there is none; see gpr/dec.h.
+    """
+
+def envelope(
+    trace: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Hilbert envelope of a trace (samples,), its mean removed.
+    """
+
+def find_patch(
+    memory: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    query: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    spacing: typing.SupportsFloat | typing.SupportsIndex,
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    prior: typing.SupportsFloat | typing.SupportsIndex,
+    bound: typing.SupportsFloat | typing.SupportsIndex,
+    options: RevisitOptions = ...,
+    filter_options: PatchFilterOptions = ...,
+) -> RevisitMatch:
+    """
+    The same with all that is known of the match, and with options.
+    """
+
+def gain_curve(
+    samples: typing.SupportsInt | typing.SupportsIndex,
+    rate: typing.SupportsFloat | typing.SupportsIndex,
+    power: typing.SupportsFloat | typing.SupportsIndex,
+    flat_after: typing.SupportsInt | typing.SupportsIndex,
+) -> list[float]:
+    """
+    max(i, 1)^power exp(rate i) for sample i, constant from flat_after on.
+    """
+
+def iswt(
+    details: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    approximation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    wavelet: str,
+) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    The inverse of swt.
+    """
+
+def keep_details(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    wavelet: str = "sym4",
+    levels: typing.SupportsInt | typing.SupportsIndex = 4,
+    threshold: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Each trace (..., samples) with its approximation zeroed and its details soft-thresholded at threshold * sigma * sqrt(2 ln samples), sigma from the median absolute finest detail.
+    """
+
+def match_patch(
+    memory: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    query: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
+    spacing: typing.SupportsFloat | typing.SupportsIndex,
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    prior: typing.SupportsFloat | typing.SupportsIndex,
+    bound: typing.SupportsFloat | typing.SupportsIndex,
+) -> tuple[float, bool, float]:
+    """
+    Where the query, traces (columns, samples), lies on the memory, traces as well, both
+    `spacing` m apart: (position of its centre in m from the memory's start, mirrored,
+    score). Its centre is expected at `prior` m, give or take `bound` m.
+    """
+
+def remove_background(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    mode: str = "sequence",
+    memory: typing.SupportsInt | typing.SupportsIndex = 400,
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Traces (traces, samples) less their mean: of the whole 'sequence', or of those so far ('running', fading beyond `memory`; 'window', the last `memory`).
+    """
+
+def standstills(
+    times: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    window: typing.SupportsFloat | typing.SupportsIndex = 0.6,
+    tick: typing.SupportsFloat | typing.SupportsIndex = 0.1,
+) -> numpy.typing.NDArray[numpy.int64]:
+    """
+    What the stationarity front end says of (traces, samples) at `times` (ns): (n, 2), from and to of each claim that the antenna stood, ns. They overlap.
+    """
+
+def swt(
+    trace: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    wavelet: str,
+    levels: typing.SupportsInt | typing.SupportsIndex,
+) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Stationary wavelet transform of (samples,), a multiple of 2^levels: details (levels, samples), finest first, and the last approximation (samples,).
+    """
+
+def track_time_zero(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    period: typing.SupportsFloat | typing.SupportsIndex,
+    max_delay: typing.SupportsFloat | typing.SupportsIndex,
+) -> tuple[numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Traces (traces, samples) aligned on the direct wave, and the delay taken out of each, samples. period: of the antenna's centre frequency, samples.
+    """
+
+def travel_time(
+    sample: typing.SupportsFloat | typing.SupportsIndex,
+    sample_interval_s: typing.SupportsFloat | typing.SupportsIndex,
+    time_zero_s: typing.SupportsFloat | typing.SupportsIndex,
+) -> float:
+    """
+    Two-way travel time (s) of a sub-sample index.
+    """

@@ -1,0 +1,38 @@
+"""What the searches for a time between two sensors share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+REACH_S = 0.5  # lags that are tried, either way
+BLOCKS = 8  # parts of the recording, whose spread is the uncertainty
+
+
+@dataclass(frozen=True)
+class Offset:
+    """offset_s: to be added to the sensor's stamps. explained: share of one signal by the other."""
+
+    offset_s: float
+    sigma_s: float
+    explained: float
+
+
+def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:
+    """Index of the greatest share, with its fraction by a parabola, and that share."""
+    best = int(np.clip(np.argmax(shares), 1, len(shares) - 2))
+    a, b, c = (float(share) for share in shares[best - 1 : best + 2])
+    bend = a - 2 * b + c
+    return best + (0.5 * (a - c) / bend if bend < 0 else 0.0), b
+
+
+def spread(parts: Sequence[float], whole: float) -> float:
+    """Standard deviation of `whole`, s, from the same of parts of the recording.
+
+    By the median deviation: a part with hardly a start or stop is far off.
+    """
+    deviation = np.median(np.abs(np.array(parts) - whole))
+    return 1.4826 * float(deviation) / float(np.sqrt(len(parts)))
