@@ -1,10 +1,11 @@
-"""Plays a bag to gprodom_node and checks what it says, for Debian's own Python:
+"""Plays a bag to three nodes and checks what they say, for Debian's own Python:
 
-    follow.py IN.bag OUT.tum CONFIG [SPEED]
+    follow.py IN.bag OUT CONFIG METRES_PER_TICK [SPEED]
 
-Starts roscore and the launch file, plays IN.bag on a simulated clock at SPEED times real time (4),
-and writes odometry_map as a TUM file. Fails where tf, diagnostics or the service are not as told.
-Runs in a network namespace of its own, with its loopback up.
+Starts roscore and the launch file thrice, for the wheel as nav_msgs/Odometry, as
+sensor_msgs/JointState and as std_msgs/Int64 ticks; plays IN.bag on a simulated clock at SPEED times
+real time (4), and writes each node's odometry_map to OUT/WHEEL.tum. Fails where tf, diagnostics or
+the services are not as told. Runs in a network namespace of its own, with its loopback up.
 """
 
 from __future__ import annotations
@@ -21,11 +22,15 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from bag import WHEEL_JOINT, WHEEL_RADIUS_M
+
 PATIENCE_S = 60.0
-FED = ("/imu/data", "/wheel_odometry", "/gpr")
+MAIN = "odometry"
+NAMESPACES = {MAIN: "/", "joint": "/joint/", "ticks": "/ticks/"}
 
 
 def wait_for(what: str, happened: Callable[[], bool]) -> None:
@@ -38,19 +43,22 @@ def wait_for(what: str, happened: Callable[[], bool]) -> None:
 
 
 class Heard:
-    """What the node publishes."""
+    """What the node in `namespace` ("/", "/joint/") publishes."""
 
-    def __init__(self) -> None:
+    def __init__(self, namespace: str, transforms: bool) -> None:
         self.odometry: list[Odometry] = []
         self.odometry_map: list[Odometry] = []
         self.transforms: dict[tuple[str, str], Any] = {}
         self.levels: list[int] = []
         self._subscribers = [
-            rospy.Subscriber("/odometry", Odometry, self.odometry.append, queue_size=None),
-            rospy.Subscriber("/odometry_map", Odometry, self.odometry_map.append, queue_size=None),
-            rospy.Subscriber("/tf", TFMessage, self._take_transforms, queue_size=None),
-            rospy.Subscriber("/diagnostics", DiagnosticArray, self._take_diagnostics),
+            rospy.Subscriber(f"{namespace}{name}", Odometry, taken.append, queue_size=None)
+            for name, taken in (("odometry", self.odometry), ("odometry_map", self.odometry_map))
         ]
+        if transforms:
+            self._subscribers += [
+                rospy.Subscriber("/tf", TFMessage, self._take_transforms, queue_size=None),
+                rospy.Subscriber("/diagnostics", DiagnosticArray, self._take_diagnostics),
+            ]
 
     def connected(self) -> bool:
         """Whether the node is linked to every subscriber here."""
@@ -94,39 +102,69 @@ def write_tum(path: str, poses: list[Odometry]) -> None:
             file.write(f"{stamp} {p.x} {p.y} {p.z} {q.x} {q.y} {q.z} {q.w}\n")
 
 
-def main(bag: str, tum: str, config: str, speed: str = "4") -> None:
+def launch(name: str, config: str, metres_per_tick: str) -> subprocess.Popen[bytes]:
+    """The node that takes the wheel as `name` says: /gprodom, or in a namespace of that name."""
+    command = ["roslaunch", "gprodom_ros", "gprodom.launch", f"config:={config}", f"wheel:={name}"]
+    command += [f"wheel_joint:={WHEEL_JOINT}", f"wheel_radius:={WHEEL_RADIUS_M}"]
+    command += [f"metres_per_tick:={metres_per_tick}", "use_sim_time:=true"]
+    main_node = name == MAIN
+    command += [f"publish_tf:={str(main_node).lower()}"]
+    names = {} if main_node else {"ROS_NAMESPACE": name}
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, env={**os.environ, **names})
+
+
+def play(bag: str, speed: str) -> None:
+    """The whole bag. The clock ticks often, since a node stamps wheel ticks by it."""
+    command = ["rosbag", "play", "--quiet", "--clock", "--hz", "1000", "--rate", speed]
+    command += ["--queue", "10000", "--wait-for-subscribers", bag]
+    subprocess.run(command, check=True)
+
+
+def settle(heard: dict[str, Heard]) -> None:
+    """Waits until what is under way has arrived."""
+    count = -1
+    while count != (now := sum(len(each.odometry_map) for each in heard.values())):
+        count = now
+        time.sleep(1.0)
+
+
+def check_services(saved: str) -> None:
+    """save_map writes the ground, reset reaches the estimator, and both say so."""
+    said: list[str] = []
+    rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg))
+
+    def ask(service: str, expected: str) -> None:
+        answer = rospy.ServiceProxy(f"/gprodom/{service}", Trigger)()
+        assert answer.success, answer.message
+        wait_for(f"'{expected}', after ~{service}", lambda: any(expected in m for m in said))
+
+    ask("save_map", f"{saved}: saved")
+    assert os.path.getsize(saved) > 0
+    ask("reset", "reset by command")
+
+
+def main(bag: str, out: str, config: str, metres_per_tick: str, speed: str = "4") -> None:
     """The whole run."""
     os.environ.update(ROS_MASTER_URI="http://127.0.0.1:11311", ROS_IP="127.0.0.1")
     started = [subprocess.Popen(["roscore"], stdout=subprocess.DEVNULL)]
     try:
         wait_for("roscore", rosgraph.is_master_online)
-        launch = ["roslaunch", "gprodom_ros", "gprodom.launch"]
-        launch += [f"config:={config}", "use_sim_time:=true"]
-        started.append(subprocess.Popen(launch, stdout=subprocess.DEVNULL))
+        for name in NAMESPACES:
+            own = config if name == MAIN else f"{config}.without_state"
+            started.append(launch(name, own, metres_per_tick))
         wait_for("use_sim_time", lambda: rospy.has_param("/use_sim_time"))
         rospy.init_node("follow", disable_signals=True)
-        heard = Heard()
-        wait_for("the node", heard.connected)
-        play = [
-            "rosbag",
-            "play",
-            "--quiet",
-            "--clock",
-            "--rate",
-            speed,
-            "--queue",
-            "10000",
-        ]
-        play += ["--wait-for-subscribers", bag, "--topics", *FED]
-        subprocess.run(play, check=True)
-        count = -1
-        while count != len(heard.odometry_map):  # what is under way arrives
-            count = len(heard.odometry_map)
-            time.sleep(1.0)
-        check(heard)
-        write_tum(tum, heard.odometry_map)
-        assert rospy.ServiceProxy("/gprodom/reset", Trigger)().success
-        print(f"{count} poses, diagnostics {sorted(set(heard.levels))}")
+        heard = {name: Heard(space, name == MAIN) for name, space in NAMESPACES.items()}
+        for name, each in heard.items():
+            wait_for(f"the node for {name}", each.connected)
+        play(bag, speed)
+        settle(heard)
+        check(heard[MAIN])
+        for name, each in heard.items():
+            write_tum(f"{out}/{name}.tum", each.odometry_map)
+            print(f"{name}: {len(each.odometry_map)} poses")
+        check_services(f"{out}/state/saved.map")
+        print(f"services answered, diagnostics {sorted(set(heard[MAIN].levels))}")
     finally:
         for process in reversed(started):
             process.terminate()

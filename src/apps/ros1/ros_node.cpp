@@ -73,15 +73,22 @@ void RosNode::subscribe() {
       if (const auto sample = ros1::to_sample(m, joint, radius_m)) live_->push(*sample);
     });
   } else if (wheel == "ticks") {
-    const double metres = positive(private_, "metres_per_tick");
-    on<std_msgs::Int64>("wheel_ticks", [this, metres](const auto& m) {
-      // This message alone has no stamp of its own.
-      live_->push(WheelSample{ros1::to_ns(ros::Time::now()), static_cast<double>(m.data) * metres});
-    });
+    subscribe_ticks(positive(private_, "metres_per_tick"));
   } else if (wheel != "none") {
     throw std::runtime_error("parameter ~wheel: expected odometry, joint, ticks or none, got " +
                              wheel);
   }
+}
+
+// This message alone has no stamp of its own. When it came in counts, not when its turn is.
+void RosNode::subscribe_ticks(double metres_per_tick) {
+  using Event = ros::MessageEvent<const std_msgs::Int64>;
+  const boost::function<void(const Event&)> take = [this, metres_per_tick](const Event& event) {
+    const auto ticks = static_cast<double>(event.getConstMessage()->data);
+    live_->push(WheelSample{ros1::to_ns(event.getReceiptTime()), ticks * metres_per_tick});
+  };
+  subscribers_.push_back(topics_.subscribe<std_msgs::Int64, const Event&>(
+      "wheel_ticks", kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
 void RosNode::publish(const Results& results) {

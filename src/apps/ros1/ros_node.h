@@ -30,6 +30,7 @@ class RosNode {
   template <class Message>
   void on(const std::string& topic, std::function<void(const Message&)> take);
   void subscribe();
+  void subscribe_ticks(double metres_per_tick);
   void serve(const std::string& name, const std::string& argument);  // the command of this name
   void command(const std::string& name, const std::string& argument,
                std_srvs::Trigger::Response& response);
