@@ -1,18 +1,25 @@
 #!/usr/bin/env python3
-"""What the daemon costs a robot: memory and processor time of gprodomd, live.
+"""What the daemon costs a robot, and how quick it is: gprodomd, live.
 
 A log is played at the speed it was recorded (--speed) to a daemon in a network namespace of its
-own. Printed are the peak of resident memory (VmHWM, shared libraries included) and the processor
-time, user and system, as a share of one core while the log played. Exit code 1 where either is
-over its limit.
+own. Printed are the peak of resident memory (VmHWM, shared libraries included), the processor
+time, user and system, as a share of one core while the log played, and what the daemon itself
+counts: from the arrival of an IMU message to its ODOMETRY being out, from the last trace of a radar
+tick to its measurement being ready, the longest queues, and messages lost inside. --busy keeps as
+many processes computing meanwhile. --series writes what the daemon told each second.
+
+Exit code 1 where memory or processor time is over its limit, or something was lost inside.
 
     bench/live_load.py IN.lcmlog
+    bench/live_load.py IN.lcmlog --busy 2
+    bench/live_load.py IN.lcmlog --speed 10 --max-core 100
     bench/live_load.py IN.lcmlog -c config/paper.yaml --seconds 30 --json
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import os
 import signal
 import subprocess
@@ -24,9 +31,12 @@ from typing import Any
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
+from gprodom.messages import message
 from gprodom.replay import default_config, find_program
 
 URL = "udpm://239.255.76.67:7667?ttl=0"
+COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")
+LOST = "dropped"  # in the name of each count of messages lost inside
 NAMESPACE = 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$@"'
 
 
@@ -44,19 +54,44 @@ def processor_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def measure(log: Path, config: Path, overrides: list[str], seconds: float, speed: float) -> Any:
+class Told:
+    """What the daemon says of itself, second by second."""
+
+    def __init__(self) -> None:
+        self.poses = 0
+        self.series: list[dict[str, float]] = []
+
+    def count(self, channel: str, data: bytes) -> None:
+        """Takes an ODOMETRY."""
+        self.poses += 1
+
+    def take(self, channel: str, data: bytes) -> None:
+        """Takes a STATUS."""
+        status = message("status_t").decode(data)
+        values = dict(zip(status.names, status.values, strict=True))
+        self.series.append({"utime": status.utime, **values})
+
+    def figures(self) -> dict[str, Any]:
+        """The newest counts; of queues the longest of all."""
+        last = self.series[-1] if self.series else {}
+        counted = {name: value for name, value in last.items() if name.startswith(COUNTED)}
+        for name in [name for name in counted if name.startswith("queue.")]:
+            counted[name] = max(row.get(name, 0.0) for row in self.series)
+        lost = sum(value for name, value in last.items() if LOST in name)
+        return {"poses": self.poses, "lost": lost, **counted}
+
+
+def measure(
+    log: Path, config: Path, overrides: list[str], seconds: float, speed: float, series: Path | None
+) -> Any:
     """Plays `log` to a daemon, for `seconds` at most; the figures by name."""
     command = [str(find_program("gprodomd")), "-c", str(config), "--lcm-url", URL]
     for override in overrides:
         command += ["--set", override]
-    poses = 0
-
-    def count(channel: str, data: bytes) -> None:
-        nonlocal poses
-        poses += 1
-
+    told = Told()
     lcm = LCM(URL + "&recv_buf_size=4194304")
-    lcm.subscribe("ODOMETRY", count).set_queue_capacity(10000)
+    lcm.subscribe("ODOMETRY", told.count).set_queue_capacity(10000)
+    lcm.subscribe("STATUS", told.take).set_queue_capacity(100)
     daemon = subprocess.Popen(command, stderr=subprocess.DEVNULL)
     player = None
     try:
@@ -73,10 +108,15 @@ def measure(log: Path, config: Path, overrides: list[str], seconds: float, speed
         player = subprocess.Popen(play, stdout=subprocess.DEVNULL)
         while player.poll() is None and time.monotonic() < begun + seconds:
             lcm.handle_timeout(100)
+            if told.series and "memory_mb" not in told.series[-1]:
+                told.series[-1]["memory_mb"] = peak_memory_mb(daemon.pid)
+                told.series[-1]["cpu_s"] = processor_seconds(daemon.pid) - spent
         elapsed = time.monotonic() - begun
+        if series is not None:
+            write_series(series, told.series)
         return {
             "seconds": elapsed,
-            "poses": poses,
+            **told.figures(),
             "memory_mb": peak_memory_mb(daemon.pid),
             "core_percent": 100 * (processor_seconds(daemon.pid) - spent) / elapsed,
         }
@@ -85,6 +125,21 @@ def measure(log: Path, config: Path, overrides: list[str], seconds: float, speed
             if process is not None and process.poll() is None:
                 process.send_signal(signal.SIGTERM)
                 process.wait(10)
+
+
+def write_series(path: Path, rows: list[dict[str, float]]) -> None:
+    """A CSV of all that was told, a row a second."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def busy(processes: int) -> list[subprocess.Popen[bytes]]:
+    """So many processes that compute without end, at normal priority."""
+    command = [sys.executable, "-c", "while True: pass"]
+    return [subprocess.Popen(command) for _ in range(processes)]
 
 
 def main() -> int:
@@ -99,6 +154,8 @@ def main() -> int:
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")
     parser.add_argument("--max-memory", type=float, default=60.0, metavar="MB")
     parser.add_argument("--max-core", type=float, default=5.0, metavar="PERCENT")
+    parser.add_argument("--busy", type=int, default=0, metavar="N", help="processes that compute")
+    parser.add_argument("--series", type=Path, metavar="CSV", help="what was told each second")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     add_json_flag(parser)
     args = parser.parse_args()
@@ -108,25 +165,32 @@ def main() -> int:
             "unshare",
             ["unshare", "-n" if os.geteuid() == 0 else "-rn", "sh", "-c", NAMESPACE, "sh", *again],
         )
+    others = busy(args.busy)
     try:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
         config = args.config or default_config()
-        figures = measure(args.log, config, args.overrides, args.seconds, args.speed)
+        figures = measure(args.log, config, args.overrides, args.seconds, args.speed, args.series)
     except Error as error:
         print(f"live_load: error: {error}", file=sys.stderr)
         return 1
+    finally:
+        for process in others:
+            process.kill()
+            process.wait()
     if args.json:
         print_json(figures)
     else:
         rows = [
             ["resident memory, peak, MB", figures["memory_mb"], args.max_memory],
             ["processor, % of a core", figures["core_percent"], args.max_core],
+            ["messages lost inside", figures["lost"], 0],
         ]
+        rows += [[name, figures[name], ""] for name in figures if name.startswith(COUNTED)]
         print(f"{figures['seconds']:.1f} s live, {figures['poses']} poses")
         print(format_table(["", "measured", "limit"], rows))
     within = figures["memory_mb"] < args.max_memory and figures["core_percent"] < args.max_core
-    return 0 if within and figures["poses"] > 0 else 1
+    return 0 if within and figures["poses"] > 0 and figures["lost"] == 0 else 1
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gprodom/config.h"
+#include "gprodom/duration_histogram.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -21,6 +22,7 @@ struct WorkTime {
   std::int64_t jobs = 0;
   double total_s = 0.0;
   double longest_s = 0.0;
+  DurationHistogram ready;  // from submission to result, the wait for the thread included
 };
 
 struct Timing {

@@ -39,12 +39,13 @@ class DatedWorker {
 
   void submit(TimeNs effective, std::function<Result()> work) {
     if (!thread_.joinable()) {
-      jobs_.push_back({effective, {}, timed(work), nullptr});
+      Result result = timed(work);
+      jobs_.push_back({effective, {}, std::move(result), {}, nullptr});
       return;
     }
     {
       const std::lock_guard lock(mutex_);
-      jobs_.push_back({effective, std::move(work), std::nullopt, nullptr});
+      jobs_.push_back({effective, std::move(work), std::nullopt, Clock::now(), nullptr});
     }
     wake_.notify_one();
   }
@@ -92,11 +93,13 @@ class DatedWorker {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   struct Job {
     TimeNs effective;
     std::function<Result()> work;
     std::optional<Result> result;
-    std::exception_ptr failure;  // what the work threw, for whoever asks for its result
+    Clock::time_point submitted;  // kThreaded
+    std::exception_ptr failure;   // what the work threw, for whoever asks for its result
     bool abandoned = false;
     bool awaited = false;
     bool done() const { return result.has_value() || failure; }
@@ -120,9 +123,9 @@ class DatedWorker {
   }
 
   Result timed(const std::function<Result()>& work) {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     Result result = work();
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+    const std::chrono::duration<double> spent = Clock::now() - begin;
     const std::lock_guard lock(mutex_);
     ++work_time_.jobs;
     work_time_.total_s += spent.count();
@@ -154,6 +157,7 @@ class DatedWorker {
       const auto job = next_undone();
       job->result = std::move(result);
       job->failure = failure;
+      work_time_.ready.add(std::chrono::duration<double>(Clock::now() - job->submitted).count());
       done_.notify_all();
     }
   }

@@ -15,16 +15,22 @@ constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
 constexpr double kSilence = 2.0;  // s without any input before the status tells of it
 
-void add_timing(const Timing& timing, Status& status) {
-  auto add = [&](const std::string& name, const WorkTime& time) {
-    const double jobs = static_cast<double>(std::max<std::int64_t>(time.jobs, 1));
-    status.names.push_back(name + ".mean_ms");
-    status.values.push_back(1e3 * time.total_s / jobs);
-    status.names.push_back(name + ".longest_ms");
-    status.values.push_back(1e3 * time.longest_s);
-  };
-  add("solver", timing.solver);
-  add("radar", timing.radar);
+void add(const std::string& name, double value, Status& status) {
+  status.names.push_back(name);
+  status.values.push_back(value);
+}
+
+void add(const std::string& name, const WorkTime& time, Status& status) {
+  const double jobs = static_cast<double>(std::max<std::int64_t>(time.jobs, 1));
+  add(name + ".mean_ms", 1e3 * time.total_s / jobs, status);
+  add(name + ".longest_ms", 1e3 * time.longest_s, status);
+}
+
+void add(const std::string& name, const DurationHistogram& durations, Status& status) {
+  add(name + ".p50_ms", 1e3 * durations.quantile(0.5), status);
+  add(name + ".p99_ms", 1e3 * durations.quantile(0.99), status);
+  add(name + ".p999_ms", 1e3 * durations.quantile(0.999), status);
+  add(name + ".longest_ms", 1e3 * durations.longest(), status);
 }
 
 }  // namespace
@@ -33,6 +39,7 @@ Live::Live(const Config& config, Handler handler, Alive alive)
     : runner_(config, Execution::kThreaded),
       last_input_(std::chrono::steady_clock::now()),
       alive_(std::move(alive)),
+      imu_offset_(from_seconds(config.imu.time_offset)),
       handler_(std::move(handler)),
       inputs_(kInputCapacity),
       results_(kResultCapacity),
@@ -41,7 +48,11 @@ Live::Live(const Config& config, Handler handler, Alive alive)
 
 Live::~Live() { stop(); }
 
-void Live::push(Input input) { inputs_.push(std::move(input)); }
+void Live::push(Input input) {
+  if (const auto* imu = std::get_if<ImuSample>(&input))
+    imu_latency_.arrived(imu->time + imu_offset_);
+  inputs_.push(std::move(input));
+}
 
 void Live::stop() {
   inputs_.close();
@@ -110,16 +121,30 @@ void Live::tell_of_silence() {
 
 void Live::hand_out(Results results) {
   if (results.empty()) return;
-  for (Status& status : results.outputs.status) add_timing(runner_.timing(), status);
+  for (Status& status : results.outputs.status) add_figures(status);
   if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
   if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
   results_.push(std::move(results));
 }
 
+// What the wall clock says.
+void Live::add_figures(Status& status) {
+  const Timing timing = runner_.timing();
+  add("solver", timing.solver, status);
+  add("radar", timing.radar, status);
+  add("latency.imu", imu_latency_.latencies(), status);
+  add("latency.radar", timing.radar.ready, status);
+  add("queue.input.longest", static_cast<double>(inputs_.take_longest()), status);
+  add("queue.output.longest", static_cast<double>(results_.take_longest()), status);
+}
+
 void Live::publish() {
   pthread_setname_np(pthread_self(), "publisher");
   while (!results_.finished()) {
-    for (const auto& results : results_.pop_all(kIdle)) handler_(results);
+    for (const auto& results : results_.pop_all(kIdle)) {
+      handler_(results);
+      for (const auto& estimate : results.outputs.odometry) imu_latency_.published(estimate.time);
+    }
   }
 }
 

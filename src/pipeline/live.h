@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "gprodom/input.h"
+#include "pipeline/latency_watch.h"
 #include "pipeline/message_queue.h"
 #include "pipeline/runner.h"
 
@@ -44,6 +45,7 @@ class Live {
   void report_losses();
   void tell_of_silence();
   void hand_out(Results results);
+  void add_figures(Status& status);
   void publish();
 
   // Used by the estimator thread only.
@@ -52,6 +54,8 @@ class Live {
   TimeNs last_time_ = 0;  // newest data time estimated
   Alive alive_;
 
+  const TimeNs imu_offset_;        // of data time from the stamps of IMU messages
+  LatencyWatch imu_latency_;       // guards itself
   Handler handler_;                // used by the publish thread only
   MessageQueue<Input> inputs_;     // guards itself
   MessageQueue<Results> results_;  // guards itself

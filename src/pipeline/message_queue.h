@@ -2,6 +2,7 @@
 // dropped and counted.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -26,6 +27,7 @@ class MessageQueue {
         return false;
       }
       items_.push_back(std::move(item));
+      longest_ = std::max(longest_, items_.size());
     }
     filled_.notify_one();
     return true;
@@ -44,6 +46,12 @@ class MessageQueue {
   std::int64_t take_dropped() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return std::exchange(dropped_, 0);
+  }
+
+  // Most items that waited at once since the last call.
+  std::size_t take_longest() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(longest_, items_.size());
   }
 
   // No more items are taken in; those inside can still be popped.
@@ -66,6 +74,7 @@ class MessageQueue {
   mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::vector<Item> items_;   // guarded by mutex_
+  std::size_t longest_ = 0;   // guarded by mutex_
   std::int64_t dropped_ = 0;  // guarded by mutex_
   bool closed_ = false;       // guarded by mutex_
 };

@@ -53,6 +53,47 @@ TEST(Live, StopWorksOffWhatWasPushed) {
   EXPECT_LT(placed.back().p_odom_body.norm(), 0.01);
 }
 
+TEST(Live, TellsOfLatenciesAndQueues) {
+  std::vector<OdometryEstimate> placed;
+  const Outputs all = collect(standing(10.0), &placed);
+  // The greatest that was told: queues tell of the second before.
+  const auto value = [&all](const std::string& name) {
+    double greatest = -1.0;
+    for (const Status& status : all.status) {
+      const auto found = std::find(status.names.begin(), status.names.end(), name);
+      if (found == status.names.end()) continue;
+      const auto index = static_cast<std::size_t>(found - status.names.begin());
+      greatest = std::max(greatest, status.values[index]);
+    }
+    return greatest;
+  };
+  EXPECT_GT(value("latency.imu.p50_ms"), 0.0);
+  EXPECT_LE(value("latency.imu.p50_ms"), value("latency.imu.p99_ms"));
+  EXPECT_LE(value("latency.imu.p999_ms"), value("latency.imu.longest_ms"));
+  EXPECT_GE(value("queue.input.longest"), 1.0);
+  EXPECT_GE(value("queue.output.longest"), 0.0);
+}
+
+TEST(LatencyWatch, CountsWhatWasPublishedAndForgetsTheRest) {
+  LatencyWatch watch;
+  for (TimeNs time = 1; time <= 10; ++time) watch.arrived(time);
+  watch.published(3);
+  watch.published(2);  // too late: forgotten with what came before 3
+  watch.published(10);
+  EXPECT_EQ(watch.latencies().count(), 2);
+}
+
+TEST(DurationHistogram, QuantilesAreRoundedUpByLessThanATenth) {
+  DurationHistogram durations;
+  for (int i = 1; i <= 1000; ++i) durations.add(1e-5 * i);
+  for (const double share : {0.01, 0.5, 0.99}) {
+    EXPECT_GE(durations.quantile(share), 1e-2 * share);
+    EXPECT_LE(durations.quantile(share), 1.1e-2 * share);
+  }
+  EXPECT_DOUBLE_EQ(durations.quantile(1.0), 1e-2);
+  EXPECT_DOUBLE_EQ(DurationHistogram().quantile(0.5), 0.0);
+}
+
 TEST(Live, ResetCommandStartsAfresh) {
   std::vector<OdometryEstimate> placed;
   auto inputs = standing(5.0);

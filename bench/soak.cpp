@@ -1,0 +1,137 @@
+// soak LOG.lcmlog HOURS OUT.csv [KEY=VALUE]...: the estimator on a log that is driven again and
+// again for HOURS of data time, in one process and on one thread, as fast as it goes. The log
+// begins and ends at a standstill: stamps and the wheel's count go on from one round to the next,
+// so that it is one long drive. bench/report.py and a soak of a day use it.
+//
+// OUT.csv has a row a minute of data time (a row each ten from the second hour on): hours,
+// processor seconds for each second of data, resident memory (bytes), mean and longest solve since
+// the row before (ms), way driven (m), revisits that the map trusts, poses.
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gprodom/lcm_io.h"
+#include "io/log_io.h"
+#include "pipeline/runner.h"
+
+namespace {
+
+using namespace gprodom;
+
+std::vector<Input> read_log(const ChannelConfig& channels, const std::string& path) {
+  std::vector<Input> inputs;
+  LogReader reader(path);
+  while (const lcm::LogEvent* event = reader.next()) {
+    auto input = decode_input(channels, event->channel, event->data,
+                              static_cast<std::size_t>(event->datalen));
+    if (input && input->index() <= 2) inputs.push_back(std::move(*input));  // IMU, wheel, radar
+  }
+  if (inputs.empty()) throw std::runtime_error(path + ": no IMU, wheel or radar messages");
+  return inputs;
+}
+
+TimeNs& time_of(Input& input) {
+  if (auto* imu = std::get_if<ImuSample>(&input)) return imu->time;
+  if (auto* wheel = std::get_if<WheelSample>(&input)) return wheel->time;
+  return std::get<GprTrace>(input).time;
+}
+
+double processor_s() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::int64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::int64_t size = 0, resident = 0;
+  statm >> size >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+// What is told of the time since the row before.
+class Rows {
+ public:
+  explicit Rows(const std::string& path) : out_(path) {
+    out_ << "hours,cpu_per_s,resident_bytes,solve_ms,longest_solve_ms,distance_m,revisits,poses\n";
+  }
+
+  void take(const Outputs& outputs) {
+    poses_ += static_cast<std::int64_t>(outputs.odometry.size());
+    if (!outputs.odometry.empty()) distance_m_ = outputs.odometry.back().distance_m;
+    if (!outputs.corrections.empty()) revisits_ = outputs.corrections.back().revisits;
+  }
+
+  void write(double data_s, const WorkTime& solver) {
+    const double cpu = processor_s();
+    const auto jobs = static_cast<double>(std::max<std::int64_t>(1, solver.jobs - before_.jobs));
+    out_ << data_s / 3600 << ',' << (cpu - cpu_) / (data_s - data_s_) << ',' << resident_bytes()
+         << ',' << 1e3 * (solver.total_s - before_.total_s) / jobs << ',' << 1e3 * solver.longest_s
+         << ',' << distance_m_ << ',' << revisits_ << ',' << poses_ << std::endl;
+    cpu_ = cpu;
+    data_s_ = data_s;
+    before_ = solver;
+  }
+
+ private:
+  std::ofstream out_;
+  double cpu_ = processor_s(), data_s_ = 0.0, distance_m_ = 0.0;
+  WorkTime before_;
+  int revisits_ = 0;
+  std::int64_t poses_ = 0;
+};
+
+void run(const Config& config, const std::string& log, double hours, const std::string& out) {
+  std::vector<Input> inputs = read_log(config.channels, log);
+  const TimeNs first = time_of(inputs.front());
+  const TimeNs round = time_of(inputs.back()) - first + from_seconds(0.005);
+  double round_m = 0.0;
+  for (const Input& input : inputs)
+    if (const auto* wheel = std::get_if<WheelSample>(&input)) round_m = wheel->distance_m;
+
+  Runner runner(config, Execution::kInline);
+  Rows rows(out);
+  const TimeNs end = first + from_seconds(3600 * hours);
+  TimeNs next_row = first + from_seconds(60);
+  double rounds = 0.0;
+  for (TimeNs begun = first; begun < end; begun += round, rounds += 1.0) {
+    for (const Input& kept : inputs) {
+      Input input = kept;
+      const TimeNs time = time_of(input) += begun - first;
+      if (time >= end) break;
+      if (auto* wheel = std::get_if<WheelSample>(&input)) wheel->distance_m += rounds * round_m;
+      rows.take(runner.feed(input).outputs);
+      if (time < next_row) continue;
+      rows.write(to_seconds(time - first), runner.timing().solver);
+      next_row = time + from_seconds(time - first < from_seconds(3600) ? 60 : 600);
+      std::fprintf(stderr, "\rsoak %.2f of %.2f h", to_seconds(time - first) / 3600, hours);
+    }
+  }
+  std::fprintf(stderr, "\n");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const double hours = argc >= 4 ? std::atof(argv[2]) : 0.0;
+  if (!(hours > 0 && hours <= 1000)) {
+    std::cerr << "usage: soak LOG.lcmlog HOURS OUT.csv [KEY=VALUE]...\n";
+    return 2;
+  }
+  try {
+    run(gprodom::default_config(std::vector<std::string>(argv + 4, argv + argc)), argv[1], hours,
+        argv[3]);
+  } catch (const std::exception& error) {
+    std::cerr << "soak: " << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}
