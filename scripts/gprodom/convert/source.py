@@ -41,7 +41,7 @@ def read_files(sequence: Path) -> dict[str, File]:
         raise Error(f"{sequence}: expected a directory or a zip, got neither")
     try:
         return _from_zip(sequence)
-    except (zipfile.BadZipFile, NotImplementedError, EOFError, zlib.error) as error:
+    except (zipfile.BadZipFile, NotImplementedError, EOFError, OSError, zlib.error) as error:
         raise Error(f"{sequence}: damaged or unreadable zip: {error}") from None
 
 

@@ -7,6 +7,7 @@ for the count of traces, which is what the file holds.
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from collections.abc import Callable
@@ -47,7 +48,7 @@ def read_line(path: Path) -> Line:
     if len(line.traces) < 2:
         raise Error(f"{path}: expected at least two traces, got {len(line.traces)}")
     for name in ("spacing", "sample_interval"):
-        if not getattr(line, name) > 0:
+        if not 0 < getattr(line, name) < math.inf:
             raise Error(f"{path}: the header gives no {name.replace('_', ' ')}")
     return line
 
@@ -78,9 +79,18 @@ class _Header:
                 raise Error(f"{self._path}: {key} is missing")
             return default
         try:
-            return float(value.split()[0])
+            number = float(value.split()[0])
         except (ValueError, IndexError):
-            raise Error(f"{self._path}: {key}: {value!r}: expected a number") from None
+            number = math.nan
+        if not math.isfinite(number):
+            raise Error(f"{self._path}: {key}: {value!r}: expected a number")
+        return number
+
+    def positive(self, key: str) -> float:
+        value = self.number(key)
+        if value <= 0:
+            raise Error(f"{self._path}: {key}: {value:g}: expected more than 0")
+        return value
 
     def samples(self, key: str) -> int:
         value = self.number(key)
@@ -116,7 +126,7 @@ def _read_mala(path: Path) -> Line:
     header = _Header(_beside(path, ".rad"))
     samples = header.samples("SAMPLES")
     kind = "<i4" if path.suffix.lower() == ".rd7" else "<i2"
-    interval = 1e-6 / header.number("FREQUENCY")  # of sampling, MHz
+    interval = 1e-6 / header.positive("FREQUENCY")  # of sampling, MHz
     zero = header.number("SIGNAL POSITION", 0.0) * interval
     spacing = header.number("DISTANCE INTERVAL")
     return Line(_rows(path, kind, samples), spacing, interval, zero)
@@ -126,7 +136,7 @@ def _read_impulse(path: Path) -> Line:
     header = _Header(_beside(path, ".iprh"))
     samples = header.samples("SAMPLES")
     kind = "<i4" if header.number("DATA VERSION", 16) == 32 else "<i2"
-    interval = 1e-6 / header.number("FREQUENCY")
+    interval = 1e-6 / header.positive("FREQUENCY")
     zero = header.number("ZERO LEVEL", 0.0) * interval
     spacing = header.number("DISTANCE INTERVAL")
     return Line(_rows(path, kind, samples), spacing, interval, zero)
@@ -146,6 +156,8 @@ def _read_dzt(path: Path) -> Line:
     start = offset if offset >= 1024 else 1024 * max(offset, 1)
     # Files with several channels have as many headers, then their traces in turn.
     start = max(start, 1024 * channels)
+    if start > len(data):
+        raise Error(f"{path}: the header says that traces begin beyond the end of the file")
     width = samples * bits // 8 * channels
     count = (len(data) - start) // width
     body = np.frombuffer(data, kinds[bits], count * width * 8 // bits, start)

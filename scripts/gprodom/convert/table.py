@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_HALF_UP, Decimal, InvalidOperation
+from decimal import ROUND_HALF_UP, Decimal
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def to_microseconds(text: bytes) -> int:
     try:
         value = Decimal(text.decode("ascii").strip())
         exact = (value * 1_000_000).to_integral_value(ROUND_HALF_UP)
-    except (InvalidOperation, UnicodeDecodeError):
+    except (ArithmeticError, UnicodeDecodeError):
         raise ValueError("not a time") from None
     if not value.is_finite() or not 0 <= exact < _LATEST:
         raise ValueError("not a time since 1970")
