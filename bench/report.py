@@ -80,6 +80,8 @@ def length(args: argparse.Namespace) -> dict[str, Any]:
             "hours": last["hours"],
             "cost_early": mean(soon, "cpu_per_s"),
             "cost_late": mean(late, "cpu_per_s"),
+            # In yardsticks, which what else the machine does makes longer alike.
+            "growth": in_yardsticks(late) / in_yardsticks(soon) - 1,
             "solve_ms_early": mean(soon, "solve_ms"),
             "solve_ms_late": mean(late, "solve_ms"),
             "resident_early_mb": early["resident_bytes"] / 1e6,
@@ -89,6 +91,11 @@ def length(args: argparse.Namespace) -> dict[str, Any]:
             "rows": rows,
         }
     return found
+
+
+def in_yardsticks(rows: list[dict[str, float]]) -> float:
+    """Cost of a second of data over that of the yardstick of bench/soak.cpp."""
+    return mean(rows, "cpu_per_s") / mean(rows, "yardstick_us")
 
 
 def mean(rows: list[dict[str, float]], key: str) -> float:
@@ -130,6 +137,7 @@ def table(results: dict[str, Any]) -> list[Row]:
             rows.append(
                 [f"{name}: early, and at {run['hours']:.1f} h", f"{early:.2f}, {late:.2f}", unit]
             )
+        rows.append([f"{name}: growth of cost", f"{100 * run['growth']:.1f}", "% of early"])
         sizes = f"{run['resident_early_mb']:.1f}, {run['resident_late_mb']:.1f}"
         rows.append([f"{name}: resident early, late", sizes, "MB"])
         rows.append(
