@@ -42,6 +42,7 @@ import smoothers_gtsam
 import state_intervals
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import read_recording
+from gprodom.errors import Error
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
@@ -80,10 +81,18 @@ def error(time: NDArray[np.int64], position: Array, truth: Trajectory) -> float:
     return compare(pairs, "se2", 3.0).figures.ate_rmse_m
 
 
+def known_scale(source: Path) -> float:
+    """Of the wheel, from what is told beside a simulated sequence."""
+    beside = source.with_suffix(".json")
+    if not beside.is_file():
+        raise Error(f"{beside}: missing; give the wheel's scale with --scale")
+    return float(json.loads(beside.read_text())["scale"])
+
+
 def measure(source: Path, args: argparse.Namespace, results: dict[str, Result], tick: Any) -> int:
     """One sequence; the number of updates."""
     recording, truth = read_recording(source), read_truth(source, frame=None).trajectory
-    scale = args.scale or json.loads(source.with_suffix(".json").read_text())["scale"]
+    scale = args.scale or known_scale(source)
     whole = state_intervals.cut(recording, args.rate)
     stamps = np.array([each.time // 1000 for each in whole.intervals])
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
@@ -137,9 +146,13 @@ def main() -> int:
     labels = (OURS, BATCH, BATCH + QR, INCREMENTAL, INCREMENTAL + QR, *EKFS)
     results = {label: Result({}, []) for label in labels}
     updates = 0
-    with Progress("smoothers", 2 * args.repeats * len(args.sources)) as progress:
-        for source in args.sources:
-            updates += measure(source, args, results, progress.advance)
+    try:
+        with Progress("smoothers", 2 * args.repeats * len(args.sources)) as progress:
+            for source in args.sources:
+                updates += measure(source, args, results, progress.advance)
+    except Error as error:
+        print(f"smoothers: error: {error}", file=sys.stderr)
+        return 2
     figures = summary(results)
     figures["updates"] = updates
     if args.json:

@@ -1,0 +1,73 @@
+"""The bench commands run, and the smoothers side by side agree: no times are judged."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conftest import CHECKOUT
+from gprodom import logs
+from gprodom.cli import main
+from gprodom.dead_reckoning import wheel_distance
+
+BENCH = CHECKOUT / "bench"
+PROGRAMS = CHECKOUT / "build" / "bench"
+SAMPLE = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
+
+
+def run(*command: object, codes: tuple[int, ...] = (0,)) -> str:
+    """What a bench command prints."""
+    done = subprocess.run(
+        [sys.executable, *map(str, command)], capture_output=True, text=True, timeout=600
+    )
+    assert done.returncode in codes, done.stderr
+    return done.stdout
+
+
+@pytest.fixture
+def programs() -> Path:
+    if not (PROGRAMS / "bench_soak").is_file():
+        pytest.skip(f"no benchmark programs in {PROGRAMS}")
+    return PROGRAMS
+
+
+def test_smoothers_agree(tmp_path: Path, programs: Path) -> None:
+    """The same factors: gprodom's newest estimates err as GTSAM's do."""
+    pytest.importorskip("gtsam", reason="gtsam is not installed (scripts[bench])")
+    sequence = tmp_path / "1700000000-0-yard-cmu-gpr.zip"
+    drive = ["--route", "loop", "--distance", "12", "--seed", "3"]
+    assert main(["simulate", *drive, "-o", str(sequence)]) == 0
+    command = [BENCH / "smoothers.py", sequence, "--repeats", 1, "--json"]
+    command += ["--program", programs / "bench_smoother_update"]
+    errors = json.loads(run(*command, codes=(0, 1)))["error_m"]
+    assert 0 < errors["gprodom"] < 0.5
+    for other in ("GTSAM batch", "GTSAM incremental"):
+        assert errors["gprodom"] == pytest.approx(errors[other], rel=0.1, abs=0.005)
+
+
+def test_report_of_a_short_run(tmp_path: Path, programs: Path) -> None:
+    log, out = tmp_path / "sample.lcmlog", tmp_path / "report"
+    assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0
+    run(BENCH / "report.py", log, "-o", out, "--parts", "length", "--hours", 0.1)
+    length = json.loads((out / "report.json").read_text())["length"]
+    # Longer than the log: the wheel's count goes on from round to round.
+    assert length["gprodom"]["metres"] > 100
+    assert length["gprodom_full"]["rows"][-1]["revisits"] > 10
+    assert (out / "run_length.png").read_bytes().startswith(b"\x89PNG")
+    assert "bytes/m" in (out / "report.md").read_text()
+
+
+def test_a_log_is_made_longer(tmp_path: Path) -> None:
+    log, long = tmp_path / "sample.lcmlog", tmp_path / "long.lcmlog"
+    assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0
+    run(BENCH / "repeat_log.py", log, long, "--seconds", 200)
+    short, read = logs.read(log), logs.read(long)
+    time = read["IMU"]["utime"]
+    assert (time[-1] - time[0]) * 1e-6 == pytest.approx(200, abs=0.1)
+    steps = wheel_distance(read)[1]
+    assert abs(steps).max() > 2 * abs(wheel_distance(short)[1]).max()
+    assert (abs(steps[1:] - steps[:-1]) < 0.1).all()
