@@ -12,6 +12,11 @@ namespace {
 // A scale held fixed still needs a finite weight: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
+bool is_finite(const NavState& x) {
+  return x.p_odom.allFinite() && x.v_odom.allFinite() && x.q_odom_body.coeffs().allFinite() &&
+         x.gyro_bias.allFinite() && x.accel_bias.allFinite() && std::isfinite(x.wheel_scale);
+}
+
 // Between two states, while the wheel says nothing of it: m.
 constexpr double kUnknownDistanceSigma = 100.0;
 
@@ -66,6 +71,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
 
   result.solve = smoother_.solve();
+  result.solve.usable = result.solve.usable && is_finite(smoother_.newest());
   if (batch_)  // where the batch solution starts from
     for (auto id = smoother_.oldest_id(); id <= b; ++id)
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));

@@ -9,6 +9,7 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kJobPeriod = 500'000'000;
+constexpr std::size_t kMostWaiting = 2000;  // traces or revisits, while no state is made
 
 // Off the fast path there is time enough; a machine that is busy beyond this falls behind.
 constexpr std::chrono::milliseconds kPatience(200);
@@ -31,11 +32,13 @@ MapTask::MapTask(const Config& config, Execution execution, std::optional<Ground
       worker_(execution) {}
 
 void MapTask::add(const GprTrace& trace) {
-  if (enabled_) traces_.push_back(trace);
+  if (!enabled_) return;
+  traces_.push_back(trace);
+  if (traces_.size() > kMostWaiting) traces_.pop_front();
 }
 
 void MapTask::add(const Displacement& revisit) {
-  if (enabled_) next_.revisits.push_back(revisit);
+  if (enabled_ && next_.revisits.size() < kMostWaiting) next_.revisits.push_back(revisit);
 }
 
 void MapTask::add(const StateResult& result, TimeNs effective) {

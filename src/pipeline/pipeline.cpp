@@ -18,6 +18,11 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
+constexpr char kNoData[] = "no data for a second or more";
+
+// Kept of the other sensors while no state is made: before the start, or without an IMU.
+constexpr TimeNs kLongestSilence = 100 * kSecond;
+constexpr std::size_t kMostWaiting = 2000;  // traces, or external displacements
 
 // A solve takes milliseconds. On a machine that is busy beyond this the newest state waits.
 constexpr std::chrono::milliseconds kSolverPatience(200);
@@ -42,9 +47,12 @@ Outputs Pipeline::step() {
   while (!inbox_.empty() && !must_restart()) {
     Message message = std::move(inbox_.front());
     inbox_.pop_front();
-    if (!accept(message)) continue;                             // time guard and plausibility
-    store(message);                                             // into the histories, by stamp
-    if (!std::holds_alternative<ImuSample>(message)) continue;  // the IMU is the clock
+    const bool usable = accept(message);                           // time guard and plausibility
+    if (usable) store(message);                                    // into the histories, by stamp
+    if (!usable || !std::holds_alternative<ImuSample>(message)) {  // the IMU is the clock
+      tell_of_lost_clock();
+      continue;
+    }
     start();               // from a saved state, or a standstill: gravity, gyro bias and noise
     take_radar_answers();  // each at its tick + gpr.latency_budget
     take_states();         // each at its time + time.reorder_window + smoother.latency
@@ -68,10 +76,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, Heritage heritage)
                    Eigen::AngleAxisd(config.imu.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
                       .toRotationMatrix()),
       health_(config.logging.warning_period),
-      imu_guard_(config.time),
-      wheel_guard_(config.time),
-      gpr_guard_(config.time),
-      displacement_guard_(config.time),
+      time_guard_(config.time),
       wheel_(config.wheel.max_speed),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
       slip_(config.wheel),
@@ -89,18 +94,20 @@ Pipeline::Pipeline(const Config& config, Execution execution, Heritage heritage)
 bool Pipeline::accept(Message& message) {
   struct Entry {
     const std::string& channel;
-    TimeGuard& guard;
+    TimeGuard::Source source;
     double offset_s;
   };
-  const Entry entries[] = {{config_.channels.imu, imu_guard_, config_.imu.time_offset},
-                           {config_.channels.wheel, wheel_guard_, config_.wheel.time_offset},
-                           {config_.channels.gpr_trace, gpr_guard_, config_.gpr.time_offset},
-                           {config_.channels.displacement_in, displacement_guard_, 0.0}};
+  const Entry entries[] = {{config_.channels.imu, TimeGuard::kImu, config_.imu.time_offset},
+                           {config_.channels.wheel, TimeGuard::kWheel, config_.wheel.time_offset},
+                           {config_.channels.gpr_trace, TimeGuard::kGpr, config_.gpr.time_offset},
+                           {config_.channels.displacement_in, TimeGuard::kDisplacement, 0.0}};
   const Entry& entry = entries[message.index()];
   const TimeNs time =
       std::visit([&](auto& m) { return m.time += from_seconds(entry.offset_s); }, message);
   std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
-  if (reason.empty()) reason = entry.guard.check(time, now_);
+  const auto* trace = std::get_if<GprTrace>(&message);
+  if (reason.empty() && trace) reason = trace_format_.check(*trace);
+  if (reason.empty()) reason = time_guard_.check(entry.source, time);
   if (!reason.empty()) {
     health_.count(entry.channel, reason, now_);
     return false;
@@ -113,10 +120,11 @@ void Pipeline::store(Message& message) {
   if (auto* imu = std::get_if<ImuSample>(&message)) {
     imu->acceleration = R_body_imu_ * imu->acceleration;
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
-    imu_.insert(*imu);
+    if (!imu_.insert(*imu)) health_.count(config_.channels.imu, "stamp repeated", now_);
     imu_now_ = std::max(imu_now_, imu->time);
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     wheel_now_ = std::max(wheel_now_, wheel->time);
+    wheel_.forget_before(wheel_now_ - kLongestSilence);
     if (config_.wheel.enabled && !wheel_.insert(*wheel))
       health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed", now_);
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
@@ -127,7 +135,7 @@ void Pipeline::store(Message& message) {
     gpr_now_ = trace->time;
     if (!config_.gpr.enabled) return;
     map_->add(*trace);
-    if (radar_.enabled()) traces_.push_back(std::move(*trace));
+    if (radar_.enabled() && traces_.size() < kMostWaiting) traces_.push_back(std::move(*trace));
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
@@ -135,7 +143,8 @@ void Pipeline::store(Message& message) {
       return;
     }
     displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
-    new_displacements_.push_back(std::move(displacement));
+    if (new_displacements_.size() < kMostWaiting)
+      new_displacements_.push_back(std::move(displacement));
   }
 }
 
@@ -257,6 +266,7 @@ void Pipeline::take_radar_answers() {
       health_.count(config_.channels.gpr_trace, note, now_);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
+      if (!fault(d, config_).empty()) continue;
       if (d.source == "coherence") d = coherence_.to_metres(d);
       d.time = due->effective;
       out_.displacements.push_back(d);
@@ -407,11 +417,26 @@ void Pipeline::publish() {
   next_status_ = next_multiple(imu_now_, kSecond);
 }
 
+// Without its clock the estimator can only say so, once a second of the other sensors' time. Before
+// the IMU has come these may be anything.
+void Pipeline::tell_of_lost_clock() {
+  const TimeNs time = time_guard_.newest_of_others();
+  if (time < imu_now_ + kSecond) return;
+  const bool went_back = time + 2 * kSecond < next_lost_status_;
+  if (time < next_lost_status_ && !went_back) return;
+  if (next_lost_status_ > 0) {
+    health_.set(config_.channels.imu, HealthLevel::kFailed, kNoData);
+    out_.status.push_back(health_.status(time));
+  }
+  next_lost_status_ = next_multiple(time, kSecond);
+}
+
 void Pipeline::watch_sensors() {
   auto watch = [&](const std::string& topic, bool used, TimeNs newest) {
     const bool silent = used && newest + kSecond < imu_now_;
-    health_.set(topic, HealthLevel::kDegraded, silent ? "no data for a second or more" : "");
+    health_.set(topic, HealthLevel::kDegraded, silent ? kNoData : "");
   };
+  health_.set(config_.channels.imu, HealthLevel::kFailed, "");
   watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
   watch(config_.channels.gpr_trace, radar_.enabled(), gpr_now_);
 }

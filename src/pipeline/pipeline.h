@@ -25,6 +25,7 @@
 #include "pipeline/sensor_history.h"
 #include "pipeline/slip_watch.h"
 #include "pipeline/time_guard.h"
+#include "pipeline/trace_format.h"
 
 namespace gprodom {
 
@@ -76,7 +77,7 @@ class Pipeline {
   }
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
-  bool must_restart() const { return imu_guard_.moved(); }
+  bool must_restart() const { return time_guard_.moved(); }
   std::deque<Message> take_inbox() { return std::exchange(inbox_, {}); }
 
  private:
@@ -98,6 +99,7 @@ class Pipeline {
   void use(const StateResult& result, TimeNs effective);
   std::int32_t flags() const;
   void watch_sensors();
+  void tell_of_lost_clock();
 
   const Config config_;
   const Execution execution_;
@@ -107,7 +109,8 @@ class Pipeline {
   Outputs out_;
   Health health_;
 
-  TimeGuard imu_guard_, wheel_guard_, gpr_guard_, displacement_guard_;
+  TimeGuard time_guard_;
+  TraceFormat trace_format_;
   TimeNs now_ = 0;      // newest stamp accepted from any sensor
   TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
   TimeNs wheel_now_ = 0, gpr_now_ = 0;
@@ -121,7 +124,7 @@ class Pipeline {
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to go on from, until the first start
   bool started_ = false, record_ = false;
-  TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
+  TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0, next_lost_status_ = 0;
   TimeNs newest_state_ = 0, next_state_ = 0;
   ImuNoise reference_noise_;  // at standstill
   Prediction prediction_;

@@ -32,8 +32,11 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
 
 }  // namespace
 
-void ImuHistory::insert(const ImuSample& sample) {
-  samples_.insert(first_after(samples_, sample.time), sample);
+bool ImuHistory::insert(const ImuSample& sample) {
+  const auto next = first_after(samples_, sample.time);
+  if (next != samples_.begin() && (next - 1)->time == sample.time) return false;
+  samples_.insert(next, sample);
+  return true;
 }
 
 void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }

@@ -13,8 +13,8 @@ namespace gprodom {
 
 class ImuHistory {
  public:
-  // Late samples go where their stamp puts them. Body axes.
-  void insert(const ImuSample& sample);
+  // Late samples go where their stamp puts them. Body axes. false where there is one of that stamp.
+  bool insert(const ImuSample& sample);
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
 

@@ -8,26 +8,73 @@ namespace gprodom {
 TimeGuard::TimeGuard(const TimeConfig& config)
     : reorder_(from_seconds(config.reorder_window)), max_jump_(from_seconds(config.max_jump)) {}
 
-std::string TimeGuard::check(TimeNs time, TimeNs now) {
+std::string TimeGuard::check(Source source, TimeNs time) {
   if (time <= 0) return "stamp not after 1970";
-  const bool ahead = now > 0 && time > now + max_jump_;
-  const bool behind = now > 0 && time < now - max_jump_ - reorder_;
-  if (ahead || behind) {
-    const bool agrees = strays_ > 0 && time > stray_ && time < stray_ + max_jump_;
-    strays_ = agrees ? strays_ + 1 : 1;
-    stray_ = time;
-    return ahead ? "stamp jumped ahead" : "stamp jumped back";
+  Track& track = tracks_[source];
+  if (source != kImu && tracks_[kImu].newest == 0) {
+    track.newest = time;
+    return "before the first message of the IMU";
   }
-  strays_ = 0;
-  if (time < now - reorder_) return "later than time.reorder_window";
-  if (time == newest_) return "stamp repeated";
-  newest_ = std::max(newest_, time);
+  if (time == track.newest) return "stamp repeated";
+  std::string reason = source == kImu ? check_imu(time) : check_other(track, time);
+  if (!reason.empty()) return reason;
+  if (source == kImu) ++imu_accepted_;
+  track.strays = 0;
+  // Another sensor may have been far ahead while the IMU was silent, or before it came.
+  const bool astray = source != kImu && track.at_newest != imu_accepted_ &&
+                      track.newest > tracks_[kImu].newest + reorder_;
+  track.newest = astray ? time : std::max(track.newest, time);
+  track.at_newest = imu_accepted_;
   return {};
 }
 
-void TimeGuard::reset() {
-  newest_ = stray_ = 0;
-  strays_ = 0;
+std::string TimeGuard::check_imu(TimeNs time) {
+  Track& imu = tracks_[kImu];
+  if (imu.newest == 0) return {};
+  const TimeNs ahead = time - imu.newest;
+  if (ahead < -(max_jump_ + reorder_)) {
+    add_stray(imu, time);
+    return "stamp jumped back";
+  }
+  if (ahead < -reorder_) return "later than time.reorder_window";
+  if (ahead <= reorder_ || (ahead <= kLongestGap && told_by_others(time))) return {};
+  add_stray(imu, time);
+  if (ahead > max_jump_) return "stamp jumped ahead";
+  return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
+}
+
+std::string TimeGuard::check_other(Track& track, TimeNs time) const {
+  // While the IMU is silent a sensor's own stamps go on.
+  const bool imu_silent = track.at_newest == imu_accepted_;
+  const TimeNs reference =
+      imu_silent ? std::max(track.newest, tracks_[kImu].newest) : tracks_[kImu].newest;
+  const TimeNs ahead = time - reference;
+  if (ahead < -(max_jump_ + reorder_)) return "stamp jumped back";
+  if (ahead < -reorder_) return "later than time.reorder_window";
+  if (ahead <= reorder_) return {};
+  if (track.at_first_stray != imu_accepted_) track.strays = 0;
+  track.at_first_stray = imu_accepted_;
+  add_stray(track, time);
+  if (track.strays >= kStraysToFollow) return {};
+  return ahead > max_jump_ ? "stamp jumped ahead" : "stamp ahead of the IMU's";
+}
+
+void TimeGuard::add_stray(Track& track, TimeNs time) const {
+  const bool agrees = track.strays > 0 && time > track.stray && time < track.stray + max_jump_;
+  track.strays = agrees ? track.strays + 1 : 1;
+  track.stray = time;
+}
+
+bool TimeGuard::told_by_others(TimeNs time) const {
+  return std::any_of(tracks_.begin() + 1, tracks_.end(), [&](const Track& other) {
+    return other.newest > 0 && std::abs(time - other.newest) <= reorder_;
+  });
+}
+
+TimeNs TimeGuard::newest_of_others() const {
+  TimeNs newest = 0;
+  for (std::size_t i = 1; i < tracks_.size(); ++i) newest = std::max(newest, tracks_[i].newest);
+  return newest;
 }
 
 }  // namespace gprodom

@@ -1,6 +1,8 @@
-// Which stamps of a sensor can be used. One guard per sensor; all share the IMU's clock.
+// Which stamps can be used. The IMU's are the clock; the other sensors' are held against it, since
+// one sensor whose clock is off must not make the data of all others look late.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "gprodom/config.h"
@@ -10,24 +12,43 @@ namespace gprodom {
 
 class TimeGuard {
  public:
+  enum Source { kImu, kWheel, kGpr, kDisplacement };
+
   explicit TimeGuard(const TimeConfig& config);
 
-  // now: the newest stamp accepted from any sensor, 0 before the first.
   // Empty where `time` is usable, else the reason to drop it.
-  std::string check(TimeNs time, TimeNs now);
+  std::string check(Source source, TimeNs time);
 
-  // True once many messages in a row agreed on a time out of reach of `now`: the clock was set, and
-  // the estimator must start afresh.
-  bool moved() const { return strays_ >= kStraysToMove; }
+  // Newest stamp of any other sensor than the IMU, 0 before the first. Before the IMU's first
+  // message they are not checked, and none is usable.
+  TimeNs newest_of_others() const;
 
-  void reset();
+  // True once many of the IMU's messages in a row agreed on a time out of reach: the clock was set,
+  // and the estimator must start afresh.
+  bool moved() const { return tracks_[kImu].strays >= kStraysToMove; }
 
  private:
   static constexpr int kStraysToMove = 50;
+  // Stamps ahead of all others are an error of one message unless the next ones agree.
+  static constexpr int kStraysToFollow = 3;
+  static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; the IMU away for longer: afresh
+
+  struct Track {
+    TimeNs newest = 0;
+    TimeNs stray = 0;         // newest of the stamps out of reach
+    int strays = 0;           // that agree
+    long at_newest = 0;       // imu_accepted_ then
+    long at_first_stray = 0;  // and then
+  };
+
+  std::string check_imu(TimeNs time);
+  std::string check_other(Track& track, TimeNs time) const;
+  bool told_by_others(TimeNs time) const;
+  void add_stray(Track& track, TimeNs time) const;
+
   TimeNs reorder_, max_jump_;
-  TimeNs newest_ = 0;
-  TimeNs stray_ = 0;  // newest of the stamps out of reach
-  int strays_ = 0;
+  std::array<Track, 4> tracks_;
+  long imu_accepted_ = 0;
 };
 
 }  // namespace gprodom

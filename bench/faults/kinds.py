@@ -1,0 +1,326 @@
+"""The faults: each makes of a robot's messages, in order of arrival, those of a robot with a fault.
+
+A message is (arrival, channel, data): microseconds, name, encoded message. Sensor data alone are
+changed; truth stays.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gprodom.messages import message
+
+Message = tuple[int, str, bytes]
+Random = np.random.Generator
+Change = Callable[[bytes], bytes]
+
+IMU, WHEEL, GPR = SENSORS = ("IMU", "WHEEL", "GPR_TRACE")
+SECOND = 1_000_000  # us
+HOUR = 3600 * SECOND
+FOR_GOOD = math.inf
+
+_UTIME, _ACCELERATION, _RATE, _TICKS, _SAMPLES = 8, 16, 40, 16, 56  # bytes into a message
+_ACCELERATION_RANGE, _RATE_RANGE = 5.0, 0.5  # of a sensor set too fine: m/s^2 (x, y), rad/s
+
+
+@dataclass(frozen=True)
+class Fault:
+    """`apply` is given the messages, a source of chance and when the fault begins (us).
+
+    seconds: how long it lasts; None: here and there over the whole run.
+    told: STATUS can know of it. A constant offset of a clock, say, shows nowhere.
+    keeps_time: what comes out bears the times of the truth.
+    """
+
+    name: str
+    apply: Callable[[list[Message], Random, int], list[Message]]
+    seconds: float | None = None
+    told: bool = True
+    keeps_time: bool = True
+
+
+def get(data: bytes, at: int, form: str) -> tuple[float, ...]:
+    return struct.unpack_from(">" + form, data, at)
+
+
+def put(data: bytes, at: int, form: str, *values: float) -> bytes:
+    changed = bytearray(data)
+    struct.pack_into(">" + form, changed, at, *values)
+    return bytes(changed)
+
+
+def shifted(data: bytes, by_us: float) -> bytes:
+    """The message with another stamp."""
+    return put(data, _UTIME, "q", get(data, _UTIME, "q")[0] + round(by_us))
+
+
+def sensors_of(channel: str) -> tuple[str, ...]:
+    return SENSORS if channel == "all" else (channel,)
+
+
+def during(channel: str, seconds: float, change: Change, name: str, **traits: bool) -> Fault:
+    """Every message of a sensor is changed for a while."""
+
+    def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
+        end = begin + seconds * SECOND
+        return [
+            (t, c, change(d)) if c in sensors_of(channel) and begin <= t < end else (t, c, d)
+            for t, c, d in messages
+        ]
+
+    return Fault(name, apply, seconds, **traits)
+
+
+def gone(channel: str, seconds: float) -> Fault:
+    """A sensor is silent."""
+
+    def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
+        end = begin + seconds * SECOND
+        return [m for m in messages if m[1] not in sensors_of(channel) or not begin <= m[0] < end]
+
+    length = "for good" if seconds == FOR_GOOD else f"{seconds:g} s"
+    return Fault(f"{channel} gone {length}", apply, seconds)
+
+
+def scattered(
+    channel: str, share: float, change: Callable[[Message, Random], Iterable[Message]], name: str
+) -> Fault:
+    """A share of the messages is replaced, each by none, one or more; arrival decides the order."""
+
+    def apply(messages: list[Message], rng: Random, _: int) -> list[Message]:
+        hit = rng.random(len(messages)) < share
+        changed: list[Message] = []
+        for m, chosen in zip(messages, hit.tolist(), strict=True):
+            use = chosen and m[1] in sensors_of(channel)
+            changed += change(m, rng) if use else (m,)
+        return sorted(changed, key=lambda m: m[0])
+
+    return Fault(name, apply)
+
+
+def delayed(m: Message, by_us: float) -> Message:
+    return (m[0] + round(by_us), m[1], m[2])
+
+
+def bursts(seconds: float, every: float) -> Fault:
+    """All sensors are lost for a moment, again and again."""
+
+    def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
+        def lost(t: int) -> bool:
+            return t >= begin and (t - begin) % round(every * SECOND) < seconds * SECOND
+
+        return [m for m in messages if m[1] not in SENSORS or not lost(m[0])]
+
+    return Fault(f"all lost for {seconds:g} s every {every:g} s", apply)
+
+
+def bit_flipped(m: Message, rng: Random) -> Iterable[Message]:
+    data = bytearray(m[2])
+    data[rng.integers(0, len(data))] ^= 1 << int(rng.integers(0, 8))
+    return [(m[0], m[1], bytes(data))]
+
+
+def imu_values(data: bytes, value: float) -> bytes:
+    return put(data, _RATE, "d", value)
+
+
+def wheel_value(data: bytes, value: float) -> bytes:
+    return put(data, _TICKS + 8, "d", value)
+
+
+def saturated(data: bytes) -> bytes:
+    x, y, z = get(data, _ACCELERATION, "3d")
+    limit, turn = _ACCELERATION_RANGE / 25, _RATE_RANGE / 25
+    data = put(data, _ACCELERATION, "3d", *np.clip([x, y], -limit, limit), z)
+    return put(data, _RATE, "3d", *np.clip(get(data, _RATE, "3d"), -turn, turn))
+
+
+def biased(data: bytes, rate: float, acceleration: float) -> bytes:
+    x, y, z = get(data, _ACCELERATION, "3d")
+    p, q, r = get(data, _RATE, "3d")
+    data = put(data, _ACCELERATION, "3d", x + acceleration, y, z)
+    return put(data, _RATE, "3d", p, q, r + rate)
+
+
+class Stuck:
+    """From its first message on the values stay; the stamp goes on, or stays as well."""
+
+    def __init__(self, keeps_stamp: bool = False) -> None:
+        self._first: bytes | None = None
+        self._keeps_stamp = keeps_stamp
+
+    def __call__(self, data: bytes) -> bytes:
+        if self._first is None:
+            self._first = data
+        if self._keeps_stamp:
+            return put(data, _UTIME, "q", *get(self._first, _UTIME, "q"))
+        return self._first[:_UTIME] + data[_UTIME : _UTIME + 8] + self._first[_UTIME + 8 :]
+
+
+def stuck(channel: str, seconds: float, keeps_stamp: bool, name: str) -> Fault:
+    def apply(messages: list[Message], rng: Random, begin: int) -> list[Message]:
+        return during(channel, seconds, Stuck(keeps_stamp), name).apply(messages, rng, begin)
+
+    return Fault(name, apply, seconds)
+
+
+def drifting_clock(channel: str, ppm: float) -> Fault:
+    def apply(messages: list[Message], _: Random, __: int) -> list[Message]:
+        first = messages[0][0]
+        return [
+            (t, c, shifted(d, (t - first) * ppm * 1e-6)) if c == channel else (t, c, d)
+            for t, c, d in messages
+        ]
+
+    return Fault(f"{channel} clock {ppm:g} ppm off", apply, None, told=False)
+
+
+def from_then_on(
+    channel: str, change: Callable[[bytes, bytes], bytes], name: str, told: bool = True
+) -> Fault:
+    """`change` is given a message and the sensor's first one after the fault began."""
+
+    def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
+        first = next(d for t, c, d in messages if c == channel and t >= begin)
+        return [
+            (t, c, change(d, first)) if c == channel and t >= begin else (t, c, d)
+            for t, c, d in messages
+        ]
+
+    return Fault(name, apply, FOR_GOOD, told=told)
+
+
+def wheel_from_zero(data: bytes, first: bytes) -> bytes:
+    return put(data, _TICKS, "q", get(data, _TICKS, "q")[0] - get(first, _TICKS, "q")[0])
+
+
+def wheel_backwards(data: bytes, first: bytes) -> bytes:
+    return put(data, _TICKS, "q", 2 * get(first, _TICKS, "q")[0] - get(data, _TICKS, "q")[0])
+
+
+def dead(data: bytes) -> bytes:
+    return data[:_SAMPLES] + bytes(len(data) - _SAMPLES)
+
+
+def shorter(data: bytes) -> bytes:
+    trace = message("gpr_trace_t").decode(data)
+    trace.num_samples -= 20
+    trace.samples = trace.samples[: trace.num_samples]
+    return bytes(trace.encode())
+
+
+def lost(share: float) -> Fault:
+    return scattered("all", share, lambda m, _: (), f"{share:.0%} lost")
+
+
+def duplicated(share: float) -> Fault:
+    def twice(m: Message, rng: Random) -> Iterable[Message]:
+        return m, delayed(m, rng.choice([0, 40_000]))
+
+    return scattered("all", share, twice, f"{share:.0%} duplicated")
+
+
+def reordered(share: float) -> Fault:
+    return scattered(
+        "all",
+        share,
+        lambda m, rng: (delayed(m, rng.uniform(0, 200_000)),),
+        f"{share:.0%} up to 200 ms late",
+    )
+
+
+def late(share: float) -> Fault:
+    return scattered(
+        "all",
+        share,
+        lambda m, rng: (delayed(m, rng.uniform(0.5, 2) * SECOND),),
+        f"{share:.0%} 0.5 to 2 s late",
+    )
+
+
+def stamps(channel: str) -> list[Fault]:
+    """Stamps of one sensor, or of all, that jump: here and there, or for good."""
+    jumps = {"+1 s": SECOND, "-1 s": -SECOND, "+1 h": HOUR, "-1 h": -HOUR}
+    faults = []
+    for name, jump in jumps.items():
+        if channel != "all":
+            faults.append(
+                scattered(
+                    channel,
+                    0.01,
+                    lambda m, _, jump=jump: ((m[0], m[1], shifted(m[2], jump)),),
+                    f"{channel} 1% of stamps {name}",
+                )
+            )
+        faults.append(
+            during(
+                channel,
+                FOR_GOOD,
+                lambda data, jump=jump: shifted(data, jump),
+                f"{channel} stamps {name} for good",
+                keeps_time=channel not in ("all", IMU),
+            )
+        )
+    return faults
+
+
+def all_faults() -> list[Fault]:
+    """Every single fault."""
+    shares = (0.01, 0.05, 0.2)
+    faults = [make(share) for make in (lost, duplicated, reordered, late) for share in shares]
+    faults.append(reordered(1.0))
+    faults.append(bursts(0.5, 20))
+    faults += [gone(channel, s) for channel in SENSORS for s in (1, 10, 60, FOR_GOOD)]
+    faults.append(gone("all", 10))
+    for channel in (*SENSORS, "all"):
+        faults += stamps(channel)
+    for channel in SENSORS:
+        faults.append(stuck(channel, 5, True, f"{channel} stamps stuck 5 s"))
+        faults.append(stuck(channel, 5, False, f"{channel} values stuck 5 s"))
+        faults.append(scattered(channel, 0.01, bit_flipped, f"{channel} 1% a bit flipped"))
+        faults.append(drifting_clock(channel, 100))
+        faults.append(
+            during(channel, FOR_GOOD, lambda d: shifted(d, 50_000), f"{channel} stamps +50 ms",
+                   told=False)
+        )
+    for name, value in (("NaN", math.nan), ("infinite", math.inf)):
+        for channel, change in ((IMU, imu_values), (WHEEL, wheel_value)):
+            def bad(data: bytes, change: Callable[[bytes, float], bytes] = change,
+                    value: float = value) -> bytes:
+                return change(data, value)
+
+            faults.append(during(channel, 5, bad, f"{channel} {name} 5 s"))
+            faults.append(during(channel, FOR_GOOD, bad, f"{channel} {name} for good"))
+    faults += [
+        during(IMU, 5, saturated, f"{IMU} saturated 5 s"),
+        during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0.05), f"{IMU} bias step"),
+        from_then_on(WHEEL, wheel_from_zero, f"{WHEEL} reset to zero"),
+        from_then_on(WHEEL, wheel_backwards, f"{WHEEL} sign flipped"),
+        during(GPR, FOR_GOOD, dead, f"{GPR} dead"),
+        during(GPR, FOR_GOOD, shorter, f"{GPR} shorter"),
+        scattered(GPR, 0.01, lambda m, _: ((m[0], m[1], shorter(m[2])),), f"{GPR} 1% shorter"),
+    ]
+    return faults
+
+
+def combination(seed: int) -> Fault:
+    """Three faults at once, drawn from those that leave an estimate to speak of."""
+    rng = np.random.default_rng([seed, 20261121])
+    pool = [
+        fault
+        for fault in all_faults()
+        if fault.keeps_time and not (fault.name.startswith(IMU) and fault.seconds == FOR_GOOD)
+    ]
+    drawn = [pool[i] for i in rng.choice(len(pool), 3, replace=False)]
+
+    def apply(messages: list[Message], source: Random, begin: int) -> list[Message]:
+        for fault in drawn:
+            messages = fault.apply(messages, source, begin)
+        return messages
+
+    return Fault(" + ".join(f.name for f in drawn), apply, told=any(f.told for f in drawn))

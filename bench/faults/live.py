@@ -1,0 +1,2 @@
+def main(log, config, output, inside):
+    return 1

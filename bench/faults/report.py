@@ -1,0 +1,83 @@
+"""The bench's results as a table, and what is not as it should be."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import kinds
+import numpy as np
+import outcome
+
+Results = dict[tuple[str, str], dict[str, Any]]
+
+
+def _faults(results: Results) -> list[str]:
+    names = [name for _, name in results if name != "clean" and not name.startswith("return ")]
+    return list(dict.fromkeys(names))
+
+
+def _known() -> dict[str, kinds.Fault]:
+    return {fault.name: fault for fault in kinds.all_faults()}
+
+
+def _told(fault: str) -> bool:
+    """Whether STATUS can know of the fault; of a combination, whether of any part."""
+    known = _known()
+    return any(known[part].told for part in fault.split(" + ") if part in known)
+
+
+def of_replays(results: Results) -> tuple[str, list[str]]:
+    """The table in Markdown, and a line for each thing that is wrong."""
+    wrong: list[str] = []
+    lines = [
+        "| fault | error / clean | longest silence (s) | well again after (s) | STATUS said |",
+        "|---|---|---|---|---|",
+    ]
+    for fault in _faults(results):
+        of_logs = {log: r for (log, name), r in results.items() if name == fault}
+        lines.append(_row(fault, of_logs, results, wrong))
+    returns = [_return_row(channel, results) for channel in kinds.SENSORS]
+    if any(returns):
+        lines += ["", "| back after 10 s | places | growth, clean (m per 5 m) | faulty | ratio |"]
+        lines += ["|---|---|---|---|---|", *filter(None, returns)]
+    return "\n".join(lines) + "\n", wrong
+
+
+def _row(fault: str, of_logs: Results | dict[str, Any], results: Results, wrong: list[str]) -> str:
+    ratios, silent, recovered = [], 0.0, 0.0
+    said: dict[str, None] = {}
+    for log, result in of_logs.items():
+        if "ended" in result:
+            wrong.append(f"{log}: {fault}: {result['ended']}")
+            continue
+        clean = results[log, "clean"]
+        for trait in ("finite", "monotone"):
+            if not result[trait]:
+                wrong.append(f"{log}: {fault}: not {trait}")
+        news = outcome.news(result["said"], clean["said"])
+        if not news and _told(fault):
+            wrong.append(f"{log}: {fault}: STATUS is silent")
+        said.update(dict.fromkeys(news))
+        ratios.append(result["error_m"] / clean["error_m"])
+        silent, recovered = max(silent, result["silent_s"]), max(recovered, result["recovered_s"])
+    known = [ratio for ratio in ratios if math.isfinite(ratio)]
+    error = f"{np.mean(known):.2f}, worst {max(known):.2f}" if known else "no pose to compare"
+    words = "; ".join(list(said)[:3]) + (f"; and {len(said) - 3} more" if len(said) > 3 else "")
+    return f"| {fault} | {error} | {silent:.1f} | {recovered:.1f} | {words} |"
+
+
+def _return_row(channel: str, results: Results) -> str:
+    """RMS of the relative errors over all places, by the number of stretches."""
+    clean: list[float] = []
+    faulty: list[float] = []
+    places = 0
+    for (_, name), result in results.items():
+        if name.startswith(f"return {channel} ") and result["clean"] and result["faulty"]:
+            clean += result["clean"]
+            faulty += result["faulty"]
+            places += 1
+    if not places:
+        return ""
+    rms = [float(np.sqrt(np.mean(np.square(values)))) for values in (clean, faulty)]
+    return f"| {channel} | {places} | {rms[0]:.4f} | {rms[1]:.4f} | {rms[1] / rms[0]:.2f} |"

@@ -1,0 +1,352 @@
+#!/usr/bin/env python3
+"""A million hostile packets beside a robot's real ones, live: does the daemon hold?
+
+A log is played to gprodomd in a network namespace of its own, at --speed times real time, with
+--packets packets between its messages that no daemon should believe: counts that are negative or
+huge, packets cut short or with bytes left over, of another type, of random bytes, with values that
+are not finite or cannot be, stamps from another age, commands that do not exist, and datagrams that
+are no LCM at all. Afterwards the poses that the daemon published are compared with those of a replay
+of the log alone: they must be the same. Printed are what STATUS counted, the poses, and the daemon's
+resident memory after the first tenth, half of the packets and all. Exit code 1 where the daemon
+ended, poses differ, packets went uncounted or memory grew by more than --max-growth after the tenth.
+
+    bench/hostile_packets.py IN.lcmlog
+    bench/hostile_packets.py IN.lcmlog --packets 20000 --speed 10 --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import logs
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.lcm import LCM, EventLog
+from gprodom.messages import fingerprint, message
+from gprodom.replay import default_config, find_program, run_replay
+
+GROUP, PORT = "239.255.76.67", 7667
+URL = f"udpm://{GROUP}:{PORT}?ttl=0"
+NAMESPACE = 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+VARIANTS = 4000  # different packets, sent again and again
+FOREIGN_SHARE = 0.02  # of the packets are datagrams that are no LCM
+CHANNELS = {
+    "IMU": "imu_t",
+    "WHEEL": "wheel_t",
+    "GPR_TRACE": "gpr_trace_t",
+    "GPR_DISPLACEMENT_IN": "displacement_t",
+    "COMMAND": "command_t",
+}
+BAD_VALUES = [math.nan, math.inf, -math.inf, 1e300, -1e18]
+
+
+def valid(channel: str, utime: int, rng: np.random.Generator) -> Any:
+    """A message that would be taken."""
+    m = message(CHANNELS[channel])()
+    m.utime = utime
+    if channel == "IMU":
+        m.linear_acceleration = [0.0, 0.0, 9.8]
+    elif channel == "WHEEL":
+        m.ticks, m.metres_per_tick = 1, 1e-3
+    elif channel == "GPR_TRACE":
+        m.sample_interval = 2e-10
+        m.num_samples = 201
+        m.samples = rng.integers(-9000, 9000, 201).tolist()
+    elif channel == "GPR_DISPLACEMENT_IN":
+        m.source, m.kind, m.valid = "learned", 3, True
+        m.utime_from, m.utime_to = utime - 200_000, utime
+        m.distance, m.sigma, m.scale, m.score = 0.05, 0.01, 1.0, 0.9
+    else:
+        m.name, m.argument = "dance", ""
+    return m
+
+
+def count_offset(channel: str) -> int:
+    """Where a packet's count or first string length stands; -1: it has none."""
+    return {"GPR_TRACE": 52, "GPR_DISPLACEMENT_IN": 32, "COMMAND": 16}.get(channel, -1)
+
+
+def malformed(channel: str, rng: np.random.Generator, utime: int) -> bytes:
+    """A packet whose bytes do not make a message of the channel's type."""
+    data = bytearray(valid(channel, utime, rng).encode())
+    kind = rng.integers(0, 5)
+    at = count_offset(channel)
+    if kind == 0 and at >= 0:
+        counts = [-1, -(2**31), 2**31 - 1, 1 << 30, 65537, 70_000, len(data)]
+        data[at : at + 4] = struct.pack(">i", int(rng.choice(counts)))
+    elif kind <= 1:
+        del data[rng.integers(0, len(data)) :]
+    elif kind == 2:
+        data += rng.bytes(int(rng.integers(1, 2000)))
+    elif kind == 3:
+        other = str(rng.choice([name for name in CHANNELS if name != channel]))
+        data[:8] = fingerprint(CHANNELS[other])
+    else:
+        data = bytearray(rng.bytes(int(rng.integers(0, 3000))))
+    return bytes(data)
+
+
+def impossible(channel: str, rng: np.random.Generator, utime: int) -> bytes:
+    """A well-formed message whose values cannot be."""
+    m = valid(channel, utime, rng)
+    bad = BAD_VALUES[rng.integers(0, len(BAD_VALUES))]
+    if rng.random() < 0.2:  # a stamp from another age
+        m.utime = int(rng.choice([-1, 0, 1, -(2**63), 2**63 - 1]))
+    elif channel == "IMU":
+        field = m.linear_acceleration if rng.random() < 0.5 else m.angular_velocity
+        field[rng.integers(0, 3)] = bad
+    elif channel == "WHEEL":
+        m.metres_per_tick = bad
+    elif channel == "GPR_TRACE":
+        which = rng.integers(0, 3)
+        if which == 0:
+            m.sample_interval = float(rng.choice([bad, 0.0, -1e-10, 1e-300, 1e-18, 1e-7, 1.0]))
+        elif which == 1:
+            m.time_zero = float(rng.choice([math.nan, math.inf, -math.inf]))
+        else:
+            m.num_samples = int(rng.integers(0, 16))
+            m.samples = m.samples[: m.num_samples]
+    elif channel == "GPR_DISPLACEMENT_IN":
+        m.kind = int(rng.choice([2, 3]))
+        name = str(rng.choice(["distance", "sigma", "lateral", "lateral_sigma", "scale", "score"]))
+        setattr(m, name, float(rng.choice([math.nan, math.inf, -math.inf])))
+    return bytes(m.encode())
+
+
+def foreign(rng: np.random.Generator) -> bytes:
+    """A datagram that is no LCM, or whose header and fragments lie."""
+    size = int(rng.integers(0, 1400))
+    kind = rng.integers(0, 3)
+    if kind == 0:
+        return rng.bytes(size)
+    if kind == 1:  # a short message without the end of its channel's name
+        return struct.pack(">II", 0x4C433032, 7) + b"A" * size
+    sizes = [0, 1, 2**32 - 1, 2**31, 1 << 20, 100]
+    header = [int(rng.choice(sizes)), int(rng.choice(sizes)), *rng.integers(0, 65536, 2).tolist()]
+    return struct.pack(">IIIIHH", 0x4C433033, 7, *header) + b"IMU\0" + rng.bytes(size)
+
+
+def hostile(seed: int, utime: int) -> list[tuple[str, bytes]]:
+    """Packets by channel; an empty channel: a datagram for the socket itself."""
+    rng = np.random.default_rng(seed)
+    packets = []
+    for _ in range(VARIANTS):
+        channel = str(rng.choice(list(CHANNELS)))
+        make = malformed if rng.random() < 0.6 else impossible
+        if rng.random() < FOREIGN_SHARE:
+            packets.append(("", foreign(rng)))
+        else:
+            packets.append((channel, make(channel, rng, utime)))
+    return packets
+
+
+def resident_mb(pid: int) -> float:
+    """Resident memory of a process, MB (10^6 bytes)."""
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) * 1024e-6
+    raise Error("gprodomd ended while it was watched")
+
+
+class Listener:
+    """What the daemon publishes."""
+
+    def __init__(self) -> None:
+        self.lcm = LCM(URL + "&recv_buf_size=8388608")
+        self.poses: dict[int, tuple[float, ...]] = {}
+        self.counted: dict[str, float] = {}
+        self.statuses = 0
+        self.lcm.subscribe("ODOMETRY", self._pose).set_queue_capacity(0)
+        self.lcm.subscribe("STATUS", self._status).set_queue_capacity(0)
+
+    def _pose(self, _: str, data: bytes) -> None:
+        m = message("odometry_t").decode(data)
+        self.poses[m.utime] = m.position
+
+    def _status(self, _: str, data: bytes) -> None:
+        m = message("status_t").decode(data)
+        self.statuses += 1
+        for name, value in zip(m.names, m.values, strict=True):
+            if name.split(": ")[0] in (*CHANNELS, "input queue"):
+                self.counted[name] = value
+
+    def hear(self, wait_ms: int = 0) -> None:
+        while self.lcm.handle_timeout(wait_ms):
+            pass
+
+
+class Attack:
+    """Plays a log with hostile packets between its messages."""
+
+    def __init__(self, log: Path, packets: int, speed: float, seed: int) -> None:
+        self.events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
+        self.events = [event for event in self.events if event[1] in CHANNELS]
+        if not self.events:
+            raise Error(f"{log}: no messages of {', '.join(CHANNELS)}")
+        self.packets, self.speed = packets, speed
+        self.hostile = hostile(seed, self.events[len(self.events) // 2][0])
+        self.sender = LCM(URL)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.sent = self.foreign = 0
+
+    def send_hostile(self, until: int) -> None:
+        while self.sent < until:
+            channel, data = self.hostile[self.sent % len(self.hostile)]
+            if channel:
+                self.sender.publish(channel, data)
+            else:
+                self.socket.sendto(data, (GROUP, PORT))
+                self.foreign += 1
+            self.sent += 1
+
+    def run(self, listener: Listener, alive: Callable[[int], None]) -> None:
+        """`alive` is told the packets sent, now and then."""
+        begun, first = time.monotonic(), self.events[0][0]
+        for i, (stamp, channel, data) in enumerate(self.events):
+            ahead = (stamp - first) * 1e-6 / self.speed - (time.monotonic() - begun)
+            listener.hear(1 if ahead > 0.002 else 0)
+            if ahead > 0:
+                time.sleep(min(ahead, 0.01))
+            self.send_hostile(self.packets * (i + 1) // len(self.events))
+            self.sender.publish(channel, data)
+            if i % 200 == 0:
+                alive(self.sent)
+
+
+def apart(replayed: Path, poses: dict[int, tuple[float, ...]]) -> tuple[int, int, float]:
+    """Poses of the replay, how many of them came live, and the largest distance between both."""
+    odometry = logs.read(replayed, ["ODOMETRY"])["ODOMETRY"]
+    stamps = odometry["utime"].tolist()
+    both = [
+        math.dist(poses[stamp], position)
+        for stamp, position in zip(stamps, odometry["position"].tolist(), strict=True)
+        if stamp in poses
+    ]
+    return len(stamps), len(both), max(both, default=math.inf)
+
+
+def measure(
+    log: Path, config: Path, packets: int, speed: float, seed: int, folder: Path
+) -> dict[str, Any]:
+    """The figures by name."""
+    attack, listener = Attack(log, packets, speed, seed), Listener()
+    daemon_log = folder / "daemon.log"
+    with open(daemon_log, "w") as said:
+        daemon = subprocess.Popen(
+            [str(find_program("gprodomd")), "-c", str(config), "--lcm-url", URL], stderr=said
+        )
+    memory: list[float] = []
+    try:
+        time.sleep(1.0)  # the daemon listens
+        with Progress("packets", packets) as progress:
+
+            def alive(sent: int) -> None:
+                if daemon.poll() is not None:
+                    raise Error(f"gprodomd ended ({daemon.returncode}):\n{daemon_log.read_text()}")
+                memory.append(resident_mb(daemon.pid))
+                progress.update(sent)
+
+            attack.run(listener, alive)
+            listener.hear(1500)
+            alive(attack.sent)
+            daemon.terminate()
+            listener.hear(1000)  # the last status
+    finally:
+        if daemon.poll() is None:
+            daemon.terminate()
+            daemon.wait(20)
+    code = daemon.returncode
+    run_replay(log, folder / "replay.lcmlog", config)
+    poses, both, distance_m = apart(folder / "replay.lcmlog", listener.poses)
+    return {
+        "packets": attack.sent,
+        "datagrams": attack.foreign,
+        "counted": int(sum(listener.counted.values())),
+        "reasons": dict(sorted(listener.counted.items())),
+        "exit_code": code,
+        "poses": poses,
+        "poses_live": both,
+        "apart_m": distance_m,
+        "memory_tenth_mb": memory[len(memory) // 10],
+        "memory_half_mb": memory[len(memory) // 2],
+        "memory_end_mb": memory[-1],
+    }
+
+
+def verdict(figures: dict[str, Any], max_growth_mb: float) -> list[str]:
+    """What is not as it should be."""
+    wrong = []
+    if figures["exit_code"] != 0:
+        wrong.append(f"gprodomd ended with {figures['exit_code']}")
+    if figures["poses_live"] < 0.999 * figures["poses"] or figures["apart_m"] > 1e-6:
+        wrong.append("the poses are not those of the log alone")
+    asked = figures["packets"] - figures["datagrams"]
+    if figures["counted"] < 0.995 * asked:
+        wrong.append(f"STATUS counted {figures['counted']} of {asked}")
+    if figures["memory_end_mb"] - figures["memory_tenth_mb"] > max_growth_mb:
+        wrong.append("memory grew")
+    return wrong
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("log", type=Path, metavar="IN.lcmlog")
+    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    parser.add_argument("--packets", type=int, default=1_000_000, help="default: 1000000")
+    parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
+    parser.add_argument("--seed", type=int, default=1, help="default: 1")
+    parser.add_argument("--max-growth", type=float, default=5.0, metavar="MB", help="default: 5")
+    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    add_json_flag(parser)
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Runs the command line, in a network namespace."""
+    args = parse()
+    if not args.inside:
+        again = [sys.executable, __file__, *sys.argv[1:], "--inside"]
+        os.execvp(
+            "unshare",
+            ["unshare", "-n" if os.geteuid() == 0 else "-rn", "sh", "-c", NAMESPACE, "sh", *again],
+        )
+    try:
+        if not args.log.is_file():
+            raise Error(f"{args.log}: no such log")
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            config = args.config or default_config()
+            figures = measure(
+                args.log, config, args.packets, args.speed, args.seed, Path(name)
+            )
+    except Error as error:
+        print(f"hostile_packets: error: {error}", file=sys.stderr)
+        return 1
+    wrong = verdict(figures, args.max_growth)
+    if args.json:
+        print_json({**figures, "wrong": wrong})
+    else:
+        reasons = figures.pop("reasons")
+        print(format_table(["counted in STATUS", "times"], [list(row) for row in reasons.items()]))
+        print(format_table(["", "measured"], [list(row) for row in figures.items()]))
+        for line in wrong:
+            print(f"hostile_packets: {line}", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
