@@ -5,10 +5,10 @@ A log is played to gprodomd in a network namespace of its own, at --speed times 
 --packets packets between its messages that no daemon should believe: counts that are negative or
 huge, packets cut short or with bytes left over, of another type, of random bytes, with values that
 are not finite or cannot be, stamps from another age, commands that do not exist, and datagrams that
-are no LCM at all. Afterwards the poses that the daemon published are compared with those of a replay
-of the log alone: they must be the same. Printed are what STATUS counted, the poses, and the daemon's
-resident memory after the first tenth, half of the packets and all. Exit code 1 where the daemon
-ended, poses differ, packets went uncounted or memory grew by more than --max-growth after the tenth.
+are no LCM at all. Afterwards the poses published are compared with those of a replay of the log
+alone: they must be the same. Printed are what STATUS counted, the poses, and the daemon's resident
+memory after the first tenth, half of the packets and all. Exit code 1 where the daemon ended, poses
+differ, packets went uncounted or memory grew by more than --max-growth after the tenth.
 
     bench/hostile_packets.py IN.lcmlog
     bench/hostile_packets.py IN.lcmlog --packets 20000 --speed 10 --json
@@ -184,6 +184,7 @@ class Listener:
                 self.counted[name] = value
 
     def hear(self, wait_ms: int = 0) -> None:
+        """Takes what has come."""
         while self.lcm.handle_timeout(wait_ms):
             pass
 
@@ -203,6 +204,7 @@ class Attack:
         self.sent = self.foreign = 0
 
     def send_hostile(self, until: int) -> None:
+        """Sends hostile packets until so many are sent."""
         while self.sent < until:
             channel, data = self.hostile[self.sent % len(self.hostile)]
             if channel:
@@ -302,6 +304,7 @@ def verdict(figures: dict[str, Any], max_growth_mb: float) -> list[str]:
 
 
 def parse() -> argparse.Namespace:
+    """The command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -330,9 +333,7 @@ def main() -> int:
             raise Error(f"{args.log}: no such log")
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             config = args.config or default_config()
-            figures = measure(
-                args.log, config, args.packets, args.speed, args.seed, Path(name)
-            )
+            figures = measure(args.log, config, args.packets, args.speed, args.seed, Path(name))
     except Error as error:
         print(f"hostile_packets: error: {error}", file=sys.stderr)
         return 1

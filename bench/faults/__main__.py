@@ -3,8 +3,7 @@
 Each LOG (a converted sequence) is replayed as it is and with every fault of kinds.py that --only
 names (default: all), in seeded combinations of three (--combinations), and, where the sequence's
 .truth.npz lies in --truth, with each sensor away for 10 s at several times (--returns), for how
-fast the error grows after it is back. --live does what takes a process: paused, killed and started
-again, a full disk, paths that cannot be written, a listener that does not listen.
+fast the error grows after it is back.
 
 Results are kept in DIR as they come; started again, the bench goes on where it was. Printed, and
 written to DIR/table.md: for every fault the error over that of the clean run (the worst of the
@@ -13,7 +12,6 @@ STATUS said. Exit code 1 where a fault ended the program, made a number that is 
 that is earlier than the one before, or was not told of in STATUS though it could be.
 
     python bench/faults LOG.lcmlog... -o DIR [-j 2] [--returns --truth ../shared/data/cmu_like]
-    python bench/faults LOG.lcmlog -o DIR --live
 """
 
 from __future__ import annotations
@@ -27,18 +25,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import kinds
 import numpy as np
+import outcome
+import report
 
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
 from gprodom.replay import default_config, run_replay
 from gprodom.score.sources import read_truth
-
-import kinds
-import live
-import outcome
-import report
 
 BEGIN = 0.45  # of the run, where faults begin
 RETURN_AT = (0.2, 0.4, 0.6)  # of the run, where a sensor goes away for --returns
@@ -134,7 +130,9 @@ def work_of(bench: Bench, args: argparse.Namespace) -> list[tuple[str, str, Call
     """What is to be done: log, name and how."""
     work: list[tuple[str, str, Callable[[], None]]] = []
     faults: list[kinds.Fault | None] = [None]
-    faults += [f for f in kinds.all_faults() if not args.only or any(o in f.name for o in args.only)]
+    faults += [
+        f for f in kinds.all_faults() if not args.only or any(o in f.name for o in args.only)
+    ]
     faults += [kinds.combination(seed) for seed in range(args.combinations)]
     for log in args.logs:
         for fault in faults:
@@ -160,6 +158,7 @@ def work_of(bench: Bench, args: argparse.Namespace) -> list[tuple[str, str, Call
 
 
 def parse() -> argparse.Namespace:
+    """The command line."""
     parser = argparse.ArgumentParser(
         prog="bench/faults",
         description=__doc__,
@@ -174,9 +173,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--combinations", type=int, default=10, help="default: 10")
     parser.add_argument("--returns", action="store_true", help="sensors back after 10 s, too")
     parser.add_argument("--truth", type=Path, default=Path(), help="folder of the .truth.npz")
-    parser.add_argument("--live", action="store_true", help="faults of the process, on the first log")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="replays at once (default: 1)")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
@@ -185,9 +182,7 @@ def main() -> int:
     args = parse()
     try:
         bench = Bench(args.output, args.config or default_config())
-        if args.live:
-            return live.main(args.logs[0], bench.config, args.output, args.inside)
-        work = [(l, n, do) for l, n, do in work_of(bench, args) if (l, n) not in bench.results]
+        work = [item for item in work_of(bench, args) if item[:2] not in bench.results]
         with Progress("replays", len(work)) as progress, ThreadPoolExecutor(args.jobs) as pool:
             for done in [pool.submit(do) for _, _, do in work]:
                 done.result()

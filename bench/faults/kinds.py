@@ -25,7 +25,7 @@ HOUR = 3600 * SECOND
 FOR_GOOD = math.inf
 
 _UTIME, _ACCELERATION, _RATE, _TICKS, _SAMPLES = 8, 16, 40, 16, 56  # bytes into a message
-_ACCELERATION_RANGE, _RATE_RANGE = 5.0, 0.5  # of a sensor set too fine: m/s^2 (x, y), rad/s
+_ACCELERATION_RANGE, _RATE_RANGE = 0.5, 0.1  # m/s^2 (x, y), rad/s: as of a sensor set too fine
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,12 @@ class Fault:
 
 
 def get(data: bytes, at: int, form: str) -> tuple[float, ...]:
+    """Values of a message, big-endian, by their place and the form of struct."""
     return struct.unpack_from(">" + form, data, at)
 
 
 def put(data: bytes, at: int, form: str, *values: float) -> bytes:
+    """The message with other values there."""
     changed = bytearray(data)
     struct.pack_into(">" + form, changed, at, *values)
     return bytes(changed)
@@ -60,6 +62,7 @@ def shifted(data: bytes, by_us: float) -> bytes:
 
 
 def sensors_of(channel: str) -> tuple[str, ...]:
+    """The channels that a name stands for."""
     return SENSORS if channel == "all" else (channel,)
 
 
@@ -104,6 +107,7 @@ def scattered(
 
 
 def delayed(m: Message, by_us: float) -> Message:
+    """The message arriving later."""
     return (m[0] + round(by_us), m[1], m[2])
 
 
@@ -120,27 +124,32 @@ def bursts(seconds: float, every: float) -> Fault:
 
 
 def bit_flipped(m: Message, rng: Random) -> Iterable[Message]:
+    """The message with one bit of all turned."""
     data = bytearray(m[2])
     data[rng.integers(0, len(data))] ^= 1 << int(rng.integers(0, 8))
     return [(m[0], m[1], bytes(data))]
 
 
 def imu_values(data: bytes, value: float) -> bytes:
+    """The first angular rate replaced."""
     return put(data, _RATE, "d", value)
 
 
 def wheel_value(data: bytes, value: float) -> bytes:
+    """The metres per tick replaced."""
     return put(data, _TICKS + 8, "d", value)
 
 
 def saturated(data: bytes) -> bytes:
+    """Horizontal acceleration and rates cut off at the range."""
     x, y, z = get(data, _ACCELERATION, "3d")
-    limit, turn = _ACCELERATION_RANGE / 25, _RATE_RANGE / 25
+    limit, turn = _ACCELERATION_RANGE, _RATE_RANGE
     data = put(data, _ACCELERATION, "3d", *np.clip([x, y], -limit, limit), z)
     return put(data, _RATE, "3d", *np.clip(get(data, _RATE, "3d"), -turn, turn))
 
 
 def biased(data: bytes, rate: float, acceleration: float) -> bytes:
+    """Rate about z and acceleration along x with something added."""
     x, y, z = get(data, _ACCELERATION, "3d")
     p, q, r = get(data, _RATE, "3d")
     data = put(data, _ACCELERATION, "3d", x + acceleration, y, z)
@@ -155,6 +164,7 @@ class Stuck:
         self._keeps_stamp = keeps_stamp
 
     def __call__(self, data: bytes) -> bytes:
+        """The message with the values of the first, or its stamp."""
         if self._first is None:
             self._first = data
         if self._keeps_stamp:
@@ -163,6 +173,8 @@ class Stuck:
 
 
 def stuck(channel: str, seconds: float, keeps_stamp: bool, name: str) -> Fault:
+    """A sensor whose values, or stamps, stay for a while."""
+
     def apply(messages: list[Message], rng: Random, begin: int) -> list[Message]:
         return during(channel, seconds, Stuck(keeps_stamp), name).apply(messages, rng, begin)
 
@@ -170,6 +182,8 @@ def stuck(channel: str, seconds: float, keeps_stamp: bool, name: str) -> Fault:
 
 
 def drifting_clock(channel: str, ppm: float) -> Fault:
+    """Stamps of a sensor whose clock is too fast."""
+
     def apply(messages: list[Message], _: Random, __: int) -> list[Message]:
         first = messages[0][0]
         return [
@@ -196,18 +210,22 @@ def from_then_on(
 
 
 def wheel_from_zero(data: bytes, first: bytes) -> bytes:
+    """The count begins again at zero."""
     return put(data, _TICKS, "q", get(data, _TICKS, "q")[0] - get(first, _TICKS, "q")[0])
 
 
 def wheel_backwards(data: bytes, first: bytes) -> bytes:
+    """From the first message on the count runs the other way."""
     return put(data, _TICKS, "q", 2 * get(first, _TICKS, "q")[0] - get(data, _TICKS, "q")[0])
 
 
 def dead(data: bytes) -> bytes:
+    """A trace of zeros."""
     return data[:_SAMPLES] + bytes(len(data) - _SAMPLES)
 
 
 def shorter(data: bytes) -> bytes:
+    """A trace of twenty samples less."""
     trace = message("gpr_trace_t").decode(data)
     trace.num_samples -= 20
     trace.samples = trace.samples[: trace.num_samples]
@@ -215,10 +233,13 @@ def shorter(data: bytes) -> bytes:
 
 
 def lost(share: float) -> Fault:
+    """A share of all messages does not arrive."""
     return scattered("all", share, lambda m, _: (), f"{share:.0%} lost")
 
 
 def duplicated(share: float) -> Fault:
+    """A share of all messages arrives twice, at once or 40 ms later."""
+
     def twice(m: Message, rng: Random) -> Iterable[Message]:
         return m, delayed(m, rng.choice([0, 40_000]))
 
@@ -226,6 +247,7 @@ def duplicated(share: float) -> Fault:
 
 
 def reordered(share: float) -> Fault:
+    """A share of all messages arrives up to 200 ms late."""
     return scattered(
         "all",
         share,
@@ -235,6 +257,7 @@ def reordered(share: float) -> Fault:
 
 
 def late(share: float) -> Fault:
+    """A share of all messages arrives later than any window."""
     return scattered(
         "all",
         share,
@@ -285,13 +308,20 @@ def all_faults() -> list[Fault]:
         faults.append(scattered(channel, 0.01, bit_flipped, f"{channel} 1% a bit flipped"))
         faults.append(drifting_clock(channel, 100))
         faults.append(
-            during(channel, FOR_GOOD, lambda d: shifted(d, 50_000), f"{channel} stamps +50 ms",
-                   told=False)
+            during(
+                channel,
+                FOR_GOOD,
+                lambda d: shifted(d, 50_000),
+                f"{channel} stamps +50 ms",
+                told=False,
+            )
         )
     for name, value in (("NaN", math.nan), ("infinite", math.inf)):
         for channel, change in ((IMU, imu_values), (WHEEL, wheel_value)):
-            def bad(data: bytes, change: Callable[[bytes, float], bytes] = change,
-                    value: float = value) -> bytes:
+
+            def bad(
+                data: bytes, change: Callable[[bytes, float], bytes] = change, value: float = value
+            ) -> bytes:
                 return change(data, value)
 
             faults.append(during(channel, 5, bad, f"{channel} {name} 5 s"))

@@ -25,8 +25,8 @@ class Outcome:
     """Of one replay.
 
     error_m: position RMSE in `map`, as published, aligned in the plane; NaN without enough poses.
-    finite, monotone: every pose of ODOMETRY and ODOMETRY_MAP is finite and later than the one before
-      (unless the estimator said that it started afresh).
+    finite, monotone: every pose of ODOMETRY and ODOMETRY_MAP is finite and later than the one
+      before (unless the estimator said that it started afresh).
     silent_s: longest time without a pose, from the first on.
     said: reasons and counts of STATUS. recovered_s: from the fault's end until STATUS was well.
     """
@@ -39,6 +39,7 @@ class Outcome:
     recovered_s: float
 
     def as_dict(self) -> dict[str, Any]:
+        """By name."""
         return asdict(self)
 
 
@@ -120,7 +121,7 @@ def news(faulty: dict[str, float], clean: dict[str, float]) -> list[str]:
 
 
 def growth(poses: Trajectory, truth: dict[str, Floats], begin: int, metres: float) -> Floats:
-    """Relative position errors (m) over stretches of 5 m within `metres` of driving from `begin` on.
+    """Relative position errors (m) over stretches of 5 m, from `begin` on for `metres`.
 
     The stretches begin half a metre apart. Truth: t (s), x, y, yaw, and s along the track.
     """
@@ -142,8 +143,11 @@ def growth(poses: Trajectory, truth: dict[str, Floats], begin: int, metres: floa
         ours_xy = poses.position[right, :2]
         assert poses.orientation is not None
         ours_yaw = float(rotation.yaw_of(poses.orientation[right[:1]])[0])
-        errors.append(np.linalg.norm(_turned(ours_xy[1] - ours_xy[0], -ours_yaw)
-                                     - _turned(xy[1] - xy[0], -yaw[0])))
+        errors.append(
+            np.linalg.norm(
+                _turned(ours_xy[1] - ours_xy[0], -ours_yaw) - _turned(xy[1] - xy[0], -yaw[0])
+            )
+        )
     return np.array(errors)
 
 

@@ -52,6 +52,7 @@ Outputs Odometry::step() {
     auto inbox = pipeline_->take_inbox();
     reset();
     for (auto& message : inbox) pipeline_->add(std::move(message));
+    pipeline_->reject(config_.channels.imu, "clock was set: started afresh");
     out.warnings.push_back("the IMU's clock was set: starting afresh");
     out.restarted = true;
   }

@@ -18,6 +18,7 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
+constexpr char kGap[] = "gap: messages lost or late";
 constexpr char kNoData[] = "no data for a second or more";
 
 // Kept of the other sensors while no state is made: before the start, or without an IMU.
@@ -105,8 +106,11 @@ bool Pipeline::accept(Message& message) {
   const TimeNs time =
       std::visit([&](auto& m) { return m.time += from_seconds(entry.offset_s); }, message);
   std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
+  const auto* imu = std::get_if<ImuSample>(&message);
   const auto* trace = std::get_if<GprTrace>(&message);
+  if (reason.empty() && imu) reason = imu_watch_.check(*imu);
   if (reason.empty() && trace) reason = trace_format_.check(*trace);
+  if (reason.empty() && trace) reason = trace_watch_.check(*trace);
   if (reason.empty()) reason = time_guard_.check(entry.source, time);
   if (!reason.empty()) {
     health_.count(entry.channel, reason, now_);
@@ -122,8 +126,10 @@ void Pipeline::store(Message& message) {
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
     if (!imu_.insert(*imu)) health_.count(config_.channels.imu, "stamp repeated", now_);
     imu_now_ = std::max(imu_now_, imu->time);
+    if (imu_gaps_.gap_before(imu->time)) health_.count(config_.channels.imu, kGap, now_);
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     wheel_now_ = std::max(wheel_now_, wheel->time);
+    if (wheel_gaps_.gap_before(wheel->time)) health_.count(config_.channels.wheel, kGap, now_);
     wheel_.forget_before(wheel_now_ - kLongestSilence);
     if (config_.wheel.enabled && !wheel_.insert(*wheel))
       health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed", now_);
@@ -133,6 +139,10 @@ void Pipeline::store(Message& message) {
       return;
     }
     gpr_now_ = trace->time;
+    if (gpr_gaps_.gap_before(trace->time)) health_.count(config_.channels.gpr_trace, kGap, now_);
+    const std::string weak = trace_watch_.quality(*trace);
+    if (!weak.empty()) health_.count(config_.channels.gpr_trace, weak, now_);
+    if (!trace_watch_.dead()) gpr_signal_ = trace->time;
     if (!config_.gpr.enabled) return;
     map_->add(*trace);
     if (radar_.enabled() && traces_.size() < kMostWaiting) traces_.push_back(std::move(*trace));
@@ -266,8 +276,8 @@ void Pipeline::take_radar_answers() {
       health_.count(config_.channels.gpr_trace, note, now_);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
-      if (!fault(d, config_).empty()) continue;
       if (d.source == "coherence") d = coherence_.to_metres(d);
+      if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
       out_.displacements.push_back(d);
       const bool standing = d.kind == DisplacementKind::kMotion && d.distance_m == 0.0;
@@ -403,7 +413,12 @@ void Pipeline::publish() {
   if (started_ && imu_now_ > prediction_.time()) {
     OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
     // After a gap of the IMU the speed is a guess: no witness against the wheel.
-    if (!prediction_.base().bridged) slip_.add(estimate, wheel_, wheel_now_);
+    if (!prediction_.base().bridged) {
+      const bool slipped = slip_.now() != WheelSlip::kNone;
+      slip_.add(estimate, wheel_, wheel_now_);
+      if (!slipped && slip_.now() != WheelSlip::kNone)
+        health_.count(config_.channels.wheel, "turns otherwise than the robot moves", now_);
+    }
     estimate.flags = flags();
     coherence_.add(estimate);
     out_.odometry.push_back(estimate);
@@ -439,6 +454,9 @@ void Pipeline::watch_sensors() {
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
   watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
   watch(config_.channels.gpr_trace, radar_.enabled(), gpr_now_);
+  const bool no_signal = radar_.enabled() && gpr_signal_ + kSecond < gpr_now_;
+  health_.set("radar", HealthLevel::kDegraded,
+              no_signal ? "traces without a signal for a second or more" : "");
 }
 
 Outputs Pipeline::finish() {

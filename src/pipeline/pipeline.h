@@ -23,6 +23,7 @@
 #include "pipeline/radar_task.h"
 #include "pipeline/saved_state.h"
 #include "pipeline/sensor_history.h"
+#include "pipeline/sensor_watch.h"
 #include "pipeline/slip_watch.h"
 #include "pipeline/time_guard.h"
 #include "pipeline/trace_format.h"
@@ -111,9 +112,13 @@ class Pipeline {
 
   TimeGuard time_guard_;
   TraceFormat trace_format_;
+  ImuWatch imu_watch_;
+  TraceWatch trace_watch_;
+  GapWatch imu_gaps_, wheel_gaps_, gpr_gaps_;
   TimeNs now_ = 0;      // newest stamp accepted from any sensor
   TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
   TimeNs wheel_now_ = 0, gpr_now_ = 0;
+  TimeNs gpr_signal_ = 0;  // newest trace that was not dead
 
   ImuHistory imu_;
   WheelHistory wheel_;

@@ -1,2 +1,0 @@
-def main(log, config, output, inside):
-    return 1

@@ -1,0 +1,73 @@
+// Sensors that speak, but lie: messages missing, values that stay, values at their limit, traces
+// without a signal.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "gprodom/gpr/trace_quality.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+// Learns the usual time between two messages of a sensor and how much it varies.
+class GapWatch {
+ public:
+  // Whether more than the usual time has passed since the newest message before.
+  bool gap_before(TimeNs time);
+
+ private:
+  TimeNs newest_ = 0;
+  int seen_ = 0;
+  double usual_s_ = 0.0, deviation_s_ = 0.0;
+};
+
+// Whether a value that usually changes from message to message has stopped to. One that never
+// did, as of a coarse sensor at rest, may.
+class StuckWatch {
+ public:
+  explicit StuckWatch(int patience) : patience_(patience) {}
+
+  // The number of messages in a row without a change is beyond the patience.
+  bool stuck(bool changed);
+
+ private:
+  int patience_, same_ = 0;
+  double changing_ = 0.0;  // share of the messages of late
+};
+
+class ImuWatch {
+ public:
+  // Empty where the sample is usable, else the reason to drop it.
+  std::string check(const ImuSample& sample);
+
+ private:
+  using Values = Eigen::Matrix<double, 6, 1>;  // acceleration, angular velocity
+
+  Values last_ = Values::Zero(), first_ = Values::Zero();
+  Values lowest_ = Values::Zero(), highest_ = Values::Zero();
+  int seen_ = 0;
+  StuckWatch all_{20};
+  std::vector<StuckWatch> axes_{6, StuckWatch(5)};
+};
+
+class TraceWatch {
+ public:
+  // Empty where the trace is usable, else the reason to drop it.
+  std::string check(const GprTrace& trace);
+
+  // What is wrong with a trace that the front ends pass over; empty where nothing is.
+  std::string quality(const GprTrace& trace);
+
+  // Whether the last one asked about had no signal.
+  bool dead() const { return dead_; }
+
+ private:
+  std::vector<float> last_;
+  StuckWatch stuck_{2};
+  gpr::TraceCheck check_;
+  bool dead_ = false;
+};
+
+}  // namespace gprodom
