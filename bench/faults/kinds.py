@@ -25,7 +25,7 @@ HOUR = 3600 * SECOND
 FOR_GOOD = math.inf
 
 _UTIME, _ACCELERATION, _RATE, _TICKS, _SAMPLES = 8, 16, 40, 16, 56  # bytes into a message
-_ACCELERATION_RANGE, _RATE_RANGE = 0.5, 0.1  # m/s^2 (x, y), rad/s: as of a sensor set too fine
+_ACCELERATION_RANGE, _RATE_RANGE = 0.2, 0.02  # m/s^2 (x, y), rad/s: as of a sensor set too fine
 
 
 @dataclass(frozen=True)

@@ -127,6 +127,8 @@ void Pipeline::store(Message& message) {
     if (!imu_.insert(*imu)) health_.count(config_.channels.imu, "stamp repeated", now_);
     imu_now_ = std::max(imu_now_, imu->time);
     if (imu_gaps_.gap_before(imu->time)) health_.count(config_.channels.imu, kGap, now_);
+    const std::string weak = imu_watch_.quality();
+    if (!weak.empty()) health_.count(config_.channels.imu, weak, now_);
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     wheel_now_ = std::max(wheel_now_, wheel->time);
     if (wheel_gaps_.gap_before(wheel->time)) health_.count(config_.channels.wheel, kGap, now_);

@@ -11,9 +11,9 @@ constexpr double kLearningRate = 0.05;
 constexpr double kLonger = 1.6;      // times the usual interval, and
 constexpr double kDeviations = 8.0;  // beyond it
 constexpr double kUsuallyChanges = 0.9;
-constexpr double kChangeRate = 1.0 / 200;  // per message
-// Nearer to what the sensor said first, a value that stays is no limit of its range.
-constexpr double kLeastAcceleration = 0.3, kLeastRate = 0.05;  // m/s^2, rad/s
+constexpr int kOften = 6;          // as often as the next value comes the one at the end of a range
+constexpr int kFewestLevels = 10;  // below, too coarse to tell
+constexpr double kForgetting = 5.0;  // a message without a change counts so much
 
 }  // namespace
 
@@ -36,28 +36,46 @@ bool GapWatch::gap_before(TimeNs time) {
 
 bool StuckWatch::stuck(bool changed) {
   same_ = changed ? 0 : same_ + 1;
-  if (same_ <= patience_) changing_ += kChangeRate * (changed - changing_);
+  if (same_ <= patience_)
+    changing_ += learning_rate_ * (changed ? 1 - changing_ : -kForgetting * changing_);
   return same_ >= patience_ && changing_ > kUsuallyChanges;
+}
+
+bool RangeWatch::cut_off(double value) {
+  values_.push_back(value);
+  if (values_.size() < kWindow) return false;
+  std::sort(values_.begin(), values_.end());
+  const auto at_end = [](auto begin, auto end) {
+    const auto next = std::find_if(begin, end, [&](double v) { return v != *begin; });
+    if (next == end) return false;  // never changes
+    const auto after = std::find_if(next, end, [&](double v) { return v != *next; });
+    return next - begin >= kOften && next - begin >= kOften * (after - next);
+  };
+  const bool found =
+      at_end(values_.begin(), values_.end()) || at_end(values_.rbegin(), values_.rend());
+  const auto levels = std::unique(values_.begin(), values_.end()) - values_.begin();
+  values_.clear();
+  return found && levels >= kFewestLevels;
 }
 
 std::string ImuWatch::check(const ImuSample& sample) {
   Values values;
   values << sample.acceleration, sample.angular_velocity;
-  if (seen_ == 0) first_ = lowest_ = highest_ = last_ = values;
-  ++seen_;
-  lowest_ = lowest_.cwiseMin(values);
-  highest_ = highest_.cwiseMax(values);
   const bool stuck = all_.stuck(values != last_);
-  bool limited = false;
+  bool stays = false;
+  cut_off_ = false;
   for (int i = 0; i < 6; ++i) {
-    const bool stays = axes_[static_cast<std::size_t>(i)].stuck(values[i] != last_[i]);
-    const bool extreme = values[i] == lowest_[i] || values[i] == highest_[i];
-    const double least = i < 3 ? kLeastAcceleration : kLeastRate;
-    limited |= stays && extreme && std::abs(values[i] - first_[i]) > least;
+    const auto axis = static_cast<std::size_t>(i);
+    stays |= axes_[axis].stuck(values[i] != last_[i]);
+    cut_off_ |= ranges_[axis].cut_off(values[i]);
   }
   last_ = values;
   if (stuck) return "values stuck";
-  return limited ? "a value stays at the limit of its range" : "";
+  return stays ? "one axis stays, as at the end of its range" : "";
+}
+
+std::string ImuWatch::quality() const {
+  return cut_off_ ? "values cut off at the end of a range" : "";
 }
 
 std::string TraceWatch::check(const GprTrace& trace) {

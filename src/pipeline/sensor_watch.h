@@ -27,14 +27,30 @@ class GapWatch {
 // did, as of a coarse sensor at rest, may.
 class StuckWatch {
  public:
-  explicit StuckWatch(int patience) : patience_(patience) {}
+  // learning_rate: per message, of the share of messages that bring a change.
+  StuckWatch(int patience, double learning_rate)
+      : patience_(patience), learning_rate_(learning_rate) {}
 
   // The number of messages in a row without a change is beyond the patience.
   bool stuck(bool changed);
 
  private:
   int patience_, same_ = 0;
-  double changing_ = 0.0;  // share of the messages of late
+  double learning_rate_;
+  double changing_ =
+      0.0;  // share of the messages; the least of late, as of a coarse sensor at rest
+};
+
+// Whether values are cut off at an end of a range: the greatest of a window comes again and again,
+// and more often than the next. (A coarse sensor repeats values too, but the outer ones less.)
+class RangeWatch {
+ public:
+  // True once at the end of a window whose values were cut off.
+  bool cut_off(double value);
+
+ private:
+  static constexpr std::size_t kWindow = 200;  // messages
+  std::vector<double> values_;
 };
 
 class ImuWatch {
@@ -42,14 +58,18 @@ class ImuWatch {
   // Empty where the sample is usable, else the reason to drop it.
   std::string check(const ImuSample& sample);
 
+  // What is wrong with the samples of late, the last one included, that are used nevertheless;
+  // empty where nothing is.
+  std::string quality() const;
+
  private:
   using Values = Eigen::Matrix<double, 6, 1>;  // acceleration, angular velocity
 
-  Values last_ = Values::Zero(), first_ = Values::Zero();
-  Values lowest_ = Values::Zero(), highest_ = Values::Zero();
-  int seen_ = 0;
-  StuckWatch all_{20};
-  std::vector<StuckWatch> axes_{6, StuckWatch(5)};
+  Values last_ = Values::Zero();
+  StuckWatch all_{20, 0.001};
+  std::vector<StuckWatch> axes_{6, StuckWatch(5, 0.001)};
+  std::vector<RangeWatch> ranges_{6};
+  bool cut_off_ = false;
 };
 
 class TraceWatch {
@@ -65,7 +85,7 @@ class TraceWatch {
 
  private:
   std::vector<float> last_;
-  StuckWatch stuck_{2};
+  StuckWatch stuck_{2, 0.01};
   gpr::TraceCheck check_;
   bool dead_ = false;
 };
