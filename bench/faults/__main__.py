@@ -39,6 +39,7 @@ from gprodom.score.sources import read_truth
 BEGIN = 0.45  # of the run, where faults begin
 RETURN_AT = (0.2, 0.4, 0.6)  # of the run, where a sensor goes away for --returns
 RETURN_METRES = 20.0
+SETTLED = kinds.SECOND  # after which a sensor that is back is in the estimate
 
 
 def read_messages(log: Path) -> list[kinds.Message]:
@@ -115,9 +116,12 @@ class Bench:
         fault = kinds.gone(channel, 10)
         back = 10 * kinds.SECOND
 
-        def measure(made: Path, begin: int, _: float) -> list[float]:
+        def measure(made: Path, begin: int, _: float) -> list[list[float]]:
             poses = outcome.read_poses(made, "ODOMETRY")
-            return outcome.growth(poses, known, begin + back, RETURN_METRES).tolist()
+            return [
+                outcome.growth(poses, known, begin + back + later, RETURN_METRES).tolist()
+                for later in (0, SETTLED)
+            ]
 
         result = {
             "clean": self.replay(log, None, share, measure),

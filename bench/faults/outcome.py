@@ -121,10 +121,16 @@ def news(faulty: dict[str, float], clean: dict[str, float]) -> list[str]:
 
 
 def growth(poses: Trajectory, truth: dict[str, Floats], begin: int, metres: float) -> Floats:
-    """Relative position errors (m) over stretches of 5 m, from `begin` on for `metres`.
+    """Relative position errors (m) over stretches of 5 m, from the first pose after `begin` (us).
 
-    The stretches begin half a metre apart. Truth: t (s), x, y, yaw, and s along the track.
+    The stretches begin half a metre apart, for `metres`, and each is held against the truth with
+    place and heading aligned where it begins: what a gap has lost of them is not counted again.
+    Truth: t (s), x, y, yaw, and s along the track.
     """
+    published = poses.time[np.searchsorted(poses.time, begin) :]
+    if len(published) == 0:
+        return np.zeros(0)
+    begin = int(published[0])
     t = truth["t"]
     travelled = np.concatenate([[0], np.cumsum(np.hypot(np.diff(truth["x"]), np.diff(truth["y"])))])
     start = np.interp(begin * 1e-6, t, travelled)

@@ -40,7 +40,8 @@ def of_replays(results: Results) -> tuple[str, list[str]]:
     returns = [_return_row(channel, results) for channel in kinds.SENSORS]
     if any(returns):
         lines += ["", "| back after 10 s | places | growth, clean (m per 5 m) | faulty | ratio |"]
-        lines += ["|---|---|---|---|---|", *filter(None, returns)]
+        lines[-1] += " from 1 s later: clean | faulty | ratio |"
+        lines += ["|---|---|---|---|---|---|---|---|", *filter(None, returns)]
     return "\n".join(lines) + "\n", wrong
 
 
@@ -68,16 +69,22 @@ def _row(fault: str, of_logs: Results | dict[str, Any], results: Results, wrong:
 
 
 def _return_row(channel: str, results: Results) -> str:
-    """RMS of the relative errors over all places, by the number of stretches."""
-    clean: list[float] = []
-    faulty: list[float] = []
+    """RMS of the relative errors over all places, from the return on and from a second later."""
+    cells = []
     places = 0
-    for (_, name), result in results.items():
-        if name.startswith(f"return {channel} ") and result["clean"] and result["faulty"]:
-            clean += result["clean"]
-            faulty += result["faulty"]
-            places += 1
-    if not places:
-        return ""
-    rms = [float(np.sqrt(np.mean(np.square(values)))) for values in (clean, faulty)]
-    return f"| {channel} | {places} | {rms[0]:.4f} | {rms[1]:.4f} | {rms[1] / rms[0]:.2f} |"
+    for start in (0, 1):
+        clean: list[float] = []
+        faulty: list[float] = []
+        places = 0
+        for (_, name), result in results.items():
+            if not name.startswith(f"return {channel} "):
+                continue
+            if result["clean"][start] and result["faulty"][start]:
+                clean += result["clean"][start]
+                faulty += result["faulty"][start]
+                places += 1
+        if not places:
+            return ""
+        rms = [float(np.sqrt(np.mean(np.square(values)))) for values in (clean, faulty)]
+        cells += [f"{rms[0]:.4f}", f"{rms[1]:.4f}", f"{rms[1] / rms[0]:.2f}"]
+    return f"| {channel} | {places} | " + " | ".join(cells) + " |"

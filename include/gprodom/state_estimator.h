@@ -17,6 +17,9 @@ namespace gprodom {
 // robot's turning and accelerating.
 constexpr ImuNoise kBridgedImuNoise{0.5, 2.0};
 
+// A gap of the IMU that a solve bridges. Beyond, the state is carried on by the wheel alone.
+constexpr double kLongestBridge = 0.3;  // s
+
 // IMU and wheel over a step of constant rate and force; body axes.
 struct MotionStep {
   double dt = 0.0;  // s
@@ -45,6 +48,7 @@ struct StateResult {
   bool standing = false;
   bool no_wheel = false;
   bool bridged = false;  // IMU data were missing
+  bool carried = false;  // for so long that the state rests on the wheel alone
   int displacements_used = 0, displacements_dropped = 0;
 };
 
@@ -78,13 +82,18 @@ class StateEstimator {
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
   bool add_displacement(const Displacement& displacement);
+  void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
+  void give_up(const NavState& state);
+  void carry_over(const StateInput& input);
   void restart(const NavState& state);
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
            std::shared_ptr<const Factor> factor);
 
   Config config_;
   Eigen::Vector3d gravity_odom_;
-  StateMatrix last_covariance_;  // of the last state that a solve ended with
+  StateMatrix last_covariance_;  // of the last state that a solve ended with, common_ included
+  StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart
+  double gap_s_ = 0.0;                        // since the IMU fell silent, up to the newest state
   FixedLagSmoother smoother_;
   FixedLagSmoother::StateId id_offset_ = 0;  // of the smoother's states since its last restart
   std::optional<Batch> batch_;

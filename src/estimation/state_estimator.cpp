@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/long_gap.h"
+
 namespace gprodom {
 
 using Eigen::Vector3d;
@@ -46,6 +48,7 @@ StateResult StateEstimator::add(const StateInput& input) {
                   step.bridged ? kBridgedImuNoise : input.noise);
     result.bridged |= step.bridged;
   }
+  gap_s_ = result.bridged ? gap_s_ + imu.duration() : 0.0;
   NavState predicted = propagate(last, imu, config_.initializer.gravity);
   predicted.time = input.time;
 
@@ -70,6 +73,22 @@ StateResult StateEstimator::add(const StateInput& input) {
   for (const Displacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
 
+  if (gap_s_ > kLongestBridge) {
+    carry_over(input);
+    result.solve.usable = true;
+    result.carried = true;
+  } else {
+    solve(b, predicted, result);
+  }
+  result.state = smoother_.newest();
+  result.covariance = last_covariance_;
+  result.standing = input.standing;
+  result.no_wheel = !input.has_wheel;
+  return result;
+}
+
+void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicted,
+                           StateResult& result) {
   result.solve = smoother_.solve();
   result.solve.usable = result.solve.usable && is_finite(smoother_.newest());
   if (batch_)  // where the batch solution starts from
@@ -77,18 +96,12 @@ StateResult StateEstimator::add(const StateInput& input) {
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
   if (result.solve.usable) {
     smoother_.marginalise();
-    last_covariance_ = smoother_.newest_covariance();
-    result.state = smoother_.newest();
+    last_covariance_ = smoother_.newest_covariance() + common_;
     const auto settled = b - std::lround(config_.graph.settle * config_.smoother.state_rate);
     if (settled >= smoother_.oldest_id()) result.settled = smoother_.state(settled);
   } else {
-    restart(predicted);
-    result.state = predicted;
+    give_up(predicted);
   }
-  result.covariance = last_covariance_;
-  result.standing = input.standing;
-  result.no_wheel = !input.has_wheel;
-  return result;
 }
 
 void StateEstimator::record() { batch_.emplace(smoother_.newest(), smoother_.prior()); }
@@ -103,14 +116,45 @@ bool StateEstimator::tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId 
 }
 
 // A window that cannot be solved is given up: the prediction stands, less sure than before.
-void StateEstimator::restart(const NavState& state) {
+void StateEstimator::give_up(const NavState& state) {
   StateVector growth;
   growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), 1e-3;
   last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
+  restart(state);
+}
+
+// In a long gap of the IMU any attitude and speed are possible, too far for a linear solution.
+void StateEstimator::carry_over(const StateInput& input) {
+  const NavState& before = smoother_.state(smoother_.newest_id() - 1);
+  const CarriedState carried = carry_on(config_, {before, last_covariance_}, input, gap_s_);
+  last_covariance_ = carried.covariance;
+  if (batch_)
+    batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
+  restart(carried.state);
+}
+
+// A window of one state, known as last_covariance_ says. What is not known of place and heading is
+// one and the same error of all states from here on, which nothing observes. The window goes
+// without: beside so weak a knowledge of heading, what it is not linear in would pass for
+// information.
+void StateEstimator::restart(const NavState& state) {
+  constexpr int kYaw = row::kTheta + 2;  // and the three of position beside it
+  static_assert(row::kP == kYaw + 1);
+  const StateMatrix to_plain = plain_position(state, 1), to_chart = plain_position(state, -1);
+  StateMatrix known = to_plain * last_covariance_ * to_plain.transpose();
+  common_.setZero();
+  common_.block<4, 4>(kYaw, kYaw) = known.block<4, 4>(kYaw, kYaw);
+  known.middleRows<4>(kYaw).setZero();
+  known.middleCols<4>(kYaw).setZero();
+  const InitializerConfig& c = config_.initializer;
+  known(kYaw, kYaw) = c.yaw_sigma * c.yaw_sigma;
+  known.diagonal().segment<3>(row::kP).setConstant(c.position_sigma * c.position_sigma);
+  known = (to_chart * known * to_chart.transpose()).eval();
+  common_ = (to_chart * common_ * to_chart.transpose()).eval();
   id_offset_ += smoother_.newest_id();
   smoother_ = FixedLagSmoother({config_.smoother.lag, config_.smoother.max_iterations}, state,
-                               gaussian_prior(state, last_covariance_));
+                               gaussian_prior(state, known));
 }
 
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,

@@ -412,26 +412,30 @@ std::int32_t Pipeline::flags() const {
 }
 
 void Pipeline::publish() {
-  if (started_ && imu_now_ > prediction_.time()) {
-    OdometryEstimate estimate = prediction_.advance(imu_, imu_now_);
-    // After a gap of the IMU the speed is a guess: no witness against the wheel.
-    if (!prediction_.base().bridged) {
-      const bool slipped = slip_.now() != WheelSlip::kNone;
-      slip_.add(estimate, wheel_, wheel_now_);
-      if (!slipped && slip_.now() != WheelSlip::kNone)
-        health_.count(config_.channels.wheel, "turns otherwise than the robot moves", now_);
-    }
-    estimate.flags = flags();
-    coherence_.add(estimate);
-    out_.odometry.push_back(estimate);
-    if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
-  }
+  if (started_ && imu_now_ > prediction_.time()) publish_pose(prediction_.advance(imu_, imu_now_));
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
     watch_sensors();
     out_.status.push_back(health_.status(imu_now_));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
+}
+
+void Pipeline::publish_pose(OdometryEstimate estimate) {
+  if (prediction_.lost()) return;  // until a state beyond the gap has been carried there
+  // After a gap of the IMU the speed is a guess, or the wheel's: no witness against the wheel.
+  const StateResult& base = prediction_.base();
+  if (base.carried) speed_known_ = base.state.time + from_seconds(config_.smoother.lag);
+  if (!base.bridged && estimate.time > speed_known_) {
+    const bool slipped = slip_.now() != WheelSlip::kNone;
+    slip_.add(estimate, wheel_, wheel_now_);
+    if (!slipped && slip_.now() != WheelSlip::kNone)
+      health_.count(config_.channels.wheel, "turns otherwise than the robot moves", now_);
+  }
+  estimate.flags = flags();
+  coherence_.add(estimate);
+  out_.odometry.push_back(estimate);
+  if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
 }
 
 // Without its clock the estimator can only say so, once a second of the other sensors' time. Before

@@ -94,6 +94,7 @@ class Pipeline {
   void ask_radar();
   void make_states();
   void publish();
+  void publish_pose(OdometryEstimate estimate);
 
   StateInput collect(TimeNs from, TimeNs to);
   bool wanted(const Displacement& d) const;
@@ -133,6 +134,7 @@ class Pipeline {
   TimeNs newest_state_ = 0, next_state_ = 0;
   ImuNoise reference_noise_;  // at standstill
   Prediction prediction_;
+  TimeNs speed_known_ = 0;  // without the wheel, from then on
   SlipWatch slip_;
   CoherenceScale coherence_;
   TimeNs wheel_doubted_ = 0;  // end of the last state interval without a wheel that can be used

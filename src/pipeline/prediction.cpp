@@ -8,6 +8,7 @@ void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const Im
   base_ = base;
   noise_ = noise;
   since_ = ImuPreintegration(noise, base.state.gyro_bias, base.state.accel_bias);
+  bridged_s_ = 0.0;
   if (time_ == 0) time_ = base.state.time;
   integrate(imu, base.state.time, time_);
 }
@@ -16,6 +17,7 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
   for (const MotionStep& step : imu.steps(from, to, max_gap_)) {
     since_.integrate(step.acceleration, step.angular_velocity, step.dt,
                      step.bridged ? kBridgedImuNoise : noise_);
+    if (step.bridged) bridged_s_ += step.dt;
     omega_body_ = step.angular_velocity - base_.state.gyro_bias;
   }
 }
@@ -23,7 +25,7 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
 OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {
   integrate(imu, time_, now);
   OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, gravity_);
-  if (!base_.standing) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
+  if (!base_.standing && !lost()) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
   time_ = now;
   estimate.time = now;
   estimate.omega_body = omega_body_;

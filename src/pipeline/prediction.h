@@ -22,6 +22,9 @@ class Prediction {
   double distance_m() const { return distance_m_; }
 
   const StateResult& base() const { return base_; }
+  // Whether an estimate now rests on a state before the end of a gap that is too long to be bridged
+  // by holding what the IMU said.
+  bool lost() const { return bridged_s_ > kLongestBridge || (base_.carried && bridged_s_ > 0.0); }
   TimeNs time() const { return time_; }
   Eigen::Vector3d position() const { return propagate(base_.state, since_, gravity_).p_odom; }
 
@@ -33,6 +36,7 @@ class Prediction {
   StateResult base_;
   ImuNoise noise_;
   ImuPreintegration since_;  // from base_ to time_
+  double bridged_s_ = 0.0;   // of that
   TimeNs time_ = 0;
   Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();
   double distance_m_ = 0.0;  // published so far

@@ -17,6 +17,7 @@ SlipWatch::SlipWatch(const WheelConfig& config)
 void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now) {
   if (!config_.enabled || config_.slip_threshold <= 0) return;
   const double speed = (estimate.v_body + estimate.omega_body.cross(config_.lever_arm)).x();
+  if (!track_.empty() && estimate.time > track_.end() + window_) track_ = {};  // after a gap
   track_.advance(estimate.time, speed);
   track_.forget_before(estimate.time - kKept);
   while (!slipped_.empty() && slipped_.front().to < estimate.time - kKept) slipped_.pop_front();

@@ -1,0 +1,82 @@
+#include "estimation/long_gap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gprodom/wheel_increment.h"
+
+namespace gprodom {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kGoesOnTurning = 2.0;  // s
+constexpr double kTilt = 0.1;           // rad; roll and pitch against those before the gap
+constexpr double kTurning = 0.5;        // rad/sqrt(s)
+constexpr double kAnyYaw = 1.8;         // rad; of a heading that may be any
+constexpr double kSpeedChange = 0.2;    // m/s; within an interval of which the wheel tells the mean
+constexpr double kUnknownSpeed = 1.0;   // m/s
+constexpr double kSideways = 0.05;      // m/s
+
+// Independent of all others from here on.
+void replace(StateMatrix& covariance, int first, int size, const Eigen::MatrixXd& block) {
+  covariance.middleRows(first, size).setZero();
+  covariance.middleCols(first, size).setZero();
+  covariance.block(first, first, size, size) = block;
+}
+
+}  // namespace
+
+StateMatrix plain_position(const NavState& x, double sign) {
+  StateMatrix m = StateMatrix::Identity();
+  m.block<3, 3>(row::kP, row::kTheta) = -sign * so3::skew(x.p_odom);
+  return m;
+}
+
+CarriedState carry_on(const Config& config, const CarriedState& from, const StateInput& input,
+                      double gap_s) {
+  const NavState& x = from.state;
+  const bool wheel = input.has_wheel && !input.wheel_contradicted;
+  const double speed = (x.q_odom_body.conjugate() * x.v_odom).x();
+  const bool turning = gap_s < kGoesOnTurning;
+  WheelIncrement motion;
+  NavState y = x;
+  double dt = 0.0;
+  for (const MotionStep& step : input.steps) {
+    Vector3d rate = Vector3d::Zero();
+    if (turning || !step.bridged) rate = step.angular_velocity - x.gyro_bias;
+    motion.integrate(rate, step.dt, wheel ? step.wheel_m / x.wheel_scale : speed * step.dt);
+    y.q_odom_body = (y.q_odom_body * so3::exp(rate * step.dt)).normalized();
+    dt += step.dt;
+  }
+  y.time = input.time;
+  y.p_odom += x.q_odom_body * motion.displacement();
+  const Matrix3d R = y.R_odom_body();
+  y.v_odom = R.col(0) * (motion.distance() / dt);
+
+  const double longer = (2 * gap_s - dt) * dt;  // by which the gap's square grew
+  const WheelConfig& w = config.wheel;
+  const double forward = wheel ? w.noise * w.noise * motion.path() + w.noise_floor * w.noise_floor
+                               : kUnknownSpeed * kUnknownSpeed * longer;
+  const double sideways = kSideways * kSideways * longer;
+  // A motion that is known leaves the chart's errors as they are; its own come in plain.
+  StateMatrix P = plain_position(y, 1) * from.covariance * plain_position(y, 1).transpose();
+  double& yaw = P(row::kTheta + 2, row::kTheta + 2);
+  yaw = std::max(yaw, std::min(yaw + kTurning * kTurning * dt, kAnyYaw * kAnyYaw));
+  replace(P, row::kTheta, 2, kTilt * kTilt * Eigen::Matrix2d::Identity());
+  P.block<3, 3>(row::kP, row::kP) +=
+      R * Vector3d(forward, sideways, sideways).asDiagonal() * R.transpose();
+  P.diagonal().segment<3>(row::kBg).array() += std::pow(config.imu.gyro_bias_walk, 2) * dt;
+  P.diagonal().segment<3>(row::kBa).array() += std::pow(config.imu.accel_bias_walk, 2) * dt;
+  const double scale_walk = w.scale_sigma > 0 ? w.scale_walk : 0.0;
+  P(row::kScale, row::kScale) += scale_walk * scale_walk * dt;
+  P = (plain_position(y, -1) * P * plain_position(y, -1).transpose()).eval();
+  // Known in body axes, whatever the heading: independent of it in the chart.
+  const Vector3d velocity(wheel ? kSpeedChange : kUnknownSpeed, kSideways, kSideways);
+  replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
+  return {y, 0.5 * (P + P.transpose())};
+}
+
+}  // namespace gprodom
