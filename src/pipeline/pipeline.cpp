@@ -31,6 +31,15 @@ constexpr std::chrono::milliseconds kSolverPatience(200);
 // The first multiple of the period after a time: radar ticks and states share such a grid.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
 
+// The stamps of a clock that was set back.
+void shift_stamps(Pipeline::Message& message, TimeNs by) {
+  std::visit([by](auto& m) { m.time += by; }, message);
+  if (auto* displacement = std::get_if<Displacement>(&message)) {
+    displacement->from += by;
+    displacement->to += by;
+  }
+}
+
 void check_consistency(const Config& config) {
   const SmootherConfig& c = config.smoother;
   if (c.latency >= 1 / c.state_rate)
@@ -111,12 +120,14 @@ bool Pipeline::accept(Message& message) {
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);
   if (reason.empty() && trace) reason = trace_format_.check(*trace);
   if (reason.empty() && trace) reason = trace_watch_.check(*trace);
-  if (reason.empty()) reason = time_guard_.check(entry.source, time);
+  TimeNs usable = time;
+  if (reason.empty()) reason = time_guard_.check(entry.source, usable);
   if (!reason.empty()) {
     health_.count(entry.channel, reason, now_);
     return false;
   }
-  now_ = std::max(now_, time);
+  shift_stamps(message, usable - time);
+  now_ = std::max(now_, usable);
   return true;
 }
 

@@ -8,15 +8,18 @@ namespace gprodom {
 TimeGuard::TimeGuard(const TimeConfig& config)
     : reorder_(from_seconds(config.reorder_window)), max_jump_(from_seconds(config.max_jump)) {}
 
-std::string TimeGuard::check(Source source, TimeNs time) {
+std::string TimeGuard::check(Source source, TimeNs& time) {
   if (time <= 0) return "stamp not after 1970";
   Track& track = tracks_[source];
+  const TimeNs told = time, now = tracks_[kImu].newest;
+  // The other sensors may have a clock of their own.
+  if (source == kImu || std::abs(told + set_back_ - now) < std::abs(told - now)) time += set_back_;
   if (source != kImu && tracks_[kImu].newest == 0) {
     track.newest = time;
     return "before the first message of the IMU";
   }
   if (time == track.newest) return "stamp repeated";
-  std::string reason = source == kImu ? check_imu(time) : check_other(track, time);
+  std::string reason = source == kImu ? check_imu(time, told) : check_other(track, time);
   if (!reason.empty()) return reason;
   if (source == kImu) ++imu_accepted_;
   track.strays = 0;
@@ -28,19 +31,26 @@ std::string TimeGuard::check(Source source, TimeNs time) {
   return {};
 }
 
-std::string TimeGuard::check_imu(TimeNs time) {
+std::string TimeGuard::check_imu(TimeNs time, TimeNs told) {
   Track& imu = tracks_[kImu];
   if (imu.newest == 0) return {};
   const TimeNs ahead = time - imu.newest;
-  if (ahead < -(max_jump_ + reorder_)) {
-    add_stray(imu, time);
-    return "stamp jumped back";
-  }
+  if (ahead < -(max_jump_ + reorder_)) return take_stray(time, told, "stamp jumped back");
   if (ahead < -reorder_) return "later than time.reorder_window";
   if (ahead <= reorder_ || (ahead <= kLongestGap && told_by_others(time))) return {};
+  if (ahead > max_jump_) return take_stray(time, told, "stamp jumped ahead");
   add_stray(imu, time);
-  if (ahead > max_jump_) return "stamp jumped ahead";
   return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
+}
+
+// Out of reach. Where many agree and their clock stands before the newest stamp, it is followed.
+std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) {
+  Track& imu = tracks_[kImu];
+  add_stray(imu, time);
+  if (!moved() || told > imu.newest) return reason;
+  set_back_ = imu.newest + (time - imu.first_stray) - told;
+  imu.strays = 0;
+  return "clock was set back: its stamps are carried on from where it was";
 }
 
 std::string TimeGuard::check_other(Track& track, TimeNs time) const {
@@ -61,6 +71,7 @@ std::string TimeGuard::check_other(Track& track, TimeNs time) const {
 
 void TimeGuard::add_stray(Track& track, TimeNs time) const {
   const bool agrees = track.strays > 0 && time > track.stray && time < track.stray + max_jump_;
+  if (!agrees) track.first_stray = time;
   track.strays = agrees ? track.strays + 1 : 1;
   track.stray = time;
 }

@@ -16,15 +16,17 @@ class TimeGuard {
 
   explicit TimeGuard(const TimeConfig& config);
 
-  // Empty where `time` is usable, else the reason to drop it.
-  std::string check(Source source, TimeNs time);
+  // Empty where the stamp is usable, else the reason to drop it. A stamp of a clock that was set
+  // back while the estimator ran is carried on from where the clock was before.
+  std::string check(Source source, TimeNs& time);
 
   // Newest stamp of any other sensor than the IMU, 0 before the first. Before the IMU's first
   // message they are not checked, and none is usable.
   TimeNs newest_of_others() const;
 
-  // True once many of the IMU's messages in a row agreed on a time out of reach: the clock was set,
-  // and the estimator must start afresh.
+  // True once many of the IMU's messages in a row agreed on a time out of reach ahead: the clock
+  // was set, and the estimator must start afresh. Where it was set back the stamps are carried on,
+  // since no pose may be earlier than the one before.
   bool moved() const { return tracks_[kImu].strays >= kStraysToMove; }
 
  private:
@@ -35,13 +37,15 @@ class TimeGuard {
 
   struct Track {
     TimeNs newest = 0;
-    TimeNs stray = 0;         // newest of the stamps out of reach
+    TimeNs first_stray = 0;   // of the stamps out of reach
+    TimeNs stray = 0;         // newest of them
     int strays = 0;           // that agree
     long at_newest = 0;       // imu_accepted_ then
     long at_first_stray = 0;  // and then
   };
 
-  std::string check_imu(TimeNs time);
+  std::string check_imu(TimeNs time, TimeNs told);
+  std::string take_stray(TimeNs time, TimeNs told, const char* reason);
   std::string check_other(Track& track, TimeNs time) const;
   bool told_by_others(TimeNs time) const;
   void add_stray(Track& track, TimeNs time) const;
@@ -49,6 +53,7 @@ class TimeGuard {
   TimeNs reorder_, max_jump_;
   std::array<Track, 4> tracks_;
   long imu_accepted_ = 0;
+  TimeNs set_back_ = 0;  // the clock, by so much
 };
 
 }  // namespace gprodom

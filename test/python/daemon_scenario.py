@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,29 @@ from gprodom.status.view import page
 URL = "udpm://239.255.76.67:7667?ttl=0"
 START_UTIME = 1_700_000_000_000_000
 PATIENCE_S = 15.0
+
+
+@dataclass
+class Robot:
+    """One that drives straight ahead: utime, speed (m/s) and the way behind it (m)."""
+
+    utime: int
+    speed: float = 0.0
+    travelled: float = 0.0
+
+    def step(self, i: int, speed: float) -> list[tuple[str, Any]]:
+        """IMU and wheel of the next 10 ms; it speeds up by 0.5 m/s^2 at most."""
+        imu, wheel = message("imu_t")(), message("wheel_t")()
+        gain = min(max(speed - self.speed, -0.005), 0.005)
+        imu.utime = wheel.utime = self.utime
+        forward = gain / 0.01 + 0.002 * math.sin(i)
+        imu.linear_acceleration = [forward, 0.002 * math.cos(i), 9.80665]
+        imu.angular_velocity = [4e-4 * math.sin(1.7 * i), 4e-4 * math.cos(2.3 * i), 0.0]
+        wheel.ticks, wheel.metres_per_tick = round(self.travelled * 1000), 0.001
+        self.speed += gain
+        self.travelled += self.speed * 0.01
+        self.utime += 10_000
+        return [("IMU", imu), ("WHEEL", wheel)]
 
 
 class Daemon:
@@ -95,18 +119,17 @@ class Daemon:
         assert self.log().rstrip().endswith("stopped"), self.log()
 
     def stand(self, seconds: float, utime: int) -> int:
-        """A robot that stands, 100 Hz, sent at ten times real time; the utime at its end."""
+        """A robot that stands; the utime at its end."""
+        robot = Robot(utime)
+        self.drive(robot, seconds, 0.0)
+        return robot.utime
+
+    def drive(self, robot: Robot, seconds: float, speed: float) -> None:
+        """The robot goes over to that speed, 100 Hz, sent at ten times real time."""
         for i in range(round(seconds * 100)):
-            imu = message("imu_t")()
-            imu.utime = utime + i * 10_000
-            imu.linear_acceleration = [0.002 * math.sin(i), 0.002 * math.cos(i), 9.80665]
-            imu.angular_velocity = [4e-4 * math.sin(1.7 * i), 4e-4 * math.cos(2.3 * i), 0.0]
-            self.lcm.publish("IMU", imu.encode())
-            wheel = message("wheel_t")()
-            wheel.utime, wheel.metres_per_tick = imu.utime, 0.001
-            self.lcm.publish("WHEEL", wheel.encode())
+            for channel, m in robot.step(i, speed):
+                self.lcm.publish(channel, m.encode())
             self.lcm.handle_timeout(1)
-        return utime + round(seconds * 1e6)
 
 
 def reread(folder: Path) -> None:
@@ -237,6 +260,33 @@ def journal(folder: Path) -> None:
         daemon.stop(signal.SIGTERM)
 
 
+def killed(folder: Path) -> None:
+    """kill -9 amid a drive: the next daemon goes on from the saved pose."""
+    config = f"gpr:\n  enabled: false\nstate:\n  directory: {folder}\n"
+    robot = Robot(START_UTIME)
+    with Daemon(folder, config) as daemon:
+        daemon.drive(robot, 5.0, 0.0)
+        daemon.drive(robot, 5.0, 0.5)
+        daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
+        before = daemon.heard["ODOMETRY"][-1]
+        assert before.position[0] > 1.0, before.position
+        behind = robot.travelled - (robot.utime - before.utime) * 1e-6 * robot.speed
+        daemon.process.send_signal(signal.SIGKILL)
+        daemon.process.wait()
+    robot.travelled += 2.0 * robot.speed  # unheard
+    robot.utime += 2_000_000
+    with Daemon(folder, config) as daemon:
+        daemon.drive(robot, 3.0, 0.5)
+        daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
+        assert "resumed from the pose saved" in daemon.log(), daemon.log()
+        after = daemon.heard["ODOMETRY"][-1]
+        now = robot.travelled - (robot.utime - after.utime) * 1e-6 * robot.speed
+        moved = after.position[0] - before.position[0]
+        assert abs(moved - (now - behind)) < 0.1, (moved, now - behind)
+        assert after.distance > before.distance
+        daemon.stop(signal.SIGTERM)
+
+
 def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
     """Exit code and words of `gprodom status --once` while the robot stands; utime after it."""
     command = [sys.executable, "-m", "gprodom", "status", "--once"]
@@ -279,6 +329,7 @@ SCENARIOS = {
     "service": service,
     "journal": journal,
     "status": status,
+    "killed": killed,
 }
 
 if __name__ == "__main__":

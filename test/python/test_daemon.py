@@ -88,7 +88,7 @@ def test_status(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("scenario", ["reread", "hostile", "service", "journal"])
+@pytest.mark.parametrize("scenario", ["reread", "hostile", "service", "journal", "killed"])
 @pytest.mark.parametrize("user", ["ours", "unprivileged"])
 def test_live(scenario: str, user: str) -> None:
     as_user: Sequence[str] = ()

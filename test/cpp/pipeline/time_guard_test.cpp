@@ -7,6 +7,10 @@ namespace {
 
 constexpr TimeNs kMs = 1'000'000, kStart = 1'700'000'000'000'000'000;
 
+std::string check(TimeGuard& guard, TimeGuard::Source source, TimeNs time) {
+  return guard.check(source, time);
+}
+
 // The IMU at 100 Hz and the wheel at 20 Hz, both with the robot's clock, for a while.
 class Clock {
  public:
@@ -16,8 +20,8 @@ class Clock {
   void run(int seconds, bool imu = true, bool wheel = true) {
     for (int i = 0; i < 100 * seconds; ++i) {
       now += 10 * kMs;
-      if (imu) taken_imu += guard.check(TimeGuard::kImu, now).empty();
-      if (wheel && i % 5 == 0) taken_wheel += guard.check(TimeGuard::kWheel, now + kMs).empty();
+      if (imu) taken_imu += check(guard, TimeGuard::kImu, now).empty();
+      if (wheel && i % 5 == 0) taken_wheel += check(guard, TimeGuard::kWheel, now + kMs).empty();
     }
   }
   int taken_imu = 0, taken_wheel = 0;
@@ -28,7 +32,7 @@ TEST(TimeGuard, OneWrongStampCostsOneMessage) {
     for (const auto source : {TimeGuard::kImu, TimeGuard::kWheel}) {
       Clock clock;
       clock.run(2);
-      EXPECT_NE(clock.guard.check(source, clock.now + wrong), "");
+      EXPECT_NE(check(clock.guard, source, clock.now + wrong), "");
       const int imu = clock.taken_imu, wheel = clock.taken_wheel;
       clock.run(2);
       EXPECT_EQ(clock.taken_imu - imu, 200) << wrong;
@@ -45,8 +49,8 @@ TEST(TimeGuard, AnotherSensorsClockDoesNotMatter) {
     clock.run(1);
     for (int i = 0; i < 1000; ++i) {
       clock.now += 10 * kMs;
-      ASSERT_EQ(clock.guard.check(TimeGuard::kImu, clock.now), "");
-      ASSERT_NE(clock.guard.check(TimeGuard::kGpr, clock.now + off), "");
+      ASSERT_EQ(check(clock.guard, TimeGuard::kImu, clock.now), "");
+      ASSERT_NE(check(clock.guard, TimeGuard::kGpr, clock.now + off), "");
     }
   }
 }
@@ -77,19 +81,43 @@ TEST(TimeGuard, ThePauseOfAllIsFollowedUpToTheJump) {
 // Packets from anywhere may come before the robot's own.
 TEST(TimeGuard, StampsBeforeTheImuDoNotBind) {
   Clock clock;
-  EXPECT_NE(clock.guard.check(TimeGuard::kGpr, kStart + 100'000'000 * kMs), "");
+  EXPECT_NE(check(clock.guard, TimeGuard::kGpr, kStart + 100'000'000 * kMs), "");
   clock.run(1);
   EXPECT_EQ(clock.taken_imu, 100);
-  EXPECT_EQ(clock.guard.check(TimeGuard::kGpr, clock.now), "");
+  EXPECT_EQ(check(clock.guard, TimeGuard::kGpr, clock.now), "");
 }
 
 TEST(TimeGuard, LateWithinTheWindowAndRepeated) {
   Clock clock;
   clock.run(1);
-  EXPECT_EQ(clock.guard.check(TimeGuard::kWheel, clock.now - 300 * kMs), "");
-  EXPECT_EQ(clock.guard.check(TimeGuard::kWheel, clock.now - 400 * kMs),
+  EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now - 300 * kMs), "");
+  EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now - 400 * kMs),
             "later than time.reorder_window");
-  EXPECT_EQ(clock.guard.check(TimeGuard::kImu, clock.now), "stamp repeated");
+  EXPECT_EQ(check(clock.guard, TimeGuard::kImu, clock.now), "stamp repeated");
+}
+
+// Without a step back, and without time lost in between.
+TEST(TimeGuard, AClockSetBackIsCarriedOn) {
+  Clock clock;
+  clock.run(2);
+  const TimeNs back = -3600'000 * kMs;
+  TimeNs newest = clock.now;
+  int taken = 0;
+  for (int i = 0; i < 400; ++i) {
+    clock.now += 10 * kMs;
+    TimeNs imu = clock.now + back, wheel = clock.now + back + kMs;
+    const bool usable = clock.guard.check(TimeGuard::kImu, imu).empty();
+    const bool wheel_too = clock.guard.check(TimeGuard::kWheel, wheel).empty();
+    ASSERT_FALSE(clock.guard.moved());
+    if (!usable) continue;
+    ++taken;
+    EXPECT_GT(imu, newest);
+    newest = imu;
+    EXPECT_NEAR(static_cast<double>(imu - clock.now), 0, 20 * kMs);
+    EXPECT_TRUE(wheel_too);
+    EXPECT_EQ(wheel - imu, kMs);
+  }
+  EXPECT_GE(taken, 340);
 }
 
 }  // namespace

@@ -1,0 +1,300 @@
+#!/usr/bin/env python3
+"""What a live gprodomd does when its process, its disk or a listener fails.
+
+The first --seconds of a log are played to gprodomd at real time, in a network namespace of its
+own, once for each fault: stopped for 5 s (SIGSTOP); killed (SIGKILL) and started again at once; the
+state's folder on a full file system, and on one that cannot be written; standard error on a full
+one; a listener that has stopped. Printed for each: whether the daemon held, seconds from its end
+to the next pose, the longest silence (s of data), how far the way from the last pose before the
+fault to the first after it is from a replay's without faults, and what STATUS or the log said.
+Exit code 1 where a daemon ended, was silent about a fault, a pose was earlier than the one before,
+or a killed daemon took more than 2 s.
+
+    bench/process_faults.py IN.lcmlog          as root: it mounts small file systems
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gprodom import logs
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.lcm import LCM, EventLog
+from gprodom.messages import message
+from gprodom.replay import default_config, find_program, run_replay
+from hostile_packets import CHANNELS, NAMESPACE, URL
+
+FAULT_AT = 0.6  # of the time played
+PAUSE_S = 5.0
+LIMIT_S = 2.0  # from a restart to a pose
+
+
+@dataclass
+class Run:
+    """One run's daemon and what was heard of it."""
+
+    folder: Path
+    config: Path
+    stderr: Path
+    process: subprocess.Popen[bytes] | None = None
+    poses: list[tuple[float, int, tuple[float, ...]]] = field(default_factory=list)
+    said: set[str] = field(default_factory=set)
+
+    def start(self) -> None:
+        """Starts the daemon, with its state in folder/state."""
+        command = [str(find_program("gprodomd")), "-c", str(self.config), "--lcm-url", URL]
+        command += ["--set", f"state.directory={self.folder / 'state'}"]
+        with open(self.stderr, "a") as said:
+            self.process = subprocess.Popen(command, stderr=said)
+
+    def signal(self, which: signal.Signals) -> None:
+        """Sends the daemon a signal."""
+        assert self.process is not None
+        self.process.send_signal(which)
+
+    def listen(self, lcm: LCM) -> None:
+        """Keeps poses with the time they came, and what STATUS says."""
+
+        def pose(_: str, data: bytes) -> None:
+            m = message("odometry_t").decode(data)
+            self.poses.append((time.monotonic(), m.utime, m.position))
+
+        def status(_: str, data: bytes) -> None:
+            m = message("status_t").decode(data)
+            self.said.update(m.reasons)
+            self.said.update(name for name in m.names if ": " in name)
+
+        lcm.subscribe("ODOMETRY", pose).set_queue_capacity(0)
+        lcm.subscribe("STATUS", status).set_queue_capacity(0)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """prepare: before the daemon starts. strike: at the fault's time. mend: `seconds` later."""
+
+    name: str
+    prepare: Callable[[Run], None] = lambda run: None
+    strike: Callable[[Run], None] = lambda run: None
+    mend: Callable[[Run], None] = lambda run: None
+    seconds: float = 0.0
+    told: str = ""  # STATUS or the log says this
+
+
+def mounted(folder: Path, options: str) -> None:
+    """A small file system in memory, gone with the namespace."""
+    folder.mkdir(exist_ok=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", options, "none", str(folder)], check=True)
+
+
+def fill(folder: Path) -> None:
+    """Writes until nothing more fits."""
+    with open(folder / "filler", "wb", buffering=0) as file:
+        try:
+            while True:
+                file.write(bytes(4096))
+        except OSError:
+            pass
+
+
+def full_state(run: Run) -> None:
+    """The state's folder on a full file system."""
+    mounted(run.folder / "state", "size=64k")
+    fill(run.folder / "state")
+
+
+def full_log(run: Run) -> None:
+    """Standard error on a full file system."""
+    mounted(run.folder / "log", "size=64k")
+    run.stderr = run.folder / "log" / "stderr"
+    run.stderr.touch()
+    fill(run.folder / "log")
+
+
+def stopped_listener(run: Run) -> None:
+    """Another program that subscribed to everything, and has stopped."""
+    program = "from gprodom.lcm import LCM; import time\n"
+    program += f"l = LCM({URL!r}); l.subscribe('.*', lambda *_: time.sleep(60)); l.handle()"
+    subprocess.Popen([sys.executable, "-c", program])
+
+
+def kill(run: Run) -> None:
+    """SIGKILL, and started again."""
+    run.signal(signal.SIGKILL)
+    assert run.process is not None
+    run.process.wait()
+    run.start()
+
+
+FAULTS = [
+    Fault(
+        "stopped for 5 s",
+        strike=lambda run: run.signal(signal.SIGSTOP),
+        mend=lambda run: run.signal(signal.SIGCONT),
+        seconds=PAUSE_S,
+        told="gap",
+    ),
+    Fault("killed and started again", strike=kill, told="resumed from the pose saved"),
+    Fault("disk of the state full", prepare=full_state, told="cannot be written"),
+    Fault(
+        "folder of the state not writable",
+        prepare=lambda run: mounted(run.folder / "state", "size=64k,ro"),
+        told="cannot be written",
+    ),
+    Fault("disk of the log full", prepare=full_log),
+    Fault("a listener has stopped", prepare=stopped_listener),
+]
+
+
+def play(
+    events: list[tuple[int, str, bytes]], lcm: LCM, at: dict[float, Callable[[], None]]
+) -> None:
+    """Sends the events at real time; calls what is due at a time (s from the first)."""
+    begun, first = time.monotonic(), events[0][0]
+    due = sorted(at.items())
+    for stamp, channel, data in events:
+        while (ahead := (stamp - first) * 1e-6 - (time.monotonic() - begun)) > 0:
+            lcm.handle_timeout(max(1, min(10, round(ahead * 1e3))))
+        while due and (stamp - first) * 1e-6 >= due[0][0]:
+            due.pop(0)[1]()
+        lcm.publish(channel, data)
+    deadline = time.monotonic() + 1.0
+    while time.monotonic() < deadline:
+        lcm.handle_timeout(20)
+
+
+def outcome(run: Run, fault: Fault, ended_at: float, clean: dict[int, Any]) -> dict[str, Any]:
+    """The figures of one run."""
+    assert run.process is not None
+    held = run.process.poll() is None
+    run.process.terminate()
+    log = run.stderr.read_text() if run.stderr.is_file() else ""
+    before = [p for p in run.poses if p[0] < ended_at - fault.seconds]
+    after = [p for p in run.poses if p[0] >= ended_at]
+    both = [p for p in (before[-1:] + after[:1]) if p[1] in clean]
+    steps = [b[1] - a[1] for a, b in zip(run.poses, run.poses[1:], strict=False)]
+    jump = math.nan
+    if len(both) == 2:
+        ways = [math.dist(both[0][2], both[1][2]), math.dist(clean[both[0][1]], clean[both[1][1]])]
+        jump = abs(ways[0] - ways[1])
+    told = [text for text in (*sorted(run.said), *log.splitlines()) if fault.told in text]
+    return {
+        "fault": fault.name,
+        "held": held,
+        "pose_after_s": after[0][0] - ended_at if after else math.inf,
+        "silent_s": max(steps, default=0) * 1e-6,
+        "jump_m": jump,
+        "told": (told[0][:100] if told else "") if fault.told else "-",
+        "monotone": all(step > 0 for step in steps),
+        "poses": len(run.poses),
+    }
+
+
+def measure(fault: Fault, log: Path, seconds: float, config: Path, folder: Path) -> dict[str, Any]:
+    """Plays the log with the fault."""
+    events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
+    events = [e for e in events if e[1] in CHANNELS and e[0] < events[0][0] + seconds * 1e6]
+    run_replay(log, folder / "clean.lcmlog", config)
+    odometry = logs.read(folder / "clean.lcmlog", ["ODOMETRY"])["ODOMETRY"]
+    clean = dict(zip(odometry["utime"].tolist(), odometry["position"].tolist(), strict=True))
+    run = Run(folder, config, folder / "stderr")
+    (folder / "state").mkdir()
+    fault.prepare(run)
+    run.start()
+    lcm = LCM(URL + "&recv_buf_size=8388608")
+    run.listen(lcm)
+    time.sleep(1.0)  # the daemon listens
+    ended = [math.inf]
+
+    def mend() -> None:
+        ended[0] = time.monotonic()
+        fault.mend(run)
+
+    def strike() -> None:
+        ended[0] = time.monotonic()
+        fault.strike(run)
+
+    at = {FAULT_AT * seconds: strike}
+    if fault.seconds:
+        at[FAULT_AT * seconds + fault.seconds] = mend
+    try:
+        play(events, lcm, at)
+        return outcome(run, fault, ended[0], clean)
+    finally:
+        if run.process is not None and run.process.poll() is None:
+            run.process.kill()
+
+
+def verdict(figures: dict[str, Any]) -> list[str]:
+    """What is not as it should be."""
+    wrong = []
+    name = figures["fault"]
+    if not figures["held"]:
+        wrong.append(f"{name}: gprodomd ended")
+    if not figures["monotone"]:
+        wrong.append(f"{name}: a pose was earlier than the one before")
+    if not figures["told"]:
+        wrong.append(f"{name}: not told of")
+    if "killed" in name and not figures["pose_after_s"] <= LIMIT_S:
+        wrong.append(f"{name}: {figures['pose_after_s']:.1f} s without a pose")
+    return wrong
+
+
+def parse() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("log", type=Path, metavar="IN.lcmlog")
+    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    parser.add_argument("--seconds", type=float, default=40.0, help="of the log (default: 40)")
+    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    add_json_flag(parser)
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Runs the command line, in network and mount namespaces of its own."""
+    args = parse()
+    if not args.inside:
+        again = [sys.executable, __file__, *sys.argv[1:], "--inside"]
+        rights = "-nm" if os.geteuid() == 0 else "-rnm"
+        os.execvp("unshare", ["unshare", rights, "sh", "-c", NAMESPACE, "sh", *again])
+    results, wrong = [], []
+    try:
+        if not args.log.is_file():
+            raise Error(f"{args.log}: no such log")
+        for fault in FAULTS:
+            print(f"{fault.name} ...", file=sys.stderr)
+            with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
+                config = args.config or default_config()
+                results.append(measure(fault, args.log, args.seconds, config, Path(name)))
+                subprocess.run(["umount", "-q", "-l", f"{name}/state"], check=False)
+                subprocess.run(["umount", "-q", "-l", f"{name}/log"], check=False)
+            wrong += verdict(results[-1])
+    except Error as error:
+        print(f"process_faults: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json({"runs": results, "wrong": wrong})
+    else:
+        rows = [[f"{x:.2f}" if isinstance(x, float) else x for x in r.values()] for r in results]
+        print(format_table(list(results[0]), rows))
+        for line in wrong:
+            print(f"process_faults: {line}", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
