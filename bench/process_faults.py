@@ -280,8 +280,9 @@ def main() -> int:
             with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
                 config = args.config or default_config()
                 results.append(measure(fault, args.log, args.seconds, config, Path(name)))
-                subprocess.run(["umount", "-q", "-l", f"{name}/state"], check=False)
-                subprocess.run(["umount", "-q", "-l", f"{name}/log"], check=False)
+                for mount in (Path(name) / "state", Path(name) / "log"):
+                    if mount.is_mount():
+                        subprocess.run(["umount", "-l", str(mount)], check=True)
             wrong += verdict(results[-1])
     except Error as error:
         print(f"process_faults: error: {error}", file=sys.stderr)

@@ -28,7 +28,7 @@ from typing import Any
 import kinds
 import numpy as np
 import outcome
-import report
+import table
 
 from gprodom.console import Progress
 from gprodom.errors import Error
@@ -194,9 +194,9 @@ def main() -> int:
     except Error as error:
         print(f"faults: error: {error}", file=sys.stderr)
         return 1
-    table, wrong = report.of_replays(bench.results)
-    (args.output / "table.md").write_text(table)
-    print(table)
+    text, wrong = table.of_replays(bench.results)
+    (args.output / "table.md").write_text(text)
+    print(text)
     for line in wrong:
         print(f"faults: {line}", file=sys.stderr)
     return 1 if wrong else 0

@@ -26,7 +26,7 @@ class Outcome:
 
     error_m: position RMSE in `map`, as published, aligned in the plane; NaN without enough poses.
     finite, monotone: every pose of ODOMETRY and ODOMETRY_MAP is finite and later than the one
-      before (unless the estimator said that it started afresh).
+      before.
     silent_s: longest time without a pose, from the first on.
     said: reasons and counts of STATUS. recovered_s: from the fault's end until STATUS was well.
     """
@@ -100,9 +100,8 @@ def judge(log: Path, truth: Trajectory, begin: int, end: float) -> Outcome:
     said = said_in(messages)
     poses = read_poses(log, "ODOMETRY")
     steps = np.diff(poses.time)
-    afresh = any("afresh" in name for name in said)
     in_map = np.diff(read_poses(log, "ODOMETRY_MAP").time)
-    monotone = afresh or bool(np.all(steps > 0) and np.all(in_map > 0))
+    monotone = bool(np.all(steps > 0) and np.all(in_map > 0))
     unwell = [t for t, m in zip(times.tolist(), messages, strict=True) if m.health and t > begin]
     recovered = max(0.0, (unwell[-1] - end) * 1e-6) if unwell else 0.0
     return Outcome(
