@@ -38,6 +38,7 @@ from hostile_packets import CHANNELS, NAMESPACE, URL
 
 FAULT_AT = 0.6  # of the time played
 PAUSE_S = 5.0
+LONG_QUEUE = 100  # messages
 LIMIT_S = 2.0  # from a restart to a pose
 
 
@@ -74,7 +75,10 @@ class Run:
         def status(_: str, data: bytes) -> None:
             m = message("status_t").decode(data)
             self.said.update(m.reasons)
-            self.said.update(name for name in m.names if ": " in name)
+            values = dict(zip(m.names, m.values, strict=True))
+            self.said.update(name for name in values if ": " in name)
+            if values.get("queue.input.longest", 0.0) > LONG_QUEUE:
+                self.said.add(f"queue.input.longest above {LONG_QUEUE}")
 
         lcm.subscribe("ODOMETRY", pose).set_queue_capacity(0)
         lcm.subscribe("STATUS", status).set_queue_capacity(0)
@@ -143,7 +147,7 @@ FAULTS = [
         strike=lambda run: run.signal(signal.SIGSTOP),
         mend=lambda run: run.signal(signal.SIGCONT),
         seconds=PAUSE_S,
-        told="gap",
+        told="queue.input.longest",  # the network held what came meanwhile
     ),
     Fault("killed and started again", strike=kill, told="resumed from the pose saved"),
     Fault("disk of the state full", prepare=full_state, told="cannot be written"),

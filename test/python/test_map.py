@@ -130,7 +130,8 @@ def test_a_restart_goes_on_from_the_saved_pose(bench: ModuleType, tmp_path: Path
         for part in ((0, until), (until + 2_000_000, 2**63 - 1))  # two seconds are lost
     )
     assert any("resumed" in warning for warning in after.warnings)
-    assert after.odometry["time"][0] <= (until + 2_050_000) * 1000  # at once, while driving
+    # While driving, once a state is known that the IMU had a word in.
+    assert after.odometry["time"][0] <= (until + 2_800_000) * 1000
     moved = after.odometry["position"][400, :2] - before.odometry["position"][-1, :2]
     start, last, later = (
         before.odometry["time"][0],
