@@ -1,7 +1,9 @@
 #include "io/log_io.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -52,6 +54,19 @@ std::int64_t LogReader::find_event(std::int64_t from) {
   return found;
 }
 
+// Whether the event at position_ lies in the file by the lengths that it tells of itself, for which
+// the library would lay out memory unseen.
+bool LogReader::event_fits() const {
+  std::array<std::uint8_t, kHeaderBytes> header{};
+  const auto read = pread(fileno(log_->getFilePtr()), header.data(), header.size(), position_);
+  const auto length_at = [&](std::size_t at) {
+    std::uint32_t length = 0;  // big-endian
+    for (std::size_t i = at; i < at + 4; ++i) length = length << 8 | header[i];
+    return std::int64_t{length};
+  };
+  return read == kHeaderBytes && length_at(20) + length_at(24) <= size_ - position_ - kHeaderBytes;
+}
+
 void LogReader::note_damage(std::int64_t from, std::int64_t to) {
   std::string line =
       path_ + ": event " + std::to_string(events_) + " (byte " + std::to_string(from) + "): ";
@@ -65,7 +80,7 @@ const lcm::LogEvent* LogReader::next() {
   const std::int64_t start = position_;
   std::int64_t damaged_to = start;
   while (position_ < size_) {
-    const lcm::LogEvent* event = log_->readNextEvent();
+    const lcm::LogEvent* event = event_fits() ? log_->readNextEvent() : nullptr;
     if (event) {
       if (damaged_to > start) note_damage(start, damaged_to);
       // Not the file's own position: the library looks ahead for the next event.

@@ -30,6 +30,7 @@ class LogReader {
 
  private:
   std::int64_t find_event(std::int64_t from);
+  bool event_fits() const;
   void note_damage(std::int64_t from, std::int64_t to);
 
   std::string path_;

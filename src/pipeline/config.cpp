@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "gprodom/error.h"
 #include "pipeline/config_keys.h"
@@ -97,30 +98,53 @@ std::string at(const std::string& path, const YAML::Mark& mark) {
   return path + ":" + std::to_string(mark.line + 1) + ": ";
 }
 
-std::vector<YAML::Node> parse_file(const std::string& path) {
+std::string text_of(const std::string& path) {
   errno = 0;
   std::ifstream file(path);
-  std::vector<YAML::Node> documents;
+  std::ostringstream text;
   try {
-    if (file) documents = YAML::LoadAll(file);
+    if (file && file.peek() != EOF) text << file.rdbuf();
   } catch (const std::ios_base::failure&) {  // a directory, a failing disk
     throw ConfigError(path + ": cannot be read: expected a YAML file");
-  } catch (const YAML::Exception& error) {
-    throw ConfigError(at(path, error.mark) + "not YAML: " + error.msg);
   }
-  if (!file) {
+  if (!file && !file.eof()) {
     throw ConfigError(path + ": cannot be read: " + std::strerror(errno ? errno : EIO));
   }
-  return documents;
+  return text.str();
+}
+
+// The line, from 1, on which a second document begins; 0: none. YAML::LoadAll would tell too, but
+// on some text that is not YAML it never ends (yaml-cpp 0.7).
+int second_document(const std::string& text) {
+  std::istringstream lines(text);
+  bool in_document = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    const std::string mark = line.substr(0, 3);
+    const bool is_mark = (mark == "---" || mark == "...") && (line.size() == 3 || line[3] == ' ');
+    if (is_mark && in_document) return number;
+    const auto first = line.find_first_not_of(" \t");
+    const bool blank = first == std::string::npos || line[first] == '#' || line[0] == '%';
+    if (is_mark || !blank) in_document = true;
+  }
+  return 0;
 }
 
 void Loader::read_file(const std::string& path) {
-  const auto documents = parse_file(path);
-  if (documents.size() > 1) {
-    throw ConfigError(at(path, documents[1].Mark()) + "expected one YAML document, got " +
-                      std::to_string(documents.size()));
+  const std::string text = text_of(path);
+  const int second = second_document(text);
+  if (second > 0) {
+    throw ConfigError(path + ":" + std::to_string(second) + ": expected one YAML document");
   }
-  if (!documents.empty()) read_section(path, documents[0], "");
+  YAML::Node document;
+  try {
+    document = YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw ConfigError(at(path, error.mark) + "not YAML: " + error.msg);
+  }
+  read_section(path, document, "");
 }
 
 void Loader::read_section(const std::string& path, const YAML::Node& map,

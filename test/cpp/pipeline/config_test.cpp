@@ -99,7 +99,7 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
             "FILE:3: wheel.scale: given twice in this section");
   EXPECT_EQ(error_of_file("wheel: 3\n"), "FILE:1: wheel: expected a map of keys, got \"3\"");
   EXPECT_EQ(error_of_file("- wheel\n"), "FILE:1: expected a map of keys, got [\"wheel\"]");
-  EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n---\ngpr:\n").rfind("FILE:4: expected one", 0), 0u);
+  EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n---\ngpr:\n").rfind("FILE:3: expected one", 0), 0u);
   EXPECT_EQ(error_of_file("wheel:\n  scale: [1\n").rfind("FILE:3: not YAML: ", 0), 0u);
 }
 

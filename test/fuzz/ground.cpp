@@ -1,0 +1,12 @@
+// A ground map; what is accepted is looked up and written again.
+#include "pipeline/ground_map_file.h"
+#include "sealed.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return read_sealed("gprodom ground map 1", data, size, [](const std::string& bytes) {
+    const gprodom::GroundMap ground =
+        gprodom::ground_map_from("ground", bytes, gprodom::gpr::TraceMemoryOptions());
+    ground.at(0.5 * static_cast<double>(ground.memory.kept().end), 1.0);
+    gprodom::to_bytes(ground, ground.places);
+  });
+}

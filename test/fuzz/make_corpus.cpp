@@ -1,0 +1,103 @@
+// make_corpus FOLDER: sound inputs of every fuzz target but the configuration's, to start from.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <lcm/lcm-cpp.hpp>
+#include <random>
+
+#include "gprodom/lcm_io.h"
+#include "lcmtypes/gprodom/command_t.hpp"
+#include "lcmtypes/gprodom/displacement_t.hpp"
+#include "lcmtypes/gprodom/gpr_trace_t.hpp"
+#include "lcmtypes/gprodom/imu_t.hpp"
+#include "lcmtypes/gprodom/wheel_t.hpp"
+#include "pipeline/ground_map_file.h"
+#include "pipeline/saved_state.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void write(const fs::path& file, const std::string& bytes) {
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+template <typename Message>
+std::string encoded(const Message& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+// In the order of input_channels().
+std::vector<std::string> packets() {
+  gprodom::gpr_trace_t trace{};
+  trace.sample_interval = 2e-10;
+  trace.num_samples = 4;
+  trace.samples = {1, -2, 3, 0};
+  gprodom::displacement_t displacement{};
+  displacement.source = "corpus";
+  displacement.kind = gprodom::displacement_t::EXTERNAL;
+  gprodom::command_t command{};
+  command.name = "reset";
+  command.argument = "all";
+  return {encoded(trace), encoded(gprodom::imu_t{}), encoded(gprodom::wheel_t{}),
+          encoded(displacement), encoded(command)};
+}
+
+void write_log(const fs::path& file) {
+  fs::create_directories(file.parent_path());
+  const auto channels = gprodom::input_channels(gprodom::ChannelConfig());
+  const auto messages = packets();
+  lcm::LogFile log(file.string(), "w");
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    std::string data = messages[i];
+    lcm::LogEvent event{};
+    event.timestamp = static_cast<std::int64_t>(i);
+    event.channel = channels[i];
+    event.data = data.data();
+    event.datalen = static_cast<std::int32_t>(data.size());
+    log.writeEvent(&event);
+  }
+}
+
+// A few metres of noise on short traces: small, and a filter can be learnt of it.
+std::string ground() {
+  gprodom::GroundMap ground{gprodom::gpr::TraceMemoryOptions()};
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  ground.samples = 40;
+  ground.sample_interval_s = 4e-10;
+  for (int i = 0; i < 250; ++i) {
+    std::vector<float> samples(ground.samples);
+    for (float& sample : samples) sample = normal(random);
+    ground.memory.add(gprodom::TimeNs{i}, samples, ground.sample_interval_s, 0.02 * i);
+  }
+  ground.memory.end_run();
+  return to_bytes(ground, {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}});
+}
+
+// A saved file without what lies between its title and its contents.
+std::string contents(const std::string& sealed) {
+  return sealed.substr(sealed.find('\n') + 1 + 2 * sizeof(std::uint64_t));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: make_corpus FOLDER\n";
+    return 2;
+  }
+  const fs::path folder = argv[1];
+  const auto messages = packets();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const std::string first(1, static_cast<char>(i));  // chooses the channel
+    write(folder / "packets" / ("sound" + std::to_string(i)), first + messages[i]);
+  }
+  write_log(folder / "log" / "sound");
+  write(folder / "state" / "sound", contents(to_bytes(gprodom::SavedState())));
+  write(folder / "ground" / "sound", contents(ground()));
+}
