@@ -3,7 +3,9 @@
 #include "sealed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return read_sealed("gprodom ground map 1", data, size, [](const std::string& bytes) {
+  static const std::string title =
+      title_of(to_bytes(gprodom::GroundMap(gprodom::gpr::TraceMemoryOptions()), {}));
+  return read_sealed(title, data, size, [](const std::string& bytes) {
     const gprodom::GroundMap ground =
         gprodom::ground_map_from("ground", bytes, gprodom::gpr::TraceMemoryOptions());
     ground.at(0.5 * static_cast<double>(ground.memory.kept().end), 1.0);

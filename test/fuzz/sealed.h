@@ -9,9 +9,14 @@
 #include "gprodom/error.h"
 #include "pipeline/sealed_bytes.h"
 
+// Of a saved file: what its reader wants it to begin with.
+inline std::string title_of(const std::string& sealed) {
+  return sealed.substr(0, sealed.find('\n'));
+}
+
 // Calls read(bytes) with the bytes as they are, and as the contents of a sound file.
 template <typename Read>
-int read_sealed(const char* title, const std::uint8_t* data, std::size_t size, Read read) {
+int read_sealed(const std::string& title, const std::uint8_t* data, std::size_t size, Read read) {
   gprodom::ByteWriter contents;
   contents.put_all(data, size);
   const std::string raw(reinterpret_cast<const char*>(data), size);

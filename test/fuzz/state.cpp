@@ -3,6 +3,7 @@
 #include "sealed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return read_sealed("gprodom state 1", data, size,
+  static const std::string title = title_of(to_bytes(gprodom::SavedState()));
+  return read_sealed(title, data, size,
                      [](const std::string& bytes) { gprodom::saved_state_from("state", bytes); });
 }
