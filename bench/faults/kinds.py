@@ -191,7 +191,7 @@ def drifting_clock(channel: str, ppm: float) -> Fault:
             for t, c, d in messages
         ]
 
-    return Fault(f"{channel} clock {ppm:g} ppm off", apply, None, told=False)
+    return Fault(f"{channel} clock {ppm:g} ppm off", apply)
 
 
 def from_then_on(
@@ -328,7 +328,9 @@ def all_faults() -> list[Fault]:
             faults.append(during(channel, FOR_GOOD, bad, f"{channel} {name} for good"))
     faults += [
         during(IMU, 5, saturated, f"{IMU} saturated 5 s"),
-        during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0.05), f"{IMU} bias step"),
+        during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0), f"{IMU} gyro bias step"),
+        during(IMU, FOR_GOOD, lambda d: biased(d, 0, 0.05), f"{IMU} accelerometer bias step"),
+        during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0.05), f"{IMU} bias step of both"),
         from_then_on(WHEEL, wheel_from_zero, f"{WHEEL} reset to zero"),
         from_then_on(WHEEL, wheel_backwards, f"{WHEEL} sign flipped"),
         during(GPR, FOR_GOOD, dead, f"{GPR} dead"),

@@ -37,6 +37,8 @@ struct StateInput {
   bool has_wheel = false;
   bool standing = false;            // proven: the robot did not move
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
+  // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
+  std::optional<Eigen::Vector3d> gyro_bias;
   std::vector<Displacement> displacements;  // newly in effect, of any earlier time
 };
 
@@ -85,6 +87,7 @@ class StateEstimator {
   void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
   void give_up(const NavState& state);
   void carry_over(const StateInput& input);
+  void take_gyro_bias(const Eigen::Vector3d& gyro_bias);
   void restart(const NavState& state);
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
            std::shared_ptr<const Factor> factor);
@@ -92,6 +95,7 @@ class StateEstimator {
   Config config_;
   Eigen::Vector3d gravity_odom_;
   StateMatrix last_covariance_;  // of the last state that a solve ended with, common_ included
+  NavState bias_known_;          // the last state whose gyro bias a standstill bore out
   StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart
   double gap_s_ = 0.0;                        // since the IMU fell silent, up to the newest state
   FixedLagSmoother smoother_;

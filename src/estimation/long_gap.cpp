@@ -20,14 +20,13 @@ constexpr double kSpeedChange = 0.2;    // m/s; within an interval of which the 
 constexpr double kUnknownSpeed = 1.0;   // m/s
 constexpr double kSideways = 0.05;      // m/s
 
-// Independent of all others from here on.
+}  // namespace
+
 void replace(StateMatrix& covariance, int first, int size, const Eigen::MatrixXd& block) {
   covariance.middleRows(first, size).setZero();
   covariance.middleCols(first, size).setZero();
   covariance.block(first, first, size, size) = block;
 }
-
-}  // namespace
 
 StateMatrix plain_position(const NavState& x, double sign) {
   StateMatrix m = StateMatrix::Identity();

@@ -19,6 +19,9 @@ struct CarriedState {
 CarriedState carry_on(const Config& config, const CarriedState& from, const StateInput& input,
                       double gap_s);
 
+// `size` errors from `first` on become independent of all others, with a covariance of their own.
+void replace(StateMatrix& covariance, int first, int size, const Eigen::MatrixXd& block);
+
 // With sign 1: from the chart's position error to the plain one, p = p^ + dp. With -1: back.
 StateMatrix plain_position(const NavState& x, double sign);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/bias_step.h"
 #include "estimation/long_gap.h"
 
 namespace gprodom {
@@ -18,6 +19,9 @@ bool is_finite(const NavState& x) {
   return x.p_odom.allFinite() && x.v_odom.allFinite() && x.q_odom_body.coeffs().allFinite() &&
          x.gyro_bias.allFinite() && x.accel_bias.allFinite() && std::isfinite(x.wheel_scale);
 }
+
+// Of biases that have moved by more than their walk: rad/s, m/s^2.
+constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 
 // Between two states, while the wheel says nothing of it: m.
 constexpr double kUnknownDistanceSigma = 100.0;
@@ -36,10 +40,12 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
     : config_(config),
       gravity_odom_(0, 0, -config.initializer.gravity),
       last_covariance_((initial.prior.A.transpose() * initial.prior.A).inverse()),
+      bias_known_(initial.state),
       smoother_({config.smoother.lag, config.smoother.max_iterations}, initial.state,
                 initial.prior) {}
 
 StateResult StateEstimator::add(const StateInput& input) {
+  if (input.gyro_bias) take_gyro_bias(*input.gyro_bias);
   const NavState& last = smoother_.newest();
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;
@@ -58,9 +64,11 @@ StateResult StateEstimator::add(const StateInput& input) {
   const double root_dt = std::sqrt(imu.duration());
   tie(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
   const double scale_walk = config_.wheel.scale_sigma > 0 ? config_.wheel.scale_walk : 0.0;
+  const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
+               accel_walk = config_.imu.accel_bias_walk * root_dt;
   tie(a, b,
-      std::make_shared<RandomWalkFactor>(config_.imu.gyro_bias_walk * root_dt,
-                                         config_.imu.accel_bias_walk * root_dt,
+      std::make_shared<RandomWalkFactor>(input.gyro_bias ? kGyroBiasStep : gyro_walk,
+                                         input.gyro_bias ? kAccelBiasStep : accel_walk,
                                          std::max(scale_walk * root_dt, kFixedScaleSigma)));
   if (input.standing) {
     const auto& s = config_.standstill;
@@ -82,6 +90,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   }
   result.state = smoother_.newest();
   result.covariance = last_covariance_;
+  if (input.standing) bias_known_ = result.state;
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;
   return result;
@@ -131,6 +140,13 @@ void StateEstimator::carry_over(const StateInput& input) {
   last_covariance_ = carried.covariance;
   if (batch_)
     batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
+  restart(carried.state);
+}
+
+void StateEstimator::take_gyro_bias(const Vector3d& gyro_bias) {
+  const CarriedState carried =
+      with_gyro_bias({smoother_.newest(), last_covariance_}, gyro_bias, bias_known_);
+  last_covariance_ = carried.covariance;
   restart(carried.state);
 }
 

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <stdexcept>
 
 #include "gprodom/error.h"
 #include "gprodom/initializer.h"
-#include "pipeline/map_frame.h"
 #include "pipeline/plausibility.h"
 #include "pipeline/standstill.h"
 
@@ -18,8 +15,6 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
-constexpr char kGap[] = "gap: messages lost or late";
-constexpr char kNoData[] = "no data for a second or more";
 
 // Kept of the other sensors while no state is made: before the start, or without an IMU.
 constexpr TimeNs kLongestSilence = 100 * kSecond;
@@ -30,15 +25,6 @@ constexpr std::chrono::milliseconds kSolverPatience(200);
 
 // The first multiple of the period after a time: radar ticks and states share such a grid.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
-
-// The stamps of a clock that was set back.
-void shift_stamps(Pipeline::Message& message, TimeNs by) {
-  std::visit([by](auto& m) { m.time += by; }, message);
-  if (auto* displacement = std::get_if<Displacement>(&message)) {
-    displacement->from += by;
-    displacement->to += by;
-  }
-}
 
 void check_consistency(const Config& config) {
   const SmootherConfig& c = config.smoother;
@@ -57,10 +43,10 @@ Outputs Pipeline::step() {
   while (!inbox_.empty() && !must_restart()) {
     Message message = std::move(inbox_.front());
     inbox_.pop_front();
-    const bool usable = accept(message);                           // time guard and plausibility
+    const bool usable = input_.accept(message);                    // time guard and plausibility
     if (usable) store(message);                                    // into the histories, by stamp
     if (!usable || !std::holds_alternative<ImuSample>(message)) {  // the IMU is the clock
-      tell_of_lost_clock();
+      if (auto status = input_.status_without_clock()) out_.status.push_back(*std::move(status));
       continue;
     }
     start();               // from a saved state, or a standstill: gravity, gyro bias and noise
@@ -86,7 +72,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, Heritage heritage)
                    Eigen::AngleAxisd(config.imu.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
                       .toRotationMatrix()),
       health_(config.logging.warning_period),
-      time_guard_(config.time),
+      input_(config_, health_),
       wheel_(config.wheel.max_speed),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
       slip_(config.wheel),
@@ -101,61 +87,17 @@ Pipeline::Pipeline(const Config& config, Execution execution, Heritage heritage)
   if (saved_ && saved_->wheel_m) wheel_.resume({saved_->state.time, *saved_->wheel_m});
 }
 
-bool Pipeline::accept(Message& message) {
-  struct Entry {
-    const std::string& channel;
-    TimeGuard::Source source;
-    double offset_s;
-  };
-  const Entry entries[] = {{config_.channels.imu, TimeGuard::kImu, config_.imu.time_offset},
-                           {config_.channels.wheel, TimeGuard::kWheel, config_.wheel.time_offset},
-                           {config_.channels.gpr_trace, TimeGuard::kGpr, config_.gpr.time_offset},
-                           {config_.channels.displacement_in, TimeGuard::kDisplacement, 0.0}};
-  const Entry& entry = entries[message.index()];
-  const TimeNs time =
-      std::visit([&](auto& m) { return m.time += from_seconds(entry.offset_s); }, message);
-  std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
-  const auto* imu = std::get_if<ImuSample>(&message);
-  const auto* trace = std::get_if<GprTrace>(&message);
-  if (reason.empty() && imu) reason = imu_watch_.check(*imu);
-  if (reason.empty() && trace) reason = trace_format_.check(*trace);
-  if (reason.empty() && trace) reason = trace_watch_.check(*trace);
-  TimeNs usable = time;
-  if (reason.empty()) reason = time_guard_.check(entry.source, usable);
-  if (!reason.empty()) {
-    health_.count(entry.channel, reason, now_);
-    return false;
-  }
-  shift_stamps(message, usable - time);
-  now_ = std::max(now_, usable);
-  return true;
-}
-
 void Pipeline::store(Message& message) {
   if (auto* imu = std::get_if<ImuSample>(&message)) {
     imu->acceleration = R_body_imu_ * imu->acceleration;
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
-    if (!imu_.insert(*imu)) health_.count(config_.channels.imu, "stamp repeated", now_);
-    imu_now_ = std::max(imu_now_, imu->time);
-    if (imu_gaps_.gap_before(imu->time)) health_.count(config_.channels.imu, kGap, now_);
-    const std::string weak = imu_watch_.quality();
-    if (!weak.empty()) health_.count(config_.channels.imu, weak, now_);
+    if (!imu_.insert(*imu)) input_.count(config_.channels.imu, "stamp repeated");
+    imu_now_ = input_.imu_now();
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
-    wheel_now_ = std::max(wheel_now_, wheel->time);
-    if (wheel_gaps_.gap_before(wheel->time)) health_.count(config_.channels.wheel, kGap, now_);
-    wheel_.forget_before(wheel_now_ - kLongestSilence);
+    wheel_.forget_before(input_.wheel_now() - kLongestSilence);
     if (config_.wheel.enabled && !wheel_.insert(*wheel))
-      health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed", now_);
+      input_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed");
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
-    if (trace->time <= gpr_now_) {
-      health_.count(config_.channels.gpr_trace, "out of order", now_);
-      return;
-    }
-    gpr_now_ = trace->time;
-    if (gpr_gaps_.gap_before(trace->time)) health_.count(config_.channels.gpr_trace, kGap, now_);
-    const std::string weak = trace_watch_.quality(*trace);
-    if (!weak.empty()) health_.count(config_.channels.gpr_trace, weak, now_);
-    if (!trace_watch_.dead()) gpr_signal_ = trace->time;
     if (!config_.gpr.enabled) return;
     map_->add(*trace);
     if (radar_.enabled() && traces_.size() < kMostWaiting) traces_.push_back(std::move(*trace));
@@ -191,84 +133,6 @@ void Pipeline::start() {
   prediction_.rebase(initial_result(*initial), initial->noise, imu_);
 }
 
-// From a state saved seconds ago: as if the sensors had been silent meanwhile, the wheel's count
-// excepted.
-bool Pipeline::resume() {
-  const SavedState saved = *std::exchange(saved_, std::nullopt);
-  const NavState& x = saved.state;
-  const double age = to_seconds(imu_now_ - x.time);
-  char said[120];
-  if (!(age > 0.0 && age <= config_.state.resume_within)) {
-    std::snprintf(said, sizeof said,
-                  "the saved pose is %.0f s old (state.resume_within): starting at the initialiser",
-                  age);
-    out_.warnings.emplace_back(said);
-    wheel_ = WheelHistory(config_.wheel.max_speed);
-    return false;
-  }
-  std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
-  out_.warnings.emplace_back(said);
-  // What the IMU says on a straight way at constant speed.
-  const Eigen::Vector3d up_body =
-      x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
-  for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
-    imu_.insert({time, up_body + x.accel_bias, x.gyro_bias});
-  begin({x, gaussian_prior(x, saved.covariance), saved.noise});
-  StateResult result;
-  result.state = x;
-  result.covariance = saved.covariance;
-  result.solve.usable = true;
-  result.bridged = true;
-  prediction_.resume(saved.distance_m);
-  prediction_.rebase(result, saved.noise, imu_);
-
-  resumed_correction_ = saved.correction;
-  const Correction correction = saved.correction.value_or(Correction{});
-  const Eigen::Vector3d ahead = correction.q_map_odom * Eigen::Vector3d::UnitX();
-  Mapper::Start start;
-  start.at.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
-  start.at.map = map_number_ = saved.map;
-  start.covariance = planar_block(correction.covariance);
-  map_ = std::make_unique<MapTask>(config_, execution_, map_->take_ground(), start);
-  return true;
-}
-
-std::optional<SavedState> Pipeline::state(const std::optional<Correction>& correction) const {
-  const StateResult& base = prediction_.base();
-  if (!started_ || !base.solve.usable) return std::nullopt;
-  SavedState saved;
-  saved.state = base.state;
-  saved.covariance = base.covariance;
-  saved.noise = reference_noise_;
-  saved.wheel_m = wheel_.reported(base.state.time);
-  saved.distance_m = prediction_.distance_m();
-  saved.correction = correction;
-  saved.map = map_number_;
-  return saved;
-}
-
-GroundMap Pipeline::take_ground() {
-  map_->drain();
-  return map_->take_ground();
-}
-
-std::string Pipeline::ground_bytes() {
-  map_->drain();
-  return map_->ground_bytes();
-}
-
-void Pipeline::drain() {
-  solver_.drain();
-  radar_worker_.drain();
-  map_->drain();
-}
-
-void Pipeline::use_ground(GroundMap ground) {
-  ground_from_before_ = !ground.places.empty();
-  located_ = false;
-  map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
-}
-
 void Pipeline::begin(const InitialState& initial) {
   started_ = true;
   estimator_ = std::make_unique<StateEstimator>(config_, initial);
@@ -282,11 +146,11 @@ void Pipeline::begin(const InitialState& initial) {
 void Pipeline::take_radar_answers() {
   while (auto due = radar_worker_.next_due(imu_now_)) {
     if (!due->result) {
-      health_.count("radar", "tick not answered within gpr.latency_budget", now_);
+      input_.count("radar", "tick not answered within gpr.latency_budget");
       continue;
     }
     for (const std::string& note : due->result->notes)
-      health_.count(config_.channels.gpr_trace, note, now_);
+      input_.count(config_.channels.gpr_trace, note);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
       if (d.source == "coherence") d = coherence_.to_metres(d);
@@ -306,7 +170,7 @@ void Pipeline::take_radar_answers() {
 void Pipeline::take_states() {
   while (auto due = solver_.await_due(imu_now_, kSolverPatience)) {
     if (!due->result) {
-      health_.count("smoother", "solve not ready after smoother.latency", now_);
+      input_.count("smoother", "solve not ready after smoother.latency");
       break;
     }
     use(*due->result, due->effective);
@@ -315,7 +179,7 @@ void Pipeline::take_states() {
 
 void Pipeline::take_map_answers() {
   while (auto answer = map_->next_due(imu_now_)) {
-    for (const std::string& note : answer->notes) health_.count("map", note, now_);
+    for (const std::string& note : answer->notes) input_.count("map", note);
     health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
     for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
     if (answer->map) map_number_ = *answer->map;
@@ -392,6 +256,12 @@ StateInput Pipeline::collect(TimeNs from, TimeNs to) {
                        radar_standing_, from, to);
   input.standing = verdict.standing;
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
+  if (input.gyro_bias) {
+    input.standing = true;
+    input_.count(config_.channels.imu,
+                 "gyro bias had moved: heading lost since the last standstill");
+  }
   // An answer may come before the state that it reaches to, which waits for the reorder window.
   const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
                                            [to](const Displacement& d) { return d.to <= to; });
@@ -416,7 +286,7 @@ std::int32_t Pipeline::flags() const {
   if (slip_.now() != WheelSlip::kNone)
     f |= kSlipping | (slip_.now() == WheelSlip::kFast ? kWheelFast : kWheelSlow);
   if (base.no_wheel) f |= kNoWheel;
-  if (gpr_now_ + kSecond < imu_now_) f |= kNoRadar;
+  if (input_.radar_silent()) f |= kNoRadar;
   if (base.bridged) f |= kImuGap;
   if (!base.solve.usable) f |= kSolverFailed;
   return f;
@@ -426,7 +296,7 @@ void Pipeline::publish() {
   if (started_ && imu_now_ > prediction_.time()) publish_pose(prediction_.advance(imu_, imu_now_));
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
-    watch_sensors();
+    input_.watch_silence(radar_.enabled());
     out_.status.push_back(health_.status(imu_now_));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
@@ -439,9 +309,9 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (base.carried) speed_known_ = base.state.time + from_seconds(config_.smoother.lag);
   if (!base.bridged && estimate.time > speed_known_) {
     const bool slipped = slip_.now() != WheelSlip::kNone;
-    slip_.add(estimate, wheel_, wheel_now_);
+    slip_.add(estimate, wheel_, input_.wheel_now());
     if (!slipped && slip_.now() != WheelSlip::kNone)
-      health_.count(config_.channels.wheel, "turns otherwise than the robot moves", now_);
+      input_.count(config_.channels.wheel, "turns otherwise than the robot moves");
   }
   estimate.flags = flags();
   coherence_.add(estimate);
@@ -449,38 +319,11 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
 }
 
-// Without its clock the estimator can only say so, once a second of the other sensors' time. Before
-// the IMU has come these may be anything.
-void Pipeline::tell_of_lost_clock() {
-  const TimeNs time = time_guard_.newest_of_others();
-  if (time < imu_now_ + kSecond) return;
-  const bool went_back = time + 2 * kSecond < next_lost_status_;
-  if (time < next_lost_status_ && !went_back) return;
-  if (next_lost_status_ > 0) {
-    health_.set(config_.channels.imu, HealthLevel::kFailed, kNoData);
-    out_.status.push_back(health_.status(time));
-  }
-  next_lost_status_ = next_multiple(time, kSecond);
-}
-
-void Pipeline::watch_sensors() {
-  auto watch = [&](const std::string& topic, bool used, TimeNs newest) {
-    const bool silent = used && newest + kSecond < imu_now_;
-    health_.set(topic, HealthLevel::kDegraded, silent ? kNoData : "");
-  };
-  health_.set(config_.channels.imu, HealthLevel::kFailed, "");
-  watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
-  watch(config_.channels.gpr_trace, radar_.enabled(), gpr_now_);
-  const bool no_signal = radar_.enabled() && gpr_signal_ + kSecond < gpr_now_;
-  health_.set("radar", HealthLevel::kDegraded,
-              no_signal ? "traces without a signal for a second or more" : "");
-}
-
 Outputs Pipeline::finish() {
   Outputs out = step();
   drain();
   if (imu_now_ > 0) {
-    watch_sensors();
+    input_.watch_silence(radar_.enabled());
     out.status.push_back(health_.status(imu_now_));
   }
   return out;

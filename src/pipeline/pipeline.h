@@ -18,15 +18,14 @@
 #include "pipeline/coherence_scale.h"
 #include "pipeline/dated_worker.h"
 #include "pipeline/health.h"
+#include "pipeline/input_check.h"
 #include "pipeline/map_task.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
 #include "pipeline/saved_state.h"
 #include "pipeline/sensor_history.h"
-#include "pipeline/sensor_watch.h"
 #include "pipeline/slip_watch.h"
-#include "pipeline/time_guard.h"
-#include "pipeline/trace_format.h"
+#include "pipeline/standstill.h"
 
 namespace gprodom {
 
@@ -38,14 +37,14 @@ struct Heritage {
 
 class Pipeline {
  public:
-  using Message = std::variant<ImuSample, WheelSample, GprTrace, Displacement>;
+  using Message = InputMessage;
 
   // Throws ConfigError where settings contradict each other.
   Pipeline(const Config& config, Execution execution, Heritage heritage);
 
   void add(Message message) { inbox_.push_back(std::move(message)); }
   void reject(const std::string& channel, const std::string& reason) {
-    health_.count(channel, reason, now_);
+    input_.count(channel, reason);
   }
   Outputs step();
   Outputs finish();
@@ -78,12 +77,11 @@ class Pipeline {
   }
 
   // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
-  bool must_restart() const { return time_guard_.moved(); }
+  bool must_restart() const { return input_.clock_moved(); }
   std::deque<Message> take_inbox() { return std::exchange(inbox_, {}); }
 
  private:
   // Stations of a message, in the order step() visits them.
-  bool accept(Message& message);
   void store(Message& message);
   void start();
   bool resume();
@@ -100,8 +98,6 @@ class Pipeline {
   bool wanted(const Displacement& d) const;
   void use(const StateResult& result, TimeNs effective);
   std::int32_t flags() const;
-  void watch_sensors();
-  void tell_of_lost_clock();
 
   const Config config_;
   const Execution execution_;
@@ -111,15 +107,8 @@ class Pipeline {
   Outputs out_;
   Health health_;
 
-  TimeGuard time_guard_;
-  TraceFormat trace_format_;
-  ImuWatch imu_watch_;
-  TraceWatch trace_watch_;
-  GapWatch imu_gaps_, wheel_gaps_, gpr_gaps_;
-  TimeNs now_ = 0;      // newest stamp accepted from any sensor
+  InputCheck input_;
   TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
-  TimeNs wheel_now_ = 0, gpr_now_ = 0;
-  TimeNs gpr_signal_ = 0;  // newest trace that was not dead
 
   ImuHistory imu_;
   WheelHistory wheel_;
@@ -130,12 +119,13 @@ class Pipeline {
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to go on from, until the first start
   bool started_ = false, record_ = false;
-  TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0, next_lost_status_ = 0;
+  TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs newest_state_ = 0, next_state_ = 0;
   ImuNoise reference_noise_;  // at standstill
   Prediction prediction_;
   TimeNs speed_known_ = 0;  // without the wheel, from then on
   SlipWatch slip_;
+  BiasWatch bias_watch_;
   CoherenceScale coherence_;
   TimeNs wheel_doubted_ = 0;  // end of the last state interval without a wheel that can be used
 

@@ -24,19 +24,32 @@ ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
 
 namespace {
 
-bool imu_still(const StandstillConfig& c, const ImuNoise& reference, const Vector3d& gyro_bias,
-               const std::vector<ImuSample>& samples) {
-  if (samples.size() < 4) return false;
-  const ImuNoise noise = measured_noise(samples);
-  Vector3d mean = Vector3d::Zero();
-  for (const auto& s : samples) mean += s.angular_velocity;
-  mean = mean / static_cast<double>(samples.size()) - gyro_bias;
+constexpr double kLargestBiasStep = 0.02;  // rad/s; a robot that turns is faster, or not so even
+
+struct Stillness {
+  bool quiet = false;                       // no vibration
+  Vector3d rate = Vector3d::Zero();         // mean
+  Vector3d rate_beyond = Vector3d::Zero();  // the bias
+  double rate_sigma = 0.0;                  // per axis, by the noise
+
   // The mean rate of a robot that stands is within a few deviations of its noise.
-  const double span = to_seconds(samples.back().time - samples.front().time);
+  bool turns() const { return rate_beyond.norm() > 6 * rate_sigma; }
+};
+
+Stillness stillness(const StandstillConfig& c, const ImuNoise& reference, const Vector3d& gyro_bias,
+                    const std::vector<ImuSample>& samples) {
+  if (samples.size() < 4) return {};
+  Stillness s;
+  const ImuNoise noise = measured_noise(samples);
   const double ratio = std::sqrt(c.imu_ratio);
-  return noise.accel_density < ratio * reference.accel_density &&
-         noise.gyro_density < ratio * reference.gyro_density &&
-         mean.norm() < 6 * reference.gyro_density / std::sqrt(span);
+  s.quiet = noise.accel_density < ratio * reference.accel_density &&
+            noise.gyro_density < ratio * reference.gyro_density;
+  for (const auto& sample : samples) s.rate += sample.angular_velocity;
+  s.rate /= static_cast<double>(samples.size());
+  s.rate_beyond = s.rate - gyro_bias;
+  s.rate_sigma =
+      reference.gyro_density / std::sqrt(to_seconds(samples.back().time - samples.front().time));
+  return s;
 }
 
 }  // namespace
@@ -47,17 +60,43 @@ StandstillVerdict judge_standstill(const Config& config, const ImuNoise& referen
                                    const std::vector<Displacement>& radar_standing, TimeNs from,
                                    TimeNs to) {
   const StandstillConfig& c = config.standstill;
-  if (!c.enabled || !imu_still(c, reference, gyro_bias, imu.between(from, to))) return {};
+  if (!c.enabled) return {};
+  const Stillness now = stillness(c, reference, gyro_bias, imu.between(from, to));
+  if (!now.quiet) return {};
   const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
   const bool wheel_still = config.wheel.enabled && wheel.distance(to) &&
                            wheel.path(from - margin, to + margin) <= 2 * config.wheel.noise_floor;
   const bool radar_still =
       std::any_of(radar_standing.begin(), radar_standing.end(),
                   [&](const Displacement& d) { return d.from <= from && d.to >= to; });
+  const Stillness longer =
+      stillness(c, reference, gyro_bias, imu.between(from - margin, to + margin));
+  StandstillVerdict verdict;
+  if (now.turns()) {
+    if (wheel_still && (radar_still || !config.gpr.enabled) && longer.quiet &&
+        now.rate_beyond.norm() < kLargestBiasStep)
+      verdict.steady_rate = {now.rate, now.rate_sigma};
+    return verdict;
+  }
   // Without the radar the IMU must be still for longer: a robot that glides evenly is, for moments.
-  const bool long_still =
-      imu_still(c, reference, gyro_bias, imu.between(from - margin, to + margin));
-  return {radar_still || (wheel_still && long_still), radar_still && !wheel_still};
+  verdict.standing = radar_still || (wheel_still && longer.quiet && !longer.turns());
+  verdict.wheel_contradicted = radar_still && !wheel_still;
+  return verdict;
+}
+
+std::optional<Vector3d> BiasWatch::moved(const StandstillVerdict& verdict, double dt_s) {
+  if (!verdict.steady_rate) {
+    *this = {};
+    return std::nullopt;
+  }
+  const auto& [rate, sigma] = *verdict.steady_rate;
+  if (still_s_ > 0 && (rate - turned_ / still_s_).norm() > 6 * std::sqrt(2.0) * sigma) *this = {};
+  still_s_ += dt_s;
+  turned_ += rate * dt_s;
+  if (still_s_ < kPatience_s) return std::nullopt;
+  const Vector3d bias = turned_ / still_s_;
+  *this = {};
+  return bias;
 }
 
 }  // namespace gprodom

@@ -1,6 +1,8 @@
 // Does the robot stand? From IMU, wheel and what the radar said.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "gprodom/config.h"
@@ -15,8 +17,15 @@ namespace gprodom {
 ImuNoise measured_noise(const std::vector<ImuSample>& samples);
 
 struct StandstillVerdict {
+  struct Rate {
+    Eigen::Vector3d mean;  // rad/s, body
+    double sigma;          // per axis
+  };
+
   bool standing = false;
   bool wheel_contradicted = false;  // it stands although the wheel turns
+  // Of the gyro, where all else says standstill: more than its bias accounts for.
+  std::optional<Rate> steady_rate;
 };
 
 // Over [from, to], the interval between two states.
@@ -28,5 +37,20 @@ StandstillVerdict judge_standstill(const Config& config, const ImuNoise& referen
                                    const WheelHistory& wheel,
                                    const std::vector<Displacement>& radar_standing, TimeNs from,
                                    TimeNs to);
+
+// A gyro bias that has moved by more than its walk is seen at the next standstill, where a steady
+// rate is the bias. Until then the heading went off unseen.
+class BiasWatch {
+ public:
+  // Of each state interval in turn. The bias (rad/s, body), once all but a steady rate said
+  // standstill for long enough.
+  std::optional<Eigen::Vector3d> moved(const StandstillVerdict& verdict, double dt_s);
+
+ private:
+  static constexpr double kPatience_s = 1.0;
+
+  double still_s_ = 0.0;                              // so far
+  Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // in it, rad
+};
 
 }  // namespace gprodom

@@ -1,0 +1,42 @@
+#include "estimation/bias_step.h"
+
+#include <cmath>
+
+namespace gprodom {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kGyroBias = 1e-3;       // rad/s; of the bias, until the standstill goes on
+constexpr double kAccelBias = 0.1;       // m/s^2; what moved one bias may have moved the other
+constexpr double kStandingSpeed = 0.05;  // m/s
+constexpr double kTiltMemory_s = 2.0;    // over which gravity corrects the tilt
+
+}  // namespace
+
+CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
+                            const NavState& known) {
+  NavState x = from.state;
+  const Vector3d change = x.R_odom_body() * (gyro_bias - x.gyro_bias);
+  const double seconds = to_seconds(x.time - known.time);
+  x.gyro_bias = gyro_bias;
+  x.v_odom.setZero();
+
+  StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
+  // A step at any moment of the time is as likely: the mean square of what it turned is a third.
+  const double yaw = std::abs(change.z()) * seconds / std::sqrt(3.0);
+  const double aside = yaw * (x.p_odom - known.p_odom).norm();
+  P(row::kTheta + 2, row::kTheta + 2) += yaw * yaw;
+  P.diagonal().segment<2>(row::kTheta).array() += std::pow(change.norm() * kTiltMemory_s, 2);
+  P.diagonal().segment<2>(row::kP).array() += aside * aside;
+  P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
+  const Matrix3d I = Matrix3d::Identity();
+  replace(P, row::kV, 3, kStandingSpeed * kStandingSpeed * I);
+  replace(P, row::kBg, 3, kGyroBias * kGyroBias * I);
+  replace(P, row::kBa, 3, kAccelBias * kAccelBias * I);
+  return {x, 0.5 * (P + P.transpose())};
+}
+
+}  // namespace gprodom

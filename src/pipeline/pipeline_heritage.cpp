@@ -1,0 +1,89 @@
+// What a pipeline takes over from the one before, or a saved state, and hands on.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "pipeline/map_frame.h"
+#include "pipeline/pipeline.h"
+
+namespace gprodom {
+
+// From a state saved seconds ago: as if the sensors had been silent meanwhile, the wheel's count
+// excepted.
+bool Pipeline::resume() {
+  const SavedState saved = *std::exchange(saved_, std::nullopt);
+  const NavState& x = saved.state;
+  const double age = to_seconds(imu_now_ - x.time);
+  char said[120];
+  if (!(age > 0.0 && age <= config_.state.resume_within)) {
+    std::snprintf(said, sizeof said,
+                  "the saved pose is %.0f s old (state.resume_within): starting at the initialiser",
+                  age);
+    out_.warnings.emplace_back(said);
+    wheel_ = WheelHistory(config_.wheel.max_speed);
+    return false;
+  }
+  std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
+  out_.warnings.emplace_back(said);
+  // What the IMU says on a straight way at constant speed.
+  const Eigen::Vector3d up_body =
+      x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
+  for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
+    imu_.insert({time, up_body + x.accel_bias, x.gyro_bias});
+  begin({x, gaussian_prior(x, saved.covariance), saved.noise});
+  StateResult result;
+  result.state = x;
+  result.covariance = saved.covariance;
+  result.solve.usable = true;
+  result.bridged = true;
+  prediction_.resume(saved.distance_m);
+  prediction_.rebase(result, saved.noise, imu_);
+
+  resumed_correction_ = saved.correction;
+  const Correction correction = saved.correction.value_or(Correction{});
+  const Eigen::Vector3d ahead = correction.q_map_odom * Eigen::Vector3d::UnitX();
+  Mapper::Start start;
+  start.at.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
+  start.at.map = map_number_ = saved.map;
+  start.covariance = planar_block(correction.covariance);
+  map_ = std::make_unique<MapTask>(config_, execution_, map_->take_ground(), start);
+  return true;
+}
+
+std::optional<SavedState> Pipeline::state(const std::optional<Correction>& correction) const {
+  const StateResult& base = prediction_.base();
+  if (!started_ || !base.solve.usable) return std::nullopt;
+  SavedState saved;
+  saved.state = base.state;
+  saved.covariance = base.covariance;
+  saved.noise = reference_noise_;
+  saved.wheel_m = wheel_.reported(base.state.time);
+  saved.distance_m = prediction_.distance_m();
+  saved.correction = correction;
+  saved.map = map_number_;
+  return saved;
+}
+
+GroundMap Pipeline::take_ground() {
+  map_->drain();
+  return map_->take_ground();
+}
+
+std::string Pipeline::ground_bytes() {
+  map_->drain();
+  return map_->ground_bytes();
+}
+
+void Pipeline::drain() {
+  solver_.drain();
+  radar_worker_.drain();
+  map_->drain();
+}
+
+void Pipeline::use_ground(GroundMap ground) {
+  ground_from_before_ = !ground.places.empty();
+  located_ = false;
+  map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
+}
+
+}  // namespace gprodom

@@ -1,0 +1,122 @@
+// A robot whose IMU falls silent, or whose gyro bias steps: what is known again afterwards must
+// stay known, and what was lost must be owned up to.
+#include "gprodom/state_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+constexpr double kStateInterval = 0.2, kSampleInterval = 0.01;  // s
+constexpr double kSpeed = 0.5, kTurn = 0.1;                     // m/s, rad/s
+
+struct Motion {
+  double speed, turn;     // m/s, rad/s
+  double bias = 0.0;      // rad/s, of the gyro about z
+  bool silent = false;    // what the histories make of an IMU gap, the last values held
+  bool standing = false;  // proven
+  double push = 0.0;      // m/s^2, forwards
+};
+
+// One state interval.
+StateInput interval(double from, const Motion& motion, std::mt19937& random) {
+  std::normal_distribution<double> noise;
+  StateInput input;
+  input.time = from_seconds(from + kStateInterval);
+  input.noise = {1.6e-4, 6e-4};
+  input.has_wheel = true;
+  input.standing = motion.standing;
+  for (int i = 0; i < kStateInterval / kSampleInterval - 0.5; ++i) {
+    MotionStep step;
+    step.dt = kSampleInterval;
+    step.acceleration = Eigen::Vector3d(motion.push, motion.speed * motion.turn, 9.80665);
+    step.angular_velocity = Eigen::Vector3d(0, 0, motion.turn + motion.bias);
+    for (int axis = 0; axis < 3; ++axis) {
+      step.acceleration[axis] += 6e-3 * noise(random);
+      step.angular_velocity[axis] += 1.6e-3 * noise(random);
+    }
+    step.wheel_m = motion.speed * kSampleInterval;
+    step.bridged = motion.silent;
+    input.steps.push_back(step);
+  }
+  return input;
+}
+
+StateEstimator at_ten_seconds(double speed) {
+  InitialState initial;
+  initial.state.time = from_seconds(10.0);
+  initial.state.v_odom.x() = speed;
+  initial.noise = {1.6e-4, 6e-4};
+  initial.prior = gaussian_prior(initial.state, 1e-6 * StateMatrix::Identity());
+  return {Config{}, initial};
+}
+
+double sigma(const StateResult& result, int i) { return std::sqrt(result.covariance(i, i)); }
+
+TEST(LongGap, TheStateBeyondItHoldsOnceTheWindowHasPassed) {
+  StateEstimator estimator = at_ten_seconds(kSpeed);
+  std::mt19937 random(1);
+
+  StateResult result, at_return;
+  double time = 10.0;
+  for (; time < 100.0 - 1e-6; time += kStateInterval) {
+    const bool silent = time > 30.0 - 1e-6 && time < 40.0 - 1e-6;
+    result = estimator.add(interval(time, {kSpeed, kTurn, 0.0, silent}, random));
+    ASSERT_TRUE(result.solve.usable);
+    EXPECT_EQ(result.bridged, silent);
+    if (time < 41.0) at_return = result;
+  }
+  // The same way on from where it came back, on the circle.
+  const double angle = kTurn * to_seconds(result.state.time - at_return.state.time);
+  const double radius = kSpeed / kTurn;
+  const Eigen::Vector3d moved =
+      at_return.state.q_odom_body.conjugate() * (result.state.p_odom - at_return.state.p_odom);
+  EXPECT_LT((moved - radius * Eigen::Vector3d(std::sin(angle), 1 - std::cos(angle), 0)).norm(),
+            0.3);
+  EXPECT_LT(
+      (result.state.q_odom_body.conjugate() * result.state.v_odom - Eigen::Vector3d(kSpeed, 0, 0))
+          .norm(),
+      0.03);
+  // Heading and place are as unknown as the gap left them, tilt and speed are not.
+  EXPECT_GT(sigma(result, row::kTheta + 2), 1.0);
+  EXPECT_NEAR(sigma(result, row::kTheta + 2), sigma(at_return, row::kTheta + 2), 0.02);
+  EXPECT_LT(sigma(result, row::kTheta), 0.01);
+  EXPECT_LT(sigma(result, row::kV), 0.05);
+}
+
+// 20 s straight on with a bias that moved at once, then a standstill that shows it.
+TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
+  constexpr double kStep = 5e-3;  // rad/s
+  StateEstimator estimator = at_ten_seconds(0.0);
+  std::mt19937 random(1);
+  StateResult result, at_stop;
+  for (int i = 0; i < 250; ++i) {  // off in intervals 25 to 125, which begin and end at half speed
+    const bool driving = i >= 25 && i <= 125, proven = i < 25 || i >= 130;
+    const double push = (i == 25) - (i == 125);
+    Motion motion{driving ? kSpeed * (1 - 0.5 * std::abs(push)) : 0.0, 0.0};
+    motion.push = push * kSpeed / kStateInterval;
+    motion.bias = i >= 25 ? kStep : 0.0;
+    motion.standing = proven;
+    StateInput input = interval(10.0 + i * kStateInterval, motion, random);
+    if (i == 130) input.gyro_bias = Eigen::Vector3d(1e-4, -1e-4, kStep - 1e-4);
+    result = estimator.add(input);
+    ASSERT_TRUE(result.solve.usable) << i;
+    if (i < 130) at_stop = result;
+  }
+  EXPECT_NEAR(result.state.gyro_bias.z(), kStep, 2e-4);
+  EXPECT_LT(result.state.v_odom.norm(), 0.002);
+  EXPECT_LT((result.state.p_odom - at_stop.state.p_odom).norm(), 0.02);
+  const double yaw_error =
+      2 * std::atan2(result.state.q_odom_body.z(), result.state.q_odom_body.w());
+  EXPECT_GT(yaw_error, 0.05);  // not seen by anything
+  EXPECT_LT(yaw_error, 3 * sigma(result, row::kTheta + 2));
+  EXPECT_GT(yaw_error, 0.5 * sigma(result, row::kTheta + 2));
+  EXPECT_LT(std::abs(result.state.p_odom.y()), 3 * sigma(result, row::kP + 1));
+  EXPECT_LT(sigma(result, row::kTheta), 0.01);
+}
+
+}  // namespace
+}  // namespace gprodom
