@@ -6,10 +6,11 @@ names (default: all), in seeded combinations of three (--combinations), and, whe
 fast the error grows after it is back.
 
 Results are kept in DIR as they come; started again, the bench goes on where it was. Printed, and
-written to DIR/table.md: for every fault the error over that of the clean run (the worst of the
-sequences), the longest silence, the time after the fault until STATUS was well again, and what
-STATUS said. Exit code 1 where a fault ended the program, made a number that is not finite or a pose
-that is earlier than the one before, or was not told of in STATUS though it could be.
+written to DIR/table.md: for every fault the error over that of the clean run (mean over the
+sequences, and the worst of them; of each the mean over its --draws), the longest silence, the time
+after the fault until STATUS was well again, and what STATUS said. Exit code 1 where a fault ended
+the program, made a number that is not finite or a pose that is earlier than the one before, or was
+not told of in STATUS though it could be.
 
     python bench/faults LOG.lcmlog... -o DIR [-j 2] [--returns --truth ../shared/data/cmu_like]
 """
@@ -55,6 +56,12 @@ def write_messages(path: Path, messages: list[kinds.Message]) -> None:
     log.close()
 
 
+def name_of(fault: kinds.Fault | None, draw: int) -> str:
+    """Under which a result is kept."""
+    name = fault.name if fault else "clean"
+    return f"{name}{table.DRAW}{draw}" if draw else name
+
+
 class Bench:
     """Replays, and the results kept in a folder."""
 
@@ -76,19 +83,24 @@ class Bench:
             file.write(json.dumps(result) + "\n")
 
     def replay(
-        self, log: Path, fault: kinds.Fault | None, begin_share: float, then: Callable[..., Any]
+        self,
+        log: Path,
+        fault: kinds.Fault | None,
+        begin_share: float,
+        then: Callable[..., Any],
+        draw: int = 0,
     ) -> Any:
         """Replays the log with the fault; `then` is given the log made, and the fault's time."""
         messages = read_messages(log)
         first, last = messages[0][0], messages[-1][0]
         begin = round(first + begin_share * (last - first))
         name = f"{log.stem}-{zlib.crc32((fault.name if fault else '').encode()):08x}"
-        name += f"-{begin_share:g}"
+        name += f"-{begin_share:g}-{draw}"
         faulty, made = self.folder / f"{name}.in.lcmlog", self.folder / f"{name}.out.lcmlog"
         seconds = 0.0
         try:
             if fault is not None:
-                rng = np.random.default_rng([1, zlib.crc32(fault.name.encode())])
+                rng = np.random.default_rng([1 + draw, zlib.crc32(fault.name.encode())])
                 write_messages(faulty, fault.apply(messages, rng, begin))
                 seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
             run_replay(faulty if fault else log, made, self.config)
@@ -97,17 +109,18 @@ class Bench:
             faulty.unlink(missing_ok=True)
             made.unlink(missing_ok=True)
 
-    def one(self, log: Path, fault: kinds.Fault | None) -> None:
+    def one(self, log: Path, fault: kinds.Fault | None, draw: int = 0) -> None:
         """One log, one fault (None: as it is)."""
-        name = fault.name if fault else "clean"
         truth = read_truth(log).trajectory
+
+        def judge(made: Path, begin: int, end: float) -> outcome.Outcome:
+            return outcome.judge(made, truth, begin, end)
+
         try:
-            result = self.replay(
-                log, fault, BEGIN, lambda made, begin, end: outcome.judge(made, truth, begin, end)
-            ).as_dict()
+            result = self.replay(log, fault, BEGIN, judge, draw).as_dict()
         except Error as error:
             result = {"ended": str(error)}
-        self.keep(log.stem, name, result)
+        self.keep(log.stem, name_of(fault, draw), result)
 
     def sensor_back(self, log: Path, truth: Path, channel: str, share: float) -> None:
         """The growth of the error after a sensor was away for 10 s."""
@@ -140,8 +153,14 @@ def work_of(bench: Bench, args: argparse.Namespace) -> list[tuple[str, str, Call
     faults += [kinds.combination(seed) for seed in range(args.combinations)]
     for log in args.logs:
         for fault in faults:
-            name = fault.name if fault else "clean"
-            work.append((log.stem, name, lambda log=log, fault=fault: bench.one(log, fault)))
+            for draw in range(args.draws if fault and fault.by_chance else 1):
+                work.append(
+                    (
+                        log.stem,
+                        name_of(fault, draw),
+                        lambda log=log, fault=fault, draw=draw: bench.one(log, fault, draw),
+                    )
+                )
         if not args.returns:
             continue
         truth = args.truth / f"{log.stem}.truth.npz"
@@ -175,6 +194,9 @@ def parse() -> argparse.Namespace:
         "--only", action="append", metavar="TEXT", help="faults whose name holds it; repeatable"
     )
     parser.add_argument("--combinations", type=int, default=10, help="default: 10")
+    parser.add_argument(
+        "--draws", type=int, default=1, help="of each fault that strikes by chance (default: 1)"
+    )
     parser.add_argument("--returns", action="store_true", help="sensors back after 10 s, too")
     parser.add_argument("--truth", type=Path, default=Path(), help="folder of the .truth.npz")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="replays at once (default: 1)")

@@ -35,6 +35,7 @@ class Fault:
     seconds: how long it lasts; None: here and there over the whole run.
     told: STATUS can know of it. A constant offset of a clock, say, shows nowhere.
     keeps_time: what comes out bears the times of the truth.
+    by_chance: another draw is another fault.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Fault:
     seconds: float | None = None
     told: bool = True
     keeps_time: bool = True
+    by_chance: bool = False
 
 
 def get(data: bytes, at: int, form: str) -> tuple[float, ...]:
@@ -103,7 +105,7 @@ def scattered(
             changed += change(m, rng) if use else (m,)
         return sorted(changed, key=lambda m: m[0])
 
-    return Fault(name, apply)
+    return Fault(name, apply, by_chance=True)
 
 
 def delayed(m: Message, by_us: float) -> Message:

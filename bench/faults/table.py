@@ -10,11 +10,12 @@ import numpy as np
 import outcome
 
 Results = dict[tuple[str, str], dict[str, Any]]
+DRAW = " #"  # between a fault's name and the number of a further draw
 
 
 def _faults(results: Results) -> list[str]:
     names = [name for _, name in results if name != "clean" and not name.startswith("return ")]
-    return list(dict.fromkeys(names))
+    return list(dict.fromkeys(name.split(DRAW)[0] for name in names))
 
 
 def _known() -> dict[str, kinds.Fault]:
@@ -35,8 +36,8 @@ def of_replays(results: Results) -> tuple[str, list[str]]:
         "|---|---|---|---|---|",
     ]
     for fault in _faults(results):
-        of_logs = {log: r for (log, name), r in results.items() if name == fault}
-        lines.append(_row(fault, of_logs, results, wrong))
+        of_fault = [(log, r) for (log, name), r in results.items() if name.split(DRAW)[0] == fault]
+        lines.append(_row(fault, of_fault, results, wrong))
     returns = [_return_row(channel, results) for channel in kinds.SENSORS]
     if any(returns):
         lines += ["", "| back after 10 s | places | growth, clean (m per 5 m) | faulty | ratio |"]
@@ -45,10 +46,13 @@ def of_replays(results: Results) -> tuple[str, list[str]]:
     return "\n".join(lines) + "\n", wrong
 
 
-def _row(fault: str, of_logs: Results | dict[str, Any], results: Results, wrong: list[str]) -> str:
-    ratios, silent, recovered = [], 0.0, 0.0
+def _row(
+    fault: str, of_fault: list[tuple[str, dict[str, Any]]], results: Results, wrong: list[str]
+) -> str:
+    ratios: dict[str, list[float]] = {}  # by log
+    silent, recovered = 0.0, 0.0
     said: dict[str, None] = {}
-    for log, result in of_logs.items():
+    for log, result in of_fault:
         if "ended" in result:
             wrong.append(f"{log}: {fault}: {result['ended']}")
             continue
@@ -60,9 +64,11 @@ def _row(fault: str, of_logs: Results | dict[str, Any], results: Results, wrong:
         if not news and _told(fault):
             wrong.append(f"{log}: {fault}: STATUS is silent")
         said.update(dict.fromkeys(news))
-        ratios.append(result["error_m"] / clean["error_m"])
+        ratio = result["error_m"] / clean["error_m"]
+        if math.isfinite(ratio):
+            ratios.setdefault(log, []).append(ratio)
         silent, recovered = max(silent, result["silent_s"]), max(recovered, result["recovered_s"])
-    known = [ratio for ratio in ratios if math.isfinite(ratio)]
+    known = [float(np.mean(each)) for each in ratios.values()]
     error = f"{np.mean(known):.2f}, worst {max(known):.2f}" if known else "no pose to compare"
     words = "; ".join(list(said)[:3]) + (f"; and {len(said) - 3} more" if len(said) > 3 else "")
     return f"| {fault} | {error} | {silent:.1f} | {recovered:.1f} | {words} |"
