@@ -13,6 +13,7 @@ truth is placed by its first pose. Of the position in `map`:
 
     bench/map_coverage.py --runs 100
     bench/map_coverage.py --runs 20 --wrong
+    bench/map_coverage.py --runs 50 --distance 200
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
 from gprodom.simulate.recording import as_recording
 
 DISTANCE = 45.0  # m
+AGAIN = 14.0  # m of ground that longer drives stay on, about what is driven of in one of 45 m
 SPEED = 0.7  # m/s, at most
 STANDSTILL = 4.0  # s, at first
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
@@ -50,11 +52,12 @@ class Drive:
     moved_m: float = 0.0  # of the final pose, by wrong revisits
 
 
-def simulated(seed: int) -> Simulated:
-    """The drive of one run."""
+def simulated(seed: int, distance: float = DISTANCE) -> Simulated:
+    """The drive of one run, of `distance` m."""
     name = ("line", "loop")[seed % 2]
-    route = make_route(name, DISTANCE, SPEED, STANDSTILL, stream(seed, "route"))
-    return simulate(Spec(route, station=None, slips=2), seed)
+    ground = AGAIN if distance > DISTANCE else None
+    route = make_route(name, distance, SPEED, STANDSTILL, stream(seed, "route"), ground)
+    return simulate(Spec(route, station=None, slips=round(2 * distance / DISTANCE)), seed)
 
 
 def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
@@ -101,9 +104,9 @@ def estimate(run: Simulated, overrides: list[str], told: list[dict[str, Any]]) -
     return outputs
 
 
-def drive(seed: int, overrides: list[str], wrong: bool) -> Drive:
+def drive(seed: int, overrides: list[str], wrong: bool, distance: float = DISTANCE) -> Drive:
     """One run."""
-    run = simulated(seed)
+    run = simulated(seed, distance)
     [outputs] = estimate(run, overrides, [])
     pose = outputs.odometry_map
     time = pose["time"]
@@ -149,12 +152,19 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
     parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
     parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    parser.add_argument(
+        "--distance",
+        type=float,
+        default=DISTANCE,
+        metavar="M",
+        help=f"beyond {DISTANCE:g}: {AGAIN:g} m of ground again and again (default: %(default)s)",
+    )
     parser.add_argument("--wrong", action="store_true", help="wrong revisits besides")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     add_json_flag(parser)
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.runs)
-    work = partial(drive, overrides=args.overrides, wrong=args.wrong)
+    work = partial(drive, overrides=args.overrides, wrong=args.wrong, distance=args.distance)
     with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(seeds)) as progress:
         drives = []
         for run in pool.map(work, seeds):

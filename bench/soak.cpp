@@ -5,18 +5,21 @@
 //
 // OUT.csv has a row a minute of data time (a row each ten from the second hour on): hours,
 // processor seconds for each second of data, resident memory (bytes), mean and longest solve since
-// the row before (ms), way driven (m), revisits that the map trusts, poses; and processor time of a
+// the row before (ms), way driven (m), revisits that the map trusts and refuses, poses; and
+// processor time of a
 // yardstick (us), the same small computation each second of data, which is not counted with the
 // estimator's. What else the machine does changes both alike, so that their ratio tells whether the
 // cost is flat.
 #include <unistd.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -76,13 +79,22 @@ double yardstick() {
 class Rows {
  public:
   explicit Rows(const std::string& path) : out_(path) {
-    out_ << "hours,cpu_per_s,resident_bytes,solve_ms,longest_solve_ms,distance_m,revisits,poses,"
+    out_ << "hours,cpu_per_s,resident_bytes,solve_ms,longest_solve_ms,distance_m,revisits,refused,"
+            "poses,"
             "yardstick_us\n";
   }
 
   void take(const Outputs& outputs) {
     poses_ += static_cast<std::int64_t>(outputs.odometry.size());
     if (!outputs.odometry.empty()) distance_m_ = outputs.odometry.back().distance_m;
+    for (const Status& status : outputs.status) {
+      const auto name =
+          std::find(status.names.begin(), status.names.end(), std::string("revisits.refused"));
+      if (name != status.names.end()) {
+        refused_ = static_cast<int>(
+            status.values[static_cast<std::size_t>(std::distance(status.names.begin(), name))]);
+      }
+    }
     if (!outputs.corrections.empty()) revisits_ = outputs.corrections.back().revisits;
   }
 
@@ -99,8 +111,8 @@ class Rows {
     const auto jobs = static_cast<double>(std::max<std::int64_t>(1, solver.jobs - before_.jobs));
     out_ << data_s / 3600 << ',' << (cpu - cpu_) / (data_s - data_s_) << ',' << resident_bytes()
          << ',' << 1e3 * (solver.total_s - before_.total_s) / jobs << ',' << 1e3 * solver.longest_s
-         << ',' << distance_m_ << ',' << revisits_ << ',' << poses_ << ',' << 1e6 * each
-         << std::endl;
+         << ',' << distance_m_ << ',' << revisits_ << ',' << refused_ << ',' << poses_ << ','
+         << 1e6 * each << std::endl;
     yardstick_before_s_ = yardstick_s_;
     yardsticks_ = 0;
     cpu_ = cpu;
@@ -113,7 +125,7 @@ class Rows {
   double cpu_ = processor_s(), data_s_ = 0.0, distance_m_ = 0.0;
   WorkTime before_;
   double yardstick_s_ = 0.0, yardstick_before_s_ = 0.0;
-  int yardsticks_ = 0, revisits_ = 0;
+  int yardsticks_ = 0, revisits_ = 0, refused_ = 0;
   std::int64_t poses_ = 0;
 };
 

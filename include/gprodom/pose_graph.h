@@ -44,6 +44,9 @@ struct PlanarEstimate {
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
 };
 
+// Two steps, one after the other, as one.
+PlanarStep joined(const PlanarStep& first, const PlanarStep& second);
+
 // One step on, without a new solution.
 PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step);
 
@@ -80,6 +83,12 @@ class PoseGraph {
 
   // Throws std::invalid_argument where a node does not exist or a sigma is not positive.
   void add_revisit(const RevisitEdge& edge);
+
+  // Takes nodes out with the revisits that they are the ends of; those left keep their order. The
+  // steps to and from a node become one, by which no odometry is lost; but where its yaw is known
+  // no better than to some degrees, a step holds the graph together and says nothing any more.
+  // Throws std::invalid_argument where the first or the newest node is to go.
+  void keep_only(const std::vector<bool>& nodes);
 
   // Gauss-Newton from the last solution, first with a robust kernel on the revisits. Those that the
   // solution contradicts are left out and it is solved again; none is out for good, the next

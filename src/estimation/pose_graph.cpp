@@ -31,10 +31,21 @@ namespace {
 // A wheel's scale that is held still needs a finite weight: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
 
+// Steps that were joined are linear in their errors no further than this, rad.
+constexpr double kLooseYawSigma = 0.1;
+
 // The pose that a step leads to, in the frame of the one it starts from.
 PlanarPose moved(const PlanarStep& step, double scale) {
   const Eigen::Vector3d change = step.d_scale * (scale - step.scale);
   return {step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
+}
+
+Matrix3d whitening_of(const Matrix3d& covariance) {
+  const Eigen::LLT<Matrix3d> llt(covariance);
+  if (llt.info() != Eigen::Success) {
+    throw std::invalid_argument("pose graph: a step's covariance is not positive definite");
+  }
+  return llt.matrixL().solve(Matrix3d::Identity());
 }
 
 // The graph as Ceres sees it: three parameters a node, then the scale.
@@ -145,6 +156,27 @@ PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step) {
   return to;
 }
 
+PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
+  const PlanarPose middle = moved(first, second.scale);
+  Matrix3d turn = Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(middle.yaw).toRotationMatrix();
+  const Vector2d ahead = turn.topLeftCorner<2, 2>() * second.measured.p;
+  Matrix3d F = Matrix3d::Identity();
+  F(0, 2) = -ahead.y();
+  F(1, 2) = ahead.x();
+  PlanarStep step;
+  step.measured = compose(middle, second.measured);
+  step.scale = second.scale;
+  step.d_scale = F * first.d_scale + turn * second.d_scale;
+  step.covariance =
+      F * first.covariance * F.transpose() + turn * second.covariance * turn.transpose();
+  if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
+    step.d_scale.setZero();
+    step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: anywhere
+  }
+  return step;
+}
+
 PoseGraph::PoseGraph(const PlanarPose& first, const PoseGraphOptions& options)
     : options_(options), nodes_{first} {
   if (options.revisit_yaw_sigma <= 0) {
@@ -153,11 +185,7 @@ PoseGraph::PoseGraph(const PlanarPose& first, const PoseGraphOptions& options)
 }
 
 std::size_t PoseGraph::add_node(const PlanarStep& step) {
-  const Eigen::LLT<Matrix3d> llt(step.covariance);
-  if (llt.info() != Eigen::Success) {
-    throw std::invalid_argument("pose graph: a step's covariance is not positive definite");
-  }
-  steps_.push_back({step, llt.matrixL().solve(Matrix3d::Identity())});
+  steps_.push_back({step, whitening_of(step.covariance)});
   nodes_.push_back(compose(nodes_.back(), moved(step, scale_.value_or(step.scale))));
   return nodes_.size() - 1;
 }
@@ -171,6 +199,39 @@ void PoseGraph::add_revisit(const RevisitEdge& edge) {
     throw std::invalid_argument("pose graph: a standard deviation must be above 0");
   }
   revisits_.push_back(edge);
+}
+
+void PoseGraph::keep_only(const std::vector<bool>& nodes) {
+  if (nodes.size() != nodes_.size() || !nodes.front() || !nodes.back()) {
+    throw std::invalid_argument("pose graph: the first and the newest node must stay");
+  }
+  std::vector<std::size_t> number(nodes.size());  // of those that stay
+  std::size_t left = 0;
+  std::optional<PlanarStep> way;  // from the last node that stays
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i > 0) {
+      const PlanarStep& step = steps_[i - 1].odometry;
+      if (way || !nodes[i]) way = way ? joined(*way, step) : step;
+      if (nodes[i]) {
+        steps.push_back(way ? Step{*way, whitening_of(way->covariance)} : steps_[i - 1]);
+        way.reset();
+      }
+    }
+    if (!nodes[i]) continue;
+    number[i] = left;
+    nodes_[left++] = nodes_[i];
+  }
+  nodes_.resize(left);
+  steps_ = std::move(steps);
+  const auto goes = [&](const RevisitEdge& edge) {
+    return !nodes[edge.query] || (edge.memory != kInMap && !nodes[edge.memory]);
+  };
+  revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), goes), revisits_.end());
+  for (RevisitEdge& edge : revisits_) {
+    edge.query = number[edge.query];
+    if (edge.memory != kInMap) edge.memory = number[edge.memory];
+  }
 }
 
 void PoseGraph::move(const PlanarPose& in_map_of_before) {

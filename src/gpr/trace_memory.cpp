@@ -9,6 +9,7 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr std::size_t kBlockColumns = 50;
+constexpr std::size_t kMostKnown = 50;  // stretches, of which those not kept yet hold a few
 
 }  // namespace
 
@@ -121,12 +122,50 @@ void TraceMemory::keep_settled(bool all) {
   const std::size_t end = all ? pending_.size() : pending_.size() - context_;
   if (end <= settled_) return;
   const Columns features = filtered_pending();
-  for (std::size_t i = settled_; i < end; ++i) keep(pending_[i].first, features.row(i));
+  for (std::size_t i = settled_; i < end; ++i) {
+    if (is_known(pending_[i].first)) {
+      end_piece();
+    } else {
+      keep(pending_[i].first, features.row(i));
+    }
+  }
   const auto history = static_cast<std::size_t>(
       std::max<double>(context_, std::ceil(options_.newest_m / options_.spacing_m)));
   const std::size_t drop = end > history ? end - history : 0;
   pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(drop));
   settled_ = end - drop;
+}
+
+void TraceMemory::know(double one_m, double other_m) {
+  const auto [from_m, to_m] = std::minmax(one_m, other_m);
+  if (!known_.empty() && from_m <= known_.back().second && to_m >= known_.back().first) {
+    known_.back().first = std::min(from_m, known_.back().first);
+    known_.back().second = std::max(to_m, known_.back().second);
+  } else {
+    known_.emplace_back(from_m, to_m);
+    if (known_.size() > kMostKnown) known_.erase(known_.begin());  // long since behind
+  }
+}
+
+bool TraceMemory::is_known(const MemoryColumn& place) const {
+  return std::any_of(known_.begin(), known_.end(), [&](const auto& stretch) {
+    return place.distance_m >= stretch.first && place.distance_m <= stretch.second;
+  });
+}
+
+// What is shorter than a patch with room to look for it is of no use.
+void TraceMemory::end_piece() {
+  if (!run_kept_) return;
+  run_kept_ = false;
+  const std::size_t columns = kept().end - runs_.back().first;
+  if (static_cast<double>(columns) * options_.spacing_m >= options_.least_m) return;
+  runs_.pop_back();
+  for (std::size_t i = 0; i < columns; ++i) {
+    times_.pop_back();
+    auto& block = blocks_.back();
+    block.resize(block.size() - static_cast<std::size_t>(filter_->rows()));
+    if (block.empty()) blocks_.pop_back();
+  }
 }
 
 void TraceMemory::keep(const MemoryColumn& place, const Eigen::RowVectorXf& features) {
@@ -161,6 +200,8 @@ void TraceMemory::forget_oldest() {
 
 void TraceMemory::end_run() {
   if (filter_) keep_settled(true);
+  if (!known_.empty()) end_piece();
+  known_.clear();
   pending_.clear();
   settled_ = 0;
   run_kept_ = false;

@@ -124,20 +124,51 @@ double MapPath::distance_at(TimeNs time) const {
   return a.distance_m + share * (next->distance_m - a.distance_m);
 }
 
-// Along an arc of the curvature from the node to its neighbour.
-MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
+void MapPath::keep_only(const std::vector<bool>& nodes) {
+  std::size_t left = 0;
+  bool gap = false;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    gap = gap || nodes_[i].after_gap;
+    if (!nodes[i]) {
+      gap = true;
+      continue;
+    }
+    nodes_[left] = nodes_[i];
+    nodes_[left++].after_gap = gap;
+    gap = false;
+  }
+  nodes_.resize(left);
+}
+
+// Nodes of that time or before.
+std::size_t MapPath::nodes_until(TimeNs time) const {
   const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
                                          [time](const Point& p) { return p.state.time <= time; });
-  const auto after = static_cast<std::size_t>(next - nodes_.begin());
-  const auto apart = [&](std::size_t i) { return std::abs(nodes_[i].distance_m - distance_m); };
+  return static_cast<std::size_t>(next - nodes_.begin());
+}
+
+bool MapPath::is_forgotten(TimeNs time) const {
+  const std::size_t after = nodes_until(time);
+  return after < nodes_.size() && nodes_[after].after_gap;
+}
+
+// Along an arc of the curvature from the node to its neighbour.
+MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
+  const std::size_t after = nodes_until(time);
+  const auto apart = [&](std::size_t i) {
+    return is_forgotten(time) ? std::abs(to_seconds(nodes_[i].state.time - time))
+                              : std::abs(nodes_[i].distance_m - distance_m);
+  };
   Place place;
   place.node = after == 0 ? 0 : after - 1;
   if (after < nodes_.size() && apart(after) < apart(place.node)) place.node = after;
   const Point& node = nodes_[place.node];
+  const bool has_next = place.node + 1 < nodes_.size() && !nodes_[place.node + 1].after_gap;
+  const bool has_last = place.node > 0 && !node.after_gap;
   double curvature = 0.0;
-  if (nodes_.size() > 1) {
-    const bool forwards = place.node < after && after < nodes_.size();
-    const std::size_t other = forwards || place.node == 0 ? place.node + 1 : place.node - 1;
+  if (has_next || has_last) {
+    const bool forwards = has_next && (place.node < after || !has_last);
+    const std::size_t other = forwards ? place.node + 1 : place.node - 1;
     const PlanarPose step = between(node.state.pose, nodes_[other].state.pose);
     if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
     const double ahead = nodes_[other].distance_m - node.distance_m;

@@ -59,6 +59,12 @@ class MapPath {
   TimeNs time_of(std::size_t node) const { return nodes_[node].state.time; }
   std::size_t nodes() const { return nodes_.size(); }
 
+  // Forgets nodes; those that follow them begin a piece of their own.
+  void keep_only(const std::vector<bool>& nodes);
+  bool begins_piece(std::size_t node) const { return nodes_[node].after_gap; }
+  // Nothing is known of a time between two pieces.
+  bool is_forgotten(TimeNs time) const;
+
   // A place on the track, by the node nearest to it and where it lies in that node's frame.
   struct Place {
     std::size_t node = 0;
@@ -73,7 +79,9 @@ class MapPath {
   struct Point {
     PathState state;
     double distance_m = 0.0, travelled_m = 0.0;
+    bool after_gap = false;  // nodes before it were forgotten
   };
+  std::size_t nodes_until(TimeNs time) const;
   double node_spacing_m_;
   std::vector<Point> nodes_;
   std::deque<Point> recent_;  // all states of the last seconds

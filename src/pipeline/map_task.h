@@ -42,6 +42,9 @@ class MapTask {
   WorkTime work_time() { return worker_.work_time(); }
   void drain() { worker_.drain(); }
 
+  // Before the first state: keeps all revisits for revisits().
+  void record() { mapper_.record(); }
+
   // Of the mapper. After drain(), with no job submitted since.
   std::vector<Revisit> revisits() const { return mapper_.revisits(); }
   PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }

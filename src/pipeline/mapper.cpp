@@ -12,15 +12,12 @@ namespace {
 
 constexpr std::size_t kMaxWindows = 2;    // passes over a place that are looked at
 constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis is given up
+constexpr double kLocatedWithin = 200.0;  // m driven
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 constexpr double kSolveAnyway = 10.0;  // s of data time without a new revisit: the scale is learnt
 constexpr int kBefore = 58;  // columns before the query in which the memory is looked for in turn
-
-bool nearer_beside(const Pass& a, const Pass& b) {
-  return std::abs(a.lateral) < std::abs(b.lateral);
-}
 
 }  // namespace
 
@@ -58,11 +55,13 @@ MapAnswer Mapper::run(const MapInput& input) {
   const bool tied = graph_->revisits().size() > trusted_.size();
   if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_)) {
     solve(input.scale, input.scale_sigma, answer);
+    merge();
   }
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
-  if (trusted > 0) {
-    answer.pose = MapPose{extend(newest_node_, path_.since_last_node()), path_.newest(), trusted,
-                          static_cast<int>(trusted_.size()) - trusted};
+  const int refused = static_cast<int>(trusted_.size()) - trusted;
+  if (trusted + merged_trusted_ > 0) {
+    answer.pose = MapPose{extend(newest_node_, path_.since_last_node()), path_.newest(),
+                          trusted + merged_trusted_, refused + merged_refused_};
   }
   return answer;
 }
@@ -165,6 +164,14 @@ void Mapper::settle_in(const Hypothesis& at) {
   next_solve_ = 0;
 }
 
+// The memory's column of a node of this track; nothing where none is kept of that place.
+std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
+  const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
+  if (!column) return std::nullopt;
+  const double apart = ground_.memory.column(*column).distance_m - path_.distance_of(node);
+  return std::abs(apart) > config_.node_spacing ? std::nullopt : column;
+}
+
 // Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
 // track come first.
 std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
@@ -179,9 +186,15 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
 
   PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
   for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
+    if (path_.begins_piece(node)) finder.interrupt();
     finder.offer(node, graph_->nodes()[node], false);
   }
-  std::vector<Pass> passes = finder.nearest_first();
+  std::vector<Pass> passes = finder.passes();
+  const auto is_forgotten = [&](const Pass& pass) {
+    return pass.from_before ? ground_.places[pass.place].column < ground_.memory.kept().first
+                            : !column_at(pass.place);
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
   if (located_ || hypothesis_) {
     const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
     PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
@@ -189,26 +202,26 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
       const KnownPlace& place = ground_.places[i];
       if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
     }
-    const std::vector<Pass> found = before.nearest_first();
-    // A hypothesis waits for its proof, so it is asked about first.
+    std::vector<Pass> found = before.passes();
+    found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
     passes.insert(passes.begin(), found.begin(), found.end());
-    if (located_) std::stable_sort(passes.begin(), passes.end(), nearer_beside);
   }
+  passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
+  // A hypothesis waits for its proof, so it is asked about first.
+  if (!located_) {
+    std::stable_partition(passes.begin(), passes.end(),
+                          [](const Pass& p) { return p.from_before; });
+  }
+  passes.resize(std::min(passes.size(), kMaxWindows));
   std::vector<gpr::SearchWindow> windows;
   for (const Pass& pass : passes) {
-    if (windows.size() == kMaxWindows) break;
     if (pass.from_before) {
       const KnownPlace& place = ground_.places[pass.place];
-      if (place.column < ground_.memory.kept().first) continue;
       windows.push_back(window_at(pass, place.column, place.distance_m, gate));
-      continue;
+    } else {
+      windows.push_back(
+          window_at(pass, *column_at(pass.place), path_.distance_of(pass.place), gate));
     }
-    const auto column = ground_.memory.column_at(path_.time_of(pass.place), end_of_before_);
-    const double distance = path_.distance_of(pass.place);
-    if (!column) continue;
-    const double apart = ground_.memory.column(*column).distance_m - distance;
-    if (std::abs(apart) > config_.node_spacing) continue;  // nothing is kept of that place
-    windows.push_back(window_at(pass, *column, distance, gate));
   }
   return windows;
 }
@@ -283,6 +296,11 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   edge.mirrored = found.match.mirrored == (then.direction == query.direction);
   if (!add_edge(*memory_end, query_end, edge)) return;
   if (from_before && !located_) settle_in(*hypothesis_);
+  // Until it is located, a track's ground is looked for in that from before, which wants it whole.
+  if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {
+    const double half = 0.5 * config_.patch_length;
+    ground_.memory.know(query.distance_m - half, query.distance_m + half);
+  }
 
   Displacement told;
   told.from = from_before ? 0 : then.time;  // no time of this track
@@ -311,21 +329,15 @@ void Mapper::take_external(MapAnswer& answer) {
     edge.mirrored = told.mirrored == (memory.direction == query.direction);
     if (told.from < path_.time_of(0)) {
       answer.notes.push_back("a revisit told by another process begins before the track: not used");
+    } else if (path_.is_forgotten(told.from)) {
+      answer.notes.push_back(
+          "a revisit told by another process begins on a pass that the map has merged with an "
+          "earlier one: not used");
     } else if (!add_edge(end_at(memory), end_at(query), edge)) {
       answer.notes.push_back(
           "a revisit told by another process contradicts the headings: not used");
     }
   }
-}
-
-std::vector<Revisit> Mapper::revisits() const {
-  std::vector<Revisit> all;
-  for (std::size_t i = 0; i < trusted_.size(); ++i) {
-    const RevisitEdge& edge = graph_->revisits()[i];
-    if (!trusted_[i] || edge.memory == kInMap) continue;
-    all.push_back({path_.time_of(edge.memory), path_.time_of(edge.query), edge});
-  }
-  return all;
 }
 
 PlanarPose Mapper::map_from_odom() const {
@@ -340,12 +352,8 @@ std::vector<KnownPlace> Mapper::places() const {
   std::copy_if(ground_.places.begin(), ground_.places.end(), std::back_inserter(all),
                [first](const KnownPlace& place) { return place.column >= first; });
   for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
-    const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
-    const double distance = path_.distance_of(node);
-    if (!column) continue;
-    const double apart = ground_.memory.column(*column).distance_m - distance;
-    if (std::abs(apart) > config_.node_spacing) continue;  // nothing is kept of that place
-    all.push_back({*column, distance, graph_->nodes()[node], map_});
+    const auto column = column_at(node);
+    if (column) all.push_back({*column, path_.distance_of(node), graph_->nodes()[node], map_});
   }
   return all;
 }

@@ -16,6 +16,7 @@
 #include "pipeline/locator.h"
 #include "pipeline/map_path.h"
 #include "pipeline/pass_finder.h"
+#include "pipeline/pass_merger.h"
 
 namespace gprodom {
 
@@ -33,7 +34,7 @@ struct MapInput {
 struct MapPose {
   PlanarEstimate in_map;
   PathState in_odom;
-  int revisits = 0;  // that the map rests on
+  int revisits = 0;  // that the map rests on, or rested on when their pass was merged
   int refused = 0;   // that it contradicts
 };
 
@@ -63,7 +64,10 @@ class Mapper {
 
   MapAnswer run(const MapInput& input);
 
-  // Those of this track alone that the map rests on.
+  // Keeps all revisits for revisits(), those of merged passes too; before the first run().
+  void record() { record_ = true; }
+
+  // Those of this track alone that the map rests on; of merged passes only where recorded.
   std::vector<Revisit> revisits() const;
 
   // How odom lies in map at the track's beginning.
@@ -97,6 +101,9 @@ class Mapper {
   bool add_edge(const End& memory, const End& query, RevisitEdge edge);
   void take_external(MapAnswer& answer);
   void solve(double scale, double scale_sigma, MapAnswer& answer);
+  void merge();
+  Revisit told(std::size_t revisit) const;
+  std::optional<std::size_t> column_at(std::size_t node) const;
   std::vector<KnownPlace> places() const;
 
   const GraphConfig config_;
@@ -107,6 +114,11 @@ class Mapper {
   PlanarEstimate newest_node_;
   TimeNs next_solve_ = 0, solve_anyway_ = 0;
   std::vector<bool> trusted_;  // of the graph's revisits, at the last solution
+  PassMerger merger_;
+  double next_merge_m_ = 0.0;                    // travelled
+  int merged_trusted_ = 0, merged_refused_ = 0;  // revisits of passes that were merged
+  bool record_ = false;
+  std::vector<Revisit> merged_;  // where recorded
 
   GroundMap ground_;                      // its places are those of tracks before
   std::size_t end_of_before_ = 0;         // columns of this track come from here on

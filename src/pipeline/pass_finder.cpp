@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace gprodom {
 namespace {
@@ -36,12 +37,21 @@ void PassFinder::offer(std::size_t place, const PlanarPose& body, bool from_befo
   if (std::abs(pass.along) < std::abs(passes_.back().along)) passes_.back() = pass;
 }
 
-std::vector<Pass> PassFinder::nearest_first() const {
-  std::vector<Pass> sorted = passes_;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Pass& a, const Pass& b) {
+std::vector<Pass> in_order_of_promise(std::vector<Pass> passes, double alike_m) {
+  if (passes.size() < 2) return passes;
+  const auto newest = std::find_if(passes.rbegin(), passes.rend(),
+                                   [&](const Pass& p) { return std::abs(p.lateral) < alike_m; });
+  const std::optional<Pass> like_it =
+      newest == passes.rend() ? std::nullopt : std::optional<Pass>(*newest);
+  std::stable_sort(passes.begin(), passes.end(), [](const Pass& a, const Pass& b) {
     return std::abs(a.lateral) < std::abs(b.lateral);
   });
-  return sorted;
+  if (!like_it) return passes;
+  const auto at = std::find_if(passes.begin() + 1, passes.end(), [&](const Pass& p) {
+    return p.place == like_it->place && p.from_before == like_it->from_before;
+  });
+  if (at != passes.end()) std::rotate(passes.begin() + 1, at, at + 1);
+  return passes;
 }
 
 }  // namespace gprodom

@@ -26,8 +26,8 @@ class PassFinder {
   // What is offered next does not go on from the last one.
   void interrupt() { on_pass_ = false; }
 
-  // Those nearest beside the track first.
-  std::vector<Pass> nearest_first() const;
+  // In the order offered.
+  const std::vector<Pass>& passes() const { return passes_; }
 
  private:
   PlanarPose here_, antenna_;
@@ -35,5 +35,10 @@ class PassFinder {
   std::vector<Pass> passes_;
   bool on_pass_ = false;  // the last place offered was near
 };
+
+// Given in the order driven; those nearest beside the track first. But how far aside passes lie is
+// known roughly: second comes the newest of those that are no further aside than `alike_m`, since a
+// robot that leaves its track little by little is nearest to where it was last.
+std::vector<Pass> in_order_of_promise(std::vector<Pass> passes, double alike_m);
 
 }  // namespace gprodom

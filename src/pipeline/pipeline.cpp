@@ -136,7 +136,10 @@ void Pipeline::start() {
 void Pipeline::begin(const InitialState& initial) {
   started_ = true;
   estimator_ = std::make_unique<StateEstimator>(config_, initial);
-  if (record_) estimator_->record();
+  if (record_) {
+    estimator_->record();
+    map_->record();
+  }
   reference_noise_ = initial.noise;
   newest_state_ = initial.state.time;
   // The first interval is a half to one and a half periods long, or reaches to now.

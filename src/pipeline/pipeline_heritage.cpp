@@ -47,6 +47,7 @@ bool Pipeline::resume() {
   start.at.map = map_number_ = saved.map;
   start.covariance = planar_block(correction.covariance);
   map_ = std::make_unique<MapTask>(config_, execution_, map_->take_ground(), start);
+  if (record_) map_->record();
   return true;
 }
 

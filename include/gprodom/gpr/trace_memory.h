@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "gprodom/gpr/patch_filter.h"
@@ -25,6 +26,7 @@ struct TraceMemoryOptions {
   double reversal_m = 0.05;    // back by so much from the farthest: driven the other way
   double gap_m = 0.5;          // between two traces: the run ends
   double newest_m = 3.0;       // the longest patch that newest() can give
+  double least_m = 3.0;        // of new ground before known ground that is worth keeping
   PatchFilterOptions filter;
 };
 
@@ -57,6 +59,11 @@ class TraceMemory {
   // filter. Throws std::invalid_argument where the sizes do not agree.
   void restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
                    double first_distance_m, int direction, const Columns& features);
+
+  // The ground of the run under way between two distances along the track is kept already, of
+  // another pass: it is not kept once more, where that has not happened yet. The run is then in
+  // pieces, which are runs of their own.
+  void know(double one_m, double other_m);
 
   // Ends the run (after a gap in time, say).
   void end_run();
@@ -111,6 +118,8 @@ class TraceMemory {
   void learn();
   void use(const PatchFilter& filter);
   void keep_settled(bool all);
+  bool is_known(const MemoryColumn& place) const;
+  void end_piece();
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
   void forget_oldest();
   Columns filtered_pending() const;
@@ -127,7 +136,8 @@ class TraceMemory {
   // features. The first settled_ of them are kept already and serve as context.
   std::deque<std::pair<MemoryColumn, Eigen::RowVectorXf>> pending_;
   std::size_t settled_ = 0;
-  bool run_kept_ = false;  // a column of the run under way has been kept
+  bool run_kept_ = false;  // a column of the run's piece under way has been kept
+  std::vector<std::pair<double, double>> known_;  // of the run under way, distances
 
   // One block of kBlockColumns columns after the other, the last one growing; first_ is the number
   // of the first block's first column.

@@ -179,6 +179,45 @@ TEST(PoseGraph, WrongRevisitsAreLeftOut) {
   }
 }
 
+// All nodes that are the end of a revisit stay, of those of a pass over known ground every other.
+std::vector<bool> thinned(const PoseGraph& graph, bool with_revisits) {
+  std::vector<bool> keep(graph.nodes().size());
+  keep.front() = keep.back() = true;
+  for (const RevisitEdge& edge : graph.revisits()) keep[edge.memory] = true;
+  for (std::size_t i = 0; i < graph.revisits().size(); ++i) {
+    const std::size_t query = graph.revisits()[i].query;
+    keep[query] = keep[query] || with_revisits || i % 2 == 0;
+  }
+  return keep;
+}
+
+TEST(PoseGraph, NodesWithoutRevisitsGoWithoutLoss) {
+  Drive drive(7, 3, 0.01, true);
+  const PlanarEstimate whole = drive.solve().newest;
+  drive.graph.keep_only(thinned(drive.graph, true));
+  EXPECT_LT(drive.graph.nodes().size(), 50U);
+  EXPECT_EQ(drive.graph.revisits().size(), 20U);
+  const PlanarEstimate left = drive.solve().newest;
+  EXPECT_LT((whole.pose.p - left.pose.p).norm(), 1e-3);
+  EXPECT_NEAR(whole.pose.yaw, left.pose.yaw, 1e-3);
+  EXPECT_LT((whole.covariance - left.covariance).norm(), 0.02 * whole.covariance.norm());
+}
+
+TEST(PoseGraph, CovarianceIsTrueOfWhatIsLeft) {
+  double nees = 0;
+  constexpr int kRuns = 800;
+  for (unsigned seed = 0; seed < kRuns; ++seed) {
+    Drive drive(seed, 4, 0.01, true);
+    drive.graph.keep_only(thinned(drive.graph, false));
+    const auto solution = drive.solve();
+    const Vector3d error = newest_error(drive, solution);
+    const Matrix3d covariance = solution.newest.covariance.topLeftCorner<3, 3>();
+    nees += error.dot(covariance.inverse() * error) / kRuns;
+  }
+  EXPECT_GT(nees, 2.5);  // as in CovarianceIsTrue
+  EXPECT_LT(nees, 3.6);
+}
+
 // Without revisits, a step on from the solution is what a solution with that step is.
 TEST(PoseGraph, ExtendingIsSolving) {
   Drive drive(5, 2, 0.01, false);
@@ -199,6 +238,7 @@ TEST(PoseGraph, RefusesWhatIsNoEdge) {
   RevisitEdge exact{0, 1};
   exact.sigma_m = 0;
   EXPECT_THROW(graph.add_revisit(exact), std::invalid_argument);
+  EXPECT_THROW(graph.keep_only({false, true}), std::invalid_argument);
   PlanarStep unknown = step_of({{1, 0}, 0});
   unknown.covariance.setZero();
   EXPECT_THROW(graph.add_node(unknown), std::invalid_argument);

@@ -99,6 +99,32 @@ TEST(TraceMemory, IsBoundedAndSmall) {
               1.015 + 0.02 * static_cast<double>(kept.first), 1e-6);
 }
 
+TEST(TraceMemory, KnownGroundIsNotKeptTwice) {
+  Drive drive;
+  drive.to(12.0);
+  drive.memory.end_run();
+  // Back, and from 9 m on it is known where that is, but for a stretch of 1 m and one of 6 m.
+  const std::size_t before = drive.memory.kept().end;
+  for (double position = 11.0; position > -14.0; position -= 0.25) {
+    drive.to(position);
+    const bool seen = position < 9.0 && !(position > 6.0 && position < 7.0) &&
+                      !(position > -4.0 && position < 2.0);
+    if (seen) drive.memory.know(position + 1.8, position);
+  }
+  drive.memory.end_run();
+  const MemoryRange first = drive.memory.run_of(before);
+  const MemoryRange kept = drive.memory.kept();
+  EXPECT_EQ(first.first, before);
+  // Of the way back: what came before the first known stretch is too short to be of use, as is the
+  // one metre; the six are kept, less what the patches to both sides reach into them.
+  EXPECT_GT(kept.end - first.first, static_cast<std::size_t>(3.0 / 0.02));
+  EXPECT_LT(kept.end - first.first, static_cast<std::size_t>(7.0 / 0.02));
+  const MemoryColumn begin = drive.memory.column(first.end - 1);
+  EXPECT_EQ(begin.direction, -1);
+  EXPECT_GT(begin.distance_m, -4.5);
+  EXPECT_EQ(drive.memory.patch(kept).rows(), static_cast<Eigen::Index>(kept.size()));
+}
+
 TEST(TraceMemory, StandstillAndJitterAddNothing) {
   Drive drive;
   drive.to(8.0);

@@ -115,6 +115,36 @@ TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
   }
 }
 
+// There and back: places of the way out stay right where the way back is forgotten but for its end.
+TEST(MapPath, PlacesBesideAForgottenPieceAreThoseOfWhatIsLeft) {
+  MapPath path(0.5);
+  std::vector<PlanarPose> nodes;
+  for (int i = 0; i <= 80; ++i) {
+    PathState state;
+    state.time = i * kInterval;
+    state.pose.p.x() = 0.1 * (i <= 40 ? i : 80 - i);
+    const bool first = path.empty();
+    if (path.add(state) || first) nodes.push_back(state.pose);
+  }
+  std::vector<bool> stay(nodes.size(), true);
+  std::vector<PlanarPose> left;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    stay[i] = i <= 6 || i + 3 >= nodes.size();
+    if (stay[i]) left.push_back(nodes[i]);
+  }
+  path.keep_only(stay);
+  ASSERT_EQ(path.nodes(), left.size());
+  EXPECT_TRUE(path.begins_piece(7));
+  EXPECT_FALSE(path.is_forgotten(20 * kInterval));
+  EXPECT_TRUE(path.is_forgotten(50 * kInterval));
+  for (const int i : {2, 13, 29, 31, 70, 78}) {  // 31: a little beyond the last node of the way out
+    const double x = 0.1 * (i <= 40 ? i : 80 - i);
+    const MapPath::Place place = path.place(i * kInterval, x);
+    EXPECT_NEAR(compose(left[place.node], place.at).p.x(), x, 1e-9) << i;
+    EXPECT_EQ(place.direction, i <= 40 ? 1 : -1) << i;
+  }
+}
+
 TEST(MapPath, DrivingBackwardsTheDistanceFalls) {
   MapPath path(0.5);
   for (int i = 0; i <= 40; ++i) {
