@@ -40,7 +40,7 @@ from gprodom.score.sources import read_truth
 BEGIN = 0.45  # of the run, where faults begin
 RETURN_AT = (0.2, 0.4, 0.6)  # of the run, where a sensor goes away for --returns
 RETURN_METRES = 20.0
-SETTLED = kinds.SECOND  # after which a sensor that is back is in the estimate
+SETTLED = (0, kinds.SECOND, 3 * kinds.SECOND)  # after it is back: the growth from then on
 
 
 def read_messages(log: Path) -> list[kinds.Message]:
@@ -133,7 +133,7 @@ class Bench:
             poses = outcome.read_poses(made, "ODOMETRY")
             return [
                 outcome.growth(poses, known, begin + back + later, RETURN_METRES).tolist()
-                for later in (0, SETTLED)
+                for later in SETTLED
             ]
 
         result = {

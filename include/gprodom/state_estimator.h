@@ -29,6 +29,14 @@ struct MotionStep {
   bool bridged = false;  // no IMU data: values held, noise opened up
 };
 
+struct CarriedState;
+
+// Of a state whose velocity is found wrong: what the wheel says instead.
+struct WheelWord {
+  double speed = 0.0;    // m/s, forwards
+  double ahead_m = 0.0;  // of where the state is
+};
+
 // What is known about the interval from the newest state to a new one.
 struct StateInput {
   TimeNs time = 0;  // of the new state
@@ -39,6 +47,7 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
+  std::optional<WheelWord> wheel_word;      // for the interval's beginning
   std::vector<Displacement> displacements;  // newly in effect, of any earlier time
 };
 
@@ -87,7 +96,7 @@ class StateEstimator {
   void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
   void give_up(const NavState& state);
   void carry_over(const StateInput& input);
-  void take_gyro_bias(const Eigen::Vector3d& gyro_bias);
+  void go_on_from(const CarriedState& state);
   void restart(const NavState& state);
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
            std::shared_ptr<const Factor> factor);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/bias_step.h"
 #include "estimation/long_gap.h"
+#include "estimation/revised_state.h"
 
 namespace gprodom {
 
@@ -45,7 +45,9 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
                 initial.prior) {}
 
 StateResult StateEstimator::add(const StateInput& input) {
-  if (input.gyro_bias) take_gyro_bias(*input.gyro_bias);
+  const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
+  if (input.gyro_bias) go_on_from(with_gyro_bias(now(), *input.gyro_bias, bias_known_));
+  if (input.wheel_word) go_on_from(with_wheel_word(now(), *input.wheel_word));
   const NavState& last = smoother_.newest();
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;
@@ -137,17 +139,14 @@ void StateEstimator::give_up(const NavState& state) {
 void StateEstimator::carry_over(const StateInput& input) {
   const NavState& before = smoother_.state(smoother_.newest_id() - 1);
   const CarriedState carried = carry_on(config_, {before, last_covariance_}, input, gap_s_);
-  last_covariance_ = carried.covariance;
   if (batch_)
     batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
-  restart(carried.state);
+  go_on_from(carried);
 }
 
-void StateEstimator::take_gyro_bias(const Vector3d& gyro_bias) {
-  const CarriedState carried =
-      with_gyro_bias({smoother_.newest(), last_covariance_}, gyro_bias, bias_known_);
-  last_covariance_ = carried.covariance;
-  restart(carried.state);
+void StateEstimator::go_on_from(const CarriedState& state) {
+  last_covariance_ = state.covariance;
+  restart(state.state);
 }
 
 // A window of one state, known as last_covariance_ says. What is not known of place and heading is

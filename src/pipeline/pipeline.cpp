@@ -158,6 +158,8 @@ void Pipeline::take_radar_answers() {
     for (Displacement& d : due->result->displacements) {
       if (d.source == "coherence") d = coherence_.to_metres(d);
       if (d.valid && !fault(d, config_).empty()) continue;
+      if (d.valid && d.source == "coherence")
+        slip_.hear(d, wheel_, prediction_.base().state.wheel_scale);
       d.time = due->effective;
       out_.displacements.push_back(d);
       const bool standing = d.kind == DisplacementKind::kMotion && d.distance_m == 0.0;
@@ -205,7 +207,7 @@ void Pipeline::use(const StateResult& result, TimeNs effective) {
   const Eigen::Vector3d before = prediction_.position();
   prediction_.rebase(result, noise, imu_);
   imu_.forget_before(std::min(newest_state_, result.state.time) - kSecond);
-  wheel_.forget_before(newest_state_ - kSecond);
+  wheel_.forget_before(newest_state_ - SlipWatch::kMemory);
   map_->add(result, effective);
 
   health_.add("states", 1);
@@ -258,6 +260,11 @@ StateInput Pipeline::collect(TimeNs from, TimeNs to) {
       judge_standstill(config_, reference_noise_, prediction_.base().state.gyro_bias, imu_, wheel_,
                        radar_standing_, from, to);
   input.standing = verdict.standing;
+  input.wheel_word = slip_.borne_out(from, wheel_, prediction_.base().state.wheel_scale);
+  if (input.wheel_word) {
+    input_.count(config_.channels.wheel, "no slip, says the radar: the speed is the wheel's");
+    speed_known_ = to + from_seconds(config_.smoother.lag);
+  }
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
   input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
   if (input.gyro_bias) {

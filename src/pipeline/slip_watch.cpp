@@ -7,7 +7,10 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kKept = 3'000'000'000;  // of track and slip, ns: beyond the reorder window
+constexpr TimeNs kAway = 1'000'000'000;            // ns
+constexpr double kFirstImpression = 3.0;           // standard deviations
+constexpr TimeNs kBorneOut = 2'000'000'000;        // ns
+constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 
 }  // namespace
 
@@ -19,17 +22,24 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   const double speed = (estimate.v_body + estimate.omega_body.cross(config_.lever_arm)).x();
   if (!track_.empty() && estimate.time > track_.end() + window_) track_ = {};  // after a gap
   track_.advance(estimate.time, speed);
-  track_.forget_before(estimate.time - kKept);
-  while (!slipped_.empty() && slipped_.front().to < estimate.time - kKept) slipped_.pop_front();
+  track_.forget_before(estimate.time - kMemory);
+  while (!slipped_.empty() && slipped_.front().to < estimate.time - kMemory) slipped_.pop_front();
 
+  if (estimate.time > wheel_now + kAway) back_from_silence_ = true;
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
   now_ = WheelSlip::kNone;
   const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
-  if (from < track_.begin() || !wheel_from || !wheel_to) return;
+  if (from < track_.begin() || !wheel_from || !wheel_to) {
+    if (back_from_silence_) mark(from, to);
+    return;
+  }
   now_ = judge(estimate, *wheel_to - *wheel_from, track_.path(to) - track_.path(from));
-  if (now_ != WheelSlip::kNone) mark(from, to);
+  if (now_ == WheelSlip::kNone)
+    back_from_silence_ = false;
+  else
+    mark(from, to);
 }
 
 // A velocity error is one for the whole window. The wheel's errors are those of its factor.
@@ -41,9 +51,46 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, double wheel_m,
                           std::pow(estimate.wheel_scale_sigma * ground_m, 2) +
                           config_.noise * config_.noise * std::abs(ground_m) +
                           2 * config_.noise_floor * config_.noise_floor;
-  if (innovation * innovation < config_.slip_threshold * config_.slip_threshold * variance)
-    return WheelSlip::kNone;
+  const double threshold = back_from_silence_ ? std::min(kFirstImpression, config_.slip_threshold)
+                                              : config_.slip_threshold;
+  if (innovation * innovation < threshold * threshold * variance) return WheelSlip::kNone;
   return innovation * wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
+}
+
+std::optional<SlipWatch::Distances> SlipWatch::distances(TimeNs from, TimeNs to,
+                                                         const WheelHistory& wheel,
+                                                         double wheel_scale) const {
+  const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
+  if (track_.empty() || from < track_.begin() || !wheel_from || !wheel_to) return std::nullopt;
+  return Distances{(*wheel_to - *wheel_from) / wheel_scale, track_.path(to) - track_.path(from)};
+}
+
+void SlipWatch::hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale) {
+  const bool slips =
+      now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
+  const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
+  const auto off = [&](double m) {
+    return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
+  };
+  if (!moved || off(moved->wheel_m) > kAgrees || off(moved->ground_m) < kDisagrees) {
+    borne_out_ = {0, 0};
+    return;
+  }
+  if (borne_out_.to < radar.from) borne_out_.from = radar.from;
+  borne_out_.to = radar.to;
+}
+
+std::optional<WheelWord> SlipWatch::borne_out(TimeNs time, const WheelHistory& wheel,
+                                              double wheel_scale) {
+  if (borne_out_.to - borne_out_.from < kBorneOut) return std::nullopt;
+  const auto slip =
+      distances(std::max(slipped_.back().from, track_.begin()), time, wheel, wheel_scale);
+  const auto last = distances(time - window_, time, wheel, wheel_scale);
+  if (!slip || !last) return std::nullopt;
+  borne_out_ = {0, 0};
+  slipped_.clear();
+  now_ = WheelSlip::kNone;
+  return WheelWord{last->wheel_m / to_seconds(window_), slip->wheel_m - slip->ground_m};
 }
 
 void SlipWatch::mark(TimeNs from, TimeNs to) {

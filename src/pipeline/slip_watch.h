@@ -2,12 +2,16 @@
 //
 // The velocity is the newest solved one carried on by the IMU, so it does not follow the wheel for
 // the time that a solve is behind. At the onset of a slip the wheel's speed jumps and the robot's
-// does not; over a long slip the velocity's own variance grows and the wheel is believed again.
+// does not; over a long slip the velocity's own variance grows and the wheel is believed again. At
+// the end of a slip that went unseen it is the published velocity that is wrong: two witnesses
+// against each other, between which the radar's coherence decides.
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "gprodom/config.h"
+#include "gprodom/state_estimator.h"
 #include "gprodom/types.h"
 #include "pipeline/path_history.h"
 #include "pipeline/sensor_history.h"
@@ -18,12 +22,22 @@ enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
 
 class SlipWatch {
  public:
+  // ns; as far back as a slip can be taken back, for which the wheel's history is needed.
+  static constexpr TimeNs kMemory = 8'000'000'000;
+
   explicit SlipWatch(const WheelConfig& config);
 
   // Call with every estimate published. `wheel_now` is the newest stamp in `wheel`.
   void add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now);
 
   WheelSlip now() const { return now_; }
+
+  // What the radar says of the distance (m, unsigned) while the wheel is taken for slipping.
+  void hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+
+  // Once the radar has borne the wheel out against the published velocity for two seconds: what the
+  // wheel says of the state at `time`. With that the slip is taken back.
+  std::optional<WheelWord> borne_out(TimeNs time, const WheelHistory& wheel, double wheel_scale);
 
   // Whether any window that showed slip reaches into (from, to).
   bool between(TimeNs from, TimeNs to) const;
@@ -33,6 +47,12 @@ class SlipWatch {
     TimeNs from, to;
   };
 
+  struct Distances {
+    double wheel_m, ground_m;  // signed; ground as published
+  };
+
+  std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
+                                     double wheel_scale) const;
   WheelSlip judge(const OdometryEstimate& estimate, double wheel_m, double ground_m) const;
   void mark(TimeNs from, TimeNs to);
 
@@ -42,6 +62,10 @@ class SlipWatch {
   std::deque<Interval> slipped_;  // apart from each other, oldest first
   TimeNs judged_ = 0;             // the wheel sample that now_ is about
   WheelSlip now_ = WheelSlip::kNone;
+  // The wheel was silent: it may come back in mid-slip, without the jump that tells an onset, and
+  // is not believed before it agrees.
+  bool back_from_silence_ = false;
+  Interval borne_out_{0, 0};  // by the radar, without a break
 };
 
 }  // namespace gprodom

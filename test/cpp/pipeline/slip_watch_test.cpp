@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace gprodom {
@@ -96,6 +97,97 @@ TEST(SlipWatch, RemembersWhereTheWheelIsNotToBeUsed) {
   EXPECT_TRUE(watch.between(from_seconds(51.0), from_seconds(51.2)));
   EXPECT_TRUE(watch.between(from_seconds(51.4), from_seconds(51.6)));
   EXPECT_FALSE(watch.between(from_seconds(52.0), from_seconds(52.2)));
+}
+
+// Estimates at 200 Hz, the wheel at 50 Hz, the radar once a second; what they say is set by the
+// test.
+class Drive {
+ public:
+  double ground = kSpeed, wheel_speed = kSpeed;  // m/s
+  double published = kSpeed, sigma = 0.01;       // m/s
+  bool wheel_speaks = true, radar_speaks = true;
+  SlipWatch watch{WheelConfig{}};
+  std::optional<WheelWord> word;
+
+  void run(double seconds) {
+    for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
+      const TimeNs now = from_seconds(100 + 0.005 * i_);
+      wheel_m_ += 0.005 * wheel_speed;
+      if (wheel_speaks && i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
+      OdometryEstimate estimate;
+      estimate.time = now;
+      estimate.v_body.x() = published;
+      estimate.velocity_covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+      estimate.wheel_scale = 1.0;
+      watch.add(estimate, wheel_, wheel_now_);
+      if (!radar_speaks || i_ % 200 != 199) continue;
+      Displacement radar;
+      radar.to = now - 50'000'000;
+      radar.from = radar.to - 1'100'000'000;
+      radar.distance_m = 1.1 * std::abs(ground);
+      radar.sigma_m = 0.2 * radar.distance_m;
+      watch.hear(radar, wheel_, 1.0);
+      if (!word) word = watch.borne_out(radar.to, wheel_, 1.0);
+    }
+  }
+  bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
+
+ private:
+  WheelHistory wheel_{5.0};
+  double wheel_m_ = 0.0;
+  TimeNs wheel_now_ = 0;
+  int i_ = 0;
+};
+
+// The velocity was learnt in a slip that nobody saw; at its end the wheel is right and looks wrong.
+TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
+  Drive drive;
+  drive.run(3.0);
+  drive.published = 0.75;
+  drive.run(4.0);
+  ASSERT_TRUE(drive.word);
+  EXPECT_NEAR(drive.word->speed, kSpeed, 0.01);
+  EXPECT_LT(drive.word->ahead_m, -0.5);
+  EXPECT_GT(drive.word->ahead_m, -1.4);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // still at odds: the caller puts the speed right
+  drive.published = kSpeed;
+  drive.run(1.0);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+
+  Drive silent_radar;
+  silent_radar.radar_speaks = false;
+  silent_radar.run(3.0);
+  silent_radar.published = 0.75;
+  silent_radar.run(4.0);
+  EXPECT_FALSE(silent_radar.word);
+}
+
+TEST(SlipWatch, ARealSlipIsNotTakenBack) {
+  for (const double wheel_speed : {0.0, 0.2, 0.55, 0.8}) {
+    Drive drive;
+    drive.run(3.0);
+    drive.wheel_speed = wheel_speed;
+    drive.run(6.0);
+    EXPECT_FALSE(drive.word) << wheel_speed;
+    EXPECT_NE(drive.watch.now(), WheelSlip::kNone) << wheel_speed;
+  }
+}
+
+TEST(SlipWatch, AWheelThatComesBackInMidSlipIsNotBelievedBeforeItAgrees) {
+  Drive drive;
+  drive.run(3.0);
+  drive.wheel_speaks = false;
+  drive.sigma = 0.06;
+  drive.wheel_speed = 0.68;  // 4.7 deviations off
+  drive.run(5.0);
+  drive.wheel_speaks = true;
+  drive.run(0.15);
+  EXPECT_TRUE(drive.contradicted());
+  drive.run(1.0);
+  EXPECT_TRUE(drive.contradicted());
+  drive.wheel_speed = kSpeed;
+  drive.run(1.0);
+  EXPECT_FALSE(drive.contradicted());
 }
 
 }  // namespace

@@ -13,4 +13,7 @@ namespace gprodom {
 CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyro_bias,
                             const NavState& known);
 
+// `from` with the speed and the place that the wheel gives it.
+CarriedState with_wheel_word(const CarriedState& from, const WheelWord& word);
+
 }  // namespace gprodom

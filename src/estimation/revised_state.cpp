@@ -1,4 +1,4 @@
-#include "estimation/bias_step.h"
+#include "estimation/revised_state.h"
 
 #include <cmath>
 
@@ -13,6 +13,10 @@ constexpr double kGyroBias = 1e-3;       // rad/s; of the bias, until the stands
 constexpr double kAccelBias = 0.1;       // m/s^2; what moved one bias may have moved the other
 constexpr double kStandingSpeed = 0.05;  // m/s
 constexpr double kTiltMemory_s = 2.0;    // over which gravity corrects the tilt
+
+constexpr double kSpeed = 0.1;      // m/s; of the wheel's, over a fraction of a second
+constexpr double kSideways = 0.05;  // m/s
+constexpr double kShift = 0.3;      // of the way put right: the track was not straight
 
 }  // namespace
 
@@ -36,6 +40,20 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   replace(P, row::kV, 3, kStandingSpeed * kStandingSpeed * I);
   replace(P, row::kBg, 3, kGyroBias * kGyroBias * I);
   replace(P, row::kBa, 3, kAccelBias * kAccelBias * I);
+  return {x, 0.5 * (P + P.transpose())};
+}
+
+CarriedState with_wheel_word(const CarriedState& from, const WheelWord& word) {
+  NavState x = from.state;
+  const Matrix3d R = x.R_odom_body();
+  StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
+  const Vector3d along = R.col(0) * (kShift * word.ahead_m);
+  P.block<3, 3>(row::kP, row::kP) += along * along.transpose();
+  x.p_odom += word.ahead_m * R.col(0);
+  x.v_odom = word.speed * R.col(0);
+  P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
+  const Vector3d velocity(kSpeed, kSideways, kSideways);
+  replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {x, 0.5 * (P + P.transpose())};
 }
 
