@@ -32,7 +32,7 @@ UNPRIVILEGED = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "
 
 
 def run_isolated(
-    code: str, *arguments: str, as_user: Sequence[str] = ()
+    code: str, *arguments: str, as_user: Sequence[str] = (), timeout_s: float = 60.0
 ) -> subprocess.CompletedProcess[str]:
     """Runs Python code in a network namespace where LCM multicast stays on the loopback.
 
@@ -51,5 +51,5 @@ def run_isolated(
         [*unshare, *inside, *as_user, sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=timeout_s,
     )

@@ -91,9 +91,11 @@ class Daemon:
     def log(self) -> str:
         return self._log_path.read_text()
 
-    def wait_for(self, what: str, happened: Callable[[], bool]) -> None:
+    def wait_for(
+        self, what: str, happened: Callable[[], bool], patience_s: float = PATIENCE_S
+    ) -> None:
         """Handles messages until it `happened`."""
-        deadline = time.monotonic() + PATIENCE_S
+        deadline = time.monotonic() + patience_s
         while not happened():
             assert self.process.poll() is None, f"gprodomd ended:\n{self.log()}"
             assert time.monotonic() < deadline, f"in vain: {what}; the log:\n{self.log()}"
@@ -287,6 +289,50 @@ def killed(folder: Path) -> None:
         daemon.stop(signal.SIGTERM)
 
 
+def ground(folder: Path) -> None:
+    """A recorded drive (FOLDER/in.lcmlog) with all that is kept and asked for meanwhile.
+
+    Each of the daemon's threads works and hands on here; scripts/check-sanitizers watches them.
+    """
+    keep = f"state:\n  directory: {folder}\n  save_period: 0.2\n  map_save_period: 5\n"
+    player = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", str(folder / "in.lcmlog")]
+
+    def value(daemon: Daemon, name: str) -> float:
+        status = daemon.heard["STATUS"][-1]
+        return dict(zip(status.names, status.values, strict=True)).get(name, 0.0)
+
+    def command(daemon: Daemon, name: str, argument: str) -> None:
+        m = message("command_t")()
+        m.utime, m.name, m.argument = START_UTIME, name, argument
+        daemon.lcm.publish("COMMAND", m.encode())
+
+    def played(daemon: Daemon, played_s: float) -> bool:
+        heard = daemon.heard["ODOMETRY"]
+        return bool(heard) and heard[-1].utime - heard[0].utime > played_s * 1e6
+
+    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
+        daemon.wait_for("poses of 20 s", lambda: played(daemon, 20.0), 40.0)
+        command(daemon, "save_map", "half")
+        daemon.reread(keep + "logging:\n  level: debug\n")
+        daemon.await_log("half.map: saved")
+        daemon.wait_for("end of the log", lambda: log.poll() is not None, 60.0)
+        daemon.wait_for("revisits", lambda: value(daemon, "revisits.trusted") > 0, 40.0)
+        daemon.stop(signal.SIGTERM)
+    assert {"ground.map", "half.map", "pose.state", "wheel_scale.txt"} <= set(os.listdir(folder))
+    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
+        daemon.wait_for("poses of 10 s", lambda: played(daemon, 10.0), 40.0)
+        command(daemon, "reset", "")
+        daemon.await_log("reset by command")
+        command(daemon, "load_map", "half")
+        daemon.await_log("map half loaded")
+        daemon.reread(keep + "wheel:\n  scale: 0.99\n")
+        daemon.await_log("the estimator starts afresh with the new config")
+        heard = len(daemon.heard["ODOMETRY"])
+        daemon.wait_for("poses", lambda: len(daemon.heard["ODOMETRY"]) > heard, 40.0)
+        daemon.stop(signal.SIGTERM)  # amid the drive
+        log.terminate()
+
+
 def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
     """Exit code and words of `gprodom status --once` while the robot stands; utime after it."""
     command = [sys.executable, "-m", "gprodom", "status", "--once"]
@@ -330,6 +376,7 @@ SCENARIOS = {
     "journal": journal,
     "status": status,
     "killed": killed,
+    "ground": ground,
 }
 
 if __name__ == "__main__":

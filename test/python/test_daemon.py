@@ -88,6 +88,14 @@ def test_status(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
+def test_ground_is_kept_and_asked_for(tmp_path: Path) -> None:
+    (sample,) = (CHECKOUT / "sample").glob("*.zip")
+    convert = ["-m", "gprodom", "convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]
+    subprocess.run([sys.executable, *convert], check=True, capture_output=True)
+    result = run_isolated(SCENARIOS.read_text(), "ground", str(tmp_path), timeout_s=300)
+    assert result.returncode == 0, result.stderr
+
+
 @pytest.mark.parametrize("scenario", ["reread", "hostile", "service", "journal", "killed"])
 @pytest.mark.parametrize("user", ["ours", "unprivileged"])
 def test_live(scenario: str, user: str) -> None:
