@@ -1,6 +1,15 @@
 #include "gpr/allocation_count.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
+// The sanitizers have allocators of their own. g++ tells of them by macros, clang by features.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define GPRODOM_SANITIZED 1
+#elif defined(__has_feature)
+#define GPRODOM_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#else
+#define GPRODOM_SANITIZED 0
+#endif
+
+#if !GPRODOM_SANITIZED && defined(__GLIBC__)
 #define GPRODOM_COUNTS_ALLOCATIONS 1
 #else
 #define GPRODOM_COUNTS_ALLOCATIONS 0
