@@ -30,12 +30,12 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   if (to <= judged_) return;
   judged_ = to;
   now_ = WheelSlip::kNone;
-  const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
-  if (from < track_.begin() || !wheel_from || !wheel_to) {
+  const auto moved = distances(from, to, wheel, estimate.wheel_scale);
+  if (!moved) {
     if (back_from_silence_) mark(from, to);
     return;
   }
-  now_ = judge(estimate, *wheel_to - *wheel_from, track_.path(to) - track_.path(from));
+  now_ = judge(estimate, *moved);
   if (now_ == WheelSlip::kNone)
     back_from_silence_ = false;
   else
@@ -43,18 +43,17 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
 }
 
 // A velocity error is one for the whole window. The wheel's errors are those of its factor.
-WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, double wheel_m,
-                           double ground_m) const {
+WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& moved) const {
   const double seconds = to_seconds(window_);
-  const double innovation = wheel_m / estimate.wheel_scale - ground_m;
+  const double innovation = moved.wheel_m - moved.ground_m;
   const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
-                          std::pow(estimate.wheel_scale_sigma * ground_m, 2) +
-                          config_.noise * config_.noise * std::abs(ground_m) +
+                          std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
+                          config_.noise * config_.noise * std::abs(moved.ground_m) +
                           2 * config_.noise_floor * config_.noise_floor;
   const double threshold = back_from_silence_ ? std::min(kFirstImpression, config_.slip_threshold)
                                               : config_.slip_threshold;
   if (innovation * innovation < threshold * threshold * variance) return WheelSlip::kNone;
-  return innovation * wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
+  return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }
 
 std::optional<SlipWatch::Distances> SlipWatch::distances(TimeNs from, TimeNs to,
@@ -83,11 +82,12 @@ void SlipWatch::hear(const Displacement& radar, const WheelHistory& wheel, doubl
 std::optional<WheelWord> SlipWatch::borne_out(TimeNs time, const WheelHistory& wheel,
                                               double wheel_scale) {
   if (borne_out_.to - borne_out_.from < kBorneOut) return std::nullopt;
+  borne_out_ = {0, 0};  // now or never: a verdict that waits, as for a wheel gone silent, is stale
+  if (slipped_.empty()) return std::nullopt;
   const auto slip =
       distances(std::max(slipped_.back().from, track_.begin()), time, wheel, wheel_scale);
   const auto last = distances(time - window_, time, wheel, wheel_scale);
   if (!slip || !last) return std::nullopt;
-  borne_out_ = {0, 0};
   slipped_.clear();
   now_ = WheelSlip::kNone;
   return WheelWord{last->wheel_m / to_seconds(window_), slip->wheel_m - slip->ground_m};

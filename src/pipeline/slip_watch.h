@@ -53,7 +53,7 @@ class SlipWatch {
 
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
-  WheelSlip judge(const OdometryEstimate& estimate, double wheel_m, double ground_m) const;
+  WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
