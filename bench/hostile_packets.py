@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import socket
 import struct
 import subprocess
@@ -37,10 +36,8 @@ from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog
 from gprodom.messages import fingerprint, message
 from gprodom.replay import default_config, find_program, run_replay
+from own_network import GROUP, PORT, URL, parse_inside
 
-GROUP, PORT = "239.255.76.67", 7667
-URL = f"udpm://{GROUP}:{PORT}?ttl=0"
-NAMESPACE = 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$@"'
 VARIANTS = 4000  # different packets, sent again and again
 FOREIGN_SHARE = 0.02  # of the packets are datagrams that are no LCM
 CHANNELS = {
@@ -304,7 +301,7 @@ def verdict(figures: dict[str, Any], max_growth_mb: float) -> list[str]:
 
 
 def parse() -> argparse.Namespace:
-    """The command line."""
+    """The command line; from here on in a network namespace."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -314,20 +311,13 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--max-growth", type=float, default=5.0, metavar="MB", help="default: 5")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     add_json_flag(parser)
-    return parser.parse_args()
+    return parse_inside(parser)
 
 
 def main() -> int:
-    """Runs the command line, in a network namespace."""
+    """Runs the command line."""
     args = parse()
-    if not args.inside:
-        again = [sys.executable, __file__, *sys.argv[1:], "--inside"]
-        os.execvp(
-            "unshare",
-            ["unshare", "-n" if os.geteuid() == 0 else "-rn", "sh", "-c", NAMESPACE, "sh", *again],
-        )
     try:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -34,7 +33,8 @@ from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog
 from gprodom.messages import message
 from gprodom.replay import default_config, find_program, run_replay
-from hostile_packets import CHANNELS, NAMESPACE, URL
+from hostile_packets import CHANNELS
+from own_network import URL, parse_inside
 
 FAULT_AT = 0.6  # of the time played
 PAUSE_S = 5.0
@@ -256,25 +256,20 @@ def verdict(figures: dict[str, Any]) -> list[str]:
 
 
 def parse() -> argparse.Namespace:
-    """The command line."""
+    """The command line; from here on in network and mount namespaces of its own."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("log", type=Path, metavar="IN.lcmlog")
     parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
     parser.add_argument("--seconds", type=float, default=40.0, help="of the log (default: 40)")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     add_json_flag(parser)
-    return parser.parse_args()
+    return parse_inside(parser, mounts=True)
 
 
 def main() -> int:
-    """Runs the command line, in network and mount namespaces of its own."""
+    """Runs the command line."""
     args = parse()
-    if not args.inside:
-        again = [sys.executable, __file__, *sys.argv[1:], "--inside"]
-        rights = "-nm" if os.geteuid() == 0 else "-rnm"
-        os.execvp("unshare", ["unshare", rights, "sh", "-c", NAMESPACE, "sh", *again])
     results, wrong = [], []
     try:
         if not args.log.is_file():

@@ -82,7 +82,7 @@ def errors(sequence: Path, log: Path) -> tuple[int, int, float, float]:
     return int(kept.sum()), int((~right).sum()), 100 * rms, ratio
 
 
-def run(sequence: Path, sample_interval: float) -> list[Row]:
+def run(sequence: Path, sample_interval: float, overrides: tuple[str, ...]) -> list[Row]:
     """All rows of one sequence."""
     truth = read_truth(sequence).trajectory
     true_scale = json.loads(sequence.with_suffix(".json").read_text())["scale"]
@@ -94,10 +94,11 @@ def run(sequence: Path, sample_interval: float) -> list[Row]:
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         log = as_log(sequence, Path(folder), sample_interval)
-        for scale, overrides in (("free", ()), ("true", held)):
+        for scale, known in (("free", ()), ("true", held)):
             for name in METHODS:
                 output = Path(folder) / f"{name}.lcmlog"
-                made = estimate(log, find_method(name), None, overrides, output, smooth=True)
+                settings = (*known, *overrides)
+                made = estimate(log, find_method(name), None, settings, output, smooth=True)
                 assert made.smoothed is not None
                 both = (made.trajectory, made.smoothed)
                 se2 = [figures(t, "se2") for t in both]
@@ -140,13 +141,15 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
     add_json_flag(parser)
     args = parser.parse_args()
     rows: list[Row] = []
     with ProcessPoolExecutor(args.jobs) as pool, Progress("sequences", len(args.sequences)) as bar:
         intervals = [3.125e-10 if "beach" in s.name else SAMPLE_INTERVAL for s in args.sequences]
-        for part in pool.map(run, args.sequences, intervals):
+        overrides = [tuple(args.overrides)] * len(args.sequences)
+        for part in pool.map(run, args.sequences, intervals, overrides):
             rows += part
             bar.advance()
     if args.json:

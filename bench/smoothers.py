@@ -63,11 +63,11 @@ class Result:
     errors: list[float]
 
 
-def ours(program: Path, file: Path, lag: float) -> Updates:
+def ours(program: Path, file: Path, lag: float, overrides: list[str]) -> Updates:
     """bench/smoother_update.cpp on a file of measurements."""
     out = file.with_suffix(".csv")
     keys = [f"smoother.lag={lag}", "wheel.scale_sigma=0", "wheel.robust_threshold=0"]
-    keys += [f"initializer.gravity={state_intervals.GRAVITY}"]
+    keys += [f"initializer.gravity={state_intervals.GRAVITY}", *overrides]
     subprocess.run([program, file, out, *keys], check=True)
     table = np.genfromtxt(out, delimiter=",", names=True)
     position = np.column_stack([table[axis] for axis in "xyz"])
@@ -93,6 +93,7 @@ def measure(source: Path, args: argparse.Namespace, results: dict[str, Result], 
     """One sequence; the number of updates."""
     recording, truth = read_recording(source), read_truth(source, frame=None).trajectory
     scale = args.scale or known_scale(source)
+    noise = Noise(integration=args.integration)
     whole = state_intervals.cut(recording, args.rate)
     stamps = np.array([each.time // 1000 for each in whole.intervals])
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
@@ -101,13 +102,13 @@ def measure(source: Path, args: argparse.Namespace, results: dict[str, Result], 
         runs: dict[str, list[Updates]] = {OURS: [], BATCH: [], INCREMENTAL: []}
         solver = {BATCH: "CHOLESKY", INCREMENTAL: "CHOLESKY"}
         for _ in range(args.repeats):
-            runs[OURS].append(ours(args.program, file, args.lag))
+            runs[OURS].append(ours(args.program, file, args.lag, args.overrides))
             for label, kind in ((BATCH, "batch"), (INCREMENTAL, "incremental")):
                 try:
-                    run = smoothers_gtsam.run(whole, scale, args.lag, kind, solver[label], Noise())
+                    run = smoothers_gtsam.run(whole, scale, args.lag, kind, solver[label], noise)
                 except RuntimeError:  # "indeterminate linear system"
                     solver[label] = "QR"
-                    run = smoothers_gtsam.run(whole, scale, args.lag, kind, solver[label], Noise())
+                    run = smoothers_gtsam.run(whole, scale, args.lag, kind, solver[label], noise)
                 runs[label].append(run)
                 tick()
     for label, repeats in runs.items():
@@ -137,6 +138,10 @@ def main() -> int:
     parser.add_argument("--rate", type=float, default=10.0, help="states/s (default: %(default)s)")
     parser.add_argument("--lag", type=float, default=5.0, help="s (default: %(default)s)")
     parser.add_argument("--scale", type=float, help="of the wheel, reported over true")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument(
+        "--integration", type=float, default=Noise.integration, help="GTSAM's (m^2/s; %(default)s)"
+    )
     parser.add_argument("--repeats", type=int, default=3, help="default: %(default)s")
     parser.add_argument("--max-median", type=float, default=0.6, help="default: %(default)s")
     parser.add_argument("--max-p99", type=float, default=1 / 3, help="default: a third")

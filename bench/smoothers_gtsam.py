@@ -20,7 +20,6 @@ from state_intervals import FIRST_SIGMA, GRAVITY, Cut, Interval
 Array = NDArray[np.float64]
 
 UNKNOWN = 1.0  # m or rad in a tenth of a second: a standard deviation that says nothing
-INTEGRATION = 1e-7  # m^2/s; with less GTSAM's Cholesky gives up more often
 
 
 @dataclass(frozen=True)
@@ -33,6 +32,7 @@ class Noise:
     lateral: float = 0.003
     vertical: float = 0.003
     floor: float = 0.0005
+    integration: float = 1e-7  # m^2/s; with less GTSAM's Cholesky gives up more often
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def run(
     params = gtsam.PreintegrationParams.MakeSharedU(GRAVITY)
     params.setGyroscopeCovariance(np.eye(3) * whole.gyro_density**2)
     params.setAccelerometerCovariance(np.eye(3) * whole.accel_density**2)
-    params.setIntegrationCovariance(np.eye(3) * INTEGRATION)
+    params.setIntegrationCovariance(np.eye(3) * noise.integration)
 
     pose = gtsam.Pose3(gtsam.Rot3.Quaternion(*whole.orientation), np.zeros(3))
     velocity = np.zeros(3)
