@@ -7,18 +7,15 @@ namespace gprodom {
 
 Health::Health(double warning_period_s) : period_(from_seconds(warning_period_s)) {}
 
-void Health::count(const std::string& channel, const std::string& reason, TimeNs now) {
+void Health::count(const std::string& channel, const std::string& reason) {
   const std::string key = channel + ": " + reason;
   Event& event = events_[key];
   ++event.count;
-  // A clock that was set back must not silence warnings.
-  const bool due =
-      event.count == 1 || now >= event.last_warning + period_ || now < event.last_warning;
-  if (!due) return;
+  if (event.count > 1 && now_ < event.last_warning + period_) return;
   const std::int64_t since = event.count - event.at_last_warning;
   warnings_.push_back(since > 1 ? key + " (" + std::to_string(since) + " times)" : key);
   event.at_last_warning = event.count;
-  event.last_warning = now;
+  event.last_warning = now_;
 }
 
 void Health::set(const std::string& topic, HealthLevel level, const std::string& text) {

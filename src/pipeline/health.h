@@ -14,9 +14,12 @@ class Health {
  public:
   explicit Health(double warning_period_s);
 
+  // Data time goes on. It counts for how often one warning is given, so it may be of any sensor.
+  void advance(TimeNs now) { now_ = std::max(now_, now); }
+
   // Counts an event, such as ("IMU", "stamp repeated"), and keeps a warning if none of its kind was
   // given within the period of data time.
-  void count(const std::string& channel, const std::string& reason, TimeNs now);
+  void count(const std::string& channel, const std::string& reason);
 
   // States for as long as they hold; an empty text ends one. Their begin and end are warned of.
   void set(const std::string& topic, HealthLevel level, const std::string& text);
@@ -44,7 +47,7 @@ class Health {
     bool warned = false;
   };
 
-  TimeNs period_;
+  TimeNs period_, now_ = 0;
   std::map<std::string, Event> events_;  // by "channel: reason"
   std::map<std::string, Condition> conditions_;
   std::map<std::string, double> values_;

@@ -47,11 +47,11 @@ InputCheck::InputCheck(const Config& config, Health& health)
 bool InputCheck::accept(InputMessage& message) {
   const std::string reason = refusal(message);
   if (!reason.empty()) {
-    count(channel_of(message, config_).name, reason);
+    health_.count(channel_of(message, config_).name, reason);
     return false;
   }
   const TimeNs time = time_of(message);
-  now_ = std::max(now_, time);
+  health_.advance(time);
   watch(message);
   if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
   if (std::holds_alternative<WheelSample>(message)) wheel_now_ = std::max(wheel_now_, time);
@@ -82,14 +82,14 @@ void InputCheck::watch(const InputMessage& message) {
   if (std::holds_alternative<Displacement>(message)) return;
   const std::string& name = channel_of(message, config_).name;
   const TimeNs time = time_of(message);
-  if (gaps_[message.index()].gap_before(time)) count(name, kGap);
+  if (gaps_[message.index()].gap_before(time)) health_.count(name, kGap);
   const auto* trace = std::get_if<GprTrace>(&message);
   const bool imu = std::holds_alternative<ImuSample>(message);
   const std::string weak = trace ? trace_watch_.quality(*trace) : (imu ? imu_watch_.quality() : "");
-  if (!weak.empty()) count(name, weak);
+  if (!weak.empty()) health_.count(name, weak);
   if (trace && !trace_watch_.dead()) gpr_signal_ = time;
   if (!imu && clocks_[message.index()].drifts(time, imu_now_))
-    count(name, "clock and the IMU's drift apart: 50 ppm or more");
+    health_.count(name, "clock and the IMU's drift apart: 50 ppm or more");
 }
 
 bool InputCheck::radar_silent() const { return gpr_now_ + kSecond < imu_now_; }

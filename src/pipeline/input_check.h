@@ -27,11 +27,6 @@ class InputCheck {
   // Its stamps then are in the estimator's time: offsets added, a clock set back carried on.
   bool accept(InputMessage& message);
 
-  // An event of a channel.
-  void count(const std::string& channel, const std::string& reason) {
-    health_.count(channel, reason, now_);
-  }
-
   // The clock was set ahead: what is known refers to another time.
   bool clock_moved() const { return time_guard_.moved(); }
 
@@ -61,7 +56,6 @@ class InputCheck {
   TraceWatch trace_watch_;
   std::array<GapWatch, 4> gaps_;      // by the message's index
   std::array<ClockWatch, 4> clocks_;  // likewise
-  TimeNs now_ = 0;                    // newest stamp accepted from any sensor
   TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
   TimeNs gpr_signal_ = 0;  // newest trace that was not dead
   TimeNs next_lost_status_ = 0;

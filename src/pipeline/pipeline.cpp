@@ -91,12 +91,12 @@ void Pipeline::store(Message& message) {
   if (auto* imu = std::get_if<ImuSample>(&message)) {
     imu->acceleration = R_body_imu_ * imu->acceleration;
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
-    if (!imu_.insert(*imu)) input_.count(config_.channels.imu, "stamp repeated");
+    if (!imu_.insert(*imu)) health_.count(config_.channels.imu, "stamp repeated");
     imu_now_ = input_.imu_now();
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     wheel_.forget_before(input_.wheel_now() - kLongestSilence);
     if (config_.wheel.enabled && !wheel_.insert(*wheel))
-      input_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed");
+      health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed");
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
     map_->add(*trace);
@@ -149,11 +149,11 @@ void Pipeline::begin(const InitialState& initial) {
 void Pipeline::take_radar_answers() {
   while (auto due = radar_worker_.next_due(imu_now_)) {
     if (!due->result) {
-      input_.count("radar", "tick not answered within gpr.latency_budget");
+      health_.count("radar", "tick not answered within gpr.latency_budget");
       continue;
     }
     for (const std::string& note : due->result->notes)
-      input_.count(config_.channels.gpr_trace, note);
+      health_.count(config_.channels.gpr_trace, note);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
     for (Displacement& d : due->result->displacements) {
       if (d.source == "coherence") d = coherence_.to_metres(d);
@@ -175,7 +175,7 @@ void Pipeline::take_radar_answers() {
 void Pipeline::take_states() {
   while (auto due = solver_.await_due(imu_now_, kSolverPatience)) {
     if (!due->result) {
-      input_.count("smoother", "solve not ready after smoother.latency");
+      health_.count("smoother", "solve not ready after smoother.latency");
       break;
     }
     use(*due->result, due->effective);
@@ -184,7 +184,7 @@ void Pipeline::take_states() {
 
 void Pipeline::take_map_answers() {
   while (auto answer = map_->next_due(imu_now_)) {
-    for (const std::string& note : answer->notes) input_.count("map", note);
+    for (const std::string& note : answer->notes) health_.count("map", note);
     health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
     for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
     if (answer->map) map_number_ = *answer->map;
@@ -262,15 +262,15 @@ StateInput Pipeline::collect(TimeNs from, TimeNs to) {
   input.standing = verdict.standing;
   input.wheel_word = slip_.borne_out(from, wheel_, prediction_.base().state.wheel_scale);
   if (input.wheel_word) {
-    input_.count(config_.channels.wheel, "no slip, says the radar: the speed is the wheel's");
+    health_.count(config_.channels.wheel, "no slip, says the radar: the speed is the wheel's");
     speed_known_ = to + from_seconds(config_.smoother.lag);
   }
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
   input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
   if (input.gyro_bias) {
     input.standing = true;
-    input_.count(config_.channels.imu,
-                 "gyro bias had moved: heading lost since the last standstill");
+    health_.count(config_.channels.imu,
+                  "gyro bias had moved: heading lost since the last standstill");
   }
   // An answer may come before the state that it reaches to, which waits for the reorder window.
   const auto later = std::stable_partition(new_displacements_.begin(), new_displacements_.end(),
@@ -321,7 +321,7 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
     const bool slipped = slip_.now() != WheelSlip::kNone;
     slip_.add(estimate, wheel_, input_.wheel_now());
     if (!slipped && slip_.now() != WheelSlip::kNone)
-      input_.count(config_.channels.wheel, "turns otherwise than the robot moves");
+      health_.count(config_.channels.wheel, "turns otherwise than the robot moves");
   }
   estimate.flags = flags();
   coherence_.add(estimate);

@@ -44,7 +44,7 @@ class Pipeline {
 
   void add(Message message) { inbox_.push_back(std::move(message)); }
   void reject(const std::string& channel, const std::string& reason) {
-    input_.count(channel, reason);
+    health_.count(channel, reason);
   }
   Outputs step();
   Outputs finish();
