@@ -20,9 +20,11 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import tempfile
 import zlib
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -56,77 +58,99 @@ def write_messages(path: Path, messages: list[kinds.Message]) -> None:
     log.close()
 
 
-def name_of(fault: kinds.Fault | None, draw: int) -> str:
-    """Under which a result is kept."""
-    name = fault.name if fault else "clean"
-    return f"{name}{table.DRAW}{draw}" if draw else name
+@dataclass(frozen=True)
+class Task:
+    """A fault of a log, or (returns) a sensor that is away for 10 s.
+
+    fault: its name, empty: the log as it is. share: of the run, where it begins.
+    """
+
+    log: Path
+    fault: str
+    draw: int = 0
+    share: float = BEGIN
+    returns: bool = False
+
+    @property
+    def name(self) -> str:
+        """Under which its result is kept."""
+        if self.returns:
+            return f"return {self.fault} {self.share:g}"
+        name = self.fault or "clean"
+        return f"{name}{table.DRAW}{self.draw}" if self.draw else name
 
 
-class Bench:
-    """Replays, and the results kept in a folder."""
+class Results:
+    """Kept in a folder, as they come."""
 
-    def __init__(self, folder: Path, config: Path) -> None:
-        self.folder, self.config = folder, config
+    def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "results.jsonl"
-        self.results: dict[tuple[str, str], dict[str, Any]] = {}
+        self.all: dict[tuple[str, str], dict[str, Any]] = {}
         if self._file.exists():
             for line in self._file.read_text().splitlines():
                 result = json.loads(line)
-                self.results[result["log"], result["fault"]] = result
+                self.all[result["log"], result["fault"]] = result
 
-    def keep(self, log: str, fault: str, result: dict[str, Any]) -> None:
+    def missing(self, tasks: list[Task]) -> list[Task]:
+        """Those without a result."""
+        return [task for task in tasks if (task.log.stem, task.name) not in self.all]
+
+    def keep(self, task: Task, result: dict[str, Any]) -> None:
         """Adds a result, in memory and on disk."""
-        result = {"log": log, "fault": fault, **result}
-        self.results[log, fault] = result
+        result = {"log": task.log.stem, "fault": task.name, **result}
+        self.all[task.log.stem, task.name] = result
         with self._file.open("a") as file:
             file.write(json.dumps(result) + "\n")
 
-    def replay(
-        self,
-        log: Path,
-        fault: kinds.Fault | None,
-        begin_share: float,
-        then: Callable[..., Any],
-        draw: int = 0,
-    ) -> Any:
-        """Replays the log with the fault; `then` is given the log made, and the fault's time."""
-        messages = read_messages(log)
-        first, last = messages[0][0], messages[-1][0]
-        begin = round(first + begin_share * (last - first))
-        name = f"{log.stem}-{zlib.crc32((fault.name if fault else '').encode()):08x}"
-        name += f"-{begin_share:g}-{draw}"
-        faulty, made = self.folder / f"{name}.in.lcmlog", self.folder / f"{name}.out.lcmlog"
-        seconds = 0.0
-        try:
-            if fault is not None:
-                rng = np.random.default_rng([1 + draw, zlib.crc32(fault.name.encode())])
-                write_messages(faulty, fault.apply(messages, rng, begin))
-                seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
-            run_replay(faulty if fault else log, made, self.config)
-            return then(made, begin, begin + seconds * kinds.SECOND)
-        finally:
-            faulty.unlink(missing_ok=True)
-            made.unlink(missing_ok=True)
 
-    def one(self, log: Path, fault: kinds.Fault | None, draw: int = 0) -> None:
-        """One log, one fault (None: as it is)."""
-        truth = read_truth(log).trajectory
+class Runner:
+    """Does tasks; copied to processes that do several at once."""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self.folder, self.truth = args.output, args.truth
+        self.config = args.config or default_config()
+        self.combinations = args.combinations
+
+    def faults(self) -> dict[str, kinds.Fault]:
+        """All there are, by name."""
+        combined = [kinds.combination(seed) for seed in range(self.combinations)]
+        return {fault.name: fault for fault in (*kinds.all_faults(), *combined)}
+
+    def do(self, task: Task) -> dict[str, Any]:
+        """The result of a task."""
+        if task.returns:
+            return self.sensor_back(task)
+        truth = read_truth(task.log).trajectory
 
         def judge(made: Path, begin: int, end: float) -> outcome.Outcome:
             return outcome.judge(made, truth, begin, end)
 
+        fault = self.faults()[task.fault] if task.fault else None
         try:
-            result = self.replay(log, fault, BEGIN, judge, draw).as_dict()
+            return self.replay(task, fault, judge).as_dict()
         except Error as error:
-            result = {"ended": str(error)}
-        self.keep(log.stem, name_of(fault, draw), result)
+            return {"ended": str(error)}
 
-    def sensor_back(self, log: Path, truth: Path, channel: str, share: float) -> None:
+    def replay(self, task: Task, fault: kinds.Fault | None, then: Callable[..., Any]) -> Any:
+        """Replays the log with the fault; `then` is given the log made, and the fault's time."""
+        messages = read_messages(task.log)
+        first, last = messages[0][0], messages[-1][0]
+        begin = round(first + task.share * (last - first))
+        seconds = 0.0
+        with tempfile.TemporaryDirectory(dir=self.folder) as name:
+            faulty, made = Path(name) / "in.lcmlog", Path(name) / "out.lcmlog"
+            if fault is not None:
+                rng = np.random.default_rng([1 + task.draw, zlib.crc32(fault.name.encode())])
+                write_messages(faulty, fault.apply(messages, rng, begin))
+                seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
+            run_replay(faulty if fault else task.log, made, self.config)
+            return then(made, begin, begin + seconds * kinds.SECOND)
+
+    def sensor_back(self, task: Task) -> dict[str, Any]:
         """The growth of the error after a sensor was away for 10 s."""
-        with np.load(truth) as data:
+        with np.load(self.truth / f"{task.log.stem}.truth.npz") as data:
             known = {key: data[key] for key in data.files}
-        fault = kinds.gone(channel, 10)
         back = 10 * kinds.SECOND
 
         def measure(made: Path, begin: int, _: float) -> list[list[float]]:
@@ -136,48 +160,33 @@ class Bench:
                 for later in SETTLED
             ]
 
-        result = {
-            "clean": self.replay(log, None, share, measure),
-            "faulty": self.replay(log, fault, share, measure),
+        return {
+            "clean": self.replay(task, None, measure),
+            "faulty": self.replay(task, kinds.gone(task.fault, 10), measure),
         }
-        self.keep(log.stem, f"return {channel} {share:g}", result)
 
 
-def work_of(bench: Bench, args: argparse.Namespace) -> list[tuple[str, str, Callable[[], None]]]:
-    """What is to be done: log, name and how."""
-    work: list[tuple[str, str, Callable[[], None]]] = []
-    faults: list[kinds.Fault | None] = [None]
-    faults += [
-        f for f in kinds.all_faults() if not args.only or any(o in f.name for o in args.only)
-    ]
-    faults += [kinds.combination(seed) for seed in range(args.combinations)]
+def tasks_of(args: argparse.Namespace, faults: dict[str, kinds.Fault]) -> list[Task]:
+    """All that is to be done."""
+    single = {fault.name for fault in kinds.all_faults()}
+    tasks: list[Task] = []
     for log in args.logs:
-        for fault in faults:
-            for draw in range(args.draws if fault and fault.by_chance else 1):
-                work.append(
-                    (
-                        log.stem,
-                        name_of(fault, draw),
-                        lambda log=log, fault=fault, draw=draw: bench.one(log, fault, draw),
-                    )
-                )
+        tasks.append(Task(log, ""))
+        for name, fault in faults.items():
+            if name in single and args.only and not any(only in name for only in args.only):
+                continue
+            tasks += [Task(log, name, n) for n in range(args.draws if fault.by_chance else 1)]
         if not args.returns:
             continue
         truth = args.truth / f"{log.stem}.truth.npz"
         if not truth.is_file():
             raise Error(f"{truth}: not there; name its folder with --truth")
-        for channel in kinds.SENSORS:
-            for share in RETURN_AT:
-                work.append(
-                    (
-                        log.stem,
-                        f"return {channel} {share:g}",
-                        lambda log=log, truth=truth, channel=channel, share=share: (
-                            bench.sensor_back(log, truth, channel, share)
-                        ),
-                    )
-                )
-    return work
+        tasks += [
+            Task(log, channel, share=share, returns=True)
+            for channel in kinds.SENSORS
+            for share in RETURN_AT
+        ]
+    return tasks
 
 
 def parse() -> argparse.Namespace:
@@ -207,16 +216,16 @@ def main() -> int:
     """Runs the command line."""
     args = parse()
     try:
-        bench = Bench(args.output, args.config or default_config())
-        work = [item for item in work_of(bench, args) if item[:2] not in bench.results]
-        with Progress("replays", len(work)) as progress, ThreadPoolExecutor(args.jobs) as pool:
-            for done in [pool.submit(do) for _, _, do in work]:
-                done.result()
+        results, runner = Results(args.output), Runner(args)
+        tasks = results.missing(tasks_of(args, runner.faults()))
+        with Progress("replays", len(tasks)) as progress, ProcessPoolExecutor(args.jobs) as pool:
+            for task, result in zip(tasks, pool.map(runner.do, tasks), strict=True):
+                results.keep(task, result)
                 progress.advance()
     except Error as error:
         print(f"faults: error: {error}", file=sys.stderr)
         return 1
-    text, wrong = table.of_replays(bench.results)
+    text, wrong = table.of_replays(results.all)
     (args.output / "table.md").write_text(text)
     print(text)
     for line in wrong:
