@@ -15,7 +15,7 @@ namespace gprodom {
 
 // While IMU data are missing the robot may turn and speed up at will: densities that cover a
 // robot's turning and accelerating.
-constexpr ImuNoise kBridgedImuNoise{0.5, 2.0};
+constexpr ImuNoise kBridgedImuNoise{0.03, 0.5};
 
 // A gap of the IMU that a solve bridges. Beyond, the state is carried on by the wheel alone.
 constexpr double kLongestBridge = 0.3;  // s
@@ -31,10 +31,10 @@ struct MotionStep {
 
 struct CarriedState;
 
-// Of a state whose velocity is found wrong: what the wheel says instead.
-struct WheelWord {
-  double speed = 0.0;    // m/s, forwards
-  double ahead_m = 0.0;  // of where the state is
+// Of a state whose velocity is found wrong: what the wheel or the radar says instead.
+struct SpeedWord {
+  double speed = 0.0, sigma = 0.0;  // m/s, forwards
+  double ahead_m = 0.0;             // of where the state is
 };
 
 // What is known about the interval from the newest state to a new one.
@@ -47,7 +47,7 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
-  std::optional<WheelWord> wheel_word;      // for the interval's beginning
+  std::optional<SpeedWord> speed_word;      // for the interval's beginning
   std::vector<Displacement> displacements;  // newly in effect, of any earlier time
 };
 

@@ -13,8 +13,9 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kGoesOnTurning = 2.0;  // s
-constexpr double kTilt = 0.1;           // rad; roll and pitch against those before the gap
-constexpr double kTurning = 0.5;        // rad/sqrt(s)
+constexpr double kTilt = 0.03;          // rad; roll and pitch against those before the gap, at most
+constexpr double kTilting = 0.02;       // rad/sqrt(s); until then
+constexpr double kTurning = 0.1;        // rad/s^2; times the gap's square
 constexpr double kAnyYaw = 1.8;         // rad; of a heading that may be any
 constexpr double kSpeedChange = 0.2;    // m/s; within an interval of which the wheel tells the mean
 constexpr double kUnknownSpeed = 1.0;   // m/s
@@ -63,8 +64,12 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   // A motion that is known leaves the chart's errors as they are; its own come in plain.
   StateMatrix P = plain_position(y, 1) * from.covariance * plain_position(y, 1).transpose();
   double& yaw = P(row::kTheta + 2, row::kTheta + 2);
-  yaw = std::max(yaw, std::min(yaw + kTurning * kTurning * dt, kAnyYaw * kAnyYaw));
-  replace(P, row::kTheta, 2, kTilt * kTilt * Eigen::Matrix2d::Identity());
+  const double turned = kTurning * kTurning * (std::pow(gap_s, 4) - std::pow(gap_s - dt, 4));
+  yaw = std::max(yaw, std::min(yaw + turned, kAnyYaw * kAnyYaw));
+  for (int axis : {row::kTheta, row::kTheta + 1}) {
+    double& tilt = P(axis, axis);
+    tilt = std::max(tilt, std::min(tilt + kTilting * kTilting * dt, kTilt * kTilt));
+  }
   P.block<3, 3>(row::kP, row::kP) +=
       R * Vector3d(forward, sideways, sideways).asDiagonal() * R.transpose();
   P.diagonal().segment<3>(row::kBg).array() += std::pow(config.imu.gyro_bias_walk, 2) * dt;

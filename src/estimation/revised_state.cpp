@@ -14,8 +14,8 @@ constexpr double kAccelBias = 0.1;       // m/s^2; what moved one bias may have 
 constexpr double kStandingSpeed = 0.05;  // m/s
 constexpr double kTiltMemory_s = 2.0;    // over which gravity corrects the tilt
 
-constexpr double kSpeed = 0.1;      // m/s; of the wheel's, over a fraction of a second
 constexpr double kSideways = 0.05;  // m/s
+constexpr double kTilt = 0.05;      // rad; a wrong speed may have passed for gravity
 constexpr double kShift = 0.3;      // of the way put right: the track was not straight
 
 }  // namespace
@@ -43,7 +43,7 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   return {x, 0.5 * (P + P.transpose())};
 }
 
-CarriedState with_wheel_word(const CarriedState& from, const WheelWord& word) {
+CarriedState with_speed_word(const CarriedState& from, const SpeedWord& word) {
   NavState x = from.state;
   const Matrix3d R = x.R_odom_body();
   StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
@@ -51,8 +51,9 @@ CarriedState with_wheel_word(const CarriedState& from, const WheelWord& word) {
   P.block<3, 3>(row::kP, row::kP) += along * along.transpose();
   x.p_odom += word.ahead_m * R.col(0);
   x.v_odom = word.speed * R.col(0);
+  P.diagonal().segment<2>(row::kTheta).array() += kTilt * kTilt;
   P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
-  const Vector3d velocity(kSpeed, kSideways, kSideways);
+  const Vector3d velocity(word.sigma, kSideways, kSideways);
   replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {x, 0.5 * (P + P.transpose())};
 }

@@ -1,5 +1,5 @@
-// The robot's state once its gyro bias is found to have moved. docs/estimation.md, "Steps of the
-// gyro bias".
+// The robot's state once its gyro bias, or its speed, is found to be another. docs/estimation.md,
+// "Steps of the gyro bias", "A slip taken back".
 #pragma once
 
 #include "estimation/long_gap.h"
@@ -13,7 +13,7 @@ namespace gprodom {
 CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyro_bias,
                             const NavState& known);
 
-// `from` with the speed and the place that the wheel gives it.
-CarriedState with_wheel_word(const CarriedState& from, const WheelWord& word);
+// `from` with the speed and the place that the wheel or the radar gives it.
+CarriedState with_speed_word(const CarriedState& from, const SpeedWord& word);
 
 }  // namespace gprodom

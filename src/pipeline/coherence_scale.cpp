@@ -23,8 +23,8 @@ CoherenceScale::CoherenceScale(const CoherenceConfig& config)
       variance_weight_(kGuessWeight),
       variance_sum_(kGuessWeight * kGuess * kGuess) {}
 
-void CoherenceScale::add(const OdometryEstimate& estimate) {
-  const bool sound = (estimate.flags & kUnsound) == 0;
+void CoherenceScale::add(const OdometryEstimate& estimate, bool speed_known) {
+  const bool sound = speed_known && (estimate.flags & kUnsound) == 0;
   if (!sound) unsound_.push_back(estimate.time);
   if (!track_.empty() && estimate.time < track_.end() + kStep) return;
   const double moved = track_.advance(estimate.time, std::abs(estimate.v_body.x()));

@@ -19,8 +19,8 @@ class CoherenceScale {
  public:
   explicit CoherenceScale(const CoherenceConfig& config);
 
-  // Every estimate published, in time order.
-  void add(const OdometryEstimate& estimate);
+  // Every estimate published, in time order. `speed_known`: it can be learnt from.
+  void add(const OdometryEstimate& estimate, bool speed_known);
 
   // A span in decorrelation lengths -> the same in metres, with `scale` the metres per length; not
   // valid before half of `scale_distance` has been learned from.

@@ -255,14 +255,18 @@ StateInput Pipeline::collect(TimeNs from, TimeNs to) {
   input.noise = config_.imu.adaptive_noise
                     ? prevailing_noise(imu_.between(from - margin, to + margin), reference_noise_)
                     : reference_noise_;
-  input.has_wheel = add_wheel(input.steps, wheel_, from);
+  // Where both are silent how the way was covered is not known, but how long it was is.
+  const auto around = imu_.steps(from - state_period_, to, from_seconds(config_.time.imu_gap));
+  const bool imu_gap = std::any_of(around.begin(), around.end(),
+                                   [](const MotionStep& step) { return step.bridged; });
+  input.has_wheel = add_wheel(input.steps, wheel_, from, imu_gap);
   const StandstillVerdict verdict =
       judge_standstill(config_, reference_noise_, prediction_.base().state.gyro_bias, imu_, wheel_,
                        radar_standing_, from, to);
   input.standing = verdict.standing;
-  input.wheel_word = slip_.borne_out(from, wheel_, prediction_.base().state.wheel_scale);
-  if (input.wheel_word) {
-    health_.count(config_.channels.wheel, "no slip, says the radar: the speed is the wheel's");
+  input.speed_word = slip_.word(from, wheel_, prediction_.base().state.wheel_scale);
+  if (input.speed_word) {
+    health_.count(config_.channels.wheel, "the speed held for right was not");
     speed_known_ = to + from_seconds(config_.smoother.lag);
   }
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
@@ -317,14 +321,15 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   // After a gap of the IMU the speed is a guess, or the wheel's: no witness against the wheel.
   const StateResult& base = prediction_.base();
   if (base.carried) speed_known_ = base.state.time + from_seconds(config_.smoother.lag);
-  if (!base.bridged && estimate.time > speed_known_) {
+  const bool speed_known = estimate.time > speed_known_;
+  if (!base.bridged) {
     const bool slipped = slip_.now() != WheelSlip::kNone;
-    slip_.add(estimate, wheel_, input_.wheel_now());
+    slip_.add(estimate, wheel_, input_.wheel_now(), speed_known);
     if (!slipped && slip_.now() != WheelSlip::kNone)
       health_.count(config_.channels.wheel, "turns otherwise than the robot moves");
   }
   estimate.flags = flags();
-  coherence_.add(estimate);
+  coherence_.add(estimate, speed_known);
   out_.odometry.push_back(estimate);
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
 }

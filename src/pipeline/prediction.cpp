@@ -54,12 +54,13 @@ ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise&
           prevailing(reference.accel_density, measured.accel_density)};
 }
 
-bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from) {
+bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
+               bool across_gaps) {
   double elapsed = 0;
-  std::optional<double> before = wheel.distance(from);
+  std::optional<double> before = wheel.distance(from, across_gaps);
   for (MotionStep& step : steps) {
     elapsed += step.dt;
-    const std::optional<double> after = wheel.distance(from + from_seconds(elapsed));
+    const std::optional<double> after = wheel.distance(from + from_seconds(elapsed), across_gaps);
     if (!before || !after) {
       for (MotionStep& s : steps) s.wheel_m = 0;
       return false;

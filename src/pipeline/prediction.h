@@ -49,7 +49,9 @@ StateResult initial_result(const InitialState& initial);
 // samples say nothing.
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
 
-// Signed wheel distance of each step. false, and zeros, where the wheel does not cover them all.
-bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from);
+// Signed wheel distance of each step, with gaps of the wheel made up evenly where that is asked
+// for. false, and zeros, where the wheel does not cover them all.
+bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
+               bool across_gaps);
 
 }  // namespace gprodom

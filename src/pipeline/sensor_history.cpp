@@ -101,21 +101,22 @@ bool WheelHistory::insert(const WheelSample& sample) {
 
 void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }
 
-std::optional<double> WheelHistory::distance(TimeNs time) const {
-  return value(time, &Entry::distance_m);
+std::optional<double> WheelHistory::distance(TimeNs time, bool across_gaps) const {
+  return value(time, &Entry::distance_m, across_gaps);
 }
 
 std::optional<double> WheelHistory::reported(TimeNs time) const {
-  return value(time, &Entry::reported);
+  return value(time, &Entry::reported, false);
 }
 
-std::optional<double> WheelHistory::value(TimeNs time, double Entry::*member) const {
+std::optional<double> WheelHistory::value(TimeNs time, double Entry::*member,
+                                          bool across_gaps) const {
   const auto next = first_after(entries_, time);
   if (next == entries_.begin()) return std::nullopt;
   const Entry& a = *(next - 1);
   if (a.time == time) return a.*member;
   if (next == entries_.end()) return std::nullopt;
-  const bool gap = next->time - a.time > kMaxGap && a.time != resumed_at_;
+  const bool gap = next->time - a.time > kMaxGap && a.time != resumed_at_ && !across_gaps;
   if (next->jumped || gap) return std::nullopt;
   const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
   return a.*member + u * ((*next).*member - a.*member);

@@ -39,8 +39,9 @@ class WheelHistory {
   bool insert(const WheelSample& sample);
   void forget_before(TimeNs time);
 
-  // Signed distance, linear between samples; nullopt outside the data and across gaps and jumps.
-  std::optional<double> distance(TimeNs time) const;
+  // Signed distance, linear between samples; nullopt outside the data and across jumps, and across
+  // gaps unless those are asked for: an encoder counts on while it is not heard.
+  std::optional<double> distance(TimeNs time, bool across_gaps = false) const;
 
   // The encoder's own count at a time, under the same conditions.
   std::optional<double> reported(TimeNs time) const;
@@ -55,7 +56,7 @@ class WheelHistory {
     double reported, distance_m;
     bool jumped;  // since the entry before
   };
-  std::optional<double> value(TimeNs time, double Entry::*member) const;
+  std::optional<double> value(TimeNs time, double Entry::*member, bool across_gaps) const;
 
   double max_speed_;
   TimeNs resumed_at_ = -1;  // time of the entry behind which a gap is covered

@@ -27,17 +27,23 @@ class SlipWatch {
 
   explicit SlipWatch(const WheelConfig& config);
 
-  // Call with every estimate published. `wheel_now` is the newest stamp in `wheel`.
-  void add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now);
+  // Call with every estimate published. `wheel_now` is the newest stamp in `wheel`. `speed_known`:
+  // otherwise than by the wheel. Where it is not, as after a gap of the IMU, the published velocity
+  // is no witness against the wheel, and what was judged before is forgotten.
+  void add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,
+           bool speed_known);
 
   WheelSlip now() const { return now_; }
 
-  // What the radar says of the distance (m, unsigned) while the wheel is taken for slipping.
+  // What the radar says of the distance (m, unsigned): while the wheel is taken for slipping, or
+  // the speed is not known but by it.
   void hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
 
-  // Once the radar has borne the wheel out against the published velocity for two seconds: what the
-  // wheel says of the state at `time`. With that the slip is taken back.
-  std::optional<WheelWord> borne_out(TimeNs time, const WheelHistory& wheel, double wheel_scale);
+  // What is right for the state at `time`, where the published velocity is found wrong: the wheel's
+  // speed, once the radar has for two seconds borne out a wheel taken for slipping. Where the speed
+  // is not known one of the radar's distances is enough, which the wheel may be right with or not;
+  // and without the radar the wheel is right that would turn more slowly than the robot moves.
+  std::optional<SpeedWord> word(TimeNs time, const WheelHistory& wheel, double wheel_scale);
 
   // Whether any window that showed slip reaches into (from, to).
   bool between(TimeNs from, TimeNs to) const;
@@ -51,9 +57,18 @@ class SlipWatch {
     double wheel_m, ground_m;  // signed; ground as published
   };
 
+  // What was found against the published velocity while the speed is not known.
+  struct Against {
+    TimeNs since;
+    bool wheel_right;
+    double faster = 0.0, sigma = 0.0;  // else: m/s, signed, by which the robot is
+  };
+
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
   WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
+  void hear_alone(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+  void doubt_speed(WheelSlip seen, TimeNs time);
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
@@ -66,6 +81,11 @@ class SlipWatch {
   // is not believed before it agrees.
   bool back_from_silence_ = false;
   Interval borne_out_{0, 0};  // by the radar, without a break
+
+  bool speed_known_ = true;
+  TimeNs slow_since_ = 0;                    // the wheel, while the speed is not known; 0: is not
+  WheelSlip radar_says_ = WheelSlip::kNone;  // of the wheel, likewise
+  std::optional<Against> against_;           // not used yet
 };
 
 }  // namespace gprodom

@@ -14,6 +14,7 @@ import pytest
 import gprodom
 from gprodom.convert.cmu import Recording, read_recording
 
+SAMPLE = Path(__file__).parents[2] / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 SEQUENCES = ["1700005000-0-nsh_b-cmu-gpr.zip", "1700003000-0-gates_g-cmu-gpr.zip"]
 
 # Every row quadratic and no revisits, which only the solution over all data takes in.
@@ -55,3 +56,45 @@ def test_steps_are_accepted_and_output_is_sound(recording: Recording) -> None:
     assert all(np.all(np.isfinite(array)) for array in odometry.values())
     # From the standstill at the start to the last IMU sample, at the IMU's rate.
     assert len(odometry["time"]) > 0.95 * (len(recording.imu_utime) - 450)
+
+
+def without(messages: dict[str, Any], begin_ns: int, end_ns: int) -> dict[str, Any]:
+    """The messages of all sensors but those of a while."""
+    kept = {
+        sensor: (messages[f"{sensor}_time"] < begin_ns) | (messages[f"{sensor}_time"] >= end_ns)
+        for sensor in ("imu", "wheel", "gpr")
+    }
+    of = {"imu": ["imu_time", "acceleration", "angular_velocity"]}
+    of |= {"wheel": ["wheel_time", "wheel_distance"], "gpr": ["gpr_time", "traces"]}
+    return {name: messages[name][kept[sensor]] for sensor in of for name in of[sensor]}
+
+
+# A robot's computer that stalls: nothing is heard for half a second, and the encoder counts on.
+def test_half_a_second_without_any_sensor_loses_no_way() -> None:
+    if not hasattr(gprodom, "Odometry"):
+        pytest.skip("the extension gprodom._core is not built")
+    messages = read_recording(SAMPLE).messages()
+    heard = gprodom.Odometry(set=["graph.enabled=false"]).run(**messages).odometry
+    time, position = heard["time"], heard["position"]
+    # Where the speed changes most meanwhile, so that one held would not do.
+    speed, half = heard["velocity"][:, 0], 100
+    changes = np.abs(speed[2 * half :] - speed[: -2 * half])
+    changes[time[: -2 * half] < time[0] + 20_000_000_000] = 0.0
+    begins = []
+    for _ in range(3):
+        i = int(np.argmax(changes))
+        begins.append(time[i + half // 2])
+        changes[max(0, i - 1000) : i + 1000] = 0.0
+    for begin in begins:
+        end = begin + 500_000_000
+        deaf = gprodom.Odometry(set=["graph.enabled=false"]).run(**without(messages, begin, end))
+        again = deaf.odometry["time"][deaf.odometry["time"] > end][0]
+        assert again - end < 1_000_000_000
+        way = [
+            np.linalg.norm(
+                odometry["position"][np.searchsorted(odometry["time"], end + 1_000_000_000)]
+                - position[np.searchsorted(time, begin)]
+            )
+            for odometry in (deaf.odometry, heard)
+        ]
+        assert way[0] == pytest.approx(way[1], abs=0.03)

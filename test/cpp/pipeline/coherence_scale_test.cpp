@@ -33,7 +33,7 @@ std::vector<Answer> drive(unsigned seed, int seconds, double spread,
     estimate.time = from_seconds(10 + t);
     estimate.v_body.x() = kSpeed * seen(t);
     estimate.flags = flags(t);
-    scale.add(estimate);
+    scale.add(estimate, true);
     if (i == 0 || i % 200 != 0) continue;
     Displacement d;
     d.from = from_seconds(10 + t - 1);

@@ -40,7 +40,7 @@ std::vector<Flag> drive(const WheelConfig& config, double direction,
     estimate.velocity_covariance.setIdentity();
     estimate.velocity_covariance *= kVelocitySigma * kVelocitySigma;
     estimate.wheel_scale = config.scale;
-    watch.add(estimate, wheel, from_seconds(wheel_now));
+    watch.add(estimate, wheel, from_seconds(wheel_now), true);
     flags.push_back({i * 0.005, watch.now()});
   }
   return flags;
@@ -91,7 +91,7 @@ TEST(SlipWatch, RemembersWhereTheWheelIsNotToBeUsed) {
     estimate.time = time;
     estimate.velocity_covariance.setIdentity();
     estimate.velocity_covariance *= 1e-6;
-    watch.add(estimate, wheel, time);
+    watch.add(estimate, wheel, time, true);
   }
   EXPECT_FALSE(watch.between(from_seconds(50.2), from_seconds(50.4)));
   EXPECT_TRUE(watch.between(from_seconds(51.0), from_seconds(51.2)));
@@ -106,8 +106,9 @@ class Drive {
   double ground = kSpeed, wheel_speed = kSpeed;  // m/s
   double published = kSpeed, sigma = 0.01;       // m/s
   bool wheel_speaks = true, radar_speaks = true, asked = true;
+  bool speed_known = true;
   SlipWatch watch{WheelConfig{}};
-  std::optional<WheelWord> word;
+  std::optional<SpeedWord> word;
 
   void run(double seconds) {
     for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
@@ -119,8 +120,8 @@ class Drive {
       estimate.v_body.x() = published;
       estimate.velocity_covariance = sigma * sigma * Eigen::Matrix3d::Identity();
       estimate.wheel_scale = 1.0;
-      watch.add(estimate, wheel_, wheel_now_);
-      if (!word && asked && i_ % 40 == 0) word = watch.borne_out(now - 50'000'000, wheel_, 1.0);
+      watch.add(estimate, wheel_, wheel_now_, speed_known);
+      if (!word && asked && i_ % 40 == 0) word = watch.word(now - 50'000'000, wheel_, 1.0);
       if (!radar_speaks || i_ % 200 != 199) continue;
       Displacement radar;
       radar.to = now - 50'000'000;
@@ -180,6 +181,71 @@ TEST(SlipWatch, AVerdictThatCannotBeUsedAtOnceIsDropped) {
     drive.run(1.0);
     EXPECT_FALSE(drive.word) << silence;
   }
+}
+
+// After a gap of the IMU the published speed is the wheel's.
+TEST(SlipWatch, WhereTheSpeedIsNotKnownTheRadarJudgesTheWheel) {
+  for (const double direction : {1.0, -1.0}) {
+    Drive drive;
+    drive.speed_known = false;
+    drive.ground = direction * kSpeed;
+    drive.wheel_speed = drive.published = 1.8 * direction * kSpeed;
+    drive.run(4.0);
+    ASSERT_TRUE(drive.word);
+    EXPECT_NEAR(drive.word->speed, direction * kSpeed, 0.01);
+    EXPECT_NEAR(drive.word->sigma, 0.2 * kSpeed, 0.01);
+    EXPECT_LT(direction * drive.word->ahead_m, -0.25);  // of 0.3 to 0.6 m
+    EXPECT_GT(direction * drive.word->ahead_m, -0.65);
+    EXPECT_TRUE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
+
+    drive.wheel_speed = drive.published = direction * kSpeed;
+    drive.run(3.0);
+    EXPECT_FALSE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+  }
+  Drive agreed;
+  agreed.speed_known = false;
+  agreed.run(4.0);
+  EXPECT_FALSE(agreed.word);
+  EXPECT_FALSE(agreed.contradicted());
+}
+
+// By the radar, or without it where the wheel would turn more slowly than the robot moves.
+TEST(SlipWatch, WhereTheSpeedIsNotKnownASlipsEndIsSeen) {
+  for (const bool radar_speaks : {true, false}) {
+    Drive drive;
+    drive.speed_known = false;
+    drive.radar_speaks = radar_speaks;
+    drive.published = (radar_speaks ? 0.4 : 1.8) * kSpeed;
+    drive.run(3.0);
+    ASSERT_TRUE(drive.word);
+    EXPECT_NEAR(drive.word->speed, kSpeed, 0.01);
+    EXPECT_DOUBLE_EQ(drive.word->sigma, 0.1);
+    EXPECT_FALSE(drive.contradicted());
+  }
+  Drive slips;  // for all that is known
+  slips.speed_known = slips.radar_speaks = false;
+  slips.wheel_speed = 1.8 * kSpeed;
+  slips.run(3.0);
+  EXPECT_FALSE(slips.word);
+}
+
+// What was published before it is no witness any more.
+TEST(SlipWatch, AVerdictFromBeforeTheSpeedWasLostIsForgotten) {
+  Drive drive;
+  drive.run(3.0);
+  drive.published = 0.75;
+  drive.run(1.5);
+  EXPECT_TRUE(drive.contradicted());
+  drive.speed_known = false;
+  drive.published = kSpeed;
+  drive.radar_speaks = false;
+  drive.run(0.5);
+  EXPECT_FALSE(drive.contradicted());
+  drive.radar_speaks = true;
+  drive.run(4.0);
+  EXPECT_FALSE(drive.word);
 }
 
 TEST(SlipWatch, ARealSlipIsNotTakenBack) {
