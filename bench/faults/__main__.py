@@ -23,7 +23,7 @@ import sys
 import tempfile
 import zlib
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -219,8 +219,9 @@ def main() -> int:
         results, runner = Results(args.output), Runner(args)
         tasks = results.missing(tasks_of(args, runner.faults()))
         with Progress("replays", len(tasks)) as progress, ProcessPoolExecutor(args.jobs) as pool:
-            for task, result in zip(tasks, pool.map(runner.do, tasks), strict=True):
-                results.keep(task, result)
+            doing = {pool.submit(runner.do, task): task for task in tasks}
+            for done in as_completed(doing):
+                results.keep(doing[done], done.result())
                 progress.advance()
     except Error as error:
         print(f"faults: error: {error}", file=sys.stderr)

@@ -13,8 +13,8 @@
 
 namespace gprodom {
 
-// While IMU data are missing the robot may turn and speed up at will: densities that cover a
-// robot's turning and accelerating.
+// Of IMU data that are missing for kLongestBridge at most, with the values held: densities that
+// cover what a robot turns and speeds up meanwhile (docs/estimation.md, "Gaps of the IMU").
 constexpr ImuNoise kBridgedImuNoise{0.03, 0.5};
 
 // A gap of the IMU that a solve bridges. Beyond, the state is carried on by the wheel alone.

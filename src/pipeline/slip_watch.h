@@ -35,8 +35,8 @@ class SlipWatch {
 
   WheelSlip now() const { return now_; }
 
-  // What the radar says of the distance (m, unsigned): while the wheel is taken for slipping, or
-  // the speed is not known but by it.
+  // What the radar says of the distance (m, unsigned). It counts while the wheel is taken for
+  // slipping, and while the speed is not known.
   void hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
 
   // What is right for the state at `time`, where the published velocity is found wrong: the wheel's
@@ -83,9 +83,11 @@ class SlipWatch {
   Interval borne_out_{0, 0};  // by the radar, without a break
 
   bool speed_known_ = true;
-  TimeNs slow_since_ = 0;                    // the wheel, while the speed is not known; 0: is not
-  WheelSlip radar_says_ = WheelSlip::kNone;  // of the wheel, likewise
-  std::optional<Against> against_;           // not used yet
+  // While the speed is not known: since when the wheel turns more slowly (0: it does not), what the
+  // radar says of it, and what is to be put right at the next word().
+  TimeNs slow_since_ = 0;
+  WheelSlip radar_says_ = WheelSlip::kNone;
+  std::optional<Against> against_;
 };
 
 }  // namespace gprodom

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -26,6 +27,13 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no shared test data in {folder} (name its parent in GPRODOM_SHARED)")
     return folder
+
+
+@pytest.fixture(scope="session")
+def compiled() -> None:
+    """The compiled module is needed: without it the test is skipped, as where Python alone is."""
+    if importlib.util.find_spec("gprodom._core") is None:
+        pytest.skip("the extension gprodom._core is not built")
 
 
 UNPRIVILEGED = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--no-new-privs")

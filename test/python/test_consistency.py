@@ -8,13 +8,11 @@ import sys
 
 import pytest
 
-import gprodom
 from conftest import CHECKOUT
 
 
+@pytest.mark.usefixtures("compiled")
 def test_covariance_is_true() -> None:
-    if not hasattr(gprodom, "Odometry"):
-        pytest.skip("the extension gprodom._core is not built")
     result = subprocess.run(
         [sys.executable, str(CHECKOUT / "bench" / "consistency.py"), "--runs", "40", "--json"],
         capture_output=True,

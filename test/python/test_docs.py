@@ -17,10 +17,9 @@ from conftest import CHECKOUT
 DOCS = CHECKOUT / "docs"
 
 
+@pytest.mark.usefixtures("compiled")
 def test_tutorial_runs(tmp_path: Path) -> None:
     """Its blocks in order: commands by a shell, Python in one interpreter."""
-    if not hasattr(gprodom, "Odometry"):
-        pytest.skip("the extension gprodom._core is not built")
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.M | re.S)
     assert {kind for kind, _ in blocks} == {"sh", "python"}
     command = tmp_path / "bin" / "gprodom"

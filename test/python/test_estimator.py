@@ -14,6 +14,8 @@ import pytest
 import gprodom
 from gprodom.convert.cmu import Recording, read_recording
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 SAMPLE = Path(__file__).parents[2] / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 SEQUENCES = ["1700005000-0-nsh_b-cmu-gpr.zip", "1700003000-0-gates_g-cmu-gpr.zip"]
 
@@ -31,8 +33,6 @@ def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
 
 @pytest.fixture(scope="module", params=SEQUENCES)
 def recording(shared: Path, request: pytest.FixtureRequest) -> Recording:
-    if not hasattr(gprodom, "Odometry"):
-        pytest.skip("the extension gprodom._core is not built")
     return read_recording(shared / "cmu_like" / str(request.param))
 
 
@@ -71,8 +71,6 @@ def without(messages: dict[str, Any], begin_ns: int, end_ns: int) -> dict[str, A
 
 # A robot's computer that stalls: nothing is heard for half a second, and the encoder counts on.
 def test_half_a_second_without_any_sensor_loses_no_way() -> None:
-    if not hasattr(gprodom, "Odometry"):
-        pytest.skip("the extension gprodom._core is not built")
     messages = read_recording(SAMPLE).messages()
     heard = gprodom.Odometry(set=["graph.enabled=false"]).run(**messages).odometry
     time, position = heard["time"], heard["position"]

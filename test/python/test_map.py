@@ -18,9 +18,7 @@ BENCH = Path(__file__).resolve().parents[2] / "bench" / "map_coverage.py"
 
 
 @pytest.fixture(scope="module")
-def bench() -> ModuleType:
-    if not hasattr(gprodom, "Odometry"):
-        pytest.skip("the extension gprodom._core is not built")
+def bench(compiled: None) -> ModuleType:
     spec = importlib.util.spec_from_file_location("map_coverage", BENCH)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -13,9 +12,8 @@ import pytest
 from conftest import CHECKOUT
 
 
+@pytest.mark.usefixtures("compiled")
 def test_types_of_the_compiled_module_are_true(tmp_path: Path) -> None:
-    if importlib.util.find_spec("gprodom._core") is None:
-        pytest.skip("the extension gprodom._core is not built")
     kept, fresh = CHECKOUT / "scripts" / "gprodom" / "_core.pyi", tmp_path / "_core.pyi"
     done = subprocess.run(
         [CHECKOUT / "scripts" / "stubs", fresh],

@@ -87,6 +87,20 @@ TEST(LongGap, TheStateBeyondItHoldsOnceTheWindowHasPassed) {
   EXPECT_LT(sigma(result, row::kV), 0.05);
 }
 
+// What is claimed lost beyond what is, revisits and slips make use of.
+TEST(LongGap, AShortOneLosesLittle) {
+  StateEstimator estimator = at_ten_seconds(kSpeed);
+  std::mt19937 random(1);
+  StateResult result;
+  for (int i = 0; i < 50; ++i) {  // of 10 s the last
+    const bool silent = i >= 45;
+    result = estimator.add(interval(10.0 + i * kStateInterval, {kSpeed, kTurn, 0, silent}, random));
+  }
+  EXPECT_TRUE(result.carried);
+  EXPECT_NEAR(sigma(result, row::kTheta + 2), 0.1, 0.03);  // 0.1 rad/s^2 over a second
+  EXPECT_NEAR(sigma(result, row::kTheta), 0.02, 0.01);     // 0.02 rad/sqrt(s)
+}
+
 // 20 s straight on with a bias that moved at once, then a standstill that shows it.
 TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
   constexpr double kStep = 5e-3;  // rad/s

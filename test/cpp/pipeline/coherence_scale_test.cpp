@@ -17,12 +17,16 @@ struct Answer {
   bool valid;
 };
 
+const auto kAlways = [](double) { return true; };
+
 // A robot at kSpeed over ground of `metres_per_length(t)`; each span of 1 s errs by a factor
-// exp(spread * normal). `flags` and `seen` (published speed over true) at each time.
+// exp(spread * normal). `flags`, `seen` (published speed over true) and whether the
+// speed is known, at each time.
 std::vector<Answer> drive(unsigned seed, int seconds, double spread,
                           const std::function<double(double)>& metres_per_length,
                           const std::function<std::int32_t(double)>& flags,
-                          const std::function<double(double)>& seen) {
+                          const std::function<double(double)>& seen,
+                          const std::function<bool(double)>& speed_known = kAlways) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   CoherenceScale scale{CoherenceConfig()};
@@ -33,7 +37,7 @@ std::vector<Answer> drive(unsigned seed, int seconds, double spread,
     estimate.time = from_seconds(10 + t);
     estimate.v_body.x() = kSpeed * seen(t);
     estimate.flags = flags(t);
-    scale.add(estimate, true);
+    scale.add(estimate, speed_known(t));
     if (i == 0 || i % 200 != 0) continue;
     Displacement d;
     d.from = from_seconds(10 + t - 1);
@@ -93,6 +97,16 @@ TEST(CoherenceScale, LearnsNothingFromASlip) {
     EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
   }
   EXPECT_GT(answers[88].sigma_m, 1.15 * answers[62].sigma_m);  // less sure as it goes on
+}
+
+TEST(CoherenceScale, LearnsNothingFromASpeedThatIsNotKnown) {
+  const auto answers = drive(
+      3, 90, 0.05, [](double) { return 0.06; }, kSound, [](double t) { return t > 60 ? 1.8 : 1.0; },
+      [](double t) { return t <= 60; });
+  for (const Answer& a : answers) {
+    if (a.time <= 20) continue;
+    EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
+  }
 }
 
 }  // namespace

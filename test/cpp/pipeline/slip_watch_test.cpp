@@ -236,15 +236,16 @@ TEST(SlipWatch, AVerdictFromBeforeTheSpeedWasLostIsForgotten) {
   Drive drive;
   drive.run(3.0);
   drive.published = 0.75;
-  drive.run(1.5);
+  drive.asked = false;
+  drive.run(4.0);  // the radar has borne the wheel out
   EXPECT_TRUE(drive.contradicted());
+  drive.asked = true;
   drive.speed_known = false;
   drive.published = kSpeed;
   drive.radar_speaks = false;
-  drive.run(0.5);
+  drive.run(0.01);
   EXPECT_FALSE(drive.contradicted());
-  drive.radar_speaks = true;
-  drive.run(4.0);
+  drive.run(1.0);
   EXPECT_FALSE(drive.word);
 }
 

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""What a gap of the IMU loses: how far off a robot's turning and tilt are, with values held.
+
+For gaps of several lengths T, at any time of each LOG.lcmlog: the turn that the gyro shows over T
+less that of the mean of the gap's two ends held (root mean square and 99th percentile, rad, about
+z), the speed likewise (m/s, of the worst axis), and the change of the direction of gravity, which
+the accelerometer's mean over 2 s shows (RMS per axis, rad). By these docs/estimation.md says what
+may be claimed lost.
+
+    bench/imu_gaps.py LOG.lcmlog...
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import logs
+from gprodom.arrays import Floats
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.errors import Error
+
+LENGTHS = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
+GRAVITY_MEAN = 2.0  # s
+
+
+def off(t: Floats, values: Floats, samples: int) -> Floats:
+    """The integral of `values` (n, 3) over so many samples, less that of its ends held."""
+    steps = np.diff(t)[:, None]
+    integral = np.concatenate([np.zeros((1, 3)), np.cumsum(values[:-1] * steps, axis=0)])
+    begin = np.arange(0, len(t) - samples, max(1, samples // 4))
+    end = begin + samples
+    held = 0.5 * (values[begin] + values[end]) * (t[end] - t[begin])[:, None]
+    return np.asarray(integral[end] - integral[begin] - held)
+
+
+def tilt(acceleration: Floats, mean: int, samples: int) -> float:
+    """RMS per axis of the change of gravity's direction, rad."""
+    kernel = np.ones(mean) / mean
+    down = np.stack([np.convolve(axis, kernel, "valid") for axis in acceleration.T], axis=1)
+    down /= np.linalg.norm(down, axis=1)[:, None]
+    angle = np.linalg.norm(np.cross(down[:-samples], down[samples:]), axis=1)
+    return float(np.sqrt(np.mean(angle**2) / 2))
+
+
+def measure(paths: list[Path], length: float) -> dict[str, Any]:
+    """The figures of one length, RMS over the logs; of the percentile the largest."""
+    turn, percentile, speed, tilts = [], [], [], []
+    for path in paths:
+        imu = logs.read(path, ["IMU"]).get("IMU")
+        if imu is None:
+            raise Error(f"{path}: no IMU")
+        t = imu["utime"] * 1e-6
+        rate = 1 / float(np.median(np.diff(t)))
+        samples = round(length * rate)
+        if len(t) < samples + 2 * GRAVITY_MEAN * rate:
+            continue
+        turned = off(t, imu["angular_velocity"], samples)
+        turn.append(float(np.mean(turned[:, 2] ** 2)))
+        percentile.append(float(np.quantile(np.abs(turned[:, 2]), 0.99)))
+        accelerated = off(t, imu["linear_acceleration"], samples)
+        speed.append(float(np.max(np.mean(accelerated**2, axis=0))))
+        tilts.append(tilt(imu["linear_acceleration"], round(GRAVITY_MEAN * rate), samples) ** 2)
+    if not turn:
+        raise Error(f"no log is longer than {length} s")
+    return {
+        "length_s": length,
+        "yaw_rms": float(np.sqrt(np.mean(turn))),
+        "yaw_99": max(percentile),
+        "speed_rms": float(np.sqrt(np.mean(speed))),
+        "tilt_rms": float(np.sqrt(np.mean(tilts))),
+    }
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    try:
+        rows = [measure(args.logs, length) for length in LENGTHS]
+    except Error as error:
+        print(f"imu_gaps: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json(rows)
+    else:
+        heading = ["gap (s)", "yaw, RMS (rad)", "99 %", "speed, RMS (m/s)", "tilt, RMS (rad)"]
+        print(format_table(heading, [list(row.values()) for row in rows]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
