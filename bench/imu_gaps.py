@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from gprodom import logs
 from gprodom.arrays import Floats
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
+from gprodom.lcm import logs
 
 LENGTHS = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 GRAVITY_MEAN = 2.0  # s

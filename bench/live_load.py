@@ -32,8 +32,8 @@ from typing import Any
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
-from gprodom.messages import message
-from gprodom.replay import default_config, find_program
+from gprodom.lcm.messages import message
+from gprodom.odometry.replay import default_config, find_program
 from own_network import URL, parse_inside
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")

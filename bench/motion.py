@@ -34,14 +34,15 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom import gpr, logs
+from gprodom import gpr
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL, Recording, read_recording
 from gprodom.convert.streams import streams
-from gprodom.estimate import estimate
-from gprodom.log_writer import write_log
-from gprodom.methods import find_method
+from gprodom.lcm import logs
+from gprodom.lcm.log_writer import write_log
+from gprodom.odometry.estimate import estimate
+from gprodom.odometry.methods import find_method
 from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare

@@ -27,12 +27,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gprodom import logs
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
-from gprodom.lcm import LCM, EventLog
-from gprodom.messages import message
-from gprodom.replay import default_config, find_program, run_replay
+from gprodom.lcm import LCM, EventLog, logs
+from gprodom.lcm.messages import message
+from gprodom.odometry.replay import default_config, find_program, run_replay
 from hostile_packets import CHANNELS
 from own_network import URL, parse_inside
 

@@ -31,9 +31,9 @@ from gprodom.convert.source import File
 from gprodom.convert.survey_files import read_line
 from gprodom.convert.table import parse
 from gprodom.ground.survey import find_survey, shipped
+from gprodom.lcm.wire import decode
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.robot import robot
-from gprodom.wire import decode
 
 Array = NDArray[np.float64]
 LIMITS = {"radar": 2.5, "IMU": 3.0, "wheel": 2.0}  # ratio from which a difference is named

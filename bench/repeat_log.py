@@ -15,9 +15,9 @@ from pathlib import Path
 
 from gprodom.console import Progress
 from gprodom.errors import Error
+from gprodom.files import replacing
 from gprodom.lcm import EventLog
-from gprodom.log_writer import replacing
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 
 TYPES = {"IMU": "imu_t", "WHEEL": "wheel_t", "GPR_TRACE": "gpr_trace_t"}
 IMU_PERIOD_US = 5000  # between the last message of a round and the first of the next

@@ -23,7 +23,7 @@ from typing import Any
 
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
-from gprodom.replay import default_config, find_program
+from gprodom.odometry.replay import default_config, find_program
 
 CASES = {
     "default": [],

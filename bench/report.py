@@ -24,9 +24,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from gprodom import canvas
 from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
-from gprodom.plot import canvas
 
 HERE = Path(__file__).resolve().parent
 KERNELS = ("message", "gpr_filter", "gpr_peaks", "gpr_sfm", "gpr_revisit", "estimation", "map")

@@ -24,11 +24,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom import logs
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
-from gprodom.estimate import as_log, estimate
-from gprodom.methods import find_method
+from gprodom.lcm import logs
+from gprodom.odometry.estimate import as_log, estimate
+from gprodom.odometry.methods import find_method
 from gprodom.score.align import FIRST_M, Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Figures, compare

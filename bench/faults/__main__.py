@@ -36,7 +36,7 @@ import table
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
-from gprodom.replay import default_config, run_replay
+from gprodom.odometry.replay import default_config, run_replay
 from gprodom.score.sources import read_truth
 
 BEGIN = 0.45  # of the run, where faults begin

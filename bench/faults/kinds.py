@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 
 Message = tuple[int, str, bytes]
 Random = np.random.Generator

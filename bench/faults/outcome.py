@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from gprodom import logs, rotation
+from gprodom import rotation
 from gprodom.arrays import Floats, Ints
 from gprodom.errors import Error
+from gprodom.lcm import logs
 from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare

@@ -10,7 +10,7 @@ import math
 import sys
 
 from gprodom.lcm import DEFAULT_URL, LCM
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 
 odometry_t = message("odometry_t")
 

@@ -22,7 +22,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from gprodom.errors import Error
 
@@ -30,7 +30,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
     "gprodom.ground.command",
     "gprodom.simulate.command",
-    "gprodom.run",
+    "gprodom.odometry.command",
     "gprodom.score.command",
     "gprodom.benchmark.command",
     "gprodom.calibrate.command",
@@ -48,22 +48,6 @@ examples:
 
 exit codes: 0 done, 1 failed, 2 bad usage
 """
-
-Subparsers = Any  # argparse's own class for this is private
-
-
-def add_command(
-    subparsers: Subparsers, name: str, summary: str, description: str, examples: str
-) -> argparse.ArgumentParser:
-    """A subcommand's parser with house style: summary, description, examples at the end."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        name,
-        help=summary,
-        description=description,
-        epilog=f"examples:\n{examples.rstrip()}\n",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    return parser
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import rotation
-from gprodom.convert.table import to_microseconds
 from gprodom.errors import Error
-from gprodom.log_writer import replacing
+from gprodom.files import replacing
+from gprodom.times import to_microseconds
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]

@@ -25,8 +25,8 @@ from typing import Any
 from rich.console import Console
 
 from gprodom.lcm import LCM
-from gprodom.messages import fingerprint, message
-from gprodom.replay import find_program
+from gprodom.lcm.messages import fingerprint, message
+from gprodom.odometry.replay import find_program
 from gprodom.status.heard import Heard
 from gprodom.status.view import page
 

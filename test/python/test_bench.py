@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from conftest import CHECKOUT
-from gprodom import logs
 from gprodom.cli import main
-from gprodom.dead_reckoning import wheel_distance
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
 
 BENCH = CHECKOUT / "bench"
 PROGRAMS = CHECKOUT / "build" / "bench"

@@ -17,7 +17,7 @@ from gprodom.benchmark.simulated import drives
 from gprodom.calibrate.k import Shifts, fit_k
 from gprodom.cli import main
 from gprodom.errors import Error, UsageError
-from gprodom.methods import METHODS
+from gprodom.odometry.methods import METHODS
 from gprodom.score.figures import Figures
 from gprodom.score.record import COLUMNS, Record, make_record
 from gprodom.trajectory import read_tum
@@ -98,10 +98,10 @@ def test_benchmark_scores_goes_on_and_survives_a_broken_sequence(
 STAND_IN = """#!{python}
 import argparse, sys
 import numpy as np
-from gprodom import logs
-from gprodom.dead_reckoning import wheel_distance
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.lcm import EventLog
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 
 parser = argparse.ArgumentParser()
 parser.add_argument("log")
@@ -143,11 +143,11 @@ def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program.parent.mkdir(parents=True)
     program.write_text(STAND_IN.format(python=sys.executable))
     program.chmod(0o755)
-    monkeypatch.setattr("gprodom.replay.find_program", lambda: program)
+    monkeypatch.setattr("gprodom.odometry.replay.find_program", lambda: program)
     monkeypatch.setattr("gprodom.benchmark.jobs.find_program", lambda: program)
     config = tmp_path / "gprodom.yaml"
     config.write_text("")
-    monkeypatch.setattr("gprodom.replay.default_config", lambda: config)
+    monkeypatch.setattr("gprodom.odometry.replay.default_config", lambda: config)
     monkeypatch.setattr("gprodom.benchmark.jobs.default_config", lambda: config)
     scripts = Path(gprodom.__file__).resolve().parents[1]
     monkeypatch.setenv("PYTHONPATH", str(scripts))

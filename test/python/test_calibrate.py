@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gprodom import Odometry, describe_config, logs
+from gprodom import Odometry, describe_config
 from gprodom.calibrate.imu import measure_noise
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
@@ -18,7 +18,8 @@ from gprodom.cli import main
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.ground.survey import find_survey
-from gprodom.log_writer import write_log
+from gprodom.lcm import logs
+from gprodom.lcm.log_writer import write_log
 from gprodom.simulate import Spec, make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import as_recording

@@ -16,9 +16,9 @@ from gprodom.cli import main
 from gprodom.convert import source
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.quantum import find_quantum
-from gprodom.convert.table import to_microseconds
 from gprodom.lcm import EventLog
-from gprodom.logs import read
+from gprodom.lcm.logs import read
+from gprodom.times import to_microseconds
 
 START = 1_611_959_465
 IMU = "t_stamp,a_x,a_y,a_z,g_x,g_y,g_z,w,x,y,z"
@@ -274,7 +274,7 @@ def test_failed_write_keeps_the_old_log(
     sequence = write(tmp_path / "a", tables())
     log = convert(sequence)
     before = log.read_bytes()
-    monkeypatch.setattr("gprodom.log_writer._EVENT_HEADER", 29)  # as if bytes had been lost
+    monkeypatch.setattr("gprodom.lcm.log_writer._EVENT_HEADER", 29)  # as if bytes had been lost
     assert main(["convert", "cmu", str(sequence), "-o", str(log)]) == 1
     assert "disk full" in capsys.readouterr().err
     assert log.read_bytes() == before

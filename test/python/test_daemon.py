@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from conftest import CHECKOUT, UNPRIVILEGED, run_isolated
-from gprodom.replay import find_program
+from gprodom.odometry.replay import find_program
 
 SCENARIOS = CHECKOUT / "test" / "python" / "daemon_scenario.py"
 

@@ -9,7 +9,7 @@ import pytest
 
 from gprodom.convert.cmu import _find_gravity, _parse_imu, _parse_wheel, parse_truth
 from gprodom.convert.source import IMU, TRUTH, WHEEL, read_files
-from gprodom.dead_reckoning import integrate, standstill, yaw_from_gyro
+from gprodom.odometry.dead_reckoning import integrate, standstill, yaw_from_gyro
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.trajectory import Trajectory

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from conftest import CHECKOUT, run_isolated
-from gprodom.messages import fingerprint, message
+from gprodom.lcm.messages import fingerprint, message
 
 EXAMPLES = CHECKOUT / "examples"
 

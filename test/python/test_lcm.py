@@ -11,11 +11,11 @@ from types import ModuleType
 
 import pytest
 
-import gprodom.lcm_ctypes
+import gprodom.lcm.binding
 from conftest import run_isolated
 
 pypi = pytest.importorskip("lcm")
-BINDINGS = [pytest.param(pypi, id="pypi"), pytest.param(gprodom.lcm_ctypes, id="ctypes")]
+BINDINGS = [pytest.param(pypi, id="pypi"), pytest.param(gprodom.lcm.binding, id="ctypes")]
 
 _random = random.Random(1)
 EVENTS = [
@@ -33,7 +33,7 @@ def write(binding: ModuleType, path: Path) -> None:
 
 def test_logs_are_the_same_to_the_byte(tmp_path: Path) -> None:
     write(pypi, tmp_path / "pypi")
-    write(gprodom.lcm_ctypes, tmp_path / "ctypes")
+    write(gprodom.lcm.binding, tmp_path / "ctypes")
     assert (tmp_path / "pypi").read_bytes() == (tmp_path / "ctypes").read_bytes()
 
 
@@ -91,7 +91,7 @@ def test_error_in_a_callback_reaches_the_caller(binding: ModuleType) -> None:
 ROUND_TRIP = """
 import select
 import lcm as pypi
-from gprodom import lcm_ctypes
+from gprodom.lcm import binding as lcm_ctypes
 
 url = "udpm://239.255.76.67:7667?ttl=0"
 ends = {"pypi": pypi.LCM(url), "ctypes": lcm_ctypes.LCM(url)}

@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import CHECKOUT, UNPRIVILEGED
-from gprodom.logs import Channel, read
-from gprodom.replay import find_program
+from gprodom.lcm.logs import Channel, read
+from gprodom.odometry.replay import find_program
 
 IntArray = NDArray[np.int64]
 CONFIG = CHECKOUT / "config" / "gprodom.yaml"

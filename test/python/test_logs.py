@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gprodom import logs, wire
 from gprodom.errors import Error
-from gprodom.lcm import EventLog
-from gprodom.messages import message
+from gprodom.lcm import EventLog, logs, wire
+from gprodom.lcm.messages import message
 
 BOOLEANS = ("has_orientation", "valid", "mirrored")
 

@@ -13,7 +13,7 @@ import pytest
 import gprodom
 from conftest import CHECKOUT
 from gprodom.cli import COMMANDS, build_parser
-from gprodom.replay import find_program
+from gprodom.odometry.replay import find_program
 
 
 def run(*command: str | Path, **environment: str) -> str:

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from conftest import CHECKOUT
-from gprodom import logs
 from gprodom.cli import main
-from gprodom.lcm import EventLog
-from gprodom.messages import message
+from gprodom.lcm import EventLog, logs
+from gprodom.lcm.messages import message
 from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import find_revisits
 

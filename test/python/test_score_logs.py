@@ -11,7 +11,7 @@ import pytest
 from gprodom.calibrate.k import Shifts
 from gprodom.cli import main
 from gprodom.lcm import EventLog
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 from gprodom.plot.observability import measure, observe, pool
 
 START = 1_700_000_000_000_000

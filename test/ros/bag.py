@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Int64
 
 from gprodom.lcm import EventLog
-from gprodom.messages import message
+from gprodom.lcm.messages import message
 
 WHEEL_RADIUS_M = 0.1
 WHEEL_JOINT = "front_left"

@@ -14,13 +14,12 @@ from gprodom.benchmark.pairs import MIN_SEQUENCES
 from gprodom.benchmark.results import as_json, describe, write_csv, write_json
 from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
 from gprodom.ground.survey import shipped
-from gprodom.methods import DEFAULT_METHODS, describe_methods, find_method
-from gprodom.run import add_config_options
+from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.record import scene_of, sequence_name
 from gprodom.score.sources import kind_of

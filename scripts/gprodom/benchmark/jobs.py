@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from gprodom import logs
 from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
-from gprodom.displacement import Displacements, reckon
 from gprodom.errors import Error
-from gprodom.estimate import Estimate, as_log, estimate
-from gprodom.log_writer import replacing
-from gprodom.methods import Method
-from gprodom.replay import default_config, find_program
+from gprodom.files import replacing
+from gprodom.lcm import logs
+from gprodom.odometry.displacement import Displacements, reckon
+from gprodom.odometry.estimate import Estimate, as_log, estimate
+from gprodom.odometry.methods import Method
+from gprodom.odometry.replay import default_config, find_program
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Comparison, compare

@@ -6,13 +6,13 @@ from collections.abc import Sequence as Items
 from pathlib import Path
 from typing import Any
 
+from gprodom import canvas
 from gprodom.benchmark import pictures
 from gprodom.benchmark.jobs import CAUSAL, Outcome, Sequence, Settings
 from gprodom.benchmark.pairs import compare_methods, pair_cells
 from gprodom.benchmark.published import FUSED, GPR_ONLY, SCENES, Published, is_of_dataset
 from gprodom.benchmark.results import mean_of, summarise, table_cells, weighted_mean
-from gprodom.log_writer import replacing
-from gprodom.plot import canvas
+from gprodom.files import replacing
 from gprodom.score.figures import FIGURE_NAMES
 from gprodom.score.page import text
 from gprodom.score.record import Record

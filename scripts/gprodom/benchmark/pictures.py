@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gprodom import canvas
 from gprodom.benchmark.curves import INTERVALS, STEP_S, Curves
 from gprodom.benchmark.jobs import Outcome
-from gprodom.plot import canvas
 from gprodom.score.record import scene_of
 
 if TYPE_CHECKING:

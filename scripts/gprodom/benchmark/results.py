@@ -12,7 +12,7 @@ from typing import Any
 from gprodom.benchmark.jobs import Outcome, Settings
 from gprodom.benchmark.pairs import compare_methods, pair_cells
 from gprodom.console import format_table, to_json
-from gprodom.log_writer import replacing
+from gprodom.files import replacing
 from gprodom.score.record import COLUMNS, Record
 
 AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw")

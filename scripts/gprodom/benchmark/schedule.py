@@ -12,7 +12,7 @@ from gprodom.benchmark.jobs import Outcome, Sequence, Settings, clean, run_job, 
 from gprodom.benchmark.simulated import Drive
 from gprodom.console import Progress
 from gprodom.errors import Error
-from gprodom.methods import METHODS, Method
+from gprodom.odometry.methods import METHODS, Method
 
 Result = TypeVar("Result")
 

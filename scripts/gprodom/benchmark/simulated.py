@@ -8,9 +8,9 @@ from pathlib import Path
 from gprodom.convert.streams import streams
 from gprodom.errors import UsageError
 from gprodom.ground.survey import find_survey, shipped
-from gprodom.log_writer import write_log
+from gprodom.lcm.log_writer import write_log
+from gprodom.random_streams import stream
 from gprodom.simulate.ground import GroundSpec
-from gprodom.simulate.random import stream
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import make_route

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gprodom.calibrate import imu, k, timing, wheel
-from gprodom.cli import Subparsers, add_command
+from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
   gprodom calibrate wheel drive.lcmlog -o wheel.yaml

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom.log_writer import replacing
+from gprodom.files import replacing
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
-from gprodom.dead_reckoning import standstill, wheel_distance
 from gprodom.errors import Error
-from gprodom.estimate import as_log
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import standstill, wheel_distance
+from gprodom.odometry.estimate import as_log
+from gprodom.options import Subparsers, add_command
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,7 +122,7 @@ def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
 
 def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
     """Allan deviation of both sensors, axis by axis."""
-    from gprodom.plot import canvas
+    from gprodom import canvas
 
     figure, axes = canvas.new_figure(1, 2, width=9.0, height=3.8)
     for axis, values, what in (
@@ -159,7 +159,7 @@ def run(args: argparse.Namespace) -> int:
     found = [item for name, each in noise.items() for item in _as_found(name, each)]
     write_fragment(args.output, found)
     if args.plot is not None:
-        from gprodom.plot import canvas
+        from gprodom import canvas
 
         canvas.save(allan_figure(acceleration, gyro, rate), args.plot)
     if args.json:

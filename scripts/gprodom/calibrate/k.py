@@ -11,17 +11,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
-from gprodom.displacement import CHANNEL, Displacements, sequential
 from gprodom.errors import Error, UsageError
-from gprodom.estimate import OnProgress, as_log
-from gprodom.methods import METHODS, Method, find_method
-from gprodom.replay import run_replay
-from gprodom.run import add_config_options
+from gprodom.lcm import logs
+from gprodom.odometry.displacement import CHANNEL, Displacements, sequential
+from gprodom.odometry.estimate import OnProgress, as_log
+from gprodom.odometry.methods import METHODS, Method, find_method
+from gprodom.odometry.replay import run_replay
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.associate import covered
 from gprodom.score.record import sequence_name
 from gprodom.score.sources import read_truth

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
-from gprodom.dead_reckoning import wheel_distance
 from gprodom.errors import Error
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
 
 Array = NDArray[np.float64]
 

@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
-from gprodom.dead_reckoning import wheel_distance
 from gprodom.errors import Error
-from gprodom.estimate import as_log
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.estimate import as_log
+from gprodom.options import Subparsers, add_command
 
 Array = NDArray[np.float64]
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, format_table, print_json
-from gprodom.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
 from gprodom.errors import Error, UsageError
-from gprodom.estimate import as_log
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
+from gprodom.odometry.estimate import as_log
+from gprodom.options import Subparsers, add_command
 from gprodom.score.align import fit_planar
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Times, Trajectory

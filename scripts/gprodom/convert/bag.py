@@ -14,8 +14,8 @@ from gprodom.arrays import Floats, Ints
 from gprodom.console import Progress
 from gprodom.convert.cmu import VOLTS_PER_COUNT
 from gprodom.errors import Error
-from gprodom.log_writer import Stream
-from gprodom.wire import encode
+from gprodom.lcm.log_writer import Stream
+from gprodom.lcm.wire import encode
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
 _EARTH = (6378137.0, 6.69437999014e-3)  # WGS 84: half axis in m, eccentricity squared

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 
 from gprodom.arrays import Ints
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
-from gprodom.log_writer import Stream, write_log
+from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\

@@ -6,14 +6,14 @@ import argparse
 import math
 from pathlib import Path
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.errors import Error
-from gprodom.log_writer import write_log
+from gprodom.lcm.log_writer import write_log
+from gprodom.options import Subparsers, add_command
 
 CMU_EXAMPLES = """\
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog

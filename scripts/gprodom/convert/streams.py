@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gprodom.convert.cmu import VOLTS_PER_COUNT, Recording
-from gprodom.log_writer import Stream
-from gprodom.wire import encode
+from gprodom.lcm.log_writer import Stream
+from gprodom.lcm.wire import encode
 
 Fields = dict[str, npt.ArrayLike]
 

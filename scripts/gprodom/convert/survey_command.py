@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Ints
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.survey_files import Line, read_line
 from gprodom.errors import Error, UsageError
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
+from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
   gprodom convert survey beach_0001_0.iprb -o beach.npz

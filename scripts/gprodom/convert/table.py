@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_HALF_UP, Decimal
 
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.convert.source import File
 from gprodom.errors import Error
-
-_SECONDS = re.compile(rb"\s*(\d{1,12})(?:\.(\d*))?\s*\Z")
-_LATEST = 1 << 62  # us
+from gprodom.times import to_microseconds
 
 
 @dataclass(frozen=True)
@@ -26,26 +22,6 @@ class Table:
     values: Floats  # (n, columns after the time)
     out_of_order: int  # rows that stood after a later one
     decimals: int  # most digits after the point in the first value column
-
-
-def to_microseconds(text: bytes) -> int:
-    """Decimal seconds to the nearest microsecond, by digits: never through a float.
-
-    Raises ValueError where `text` is no number of seconds since 1970.
-    """
-    match = _SECONDS.match(text)
-    if match is not None:
-        seconds, fraction = match.group(1), match.group(2) or b""
-        digits = fraction[:7].ljust(7, b"0")
-        return int(seconds) * 1_000_000 + int(digits[:6]) + (digits[6] >= 0x35)
-    try:
-        value = Decimal(text.decode("ascii").strip())
-        exact = (value * 1_000_000).to_integral_value(ROUND_HALF_UP)
-    except (ArithmeticError, UnicodeDecodeError):
-        raise ValueError("not a time") from None
-    if not value.is_finite() or not 0 <= exact < _LATEST:
-        raise ValueError("not a time since 1970")
-    return int(exact)
 
 
 def _is_number(text: bytes) -> bool:

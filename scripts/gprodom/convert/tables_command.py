@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag
 from gprodom.convert.bag import imu_stream, truth_stream, wheel_distance, wheel_stream
 from gprodom.convert.bag_command import write_and_tell
 from gprodom.convert.source import File
 from gprodom.convert.table import Table, parse
 from gprodom.errors import Error
+from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
   gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.ground.scene import Scene, read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
+from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
 Simulates the survey lines of a scene (config/scenes/*.yaml) by full-wave 2-D FDTD with gprMax, a

@@ -8,7 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.ground.scene import Bars, Pipe, Scene, Stones
-from gprodom.simulate.random import stream
+from gprodom.random_streams import stream
 
 _METAL = 1e6  # S/m; as good as perfect at a cell of a centimetre
 _LEVELS = 0.04  # of permittivity, relative: finer differences are one material

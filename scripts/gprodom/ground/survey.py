@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.archive import write_npz
 from gprodom.arrays import Floats, Ints
 from gprodom.errors import Error
+from gprodom.files import write_npz
 
 FULL_SCALE = 30_000  # counts, of the strongest sample of a survey
 SHIPPED = Path(__file__).parent / "lines"

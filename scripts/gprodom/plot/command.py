@@ -7,19 +7,19 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from gprodom import logs
+from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
-from gprodom.dead_reckoning import wheel_distance
 from gprodom.errors import Error, UsageError
-from gprodom.estimate import as_log
-from gprodom.methods import find_method
-from gprodom.plot import canvas, radar, revisits
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.estimate import as_log
+from gprodom.odometry.methods import find_method
+from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.plot import radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
-from gprodom.run import add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M, fit
 from gprodom.score.associate import associate
 from gprodom.score.pictures import draw_paths

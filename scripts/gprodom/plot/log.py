@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
-from gprodom.dead_reckoning import wheel_distance
-from gprodom.plot import canvas
+from gprodom import canvas
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

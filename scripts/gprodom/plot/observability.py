@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gprodom import canvas
 from gprodom.calibrate.k import Shifts, fit_k
-from gprodom.plot import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

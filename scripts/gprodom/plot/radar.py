@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
-from gprodom.cli import Subparsers, add_command
+from gprodom import canvas
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
-from gprodom.estimate import as_log
-from gprodom.plot import canvas
+from gprodom.lcm import logs
+from gprodom.odometry.estimate import as_log
+from gprodom.options import Subparsers, add_command
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
-from gprodom.cli import Subparsers, add_command
+from gprodom import canvas
 from gprodom.console import add_json_flag, format_table, print_json
-from gprodom.displacement import CHANNEL
 from gprodom.errors import Error
-from gprodom.plot import canvas
+from gprodom.lcm import logs
+from gprodom.odometry.displacement import CHANNEL
+from gprodom.options import Subparsers, add_command
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 

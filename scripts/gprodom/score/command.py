@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
+from gprodom.options import Subparsers, add_command
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import MAX_GAP_S, associate
 from gprodom.score.figures import Comparison, compare

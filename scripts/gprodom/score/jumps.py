@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gprodom import logs, rotation
+from gprodom import rotation
+from gprodom.lcm import logs
 from gprodom.trajectory import Trajectory, interpolate
 
 JUMPED_M = 1e-6  # what only rounding moves is no jump

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gprodom.plot import canvas
+from gprodom import canvas
 from gprodom.score.figures import Comparison
 from gprodom.score.pictures import error_figure, trajectory_figure
 from gprodom.score.record import Record

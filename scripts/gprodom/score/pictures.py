@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.plot import canvas
+from gprodom import canvas
 from gprodom.score.figures import Comparison
 from gprodom.trajectory import Trajectory
 

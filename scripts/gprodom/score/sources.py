@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from gprodom import logs
 from gprodom.convert.cmu import parse_truth
 from gprodom.convert.source import TRUTH, File, read_files
 from gprodom.errors import Error
+from gprodom.lcm import logs
 from gprodom.score.jumps import MapJumps, map_jumps
 from gprodom.trajectory import Trajectory, read_tum, without_repeats
 

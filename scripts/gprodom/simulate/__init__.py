@@ -5,7 +5,7 @@ drive = make_route("random", 12.0, 0.6, 4.0, stream(seed, "route"))
 data = simulate(Spec(drive, ground=None), seed)
 """
 
-from gprodom.simulate.random import stream
+from gprodom.random_streams import stream
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Simulated, Spec, simulate
 

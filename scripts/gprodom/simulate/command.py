@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.ground.survey import find_survey, shipped
+from gprodom.options import Subparsers, add_command
+from gprodom.random_streams import stream
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
-from gprodom.simulate.random import stream
 from gprodom.simulate.robot import Point, robot
 from gprodom.simulate.routes import ROUTES, make_route
 from gprodom.simulate.sequence import Spec, SurveySpec, simulate

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.archive import write_bytes, write_npz, zip_bytes
 from gprodom.arrays import Floats, Ints
+from gprodom.files import write_bytes, write_npz, zip_bytes
 from gprodom.simulate.sequence import Simulated
 
 

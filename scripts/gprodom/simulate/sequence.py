@@ -8,12 +8,12 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.ground.survey import find_survey
+from gprodom.random_streams import stream
 from gprodom.simulate import imu, radar, wheel
 from gprodom.simulate.drive import Drive, DriveSpec, Motion
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuData, ImuSpec
 from gprodom.simulate.radar import RadarSpec
-from gprodom.simulate.random import stream
 from gprodom.simulate.wheel import WheelData, WheelSpec
 
 _TRUTH_RATE = 20.0  # Hz

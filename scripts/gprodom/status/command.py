@@ -6,9 +6,9 @@ import argparse
 import time
 from typing import TYPE_CHECKING
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error, UsageError
+from gprodom.options import Subparsers, add_command
 
 if TYPE_CHECKING:
     from gprodom.lcm import LCM

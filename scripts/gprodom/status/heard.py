@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.messages import by_fingerprint, message
+from gprodom.lcm.messages import by_fingerprint, message
 
 SPAN_S = 5.0  # over which rates are counted
 INPUTS = {"imu_t": "IMU", "wheel_t": "wheel", "gpr_trace_t": "radar"}

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gprodom.errors import Error
-from gprodom.messages import fingerprint
+from gprodom.lcm.messages import fingerprint
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 

@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom import logs
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
 from gprodom.convert.streams import streams
-from gprodom.dead_reckoning import wheel_and_gyro
-from gprodom.displacement import CHANNEL, reckon, sequential
 from gprodom.errors import Error
-from gprodom.log_writer import write_log
-from gprodom.methods import Method
-from gprodom.replay import run_replay
+from gprodom.lcm import logs
+from gprodom.lcm.log_writer import write_log
+from gprodom.odometry.dead_reckoning import wheel_and_gyro
+from gprodom.odometry.displacement import CHANNEL, reckon, sequential
+from gprodom.odometry.methods import Method
+from gprodom.odometry.replay import run_replay
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum

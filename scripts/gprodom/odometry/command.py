@@ -6,12 +6,12 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from gprodom.cli import Subparsers, add_command
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
-from gprodom.estimate import as_log, estimate
-from gprodom.methods import describe_methods, find_method
+from gprodom.odometry.estimate import as_log, estimate
+from gprodom.odometry.methods import describe_methods, find_method
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
@@ -32,21 +32,6 @@ EXAMPLES = """\
   gprodom run garage.lcmlog --method gprodom -o out.lcmlog --truth garage.lcmlog
   gprodom run garage.lcmlog --method gprodom --set wheel.scale=0.97 --tum garage.tum
 """
-
-
-def add_config_options(parser: argparse.ArgumentParser) -> None:
-    """``-c`` and ``--set``, as every program has them that takes a config."""
-    parser.add_argument(
-        "-c", "--config", type=Path, metavar="CONFIG", help="configuration (default gprodom.yaml)"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="override one configuration key; may be repeated",
-    )
 
 
 def add_parser(subparsers: Subparsers) -> None:

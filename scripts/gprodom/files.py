@@ -1,18 +1,40 @@
-"""Zips and npz files whose bytes depend on what is in them alone, not on when they are made."""
+"""Files written entirely or not at all; zips and npz whose bytes depend only on what is in them."""
 
 from __future__ import annotations
 
 import io
+import os
+import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.log_writer import replacing
+from gprodom.errors import Error
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of the members
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A new file beside `path`: renamed to it when all went well, removed when not."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    except FileNotFoundError:
+        raise Error(f"{path}: the folder {path.parent} does not exist") from None
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        umask = os.umask(0)
+        os.umask(umask)
+        part.chmod(0o666 & ~umask)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def write_bytes(path: Path, data: bytes) -> None:

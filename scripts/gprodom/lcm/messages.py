@@ -4,7 +4,7 @@ The build runs ``lcm-gen --python --ppath build/python/gprodom/lcmtypes``; an in
 holds the same files in ``gprodom/lcmtypes``. They are therefore ``gprodom.lcmtypes.gprodom`` and
 ``gprodom.lcmtypes.bot_core``.
 
-    from gprodom.messages import message
+    from gprodom.lcm.messages import message
     imu_t = message("imu_t")
     imu_t.decode(event.data)
 """

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +11,7 @@ import numpy as np
 from gprodom.arrays import Ints
 from gprodom.console import Progress
 from gprodom.errors import Error
+from gprodom.files import replacing
 from gprodom.lcm import EventLog
 
 _EVENT_HEADER = 28  # bytes of a log event before channel and data
@@ -26,25 +24,6 @@ class Stream:
     channel: str
     utime: Ints  # (n,), us
     payloads: Sequence[bytes]  # n
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A new file beside `path`: renamed to it when all went well, removed when not."""
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    except FileNotFoundError:
-        raise Error(f"{path}: the folder {path.parent} does not exist") from None
-    os.close(handle)
-    part = Path(name)
-    try:
-        yield part
-        umask = os.umask(0)
-        os.umask(umask)
-        part.chmod(0o666 & ~umask)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def write_log(path: Path, streams: Sequence[Stream]) -> int:

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gprodom import wire
 from gprodom.errors import Error
-from gprodom.lcm import EventLog
-from gprodom.messages import by_fingerprint, message
+from gprodom.lcm import EventLog, wire
+from gprodom.lcm.messages import by_fingerprint, message
 
 # What a type's messages are read as: arrays by field; "type" is the type's name, "log_utime" (n,)
 # the log's own stamps.

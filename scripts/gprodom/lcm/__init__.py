@@ -1,7 +1,7 @@
-"""LCM for this package: the one place that decides where it comes from.
+"""LCM: messages and logs as classes and arrays, and here the one place that decides whose LCM runs.
 
 The PyPI module ``lcm`` where it is installed (a checkout's virtual environment); else our own thin
-binding over Debian's liblcm, `gprodom.lcm_ctypes`, which has the same API. GPRODOM_LCM=pypi or
+binding over Debian's liblcm, `gprodom.lcm.binding`, which has the same API. GPRODOM_LCM=pypi or
 GPRODOM_LCM=ctypes forces one.
 """
 
@@ -17,11 +17,11 @@ if _choice not in ("", "pypi", "ctypes"):
     raise Error(f"GPRODOM_LCM is {_choice!r}: expected pypi or ctypes")
 
 if TYPE_CHECKING:
-    from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+    from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
 
     SOURCE = _choice
 elif _choice == "ctypes":
-    from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+    from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
 
     SOURCE = "ctypes"
 else:
@@ -32,7 +32,7 @@ else:
     except ModuleNotFoundError:
         if _choice == "pypi":
             raise Error("GPRODOM_LCM=pypi, but the module lcm is not installed") from None
-        from gprodom.lcm_ctypes import LCM, Event, EventLog, LCMSubscription
+        from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
 
         SOURCE = "ctypes"
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs
-from gprodom.dead_reckoning import gyro_yaw, integrate, wheel_distance
 from gprodom.errors import Error
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import gyro_yaw, integrate, wheel_distance
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom import logs, rotation
+from gprodom import rotation
 from gprodom.errors import Error
+from gprodom.lcm import logs
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]

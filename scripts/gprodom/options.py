@@ -1,0 +1,38 @@
+"""What the parsers of several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+Subparsers = Any  # argparse's own class for this is private
+
+
+def add_command(
+    subparsers: Subparsers, name: str, summary: str, description: str, examples: str
+) -> argparse.ArgumentParser:
+    """A subcommand's parser with house style: summary, description, examples at the end."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        name,
+        help=summary,
+        description=description,
+        epilog=f"examples:\n{examples.rstrip()}\n",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return parser
+
+
+def add_config_options(parser: argparse.ArgumentParser) -> None:
+    """``-c`` and ``--set``, as every program has them that takes a config."""
+    parser.add_argument(
+        "-c", "--config", type=Path, metavar="CONFIG", help="configuration (default gprodom.yaml)"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="override one configuration key; may be repeated",
+    )
