@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -213,6 +216,35 @@ def test_k_needs_shifts() -> None:
         fit_k([still])
 
 
+def test_edited_code_is_not_answered_with_results_of_before(tmp_path: Path) -> None:
+    """Of a copy of the package, edited between two runs."""
+    sequence = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr", wheel_scale=1.02)
+    package = tmp_path / "scripts" / "gprodom"
+    shutil.copytree(Path(gprodom.__file__).parent, package)
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "gprodom", "benchmark", str(sequence), "--methods", "wheel"]
+    environment = {**os.environ, "PYTHONPATH": str(package.parent)}
+    environment["GPRODOM_BUILD"] = str(gprodom._build)
+
+    def run_benchmark() -> tuple[int, int | None]:
+        arguments = [*command, "-o", str(out), "-j1"]
+        subprocess.run(arguments, env=environment, cwd=tmp_path, check=True, capture_output=True)
+        [record] = json.loads((out / "results.json").read_text())["records"]
+        return (out / sequence.name / "wheel.tum").stat().st_mtime_ns, record["map_jumps"]
+
+    made, jumps = run_benchmark()
+    assert jumps is None
+    view = package / "status" / "view.py"
+    view.write_text(view.read_text() + "# no figure comes of this\n")
+    assert run_benchmark() == (made, jumps)
+    scoring = package / "score" / "record.py"
+    text = scoring.read_text()
+    scoring.write_text(text.replace("map_jumps=jumps.count if jumps else None", "map_jumps=7"))
+    made_anew, jumps = run_benchmark()
+    assert made_anew > made
+    assert jumps == 7
+
+
 def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     sequences = []
@@ -294,5 +326,8 @@ def test_simulated_sequences_are_the_same_again(tmp_path: Path) -> None:
     logs_made[0].unlink()
     assert drives(1, 7, ("rays",), 4.0)[0].make(tmp_path).read_bytes() == first
     assert logs_made[1].read_bytes() != first
+    kept = logs_made[1].stat().st_mtime_ns
+    assert made[1].make(tmp_path).stat().st_mtime_ns == kept  # it is there
+    assert drives(1, 8, ("rays",), 6.0)[0].make(tmp_path).stat().st_mtime_ns > kept  # another one
     with pytest.raises(UsageError, match="rays"):
         drives(1, 7, ("moon",), 4.0)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.benchmark.code import digest_of_code
 from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
 from gprodom.errors import Error
@@ -29,7 +30,6 @@ from gprodom.score.record import Mode, Record, make_record, scene_of
 from gprodom.score.sources import NoTruthError, read_truth
 from gprodom.trajectory import Trajectory, write_tum
 
-_KEPT = 2  # the form of what is kept
 CAUSAL = "causal"
 SMOOTHED = "smoothed"
 
@@ -80,7 +80,7 @@ class Outcome:
 
 def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: object) -> str:
     """Changes when anything does that the result depends on."""
-    facts: list[object] = [_KEPT, sequence.sample_interval, method, settings, *more]
+    facts: list[object] = [sequence.sample_interval, method, settings, digest_of_code(), *more]
     facts.append(_stamp(sequence.source))
     if method.reckoned != "wheel":
         facts.append(_stamp(find_program()))

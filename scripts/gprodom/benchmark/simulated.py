@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from gprodom.benchmark.code import digest_of_code
 from gprodom.convert.streams import streams
 from gprodom.errors import UsageError
+from gprodom.files import write_bytes
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.log_writer import write_log
 from gprodom.random_streams import stream
@@ -39,10 +41,12 @@ class Drive:
         return f"{1_700_000_000 + self.seed}-0-{self.ground}-cmu-gpr"
 
     def make(self, folder: Path) -> Path:
-        """Its log in `folder`, unless it is there."""
-        path = folder / f"{self.name}.lcmlog"
-        if path.exists():
+        """Its log in `folder`, unless it is there: of this drive, made by this code."""
+        path, kept = folder / f"{self.name}.lcmlog", folder / f".{self.name}.key"
+        key = f"{self} {digest_of_code()}"
+        if path.exists() and kept.exists() and kept.read_text(encoding="utf-8") == key:
             return path
+        kept.unlink(missing_ok=True)
         route = ROUTES[self.seed // len(self.grounds) % len(ROUTES)]
         choose = stream(self.seed, "benchmark")
         distance = self.distance * choose.uniform(0.7, 1.3)
@@ -53,6 +57,7 @@ class Drive:
         simulated = simulate(robot(drive, ground, route, slips), self.seed)
         assert simulated.sample_interval is not None
         write_log(path, streams(as_recording(simulated), simulated.sample_interval))
+        write_bytes(kept, key.encode())
         return path
 
 

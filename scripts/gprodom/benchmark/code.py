@@ -1,0 +1,26 @@
+"""Which code made a result."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+
+import gprodom
+
+# What only draws, prints or parses a command line: a result does not depend on it.
+_FOLDERS = {"plot", "status"}
+_MODULES = {"__main__.py", "canvas.py", "cli.py", "command.py", "page.py", "pictures.py"}
+
+
+@cache
+def digest_of_code(package: Path | None = None) -> str:
+    """SHA-256 over the sources of the package (gprodom itself by default) that make figures."""
+    root = package or Path(gprodom.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        inside = path.relative_to(root)
+        if inside.parts[0] in _FOLDERS or inside.name in _MODULES:
+            continue
+        digest.update(f"{inside.as_posix()}\n".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
