@@ -30,11 +30,12 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.config import default_config
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import fingerprint, message
-from gprodom.odometry.replay import default_config, find_program, run_replay
+from gprodom.odometry.replay import find_program, run_replay
 from own_network import GROUP, PORT, URL, parse_inside
 
 VARIANTS = 4000  # different packets, sent again and again

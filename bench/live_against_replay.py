@@ -22,10 +22,11 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.config import default_config
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.odometry.replay import default_config, run_replay
+from gprodom.odometry.replay import run_replay
 
 LIVE = Path(__file__).resolve().parents[1] / "scripts" / "live"
 INPUTS = ["IMU", "WHEEL", "GPR_TRACE"]

@@ -29,11 +29,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+from gprodom.config import default_config
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import message
-from gprodom.odometry.replay import default_config, find_program
+from gprodom.odometry.replay import find_program
 from own_network import URL, parse_inside
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")

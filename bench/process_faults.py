@@ -27,11 +27,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gprodom.config import default_config
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import message
-from gprodom.odometry.replay import default_config, find_program, run_replay
+from gprodom.odometry.replay import find_program, run_replay
 from hostile_packets import CHANNELS
 from own_network import URL, parse_inside
 

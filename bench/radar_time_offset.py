@@ -41,7 +41,7 @@ def measure(case: Case, late: list[float]) -> list[Offset]:
     spec = robot(route, GroundSpec() if rays else SurveySpec(ground), slips=3)
     drive = simulate(spec, seed)
     log = {
-        "WHEEL": {
+        "wheel": {
             "utime": drive.wheel_utime,
             "ticks": drive.wheel.ticks,
             "metres_per_tick": np.full(len(drive.wheel_utime), spec.wheel.quantum),
@@ -50,7 +50,7 @@ def measure(case: Case, late: list[float]) -> list[Offset]:
     traces = {"samples": drive.traces, "sample_interval": np.array([drive.sample_interval])}
     return [
         find_radar_offset(
-            {**log, "GPR_TRACE": {**traces, "utime": drive.gpr_utime + round(1e6 * s)}}
+            {**log, "gpr_trace": {**traces, "utime": drive.gpr_utime + round(1e6 * s)}}
         )
         for s in late
     ]

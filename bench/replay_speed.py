@@ -21,9 +21,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from gprodom.config import default_config
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
-from gprodom.odometry.replay import default_config, find_program
+from gprodom.odometry.replay import find_program
 
 CASES = {
     "default": [],

@@ -33,10 +33,11 @@ import numpy as np
 import outcome
 import table
 
+from gprodom.config import default_config
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
-from gprodom.odometry.replay import default_config, run_replay
+from gprodom.odometry.replay import run_replay
 from gprodom.score.sources import read_truth
 
 BEGIN = 0.45  # of the run, where faults begin

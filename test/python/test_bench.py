@@ -11,6 +11,7 @@ import pytest
 
 from conftest import CHECKOUT
 from gprodom.cli import main
+from gprodom.config import STANDARD
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 
@@ -65,8 +66,9 @@ def test_a_log_is_made_longer(tmp_path: Path) -> None:
     log, long = tmp_path / "sample.lcmlog", tmp_path / "long.lcmlog"
     assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0
     run(BENCH / "repeat_log.py", log, long, "--seconds", 200)
-    short, read = logs.read(log), logs.read(long)
-    time = read["IMU"]["utime"]
+    sensors = STANDARD.of("imu", "wheel")
+    short, read = logs.read_roles(log, sensors), logs.read_roles(long, sensors)
+    time = read["imu"]["utime"]
     assert (time[-1] - time[0]) * 1e-6 == pytest.approx(200, abs=0.1)
     steps = wheel_distance(read)[1]
     assert abs(steps).max() > 2 * abs(wheel_distance(short)[1]).max()

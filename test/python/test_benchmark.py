@@ -119,7 +119,7 @@ print("progress 0.5", file=sys.stderr)
 if keys["gpr.front_end"] == "dec":
     print("error: no such front end", file=sys.stderr)
     sys.exit(1)
-time, distance = wheel_distance(logs.read(args.log, ["WHEEL"]))
+time, distance = wheel_distance(logs.read_roles(args.log, {{"wheel": "WHEEL"}}))
 out = EventLog(args.o, "w", overwrite=True)
 for i in range(0, len(time) - 25, 25):
     sent = message("displacement_t")()
@@ -150,7 +150,7 @@ def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gprodom.benchmark.jobs.find_program", lambda: program)
     config = tmp_path / "gprodom.yaml"
     config.write_text("")
-    monkeypatch.setattr("gprodom.odometry.replay.default_config", lambda: config)
+    monkeypatch.setattr("gprodom.config.default_config", lambda: config)
     monkeypatch.setattr("gprodom.benchmark.jobs.default_config", lambda: config)
     scripts = Path(gprodom.__file__).resolve().parents[1]
     monkeypatch.setenv("PYTHONPATH", str(scripts))

@@ -15,6 +15,7 @@ from gprodom.calibrate.imu import measure_noise
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.cli import main
+from gprodom.config import STANDARD
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.ground.survey import find_survey
@@ -26,6 +27,10 @@ from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
 from gprodom.simulate.sequence import SurveySpec
 from gprodom.simulate.wheel import WheelSpec
+
+
+def sensors(log: Path) -> dict[str, logs.Channel]:
+    return logs.read_roles(log, STANDARD.of("imu", "wheel", "gpr_trace"))
 
 
 def drive_log(path: Path, seed: int, slips: int = 2, late: int = 0, **wheel: object) -> Path:
@@ -103,7 +108,7 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
     recording = as_recording(simulate(Spec(route, wheel=WheelSpec(), ground=None, station=None), 4))
     recording = replace(recording, imu_utime=recording.imu_utime + late)
     write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
-    found = find_offset(logs.read(tmp_path / "a.lcmlog"))
+    found = find_offset(sensors(tmp_path / "a.lcmlog"))
     assert found.offset_s == pytest.approx(-late * 1e-6, abs=0.012)
     assert found.sigma_s < 0.02
     assert found.explained > 0.4
@@ -145,7 +150,7 @@ def test_no_radar_offset_without_motion(tmp_path: Path) -> None:
     )
     write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
     with pytest.raises(Error, match="starts and stops"):
-        find_radar_offset(logs.read(tmp_path / "a.lcmlog"))
+        find_radar_offset(sensors(tmp_path / "a.lcmlog"))
 
 
 def test_radar_time_offset_moves_the_stamps() -> None:

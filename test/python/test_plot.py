@@ -10,6 +10,7 @@ import pytest
 
 from conftest import CHECKOUT
 from gprodom.cli import main
+from gprodom.config import STANDARD
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.messages import message
 from gprodom.plot.radar import make_windows
@@ -67,7 +68,7 @@ def revisit_log(path: Path) -> None:
 
 def test_revisits_are_the_valid_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     revisit_log(tmp_path / "out.lcmlog")
-    found = find_revisits(logs.read(tmp_path / "out.lcmlog"))
+    found = find_revisits(logs.read_roles(tmp_path / "out.lcmlog", STANDARD.of("displacement")))
     assert found.end.tolist() == [60_000_000, 70_000_000]
     assert found.mirrored.tolist() == [False, True]
     picture = tmp_path / "revisits.png"

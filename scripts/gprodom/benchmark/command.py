@@ -14,6 +14,7 @@ from gprodom.benchmark.pairs import MIN_SEQUENCES
 from gprodom.benchmark.results import as_json, describe, write_csv, write_json
 from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
@@ -156,7 +157,9 @@ def run(args: argparse.Namespace) -> int:
     output: Path = args.output
     if args.simulate < 0 or not args.sources + [None] * args.simulate:
         raise UsageError("nothing to do: give sequences, or --simulate N")
-    made = drives(args.simulate, args.seed, tuple(args.grounds.split(",")), args.distance)
+    channels = read_channels(args.config, args.overrides)
+    grounds = tuple(args.grounds.split(","))
+    made = drives(args.simulate, args.seed, grounds, args.distance, channels)
     sources = [*args.sources, *make_all(made, output / "simulated", args.jobs)]
     sequences = name_sequences(sources, output, dict(args.sample_interval))
     settings = Settings(args.config, tuple(args.overrides), args.align, args.first_m)

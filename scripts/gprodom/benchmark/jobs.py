@@ -15,13 +15,14 @@ import numpy as np
 from gprodom.benchmark.code import digest_of_code
 from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
+from gprodom.config import Channels, default_config, read_channels
 from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, reckon
 from gprodom.odometry.estimate import Estimate, as_log, estimate
 from gprodom.odometry.methods import Method
-from gprodom.odometry.replay import default_config, find_program
+from gprodom.odometry.replay import find_program
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Comparison, compare
@@ -63,6 +64,11 @@ class Settings:
     align: Alignment
     first_m: float
 
+    @property
+    def channels(self) -> Channels:
+        """The channels' names."""
+        return read_channels(self.config, self.overrides)
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -99,8 +105,11 @@ def _stamp(path: Path) -> list[tuple[str, int, int]]:
     return [(name, stat.st_size, stat.st_mtime_ns) for name, stat in stats]
 
 
-def convert(sequence: Sequence) -> None:
-    """Makes the sequence's log, unless it is there. Of several jobs that need it one does."""
+def convert(sequence: Sequence, channels: Channels) -> None:
+    """Makes the sequence's log, of `channels`, unless it is there.
+
+    Of several jobs that need it one does.
+    """
     with (sequence.folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         log, source = sequence.log, sequence.source
@@ -108,7 +117,7 @@ def convert(sequence: Sequence) -> None:
         if log.exists() and not log.is_symlink() and log.stat().st_mtime < _newest(source):
             log.unlink()
         if not log.exists():
-            made = as_log(sequence.source, sequence.folder, sequence.sample_interval)
+            made = as_log(source, sequence.folder, sequence.sample_interval, channels)
             if made != sequence.log:
                 sequence.log.symlink_to(made.resolve())
 
@@ -139,7 +148,7 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
     if path.exists() and str(np.load(path)["key"]) == key:
         return
     path.unlink(missing_ok=True)  # what another configuration left must not be taken for this one's
-    convert(sequence)
+    convert(sequence, settings.channels)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         output = Path(name) / "output.lcmlog"
         truth = read_sequence_truth(sequence)
@@ -195,7 +204,7 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
             records = tuple(Record(**record) for record in before["records"])
             curves = Curves.from_json(before["curves"])
             return Outcome(sequence.name, method.name, records, curves, k=fit, reused=True)
-    convert(sequence)
+    convert(sequence, settings.channels)
     result = _estimate(sequence, method, settings, fit)
     write_tum(tum, result.trajectory)
     if result.smoothed is not None:
@@ -215,8 +224,9 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
     if method.reckoned == "displacements" and fit is not None:
         # The shifts are measured already; the front end need not run again.
         shifts = load_shifts(sequence, method.front_end)
+        sensors = logs.read_roles(sequence.log, settings.channels.of("imu", "wheel"))
         displacements = Displacements(shifts.start, shifts.end, fit.k * shifts.shift)
-        return Estimate(reckon(logs.read(sequence.log, ["IMU", "WHEEL"]), displacements))
+        return Estimate(reckon(sensors, displacements))
     overrides = [*settings.overrides, *([f"{method.k_key}={fit.k!r}"] if fit else [])]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         output = Path(name) / "output.lcmlog"

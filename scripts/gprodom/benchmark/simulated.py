@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gprodom.benchmark.code import digest_of_code
+from gprodom.config import STANDARD, Channels
 from gprodom.convert.streams import streams
 from gprodom.errors import UsageError
 from gprodom.files import write_bytes
@@ -29,6 +30,7 @@ class Drive:
     seed: int
     grounds: tuple[str, ...]
     distance: float  # m
+    channels: Channels = STANDARD  # of its log
 
     @property
     def ground(self) -> str:
@@ -56,15 +58,22 @@ class Drive:
         ground = GroundSpec() if self.ground == RAYS else SurveySpec(self.ground)
         simulated = simulate(robot(drive, ground, route, slips), self.seed)
         assert simulated.sample_interval is not None
-        write_log(path, streams(as_recording(simulated), simulated.sample_interval))
+        recording = as_recording(simulated)
+        write_log(path, streams(recording, simulated.sample_interval, self.channels))
         write_bytes(kept, key.encode())
         return path
 
 
-def drives(count: int, first_seed: int, grounds: tuple[str, ...], distance: float) -> list[Drive]:
+def drives(
+    count: int,
+    first_seed: int,
+    grounds: tuple[str, ...],
+    distance: float,
+    channels: Channels = STANDARD,
+) -> list[Drive]:
     """`count` of them from `first_seed` on."""
     known = (*shipped(), RAYS)
     for ground in grounds:
         if ground not in known:
             raise UsageError(f"--grounds {ground}: expected some of {', '.join(known)}")
-    return [Drive(first_seed + i, grounds, distance) for i in range(count)]
+    return [Drive(first_seed + i, grounds, distance, channels) for i in range(count)]

@@ -17,8 +17,8 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import standstill, wheel_distance
-from gprodom.odometry.estimate import as_log
-from gprodom.options import Subparsers, add_command
+from gprodom.odometry.estimate import read_sensors
+from gprodom.options import Subparsers, add_command, add_config_options
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,11 +101,9 @@ def measure_noise(values: Array, rate: float) -> Noise:
 
 def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
     """Acceleration and angular rate (n, 3) at rest, and their rate (Hz)."""
-    if "IMU" not in log:
-        raise Error("the recording holds no IMU messages")
-    imu = log["IMU"]
+    imu = logs.need(log, "imu")
     time = imu["utime"]
-    if "WHEEL" in log:
+    if "wheel" in log:
         start, end = standstill(*wheel_distance(log))
     else:
         start, end = int(time[0]), int(time[-1])
@@ -146,6 +144,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     parser.add_argument("--plot", metavar="PNG", type=Path, help="draw the Allan deviations there")
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -153,7 +152,7 @@ def add_parser(subjects: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate imu``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL"])
+        log = read_sensors(args, args.source, Path(name), "imu", "wheel")
     acceleration, gyro, rate = at_rest(log)
     noise = {"gyro": measure_noise(gyro, rate), "accel": measure_noise(acceleration, rate)}
     found = [item for name, each in noise.items() for item in _as_found(name, each)]

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
+from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
-from gprodom.odometry.displacement import CHANNEL, Displacements, sequential
+from gprodom.odometry.displacement import Displacements, sequential
 from gprodom.odometry.estimate import OnProgress, as_log
 from gprodom.odometry.methods import METHODS, Method, find_method
 from gprodom.odometry.replay import run_replay
@@ -87,7 +88,8 @@ def measure_shifts(
     """Replays `log` with the method's front end and reads the shifts that it published."""
     measuring = [*method.overrides, *overrides, f"{method.k_key}={MEASURING_K}"]
     run_replay(log, output, config, measuring, on_progress)
-    found = sequential(logs.read(output, [CHANNEL]), method.front_end)
+    names = read_channels(config, measuring).of("displacement")
+    found = sequential(logs.read_roles(output, names), method.front_end)
     distance = np.full(len(found), np.nan) if truth is None else true_distance(truth, found)
     return Shifts(found.start, found.end, found.distance / MEASURING_K, distance)
 
@@ -142,12 +144,13 @@ def run(args: argparse.Namespace) -> int:
     if not method.k_key:
         having = ", ".join(name for name, each in METHODS.items() if each.k_key)
         raise UsageError(f"--method {method.name} has no K; expected one of {having}")
+    channels = read_channels(args.config, args.overrides)
     parts: dict[str, Shifts] = {}
     with Progress("measuring shifts", len(args.sources)) as progress:
         for i, source in enumerate(args.sources):
             with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
                 folder = Path(name)
-                log = as_log(source, folder, args.sample_interval)
+                log = as_log(source, folder, args.sample_interval, channels)
                 truth = read_truth(source, frame=None).trajectory
                 parts[sequence_name(source)] = measure_shifts(
                     log,

@@ -19,7 +19,7 @@ QUIET = 10  # percentile of the changes between traces that is their noise
 
 
 def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
-    """What is to be added to the stamps of GPR_TRACE for them to agree with those of WHEEL.
+    """What is to be added to the stamps of the traces for them to agree with those of the wheel.
 
     Let q be the energy of the difference of two neighbouring traces over theirs, with what gain
     and time zero change taken out and noise subtracted: sqrt(q) goes with the distance between
@@ -28,10 +28,7 @@ def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
     logarithm makes the error, which is relative, the same at all speeds, and starts and stops
     sharp; any slower than `FLOOR` of the usual speed is one standstill.
     """
-    for name in ("GPR_TRACE", "WHEEL"):
-        if name not in log:
-            raise Error(f"the recording holds no {name} messages")
-    start, end, change = _changes(log["GPR_TRACE"])
+    start, end, change = _changes(logs.need(log, "gpr_trace"))
     utime, distance = wheel_distance(log)
     time = utime * 1e-6
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(distance)))])

@@ -18,8 +18,8 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
-from gprodom.odometry.estimate import as_log
-from gprodom.options import Subparsers, add_command
+from gprodom.odometry.estimate import read_sensors
+from gprodom.options import Subparsers, add_command, add_config_options
 
 Array = NDArray[np.float64]
 
@@ -42,9 +42,6 @@ over parts of the recording.
 
 def find_offset(log: dict[str, logs.Channel]) -> Offset:
     """Of a drive's log."""
-    for name in ("IMU", "WHEEL"):
-        if name not in log:
-            raise Error(f"the recording holds no {name} messages")
     wheel, force = _accelerations(log)
     whole, explained = _best_lag(wheel, force)
     if explained < 0.1:
@@ -65,7 +62,7 @@ def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
     from scipy.signal import savgol_filter
 
     time, distance = wheel_distance(log)
-    imu = log["IMU"]
+    imu = logs.need(log, "imu")
     first, last = max(time[0], imu["utime"][0]), min(time[-1], imu["utime"][-1])
     if last - first < 10_000_000:
         raise Error("IMU and wheel overlap for less than 10 s")
@@ -113,6 +110,7 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -120,9 +118,9 @@ def add_parser(subjects: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate time``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = logs.read(as_log(args.source, Path(name)), ["IMU", "WHEEL", "GPR_TRACE"])
+        log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     offsets = {"imu": find_offset(log)}
-    if "GPR_TRACE" in log:
+    if "gpr_trace" in log:
         try:
             offsets["gpr"] = find_radar_offset(log)
         except Error as error:  # what the IMU said holds all the same

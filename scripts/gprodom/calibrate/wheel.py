@@ -16,8 +16,8 @@ from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
-from gprodom.odometry.estimate import as_log
-from gprodom.options import Subparsers, add_command
+from gprodom.odometry.estimate import read_sensors
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import fit_planar
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Times, Trajectory
@@ -222,6 +222,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--fit-share", metavar="P", type=float, default=1.0, help="see above (default: all)"
     )
     add_output_option(parser)
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -238,7 +239,7 @@ def run(args: argparse.Namespace) -> int:
     recordings = []
     for source in args.sources:
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            log = logs.read(as_log(source, Path(name)), ["IMU", "WHEEL"])
+            log = read_sensors(args, source, Path(name), "imu", "wheel")
         truth = read_truth(source, frame=None).trajectory
         windows += make_windows(log, truth, (0.0, args.fit_share))
         recordings.append((log, truth))

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gprodom.arrays import Floats, Ints
+from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.console import Progress
 from gprodom.convert.cmu import VOLTS_PER_COUNT
 from gprodom.errors import Error
@@ -45,6 +46,7 @@ class Topics:
     wheel_radius: float = 0.0  # m, for a wheel of sensor_msgs/JointState
     joint: str | None = None  # its name in the JointState; None: the first
     sample_interval: float = 2e-10  # s, of the radar
+    channels: Channels = STANDARD  # of the log to be written
 
 
 @dataclass
@@ -222,13 +224,16 @@ def local_positions(fixes: Floats) -> Floats:
     )
 
 
-def imu_stream(time: Ints, acceleration: Floats, rate: Floats) -> Stream:
+def imu_stream(channel: str, time: Ints, acceleration: Floats, rate: Floats) -> Stream:
     """IMU messages without orientation, of (n, 3) m/s^2 and (n, 3) rad/s."""
     none = np.zeros((len(time), 4))
-    return _imu_stream(time, acceleration, rate, np.zeros(len(time), bool), none)
+    unknown = np.zeros(len(time), bool)
+    return _imu_stream(channel, time, acceleration, rate, unknown, none)
 
 
-def _imu_stream(time: Ints, acceleration: Floats, rate: Floats, known: Ints, q: Floats) -> Stream:
+def _imu_stream(
+    channel: str, time: Ints, acceleration: Floats, rate: Floats, known: Ints, q: Floats
+) -> Stream:
     fields: dict[str, npt.ArrayLike] = {
         "utime": time,
         "linear_acceleration": acceleration,
@@ -236,29 +241,30 @@ def _imu_stream(time: Ints, acceleration: Floats, rate: Floats, known: Ints, q: 
         "has_orientation": known,
         "orientation": q,
     }
-    return Stream("IMU", time, encode("imu_t", fields, len(time)))
+    return Stream(channel, time, encode("imu_t", fields, len(time)))
 
 
-def wheel_stream(time: Ints, distance: Floats) -> Stream:
-    """WHEEL messages of a cumulative distance (n,), m."""
+def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
+    """Wheel messages of a cumulative distance (n,), m."""
     ticks = np.rint(distance / QUANTUM).astype(np.int64)
     fields: dict[str, npt.ArrayLike] = {"utime": time, "ticks": ticks, "metres_per_tick": QUANTUM}
-    return Stream("WHEEL", time, encode("wheel_t", fields, len(time)))
+    return Stream(channel, time, encode("wheel_t", fields, len(time)))
 
 
 def truth_stream(time: Ints, position: Floats) -> Stream:
-    """TOTAL_STATION messages of positions (n, 3), m."""
+    """The truth, of positions (n, 3), m."""
     fields = {"utime": time, "position": position}
-    return Stream("TOTAL_STATION", time, encode("position_truth_t", fields, len(time)))
+    return Stream(TRUTH_CHANNEL, time, encode("position_truth_t", fields, len(time)))
 
 
 def _stream(what: str, time: Ints, values: list[Any], topics: Topics) -> Stream:
     if what == "imu":
         table = np.array(values, np.float64)
         known = table[:, 6] > 0
-        return _imu_stream(time, table[:, :3], table[:, 3:6], known, table[:, 7:])
+        imu = topics.channels.imu
+        return _imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])
     if what == "wheel":
-        return wheel_stream(time, wheel_distance(time, values))
+        return wheel_stream(topics.channels.wheel, time, wheel_distance(time, values))
     if what == "truth":
         table = np.array([value[1:] for value in values], np.float64)
         return truth_stream(time, local_positions(table) if values[0][0] == "fix" else table)
@@ -274,4 +280,4 @@ def _stream(what: str, time: Ints, values: list[Any], topics: Topics) -> Stream:
         "volts_per_count": VOLTS_PER_COUNT,
         "samples": np.rint(np.stack(values)).astype(np.int32),
     }
-    return Stream("GPR_TRACE", time, encode("gpr_trace_t", fields, len(time)))
+    return Stream(topics.channels.gpr_trace, time, encode("gpr_trace_t", fields, len(time)))

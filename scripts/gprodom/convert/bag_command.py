@@ -6,12 +6,13 @@ import argparse
 from pathlib import Path
 
 from gprodom.arrays import Ints
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_config_options
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
@@ -53,6 +54,7 @@ def add_parser(formats: Subparsers) -> None:
         default=SAMPLE_INTERVAL,
         help="seconds between radar samples (default: %(default)s)",
     )
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -67,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
         wheel_radius=args.wheel_radius,
         joint=args.joint,
         sample_interval=args.sample_interval,
+        channels=read_channels(args.config, args.overrides),
     )
     write_and_tell(read_streams(args.bag, topics), args.output, args.json)
     return 0

@@ -6,6 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
@@ -13,7 +14,7 @@ from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.errors import Error
 from gprodom.lcm.log_writer import write_log
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_config_options
 
 CMU_EXAMPLES = """\
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
@@ -50,6 +51,7 @@ def add_parser(subparsers: Subparsers) -> None:
         default=SAMPLE_INTERVAL,
         help="seconds between radar samples (default: %(default)s)",
     )
+    add_config_options(cmu)
     add_json_flag(cmu)
     cmu.set_defaults(run=run)
     bag_command.add_parser(formats)
@@ -69,8 +71,9 @@ def run(args: argparse.Namespace) -> int:
     output: Path = args.output
     if output.is_dir() or (output.exists() and output.samefile(args.sequence)):
         raise Error(f"{output}: expected a file to write, got a directory or the sequence itself")
+    channels = read_channels(args.config, args.overrides)
     recording = read_recording(args.sequence)
-    write_log(output, streams(recording, args.sample_interval))
+    write_log(output, streams(recording, args.sample_interval, channels))
     summary = summarise(recording, args.sample_interval)
     if args.json:
         print_json({"log": str(output), **summary})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.convert.cmu import VOLTS_PER_COUNT, Recording
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
@@ -12,7 +13,9 @@ from gprodom.lcm.wire import encode
 Fields = dict[str, npt.ArrayLike]
 
 
-def streams(recording: Recording, sample_interval: float) -> list[Stream]:
+def streams(
+    recording: Recording, sample_interval: float, channels: Channels = STANDARD
+) -> list[Stream]:
     """The recording's messages, in the order they have at equal times."""
     imu: Fields = {
         "linear_acceleration": recording.acceleration,
@@ -35,11 +38,11 @@ def streams(recording: Recording, sample_interval: float) -> list[Stream]:
     return [
         Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
         for channel, name, utime, fields in (
-            ("IMU", "imu_t", recording.imu_utime, imu),
-            ("WHEEL", "wheel_t", recording.wheel_utime, wheel),
-            ("GPR_TRACE", "gpr_trace_t", recording.gpr_utime, gpr),
+            (channels.imu, "imu_t", recording.imu_utime, imu),
+            (channels.wheel, "wheel_t", recording.wheel_utime, wheel),
+            (channels.gpr_trace, "gpr_trace_t", recording.gpr_utime, gpr),
             (
-                "TOTAL_STATION",
+                TRUTH_CHANNEL,
                 "position_truth_t",
                 recording.truth_utime,
                 {"position": recording.truth},

@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag
 from gprodom.convert.bag import imu_stream, truth_stream, wheel_distance, wheel_stream
 from gprodom.convert.bag_command import write_and_tell
 from gprodom.convert.source import File
 from gprodom.convert.table import Table, parse
 from gprodom.errors import Error
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_config_options
 
 EXAMPLES = """\
   gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
@@ -38,6 +39,7 @@ def add_parser(formats: Subparsers) -> None:
         parser.add_argument(f"--{name}", metavar="CSV", type=Path, required=True)
     parser.add_argument("--position", metavar="CSV", type=Path, help="the truth")
     parser.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -47,9 +49,10 @@ def run(args: argparse.Namespace) -> int:
     force = _read(args.accelerometer, range(4, 5), "time, acceleration x, y, z")
     rate = _read(args.gyroscope, range(4, 5), "time, angular rate x, y, z")
     wheel = _read(args.wheel_speed, range(2, 20), "time, speeds")
+    channels = read_channels(args.config, args.overrides)
     streams = [
-        imu_stream(rate.utime, _at(rate.utime, force), rate.values),
-        wheel_stream(wheel.utime, _travelled(wheel)),
+        imu_stream(channels.imu, rate.utime, _at(rate.utime, force), rate.values),
+        wheel_stream(channels.wheel, wheel.utime, _travelled(wheel)),
     ]
     if args.position is not None:
         position = _read(args.position, range(4, 5), "time, x, y, z")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -52,6 +52,22 @@ def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> 
         result[channel]["type"] = name
         result[channel]["log_utime"] = np.array(stamps[channel], np.int64)
     return result
+
+
+def read_roles(path: str | PathLike[str], names: Mapping[str, str]) -> dict[str, Channel]:
+    """As `read`, of the channels `names`, which gives each one's name by its role; by role."""
+    found = read(path, names.values())
+    return {role: found[name] for role, name in names.items() if name in found}
+
+
+def need(log: Mapping[str, Channel], role: str) -> Channel:
+    """The channel of that role of a log read by `read_roles`."""
+    if role not in log:
+        raise Error(
+            f"the log holds no {role} messages; their channel is named by channels.{role} of the "
+            "configuration (-c, --set)"
+        )
+    return log[role]
 
 
 def _decode(name: str, payloads: list[bytes], where: str) -> Channel:

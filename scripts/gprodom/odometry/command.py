@@ -6,6 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
+from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
@@ -74,11 +75,12 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("-o: the method wheel is dead reckoning, there is no replay to keep")
     if args.smoothed and method.reckoned:
         raise UsageError(f"--smoothed: {method.name} is dead reckoning, there is nothing to solve")
+    channels = read_channels(args.config, args.overrides)
     # Read first, so that a wrong file is told of at once and not after the work.
-    truth = read_truth(args.truth) if args.truth else None
+    truth = read_truth(args.truth, channels=channels) if args.truth else None
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
-        log = as_log(args.source, folder, args.sample_interval)
+        log = as_log(args.source, folder, args.sample_interval, channels)
         output = args.output or folder / "output.lcmlog"
         with Progress(method.name, 1.0) as progress:
             result = estimate(

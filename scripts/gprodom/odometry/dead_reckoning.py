@@ -1,4 +1,7 @@
-"""Plain dead reckoning: distance along the track and gyro yaw less its bias, nothing else."""
+"""Plain dead reckoning: distance along the track and gyro yaw less its bias, nothing else.
+
+Logs are as `gprodom.lcm.logs.read_roles` gives them.
+"""
 
 from __future__ import annotations
 
@@ -85,14 +88,14 @@ def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Traj
 
 
 def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
-    """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's WHEEL channel."""
-    wheel = _channel(log, "WHEEL")
+    """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel."""
+    wheel = logs.need(log, "wheel")
     return wheel["utime"], np.asarray(wheel["ticks"] * wheel["metres_per_tick"], dtype=float)
 
 
 def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
-    """Times (n,) and yaw (n,), rad, of a log's IMU channel (`yaw_from_gyro`)."""
-    imu = _channel(log, "IMU")
+    """Times (n,) and yaw (n,), rad, of a log's IMU (`yaw_from_gyro`)."""
+    imu = logs.need(log, "imu")
     time = imu["utime"]
     still = standstill(*wheel_distance(log))
     acceleration, rate = imu["linear_acceleration"], imu["angular_velocity"]
@@ -102,7 +105,7 @@ def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
 def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array]:
     """As `gyro_yaw` over a given standstill; where it is none, gravity is the mean over the whole
     log and the gyro keeps its bias: good for stretches of some seconds."""
-    imu = _channel(log, "IMU")
+    imu = logs.need(log, "imu")
     time, acceleration, rate = (
         imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
     )
@@ -117,9 +120,3 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array
 def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:
     """The method `wheel`: wheel distance with gyro yaw, at the wheel's stamps."""
     return integrate(*wheel_distance(log), *gyro_yaw(log))
-
-
-def _channel(log: dict[str, logs.Channel], name: str) -> logs.Channel:
-    if name not in log:
-        raise Error(f"the log holds no {name} messages, which dead reckoning needs")
-    return log[name]

@@ -13,7 +13,6 @@ from gprodom.odometry.dead_reckoning import gyro_yaw, integrate, wheel_distance
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
-CHANNEL = "GPR_DISPLACEMENT"
 SEQUENTIAL = 0  # displacement_t.kind
 
 
@@ -31,9 +30,9 @@ class Displacements:
 
 def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
     """Those that `source` (a front end's name) published as sequential and valid."""
-    if CHANNEL not in log:
-        raise Error(f"the replay published no {CHANNEL} messages: is the radar in use?")
-    content = log[CHANNEL]
+    if "displacement" not in log:
+        raise Error("the replay published no displacements: is the radar in use?")
+    content = log["displacement"]
     wanted = (
         (content["kind"] == SEQUENTIAL)
         & content["valid"]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gprodom.config import STANDARD, Channels, read_channels
 from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.odometry.displacement import CHANNEL, reckon, sequential
+from gprodom.odometry.displacement import reckon, sequential
 from gprodom.odometry.methods import Method
 from gprodom.odometry.replay import run_replay
 from gprodom.score.jumps import MapJumps
@@ -36,16 +38,34 @@ class Estimate:
     smoothed: Trajectory | None = None
 
 
-def as_log(source: Path, folder: Path, sample_interval: float = SAMPLE_INTERVAL) -> Path:
-    """`source` itself where it is a log; a sequence is converted into `folder`."""
+def as_log(
+    source: Path,
+    folder: Path,
+    sample_interval: float = SAMPLE_INTERVAL,
+    channels: Channels = STANDARD,
+) -> Path:
+    """`source` itself where it is a log; a sequence is converted into `folder`, to `channels`."""
     kind = kind_of(source)
     if kind == "log":
         return source
     if kind != "sequence":
         raise Error(f"{source}: expected a sequence (directory or zip) or an LCM log")
     log = folder / "input.lcmlog"
-    write_log(log, streams(read_recording(source), sample_interval))
+    write_log(log, streams(read_recording(source), sample_interval, channels))
     return log
+
+
+def read_sensors(
+    args: argparse.Namespace, source: Path, folder: Path, *roles: str
+) -> dict[str, logs.Channel]:
+    """The channels of those roles of a sequence (converted in `folder`) or log, by role.
+
+    `args`: of a command with `gprodom.options.add_config_options` and, if it likes, a
+    `sample_interval`.
+    """
+    channels = read_channels(args.config, args.overrides)
+    interval = getattr(args, "sample_interval", SAMPLE_INTERVAL)
+    return logs.read_roles(as_log(source, folder, interval, channels), channels.of(*roles))
 
 
 def estimate(
@@ -61,15 +81,18 @@ def estimate(
 
     `smooth`: solve over all data, too. Dead reckoning has no such solution.
     """
+    channels = read_channels(config, [*method.overrides, *overrides])
+    sensors = channels.of("imu", "wheel")
     if method.reckoned == "wheel":
-        return Estimate(wheel_and_gyro(logs.read(log, ["IMU", "WHEEL"])))
+        return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
     smooth = smooth and not method.reckoned
     tum = output.with_suffix(".smoothed.tum") if smooth else None
     run_replay(log, output, config, [*method.overrides, *overrides], on_progress, tum)
     if method.reckoned == "displacements":
-        displacements = sequential(logs.read(output, [CHANNEL]), method.front_end)
-        return Estimate(reckon(logs.read(log, ["IMU", "WHEEL"]), displacements))
-    published = read_estimate(output)
+        found = logs.read_roles(output, channels.of("displacement"))
+        displacements = sequential(found, method.front_end)
+        return Estimate(reckon(logs.read_roles(log, sensors), displacements))
+    published = read_estimate(output, channels=channels)
     if tum is None:
         return Estimate(published.trajectory, published.jumps)
     smoothed = read_tum(tum)

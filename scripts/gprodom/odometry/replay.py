@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import gprodom
+from gprodom.config import default_config
 from gprodom.errors import Error
 
 PROGRAM = "gprodom-replay"
@@ -27,15 +28,6 @@ def find_program(name: str = PROGRAM) -> Path:
             "`. scripts/env`"
         )
     return Path(found)
-
-
-def default_config() -> Path:
-    """gprodom.yaml of this checkout, else the installed one."""
-    checkout = Path(gprodom.__file__).resolve().parents[2]
-    for path in (checkout / "config" / "gprodom.yaml", Path("/etc/gprodom/gprodom.yaml")):
-        if path.is_file():
-            return path
-    raise Error("no default configuration found: give one with -c")
 
 
 def run_replay(

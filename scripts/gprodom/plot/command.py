@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
+from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
@@ -67,6 +68,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
     )
     parser.add_argument("--frame", choices=FRAMES, default="map", help="of logs (default map)")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    add_config_options(parser)
     parser.set_defaults(run=run_trajectory)
 
 
@@ -87,6 +89,7 @@ def _add_log(subjects: Subparsers) -> None:
         help="take the wheel's speed from this log: the replay's input (its output holds none)",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run_log)
 
@@ -115,9 +118,10 @@ def _add_observability(subjects: Subparsers) -> None:
 def run_trajectory(args: argparse.Namespace) -> int:
     """Runs ``plot trajectory``."""
     paths: dict[str, Trajectory] = {}
-    truth = read_truth(args.truth).trajectory if args.truth else None
+    channels = read_channels(args.config, args.overrides)
+    truth = read_truth(args.truth, channels=channels).trajectory if args.truth else None
     for path in args.estimates:
-        trajectory = read_estimate(path, args.frame).trajectory
+        trajectory = read_estimate(path, args.frame, channels).trajectory
         if truth is not None:
             pairs = associate(trajectory, truth)
             trajectory = fit(pairs, args.align, FIRST_M).apply(pairs.estimate)
@@ -131,15 +135,17 @@ def run_trajectory(args: argparse.Namespace) -> int:
 
 def run_log(args: argparse.Namespace) -> int:
     """Runs ``plot log``."""
-    log = logs.read(args.log, ["ODOMETRY", "WHEEL"])
-    if "ODOMETRY" not in log:
-        raise Error(f"{args.log}: holds no ODOMETRY messages; expected a log of the estimator")
+    channels = read_channels(args.config, args.overrides)
+    log = logs.read_roles(args.log, channels.of("odometry", "wheel"))
+    if "odometry" not in log:
+        wanted = channels.odometry
+        raise Error(f"{args.log}: holds no {wanted} messages; expected a log of the estimator")
     if args.wheel:
-        log |= logs.read(args.wheel, ["WHEEL"])
+        log |= logs.read_roles(args.wheel, channels.of("wheel"))
     canvas.save(log_figure(log, args.log.stem), args.output)
     shares = flag_shares(log)
     if args.json:
-        print_json({"messages": int(log["ODOMETRY"]["utime"].size), "flags": shares})
+        print_json({"messages": int(log["odometry"]["utime"].size), "flags": shares})
     else:
         print(format_table(["flag", "share"], [[name, share] for name, share in shares.items()]))
     return 0
@@ -151,14 +157,15 @@ def run_observability(args: argparse.Namespace) -> int:
     for method in methods:
         if not method.k_key:
             raise UsageError(f"--methods: {method.name} measures no shift")
+    channels = read_channels(args.config, args.overrides)
     seen: dict[str, list[Observed]] = {method.name: [] for method in methods}
     with Progress("measuring shifts", len(args.sources) * len(methods)) as progress:
         for source in args.sources:
             with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
                 folder = Path(name)
-                log = as_log(source, folder, args.sample_interval)
+                log = as_log(source, folder, args.sample_interval, channels)
                 truth = read_truth(source, frame=None).trajectory
-                wheel = wheel_distance(logs.read(log, ["WHEEL"]))
+                wheel = wheel_distance(logs.read_roles(log, channels.of("wheel")))
                 for method in methods:
                     output = folder / "output.lcmlog"
                     shifts = measure_shifts(log, method, args.config, args.overrides, truth, output)

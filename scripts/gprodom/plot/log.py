@@ -38,8 +38,8 @@ def spans(seconds: NDArray[np.float64], on: NDArray[np.bool_]) -> list[tuple[flo
 
 
 def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
-    """Speed of robot and wheel, uncertainty of position and yaw, flags; from ODOMETRY and WHEEL."""
-    odometry = log["ODOMETRY"]
+    """Speed of robot and wheel, uncertainty of position and yaw, flags, along time."""
+    odometry = log["odometry"]
     origin = int(odometry["utime"][0])
     seconds = (odometry["utime"] - origin) * 1e-6
     figure, axes = canvas.new_figure(3, 1, width=9.0, height=7.0, sharex=True)
@@ -54,14 +54,14 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
 def _draw_speed(
     axis: Axes, log: dict[str, logs.Channel], seconds: NDArray[np.float64], origin: int
 ) -> None:
-    if "WHEEL" in log:
+    if "wheel" in log:
         time, distance = wheel_distance(log)
         clock = (time - origin) * 1e-6
         ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
         behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
         colour = canvas.COLOURS[1]
         axis.plot(clock, (ahead - behind) / SPEED_SPAN_S, color=colour, lw=0.8, label="wheel")
-    speed = log["ODOMETRY"]["velocity"][:, 0]
+    speed = log["odometry"]["velocity"][:, 0]
     axis.plot(seconds, speed, color=canvas.COLOURS[0], lw=0.8, label="estimate")
     axis.set_ylabel("forward speed (m/s)")
     axis.legend(loc="upper right", frameon=False, ncols=2)
@@ -87,6 +87,6 @@ def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float6
 
 
 def flag_shares(log: dict[str, logs.Channel]) -> dict[str, float]:
-    """Share of the ODOMETRY messages in which each flag is set, 0 to 1."""
-    flags = log["ODOMETRY"]["flags"]
+    """Share of the odometry messages in which each flag is set, 0 to 1."""
+    flags = log["odometry"]["flags"]
     return {name: float(np.mean((flags & bit) != 0)) for name, bit in FLAGS.items()}

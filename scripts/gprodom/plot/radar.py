@@ -15,8 +15,8 @@ from gprodom import canvas
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
-from gprodom.odometry.estimate import as_log
-from gprodom.options import Subparsers, add_command
+from gprodom.odometry.estimate import read_sensors
+from gprodom.options import Subparsers, add_command, add_config_options
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -171,16 +171,15 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument(
         "--sample-interval", metavar="S", type=float, default=SAMPLE_INTERVAL, help="of sequences"
     )
+    add_config_options(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``plot radar``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = logs.read(as_log(args.source, Path(name), args.sample_interval), ["GPR_TRACE"])
-    if "GPR_TRACE" not in log:
-        raise Error(f"{args.source}: holds no GPR_TRACE messages")
-    radar = log["GPR_TRACE"]
+        log = read_sensors(args, args.source, Path(name), "gpr_trace")
+    radar = logs.need(log, "gpr_trace")
     seconds = (radar["utime"] - radar["utime"][0]) * 1e-6
     first = int(np.searchsorted(seconds, args.at))
     if args.window < 10 or args.step < 1:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.odometry.displacement import CHANNEL
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -49,9 +49,7 @@ class Revisits:
 
 def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
     """The valid ones of a log."""
-    if CHANNEL not in log:
-        raise Error(f"holds no {CHANNEL} messages; expected an estimator's log with radar")
-    content = log[CHANNEL]
+    content = logs.need(log, "displacement")
     wanted = (content["kind"] == REVISIT) & content["valid"].astype(bool)
     return Revisits(
         content["utime_from"][wanted],
@@ -112,18 +110,22 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``plot revisits``."""
-    log = logs.read(args.log, [CHANNEL, "ODOMETRY_MAP", "ODOMETRY", "CORRECTION"])
-    published = log.get("ODOMETRY_MAP", log.get("ODOMETRY"))
+    channels = read_channels(args.config, args.overrides)
+    roles = channels.of("displacement", "odometry_map", "odometry", "correction")
+    log = logs.read_roles(args.log, roles)
+    published = log.get("odometry_map", log.get("odometry"))
     if published is None:
-        raise Error(f"{args.log}: holds no ODOMETRY messages; expected a log of the estimator")
+        wanted = channels.odometry
+        raise Error(f"{args.log}: holds no {wanted} messages; expected a log of the estimator")
     found = find_revisits(log)
-    correction = log.get("CORRECTION")
+    correction = log.get("correction")
     figure = revisits_figure(odometry(published), found, correction, args.log.stem)
     canvas.save(figure, args.output)
     counts = {

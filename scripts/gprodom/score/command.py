@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import MAX_GAP_S, associate
 from gprodom.score.figures import Comparison, compare
@@ -75,6 +76,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--frame", choices=FRAMES, default="map", help="which pose of a log (default map)"
     )
+    add_config_options(parser)
     add_json_flag(parser)
     parser.add_argument(
         "--plot",
@@ -105,8 +107,9 @@ def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     if not args.first_m > 0:
         raise UsageError(f"--first-m {args.first_m:g}: expected a distance above 0")
-    estimate = read_estimate(args.estimate, args.frame)
-    truth = read_truth(args.truth, args.frame)
+    channels = read_channels(args.config, args.overrides)
+    estimate = read_estimate(args.estimate, args.frame, channels)
+    truth = read_truth(args.truth, args.frame, channels)
     path = estimate.trajectory
     if args.prism is not None:
         path = at_prism(path, truth.trajectory, args.prism)

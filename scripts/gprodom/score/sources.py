@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
+from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.convert.cmu import parse_truth
 from gprodom.convert.source import TRUTH, File, read_files
 from gprodom.errors import Error
@@ -17,9 +18,7 @@ from gprodom.trajectory import Trajectory, read_tum, without_repeats
 
 Frame = Literal["map", "odom"]
 FRAMES: tuple[Frame, ...] = get_args(Frame)
-CHANNELS: dict[Frame, str] = {"map": "ODOMETRY_MAP", "odom": "ODOMETRY"}
-TRUTH_CHANNEL = "TOTAL_STATION"
-CORRECTION_CHANNEL = "CORRECTION"
+ROLES: dict[Frame, str] = {"map": "odometry_map", "odom": "odometry"}
 
 LOG_MAGIC = b"\xed\xa1\xda\x01"
 Kind = Literal["log", "tum", "csv", "sequence"]
@@ -71,29 +70,28 @@ def _first_data_line(head: bytes) -> str:
     return first[0] if first and first[0].count(",") == 3 else ""
 
 
-def read_estimate(path: Path, frame: Frame = "map") -> Source:
+def read_estimate(path: Path, frame: Frame = "map", channels: Channels = STANDARD) -> Source:
     """The trajectory to be scored; of a log, that of `frame` as published."""
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
-    wanted = CHANNELS[frame]
-    found = logs.read(path, [*CHANNELS.values(), CORRECTION_CHANNEL])
-    if wanted not in found:
+    found = logs.read_roles(path, channels.of(*ROLES.values(), "correction"))
+    if ROLES[frame] not in found:
         raise Error(
-            f"{path}: holds no {wanted} messages; "
+            f"{path}: holds no {getattr(channels, ROLES[frame])} messages; "
             + (
                 f"score the other frame with --frame {'odom' if frame == 'map' else 'map'}"
-                if any(channel in found for channel in CHANNELS.values())
+                if any(role in found for role in ROLES.values())
                 else "expected an output of gprodom run or gprodom-replay, or a record of gprodomd"
             )
         )
     jumps = None
-    if frame == "map" and CHANNELS["odom"] in found:
-        jumps = map_jumps(found.get(CORRECTION_CHANNEL), odometry(found[CHANNELS["odom"]]))
-    return Source(path, kind, odometry(found[wanted]), jumps)
+    if frame == "map" and ROLES["odom"] in found:
+        jumps = map_jumps(found.get("correction"), odometry(found[ROLES["odom"]]))
+    return Source(path, kind, odometry(found[ROLES[frame]]), jumps)
 
 
-def read_truth(path: Path, frame: Frame | None = "map") -> Source:
+def read_truth(path: Path, frame: Frame | None = "map", channels: Channels = STANDARD) -> Source:
     """The trajectory to score against.
 
     Of a log, TOTAL_STATION, or else the estimate in `frame`; with None, only what was measured.
@@ -101,7 +99,7 @@ def read_truth(path: Path, frame: Frame | None = "map") -> Source:
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
-    estimates = [] if frame is None else [CHANNELS[frame]]
+    estimates = [] if frame is None else [getattr(channels, ROLES[frame])]
     found = logs.read(path, [TRUTH_CHANNEL, *estimates])
     if TRUTH_CHANNEL in found:
         content = found[TRUTH_CHANNEL]

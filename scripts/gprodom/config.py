@@ -1,0 +1,91 @@
+"""What Python reads of the estimator's configuration: where it lies, and the names of the channels.
+
+The programs check a configuration in full; here only what is asked for is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import gprodom
+from gprodom.errors import Error
+
+TRUTH_CHANNEL = "TOTAL_STATION"  # position_truth_t in logs; the estimator knows nothing of it
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Names of the LCM channels: the configuration's section ``channels``, key by key.
+
+    A key is also the channel's role: what is read of a log is told apart by it.
+    """
+
+    gpr_trace: str = "GPR_TRACE"
+    imu: str = "IMU"
+    wheel: str = "WHEEL"
+    displacement_in: str = "GPR_DISPLACEMENT_IN"
+    command: str = "COMMAND"
+    displacement: str = "GPR_DISPLACEMENT"
+    odometry: str = "ODOMETRY"
+    odometry_map: str = "ODOMETRY_MAP"
+    pose: str = "POSE"
+    correction: str = "CORRECTION"
+    status: str = "STATUS"
+    sfm: str = "SFM"
+
+    def of(self, *roles: str) -> dict[str, str]:
+        """Names by role."""
+        return {role: getattr(self, role) for role in roles}
+
+
+STANDARD = Channels()
+
+
+def default_config() -> Path:
+    """gprodom.yaml of this checkout, else the installed one."""
+    checkout = Path(gprodom.__file__).resolve().parents[2]
+    for path in (checkout / "config" / "gprodom.yaml", Path("/etc/gprodom/gprodom.yaml")):
+        if path.is_file():
+            return path
+    raise Error("no default configuration found: give one with -c")
+
+
+def read_channels(config: Path | None = None, overrides: Sequence[str] = ()) -> Channels:
+    """The channels' names by a configuration (the default one where None) and KEY=VALUE over it."""
+    import yaml
+
+    if config is None:
+        try:
+            config = default_config()
+        except Error:  # the package alone, without the programs
+            return _named(STANDARD, _overridden(overrides), "--set")
+    try:
+        content = yaml.safe_load(config.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise Error(f"{config}: {' '.join(str(error).split())}") from None
+    section = content.get("channels") if isinstance(content, dict) else None
+    if section is not None and not isinstance(section, dict):
+        raise Error(f"{config}: channels: expected the names of channels by key")
+    channels = _named(STANDARD, section or {}, f"{config}: channels.")
+    return _named(channels, _overridden(overrides), "--set channels.")
+
+
+def _overridden(overrides: Sequence[str]) -> dict[object, object]:
+    pairs = (override.partition("=") for override in overrides)
+    return {
+        key.strip().removeprefix("channels."): value.strip().strip("'\"")
+        for key, _, value in pairs
+        if key.strip().startswith("channels.")
+    }
+
+
+def _named(channels: Channels, names: dict[object, object], where: str) -> Channels:
+    known = {field.name for field in fields(Channels)}
+    for key, name in names.items():
+        if key not in known:
+            raise Error(f"{where}{key}: unknown key; expected one of {', '.join(sorted(known))}")
+        if not isinstance(name, str) or not name:
+            raise Error(f"{where}{key}: expected the name of a channel, got {name!r}")
+    return replace(channels, **{str(key): str(name) for key, name in names.items()})

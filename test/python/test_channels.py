@@ -1,0 +1,139 @@
+"""Channels by the names that the configuration gives them, in every command that reads logs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+import yaml
+
+from conftest import CHECKOUT
+from gprodom.cli import main
+from gprodom.config import STANDARD, Channels, read_channels
+from gprodom.errors import Error
+from gprodom.lcm import EventLog
+
+RENAMED = {role: f"R2_{name}" for role, name in asdict(STANDARD).items()}
+
+
+def channels_of(log: Path) -> set[str]:
+    return {event.channel for event in EventLog(str(log), "r")}
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("config") / "renamed.yaml"
+    path.write_text(yaml.safe_dump({"channels": RENAMED, "wheel": {"scale_sigma": 0.01}}))
+    return path
+
+
+@pytest.fixture(scope="module")
+def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("drive") / "1700000000-0-yard-cmu-gpr.zip"
+    drive = ["--route", "loop", "--distance", "14", "--seed", "3"]
+    assert main(["simulate", *drive, "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def log(sequence: Path, config: Path) -> Path:
+    path = sequence.parent / "input.lcmlog"
+    assert main(["convert", "cmu", str(sequence), "-o", str(path), "-c", str(config)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def replayed(log: Path, config: Path) -> Path:
+    path = log.parent / "output.lcmlog"
+    method = ["--method", "gprodom_full", "-o", str(path)]
+    assert main(["run", str(log), *method, "-c", str(config)]) == 0
+    return path
+
+
+def test_the_standard_names_are_those_of_the_default_configuration() -> None:
+    section = yaml.safe_load((CHECKOUT / "config" / "gprodom.yaml").read_text())["channels"]
+    assert asdict(STANDARD) == section
+    assert read_channels() == STANDARD
+
+
+def test_names_come_from_file_and_overrides(tmp_path: Path) -> None:
+    file = tmp_path / "gprodom.yaml"
+    file.write_text("channels:\n  imu: XSENS\n  wheel: ENCODER\nimu:\n  time_offset: 0.1\n")
+    found = read_channels(file, ["wheel.scale=0.9", "channels.wheel=LEFT"])
+    assert found == Channels(imu="XSENS", wheel="LEFT")
+    file.write_text("wheel:\n  scale: 1.0\n")
+    assert read_channels(file) == STANDARD
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("channels:\n  imus: XSENS\n", "channels.imus: unknown key"),
+        ("channels:\n  imu: 3\n", "channels.imu: expected the name of a channel"),
+        ("channels: [IMU]\n", "channels: expected the names"),
+        ("channels: {imu: [\n", "gprodom.yaml: while parsing"),
+    ],
+)
+def test_a_wrong_configuration_is_told_of(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "gprodom.yaml"
+    file.write_text(text)
+    with pytest.raises(Error, match=said):
+        read_channels(file)
+
+
+def test_a_log_is_written_and_answered_on_renamed_channels(log: Path, replayed: Path) -> None:
+    names = Channels(**RENAMED)
+    assert channels_of(log) == {names.imu, names.wheel, names.gpr_trace, "TOTAL_STATION"}
+    assert {names.odometry, names.odometry_map, names.displacement} < channels_of(replayed)
+    assert not channels_of(replayed) & set(asdict(STANDARD).values())
+
+
+def test_methods_and_scores_read_renamed_channels(
+    sequence: Path, log: Path, replayed: Path, config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = ["run", str(log), "--truth", str(log), "-c", str(config), "--json"]
+    radar = ["--set", "gpr.sequential.k=0.05"]
+    errors = {}
+    for method, more in (("wheel", []), ("gpr_sfm", radar), ("gprodom_full", [])):
+        assert main([*run, "--method", method, *more]) == 0
+        errors[method] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
+    assert main(["score", str(replayed), str(sequence), "-c", str(config), "--json"]) == 0
+    scored = json.loads(capsys.readouterr().out)
+    assert scored["ate_rmse_m"] == pytest.approx(errors["gprodom_full"])
+    assert scored["map_jumps"] is not None  # corrections and odometry were found, too
+    # The sequence itself is converted to the same channels.
+    assert main(["run", str(sequence), *run[2:], "--method", "wheel"]) == 0
+    assert json.loads(capsys.readouterr().out)["ate_rmse_m"] == pytest.approx(errors["wheel"])
+
+
+def test_calibration_and_pictures_read_renamed_channels(
+    tmp_path: Path, log: Path, replayed: Path, config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = ["-c", str(config)]
+    picture = [*named, "-o", str(tmp_path / "picture.png")]
+    for command in (
+        ["calibrate", "wheel", str(log), *named],
+        ["calibrate", "time", str(log), *named],
+        ["plot", "log", str(replayed), "--wheel", str(log), *picture],
+        ["plot", "revisits", str(replayed), *picture],
+        ["plot", "trajectory", str(replayed), *picture],
+        ["plot", "radar", str(log), "--at", "8", *picture],
+    ):
+        assert main(command) == 0, capsys.readouterr().err
+    # By the standard names there is nothing in it.
+    assert main(["calibrate", "wheel", str(log)]) == 1
+    assert "channels.wheel" in capsys.readouterr().err
+
+
+def test_a_benchmark_reads_and_makes_renamed_channels(
+    tmp_path: Path, log: Path, config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulated = ["--simulate", "2", "--grounds", "rays", "--distance", "8"]
+    methods = ["--methods", "wheel,gpr_sfm,imu_wheel", "-j1", "--json", "-o", str(tmp_path)]
+    assert main(["benchmark", *simulated, *methods, "-c", str(config)]) == 0
+    records = json.loads(capsys.readouterr().out)["records"]
+    assert {record["method"] for record in records} == {"wheel", "gpr_sfm", "imu_wheel"}
+    for made in (tmp_path / "simulated").glob("*.lcmlog"):
+        assert channels_of(made) <= {*RENAMED.values(), "TOTAL_STATION"}
