@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "gprodom/factors.h"
-#include "gprodom/marginal_prior.h"
-#include "gprodom/pose_graph.h"
-#include "gprodom/state_estimator.h"
+#include "estimation/factors.h"
+#include "estimation/graph/pose_graph.h"
+#include "estimation/marginal_prior.h"
+#include "estimation/state_estimator.h"
 
 namespace gprodom {
 namespace {

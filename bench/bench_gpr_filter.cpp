@@ -5,9 +5,9 @@
 
 #include <vector>
 
+#include "gpr/filter/details_retention.h"
+#include "gpr/front_end_factory.h"
 #include "gpr/synthetic_ground.h"
-#include "gprodom/gpr/details_retention.h"
-#include "gprodom/gpr/front_end.h"
 
 namespace gprodom::gpr {
 namespace {

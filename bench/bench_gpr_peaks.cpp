@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
-#include "gprodom/gpr/peaks.h"
-#include "gprodom/gpr/peaks_envelope.h"
-#include "gprodom/gpr/peaks_pulses.h"
+#include "gpr/peaks/peaks.h"
+#include "gpr/peaks/peaks_envelope.h"
+#include "gpr/peaks/peaks_pulses.h"
 
 namespace {
 

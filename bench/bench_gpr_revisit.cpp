@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "gprodom/gpr/revisit.h"
-#include "gprodom/gpr/trace_memory.h"
+#include "gpr/revisit/revisit.h"
+#include "gpr/revisit/trace_memory.h"
 
 namespace gprodom::gpr {
 namespace {

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "gpr/filter/details_retention.h"
+#include "gpr/front_end_factory.h"
+#include "gpr/peaks/peaks.h"
+#include "gpr/sequential/alignment.h"
+#include "gpr/sequential/dec.h"
+#include "gpr/sequential/sfm.h"
 #include "gpr/synthetic_ground.h"
-#include "gprodom/gpr/alignment.h"
-#include "gprodom/gpr/dec.h"
-#include "gprodom/gpr/details_retention.h"
-#include "gprodom/gpr/front_end.h"
-#include "gprodom/gpr/peaks.h"
-#include "gprodom/gpr/sfm.h"
 
 namespace gprodom::gpr {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "pipeline/map_task.h"
+#include "map/map_task.h"
 
 namespace gprodom {
 namespace {

@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
-#include "gpr/coherence.h"
+#include "gpr/motion/coherence.h"
+#include "gpr/revisit/global_search.h"
 #include "gpr/synthetic_ground.h"
-#include "gprodom/gpr/global_search.h"
 #include "gprodom/lcm_io.h"
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "estimation/state_estimator.h"
 #include "gprodom/config.h"
-#include "gprodom/state_estimator.h"
 
 namespace {
 

@@ -27,7 +27,7 @@
 
 #include "gprodom/lcm_io.h"
 #include "io/log_io.h"
-#include "pipeline/runner.h"
+#include "live/runner.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
-# One OBJECT library per folder of src/, so that each part builds and is tested alone with just what
-# it may use; libgprodom is all of them.
+# One OBJECT library per room (folder of src/), so that each is built and tested alone with just the
+# rooms before it; libgprodom is all of them.
 
 # Settings shared by everything that is compiled here.
 add_library(gprodom_settings INTERFACE)
@@ -8,12 +8,11 @@ target_compile_options(gprodom_settings INTERFACE -Wall -Wextra -Werror)
 target_include_directories(gprodom_settings INTERFACE
   ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src ${PROJECT_BINARY_DIR}/generated)
 
-# gprodom_module(NAME LIBRARIES...): src/NAME/*.cpp as OBJECT library gprodom_NAME.
+# gprodom_module(NAME LIBRARIES...): the sources in src/NAME and its folders as OBJECT library
+# gprodom_NAME. What needs ROS is built by ros/.
 function(gprodom_module name)
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  if(NOT sources)
-    return()
-  endif()
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/ros1/")
   add_library(gprodom_${name} OBJECT ${sources})
   target_link_libraries(gprodom_${name} PUBLIC gprodom_settings ${ARGN})
   set_target_properties(gprodom_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
@@ -31,20 +30,25 @@ function(gprodom_existing out)
   set(${out} ${found} PARENT_SCOPE)
 endfunction()
 
-# gprodom_test(NAME MODULES...): test/cpp/NAME/*_test.cpp as one executable test_NAME that links the
-# named modules and test/cpp/support only.
-function(gprodom_test name)
+# gprodom_test(MODULE MODULES...): test/cpp/NAME/*.cpp as executable test_NAME, for MODULE
+# gprodom_NAME. It links test/cpp/support and the rooms up to its own of MODULES, which are in order.
+function(gprodom_test module)
+  string(REPLACE gprodom_ "" name ${module})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/cpp/${name}/*.cpp)
   if(NOT sources)
     return()
   endif()
-  gprodom_existing(libraries ${ARGN} gprodom_test_support)
+  list(FIND ARGN ${module} index)
+  math(EXPR count "${index} + 1")
+  list(SUBLIST ARGN 0 ${count} rooms)
+  gprodom_existing(support gprodom_test_support)
   add_executable(test_${name} ${sources})
-  target_link_libraries(test_${name} PRIVATE gprodom_settings ${libraries} GTest::gtest_main)
+  target_link_libraries(test_${name} PRIVATE gprodom_settings ${rooms} ${support} GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/test/cpp)
   target_compile_definitions(test_${name} PRIVATE GPRODOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(test_${name} PROPERTIES
     RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+  add_dependencies(tests test_${name})
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} PROPERTIES TIMEOUT 900)
 endfunction()

@@ -13,7 +13,7 @@
 
 #include "gprodom/config.h"
 #include "gprodom/input.h"
-#include "gprodom/odometry.h"
+#include "gprodom/outputs.h"
 #include "gprodom/types.h"
 
 namespace gprodom {

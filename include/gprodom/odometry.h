@@ -1,47 +1,16 @@
 // The estimator: measurements in, poses out. Knows no LCM, no ROS and no clock.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "gprodom/config.h"
-#include "gprodom/duration_histogram.h"
+#include "gprodom/execution.h"
+#include "gprodom/outputs.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
-
-// kInline does radar and solver work where it is due and always finishes it (replay, Python).
-// kThreaded gives each a thread. A radar result not ready at its data time is dropped and counted;
-// a solve is waited for, up to a limit, so that live equals replay on a busy machine too.
-enum class Execution { kInline, kThreaded };
-
-// Wall-clock time of work done off the fast path. Never part of an estimate.
-struct WorkTime {
-  std::int64_t jobs = 0;
-  double total_s = 0.0;
-  double longest_s = 0.0;
-  DurationHistogram ready;  // from submission to result, the wait for the thread included
-};
-
-struct Timing {
-  WorkTime solver;  // one job a state
-  WorkTime radar;   // one job a tick
-  WorkTime map;     // one job each half second
-};
-
-// What one step produced, each list in time order.
-struct Outputs {
-  std::vector<OdometryEstimate> odometry;         // one per accepted IMU sample, in `odom`
-  std::vector<OdometryEstimate> odometry_in_map;  // the same, one for one, in `map`
-  std::vector<Displacement> displacements;        // from the radar front end and the trace memory
-  std::vector<Correction> corrections;  // map -> odom, twice a second from the first revisit on
-  std::vector<SubsurfaceFeatureMatrix> sfm;  // when the front end makes them and is asked to
-  std::vector<Status> status;                // once per second of data time
-  std::vector<std::string> warnings;         // rate-limited, ready to be logged
-  bool restarted = false;  // the clock was set: `odom` begins anew, at the initialiser
-};
 
 class MapFrame;
 class Pipeline;

@@ -1,7 +1,7 @@
 """Radar processing on numpy arrays: the stages of the C++ front ends, each usable alone.
 
 Traces are arrays (traces, samples), oldest first; feature matrices (rows of depth, columns along
-the track). Every function's docstring and its C++ header (include/gprodom/gpr/) state units.
+the track). Every function's docstring and its C++ header (src/gpr/) state units.
 """
 
 from gprodom._core import (

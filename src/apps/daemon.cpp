@@ -5,6 +5,7 @@
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <utility>
 
@@ -13,6 +14,9 @@
 
 namespace gprodom {
 namespace {
+
+// Between two attempts to receive where LCM fails.
+constexpr std::chrono::milliseconds kReceiveAgain(100);
 
 // The level as the journal takes it, which stamps lines itself.
 class JournalLevel : public spdlog::custom_flag_formatter {
@@ -96,13 +100,21 @@ void Daemon::run() {
 }
 
 void Daemon::start() {
-  link_.start_receiving(config_.channels,
-                        [live = live_.get()](Input input) { live->push(std::move(input)); });
+  link_.subscribe(config_.channels,
+                  [live = live_.get()](Input input) { live->push(std::move(input)); });
+  receiving_ = true;
+  receiver_ = std::thread([this] {
+    while (receiving_) {
+      if (!link_.receive()) std::this_thread::sleep_for(kReceiveAgain);
+    }
+  });
 }
 
 // In the direction of the data, so that each station works off what it has.
 void Daemon::stop() {
-  link_.stop_receiving();
+  receiving_ = false;
+  if (receiver_.joinable()) receiver_.join();
+  link_.unsubscribe();
   live_->stop();
 }
 

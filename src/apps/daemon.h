@@ -3,15 +3,17 @@
 
 #include <spdlog/logger.h>
 
+#include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "apps/service.h"
 #include "apps/signal_watch.h"
 #include "gprodom/config.h"
 #include "io/lcm_link.h"
-#include "pipeline/live.h"
+#include "live/live.h"
 
 namespace gprodom {
 
@@ -46,6 +48,8 @@ class Daemon {
   HealthLevel health_ = HealthLevel::kOk;  // last logged; publish thread only
   LcmLink link_;                           // guards itself
   std::unique_ptr<Live> live_;             // main thread only
+  std::atomic<bool> receiving_{false};     // ends receiver_ where false
+  std::thread receiver_;                   // lends itself to link_; main thread only
 };
 
 }  // namespace gprodom

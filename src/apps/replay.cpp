@@ -9,7 +9,7 @@
 #include "gprodom/lcm_io.h"
 #include "io/log_io.h"
 #include "io/tum.h"
-#include "pipeline/runner.h"
+#include "live/runner.h"
 
 namespace gprodom {
 namespace {

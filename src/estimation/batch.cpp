@@ -1,4 +1,4 @@
-#include "gprodom/batch.h"
+#include "estimation/batch.h"
 
 #include <ceres/ceres.h>
 

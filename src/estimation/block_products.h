@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "gprodom/nav_state.h"
+#include "estimation/nav_state.h"
 
 namespace gprodom {
 

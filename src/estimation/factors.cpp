@@ -1,4 +1,4 @@
-#include "gprodom/factors.h"
+#include "estimation/factors.h"
 
 #include <cmath>
 #include <stdexcept>
@@ -210,7 +210,7 @@ void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual
 }
 
 double RevisitFactor::robust_threshold(int row) const {
-  return row == 0 ? PoseGraphOptions().robust_threshold : 0.0;
+  return row == 0 ? kRevisitRobustThreshold : 0.0;
 }
 
 void RevisitFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,

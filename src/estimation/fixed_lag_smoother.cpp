@@ -1,4 +1,4 @@
-#include "gprodom/fixed_lag_smoother.h"
+#include "estimation/fixed_lag_smoother.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

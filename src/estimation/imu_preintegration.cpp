@@ -1,8 +1,8 @@
-#include "gprodom/imu_preintegration.h"
+#include "estimation/imu_preintegration.h"
 
 #include <cmath>
 
-#include "gprodom/so3.h"
+#include "estimation/so3.h"
 
 namespace gprodom {
 

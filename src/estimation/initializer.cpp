@@ -1,4 +1,4 @@
-#include "gprodom/initializer.h"
+#include "estimation/initializer.h"
 
 #include <cmath>
 #include <cstdio>

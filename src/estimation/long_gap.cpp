@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gprodom/wheel_increment.h"
+#include "estimation/wheel_increment.h"
 
 namespace gprodom {
 

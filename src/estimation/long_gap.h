@@ -1,9 +1,9 @@
 // The robot's state while the IMU is silent for long. docs/estimation.md, "Gaps of the IMU".
 #pragma once
 
+#include "estimation/nav_state.h"
+#include "estimation/state_estimator.h"
 #include "gprodom/config.h"
-#include "gprodom/nav_state.h"
-#include "gprodom/state_estimator.h"
 
 namespace gprodom {
 

@@ -1,4 +1,4 @@
-#include "gprodom/marginal_prior.h"
+#include "estimation/marginal_prior.h"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "gprodom/state_estimator.h"
+#include "estimation/state_estimator.h"
 
 namespace gprodom {
 

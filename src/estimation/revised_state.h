@@ -3,7 +3,7 @@
 #pragma once
 
 #include "estimation/long_gap.h"
-#include "gprodom/nav_state.h"
+#include "estimation/nav_state.h"
 
 namespace gprodom {
 

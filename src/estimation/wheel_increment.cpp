@@ -1,8 +1,8 @@
-#include "gprodom/wheel_increment.h"
+#include "estimation/wheel_increment.h"
 
 #include <cmath>
 
-#include "gprodom/so3.h"
+#include "estimation/so3.h"
 
 namespace gprodom {
 

@@ -1,7 +1,6 @@
 #include "io/lcm_link.h"
 
 #include <cctype>
-#include <chrono>
 #include <stdexcept>
 #include <utility>
 
@@ -9,7 +8,7 @@ namespace gprodom {
 namespace {
 
 constexpr int kQueueCapacity = 10000;  // messages per channel, for bursts; LCM's default is 30
-constexpr int kPollMs = 100;           // how long a stop may take
+constexpr int kPollMs = 100;           // the longest wait in receive()
 
 // A socket buffer for bursts too, unless the operator has set one.
 std::string with_receive_buffer(const std::string& url) {
@@ -40,9 +39,9 @@ LcmLink::LcmLink(const std::string& url)
   if (!lcm_) fail(url);
 }
 
-LcmLink::~LcmLink() { stop_receiving(); }
+LcmLink::~LcmLink() { unsubscribe(); }
 
-void LcmLink::start_receiving(const ChannelConfig& channels, Sink sink) {
+void LcmLink::subscribe(const ChannelConfig& channels, Sink sink) {
   channels_ = channels;
   sink_ = std::move(sink);
   for (const auto& name : input_channels(channels_)) {
@@ -53,26 +52,16 @@ void LcmLink::start_receiving(const ChannelConfig& channels, Sink sink) {
     lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
     subscriptions_.push_back(subscription);
   }
-  stopping_ = false;
-  receiver_ = std::thread([this] { receive(); });
 }
 
-void LcmLink::stop_receiving() {
-  stopping_ = true;
-  if (receiver_.joinable()) receiver_.join();
+void LcmLink::unsubscribe() {
   for (lcm_subscription_t* subscription : subscriptions_) {
     lcm_unsubscribe(lcm_.get(), subscription);
   }
   subscriptions_.clear();
 }
 
-void LcmLink::receive() {
-  while (!stopping_) {
-    if (lcm_handle_timeout(lcm_.get(), kPollMs) < 0) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(kPollMs));  // LCM says why itself
-    }
-  }
-}
+bool LcmLink::receive() { return lcm_handle_timeout(lcm_.get(), kPollMs) >= 0; }
 
 void LcmLink::take(const lcm_recv_buf_t* packet, const char* channel, void* self) {
   const auto* link = static_cast<const LcmLink*>(self);

@@ -1,13 +1,11 @@
-// The daemon's connection to LCM: a thread that receives, and publishing from any thread.
+// The daemon's connection to LCM. It has no thread of its own: whoever calls receive() lends one.
 #pragma once
 
 #include <lcm/lcm.h>
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "gprodom/lcm_io.h"
@@ -18,38 +16,36 @@ constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0";  // nothing
 
 class LcmLink {
  public:
-  // Called on the receive thread for each message on one of our channels; must not wait.
+  // Called by receive() for each message on one of our channels; must not wait.
   using Sink = std::function<void(Input)>;
 
   // Throws std::runtime_error, with what to do, where LCM cannot be used.
   explicit LcmLink(const std::string& url);
-  ~LcmLink();  // stop_receiving()
+  ~LcmLink();
   LcmLink(const LcmLink&) = delete;
   LcmLink& operator=(const LcmLink&) = delete;
 
-  // Not while receiving already. Throws std::runtime_error.
-  void start_receiving(const ChannelConfig& channels, Sink sink);
+  // Not while another thread is in receive(). Throws std::runtime_error.
+  void subscribe(const ChannelConfig& channels, Sink sink);
+  void unsubscribe();
 
-  // No Sink call is under way or to come when this returns.
-  void stop_receiving();
+  // Waits 0.1 s at most for a message and hands what is there to the sink. One thread. False where
+  // LCM failed, and has said why: try again a moment later.
+  bool receive();
 
   // Any thread.
   void publish(const std::vector<LcmMessage>& messages);
 
  private:
-  void receive();
   static void take(const lcm_recv_buf_t* packet, const char* channel, void* link);
 
   const std::string url_;
   const std::unique_ptr<lcm_t, void (*)(lcm_t*)> lcm_;  // guards itself
 
-  // Written only while receiver_ does not run.
+  // Written only while no thread is in receive().
   ChannelConfig channels_;
   Sink sink_;
   std::vector<lcm_subscription_t*> subscriptions_;
-
-  std::atomic<bool> stopping_{false};
-  std::thread receiver_;
 };
 
 }  // namespace gprodom

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "gprodom/error.h"
-#include "pipeline/ground_map_file.h"
-#include "pipeline/map_frame.h"
+#include "map/ground_map_file.h"
+#include "map/map_frame.h"
+#include "persist/state_store.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/state_store.h"
 
 namespace gprodom {
 

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "estimation/initializer.h"
 #include "gprodom/error.h"
-#include "gprodom/initializer.h"
-#include "pipeline/plausibility.h"
-#include "pipeline/standstill.h"
+#include "input/plausibility.h"
+#include "motion/standstill.h"
 
 namespace gprodom {
 

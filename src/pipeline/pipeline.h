@@ -11,21 +11,21 @@
 #include <variant>
 #include <vector>
 
+#include "base/dated_worker.h"
+#include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
-#include "gprodom/state_estimator.h"
 #include "gprodom/types.h"
-#include "pipeline/coherence_scale.h"
-#include "pipeline/dated_worker.h"
-#include "pipeline/health.h"
-#include "pipeline/input_check.h"
-#include "pipeline/map_task.h"
+#include "input/health.h"
+#include "input/input_check.h"
+#include "map/map_task.h"
+#include "motion/coherence_scale.h"
+#include "motion/sensor_history.h"
+#include "motion/slip_watch.h"
+#include "motion/standstill.h"
+#include "persist/saved_state.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
-#include "pipeline/saved_state.h"
-#include "pipeline/sensor_history.h"
-#include "pipeline/slip_watch.h"
-#include "pipeline/standstill.h"
 
 namespace gprodom {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "pipeline/map_frame.h"
+#include "map/map_frame.h"
 #include "pipeline/pipeline.h"
 
 namespace gprodom {

@@ -1,6 +1,6 @@
 #include "pipeline/prediction.h"
 
-#include "pipeline/standstill.h"
+#include "motion/standstill.h"
 
 namespace gprodom {
 

@@ -1,9 +1,9 @@
 // The newest state in effect, carried to the newest IMU sample: what is published.
 #pragma once
 
-#include "gprodom/state_estimator.h"
+#include "estimation/state_estimator.h"
 #include "gprodom/types.h"
-#include "pipeline/sensor_history.h"
+#include "motion/sensor_history.h"
 
 namespace gprodom {
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gpr/front_end_factory.h"
+
 namespace gprodom {
 
 RadarTask::RadarTask(const GprConfig& config)

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gprodom/config.h"
-#include "gprodom/gpr/front_end.h"
+#include "gprodom/front_end.h"
 #include "gprodom/types.h"
 
 namespace gprodom {

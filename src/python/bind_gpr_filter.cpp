@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "gprodom/gpr/details_retention.h"
-#include "gprodom/gpr/front_end.h"
+#include "gpr/filter/details_retention.h"
+#include "gpr/front_end_factory.h"
 
 namespace py = pybind11;
 using namespace py::literals;

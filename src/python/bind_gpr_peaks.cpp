@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "gprodom/gpr/peaks.h"
-#include "gprodom/gpr/peaks_envelope.h"
+#include "gpr/peaks/peaks.h"
+#include "gpr/peaks/peaks_envelope.h"
 
 namespace py = pybind11;
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <tuple>
 
-#include "gprodom/gpr/global_search.h"
-#include "gprodom/gpr/patch_filter.h"
-#include "gprodom/gpr/revisit.h"
-#include "gprodom/gpr/revisit_search.h"
+#include "gpr/revisit/global_search.h"
+#include "gpr/revisit/patch_filter.h"
+#include "gpr/revisit/revisit.h"
+#include "gpr/revisit/revisit_search.h"
 
 namespace py = pybind11;
 

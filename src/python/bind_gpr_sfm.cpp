@@ -8,9 +8,9 @@
 #include <string>
 #include <tuple>
 
-#include "gprodom/gpr/alignment.h"
-#include "gprodom/gpr/dec.h"
-#include "gprodom/gpr/sfm.h"
+#include "gpr/sequential/alignment.h"
+#include "gpr/sequential/dec.h"
+#include "gpr/sequential/sfm.h"
 
 namespace py = pybind11;
 

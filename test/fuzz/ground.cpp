@@ -1,5 +1,5 @@
 // A ground map; what is accepted is looked up and written again.
-#include "pipeline/ground_map_file.h"
+#include "map/ground_map_file.h"
 #include "sealed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -12,8 +12,8 @@
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
-#include "pipeline/ground_map_file.h"
-#include "pipeline/saved_state.h"
+#include "map/ground_map_file.h"
+#include "persist/saved_state.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "base/sealed_bytes.h"
 #include "gprodom/error.h"
-#include "pipeline/sealed_bytes.h"
 
 // Of a saved file: what its reader wants it to begin with.
 inline std::string title_of(const std::string& sealed) {

@@ -1,5 +1,5 @@
 // A saved state.
-#include "pipeline/saved_state.h"
+#include "persist/saved_state.h"
 #include "sealed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

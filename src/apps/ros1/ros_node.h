@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "io/ros1/ros1_io.h"
-#include "pipeline/live.h"
+#include "live/live.h"
 
 namespace gprodom {
 

@@ -1,13 +1,13 @@
 // Analytic against numeric Jacobians of every factor and of the prior, at random states with
 // attitudes up to 180 degrees and residual rotations up to 3 rad.
-#include "gprodom/factors.h"
+#include "estimation/factors.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <random>
 
-#include "gprodom/marginal_prior.h"
+#include "estimation/marginal_prior.h"
 
 namespace gprodom {
 namespace {

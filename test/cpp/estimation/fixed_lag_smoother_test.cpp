@@ -1,11 +1,11 @@
 // Marginalising must lose nothing that it does not have to, and gain nothing that was not measured.
-#include "gprodom/fixed_lag_smoother.h"
+#include "estimation/fixed_lag_smoother.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "gprodom/batch.h"
+#include "estimation/batch.h"
 
 namespace gprodom {
 namespace {

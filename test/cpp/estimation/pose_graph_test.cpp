@@ -1,4 +1,4 @@
-#include "gprodom/pose_graph.h"
+#include "estimation/graph/pose_graph.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "estimation/planar_factors.h"
+#include "estimation/graph/planar_factors.h"
 
 namespace gprodom {
 namespace {

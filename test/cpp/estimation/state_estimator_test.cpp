@@ -1,6 +1,6 @@
 // A robot whose IMU falls silent, or whose gyro bias steps: what is known again afterwards must
 // stay known, and what was lost must be owned up to.
-#include "gprodom/state_estimator.h"
+#include "estimation/state_estimator.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gprodom/gpr/alignment.h"
+#include "gpr/sequential/alignment.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gpr/coherence.h"
+#include "gpr/motion/coherence.h"
 
 #include <gtest/gtest.h>
 

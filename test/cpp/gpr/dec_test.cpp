@@ -1,4 +1,4 @@
-#include "gprodom/gpr/dec.h"
+#include "gpr/sequential/dec.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gprodom/gpr/details_retention.h"
+#include "gpr/filter/details_retention.h"
 
 #include <gtest/gtest.h>
 

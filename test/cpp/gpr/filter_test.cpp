@@ -6,12 +6,12 @@
 #include <random>
 #include <stdexcept>
 
+#include "gpr/filter/background.h"
+#include "gpr/filter/band_pass.h"
+#include "gpr/filter/time_zero.h"
+#include "gpr/filter/trace_quality.h"
+#include "gpr/filter/wavelet.h"
 #include "gpr/synthetic_ground.h"
-#include "gprodom/gpr/background.h"
-#include "gprodom/gpr/band_pass.h"
-#include "gprodom/gpr/time_zero.h"
-#include "gprodom/gpr/trace_quality.h"
-#include "gprodom/gpr/wavelet.h"
 
 namespace gprodom::gpr {
 namespace {

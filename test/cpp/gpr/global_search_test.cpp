@@ -1,4 +1,4 @@
-#include "gprodom/gpr/global_search.h"
+#include "gpr/revisit/global_search.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gpr/matrix_product.h"
+#include "gpr/revisit/matrix_product.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gpr/damped_pulses.h"
-#include "gprodom/gpr/peaks.h"
+#include "gpr/peaks/peaks.h"
 
 namespace gprodom::gpr {
 namespace {

@@ -1,4 +1,4 @@
-#include "gprodom/gpr/peaks.h"
+#include "gpr/peaks/peaks.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 
 #include "gpr/allocation_count.h"
 #include "gpr/damped_pulses.h"
-#include "gprodom/gpr/peaks_covariance.h"
-#include "gprodom/gpr/peaks_envelope.h"
-#include "gprodom/gpr/peaks_varpro.h"
+#include "gpr/peaks/peaks_covariance.h"
+#include "gpr/peaks/peaks_envelope.h"
+#include "gpr/peaks/peaks_varpro.h"
 
 namespace gprodom::gpr {
 namespace {

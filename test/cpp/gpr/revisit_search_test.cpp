@@ -1,4 +1,4 @@
-#include "gprodom/gpr/revisit_search.h"
+#include "gpr/revisit/revisit_search.h"
 
 #include <gtest/gtest.h>
 

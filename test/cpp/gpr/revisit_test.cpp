@@ -1,4 +1,4 @@
-#include "gprodom/gpr/revisit.h"
+#include "gpr/revisit/revisit.h"
 
 #include <gtest/gtest.h>
 

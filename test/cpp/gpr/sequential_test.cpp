@@ -5,9 +5,9 @@
 #include <string>
 
 #include "gpr/allocation_count.h"
+#include "gpr/front_end_factory.h"
 #include "gpr/synthetic_ground.h"
 #include "gprodom/error.h"
-#include "gprodom/gpr/front_end.h"
 
 namespace gprodom::gpr {
 namespace {

@@ -1,4 +1,4 @@
-#include "gprodom/gpr/sfm.h"
+#include "gpr/sequential/sfm.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,11 @@
-#include "gpr/stationarity.h"
+#include "gpr/motion/stationarity.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
 
+#include "gpr/front_end_factory.h"
 #include "gpr/synthetic_ground.h"
 #include "gprodom/error.h"
 

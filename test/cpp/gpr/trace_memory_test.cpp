@@ -1,12 +1,12 @@
-#include "gprodom/gpr/trace_memory.h"
+#include "gpr/revisit/trace_memory.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
+#include "gpr/revisit/revisit.h"
 #include "gpr/synthetic_ground.h"
-#include "gprodom/gpr/revisit.h"
 
 namespace gprodom::gpr {
 namespace {

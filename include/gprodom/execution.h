@@ -1,0 +1,29 @@
+// Where the work off the fast path is done, and what time it took.
+#pragma once
+
+#include <cstdint>
+
+#include "gprodom/duration_histogram.h"
+
+namespace gprodom {
+
+// kInline does radar and solver work where it is due and always finishes it (replay, Python).
+// kThreaded gives each a thread. A radar result not ready at its data time is dropped and counted;
+// a solve is waited for, up to a limit, so that live equals replay on a busy machine too.
+enum class Execution { kInline, kThreaded };
+
+// Wall-clock time of work done off the fast path. Never part of an estimate.
+struct WorkTime {
+  std::int64_t jobs = 0;
+  double total_s = 0.0;
+  double longest_s = 0.0;
+  DurationHistogram ready;  // from submission to result, the wait for the thread included
+};
+
+struct Timing {
+  WorkTime solver;  // one job a state
+  WorkTime radar;   // one job a tick
+  WorkTime map;     // one job each half second
+};
+
+}  // namespace gprodom

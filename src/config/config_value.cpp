@@ -1,0 +1,173 @@
+#include "config/config_value.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace gprodom {
+namespace {
+
+std::string to_text(double value) {
+  std::array<char, 32> buffer;
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  return {buffer.data(), result.ptr};
+}
+
+std::string to_text(const Eigen::Vector3d& v) {
+  return "[" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + "]";
+}
+
+std::string quoted(const std::string& text) {
+  YAML::Emitter emitter;
+  emitter << text;  // quotes where YAML needs it
+  return emitter.c_str();
+}
+
+// The whole text is one number, in the C locale whatever the process has; no "1.0abc", no "nan".
+template <class Number>
+std::optional<Number> parse_number(std::string text) {
+  if (!text.empty() && text.front() == '+') text.erase(0, 1);
+  Number number{};
+  const char* end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, number);
+  if (result.ec != std::errc() || result.ptr != end || !std::isfinite(double(number))) {
+    return std::nullopt;
+  }
+  return number;
+}
+
+bool within(const Range& range, double value) {
+  return (range.above_minimum ? value > range.minimum : value >= range.minimum) &&
+         value <= range.maximum;
+}
+
+template <class Number>
+std::optional<Number> number_within(const ConfigKey& key, const YAML::Node& node) {
+  if (!node.IsScalar()) return std::nullopt;
+  const auto number = parse_number<Number>(node.Scalar());
+  if (!number || !within(std::get<Range>(key.allowed), double(*number))) return std::nullopt;
+  return number;
+}
+
+// One overload per type of field: the value, or nothing where the node does not fit.
+std::optional<bool> parse(const ConfigKey&, const YAML::Node& node, const bool*) {
+  bool value = false;
+  if (!node.IsScalar() || !YAML::convert<bool>::decode(node, value)) return std::nullopt;
+  return value;
+}
+
+std::optional<int> parse(const ConfigKey& key, const YAML::Node& node, const int*) {
+  return number_within<int>(key, node);
+}
+
+std::optional<double> parse(const ConfigKey& key, const YAML::Node& node, const double*) {
+  return number_within<double>(key, node);
+}
+
+std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& node,
+                                     const Eigen::Vector3d*) {
+  if (!node.IsSequence() || node.size() != 3) return std::nullopt;
+  Eigen::Vector3d vector;
+  for (int i = 0; i < 3; ++i) {
+    const auto component = number_within<double>(key, node[i]);
+    if (!component) return std::nullopt;
+    vector[i] = *component;
+  }
+  return vector;
+}
+
+std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
+  const auto* limit = std::get_if<Text>(&key.allowed);
+  const bool may_be_empty = limit != nullptr && limit->may_be_empty;
+  if (!node.IsScalar() || (node.Scalar().empty() && !may_be_empty)) return std::nullopt;
+  const auto* choices = std::get_if<Choices>(&key.allowed);
+  const std::string& text = node.Scalar();
+  if (choices && std::find(choices->begin(), choices->end(), text) == choices->end()) {
+    return std::nullopt;
+  }
+  if (limit && text.size() > limit->max_length) return std::nullopt;
+  return text;
+}
+
+std::string kind_name(const FieldPointer& field) {
+  struct Namer {
+    std::string operator()(const bool*) const { return "true or false"; }
+    std::string operator()(const int*) const { return "an integer"; }
+    std::string operator()(const double*) const { return "a number"; }
+    std::string operator()(const std::string*) const { return "text"; }
+    std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
+  };
+  return std::visit(Namer(), field);
+}
+
+}  // namespace
+
+bool assign(const ConfigKey& key, const YAML::Node& node) {
+  return std::visit(
+      [&](auto* field) {
+        const auto value = parse(key, node, field);
+        if (value) *field = *value;
+        return value.has_value();
+      },
+      key.field);
+}
+
+std::string short_range(const ConfigKey& key) {
+  if (const auto* choices = std::get_if<Choices>(&key.allowed)) {
+    std::string text;
+    for (const auto& choice : *choices) text += (text.empty() ? "" : " | ") + choice;
+    return text;
+  }
+  const auto* range = std::get_if<Range>(&key.allowed);
+  if (!range) return "";
+  const bool low = std::isfinite(range->minimum);
+  const bool high = std::isfinite(range->maximum);
+  if (low && high) {
+    return (range->above_minimum ? "above " : "") + to_text(range->minimum) + " to " +
+           to_text(range->maximum);
+  }
+  if (low) {
+    return range->above_minimum ? "above " + to_text(range->minimum)
+                                : to_text(range->minimum) + " or more";
+  }
+  return high ? to_text(range->maximum) + " or less" : "";
+}
+
+std::string expectation(const ConfigKey& key) {
+  const std::string range = short_range(key);
+  if (std::holds_alternative<Choices>(key.allowed)) return "one of " + range;
+  std::string text = kind_name(key.field);
+  if (const auto* limit = std::get_if<Text>(&key.allowed)) {
+    text += " of at most " + std::to_string(limit->max_length) + " characters";
+  }
+  if (!range.empty()) text += (range.find(" to ") < range.find("above") ? " from " : " ") + range;
+  if (!key.unit.empty()) text += " (" + key.unit + ")";
+  return text;
+}
+
+std::string value_text(const ConfigKey& key) {
+  struct Writer {
+    std::string operator()(const bool* field) const { return *field ? "true" : "false"; }
+    std::string operator()(const int* field) const { return std::to_string(*field); }
+    std::string operator()(const double* field) const { return to_text(*field); }
+    std::string operator()(const std::string* field) const { return quoted(*field); }
+    std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
+  };
+  return std::visit(Writer(), key.field);
+}
+
+std::string node_text(const YAML::Node& node) {
+  if (node.IsNull()) return "nothing";
+  if (node.IsScalar()) return "\"" + node.Scalar() + "\"";
+  if (node.IsMap()) return "a map";
+  if (!node.IsSequence()) return "nothing";
+  std::string text = "[";
+  for (const auto& item : node) text += (text.size() > 1 ? ", " : "") + node_text(item);
+  return text + "]";
+}
+
+}  // namespace gprodom

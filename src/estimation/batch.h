@@ -1,0 +1,44 @@
+// All states of a run solved together (Ceres): the `smoothed` figures, and what the fixed-lag
+// smoother is tested against.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "estimation/factors.h"
+#include "estimation/marginal_prior.h"
+#include "estimation/nav_state.h"
+
+namespace gprodom {
+
+class Batch {
+ public:
+  // `prior` holds the first state.
+  Batch(const NavState& first, MarginalPrior prior);
+
+  // Starting values; states are numbered from 0.
+  void add_state(const NavState& estimate) { states_.push_back(estimate); }
+  void set_state(size_t i, const NavState& estimate) { states_.at(i) = estimate; }
+  void add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor);
+
+  struct Options {
+    bool robust = true;  // false: every row quadratic
+    int max_iterations = 50;
+  };
+  // Throws std::runtime_error where Ceres finds no usable solution.
+  std::vector<NavState> solve(const Options& options) const;
+
+  const std::vector<NavState>& states() const { return states_; }
+  size_t size() const { return states_.size(); }
+
+ private:
+  struct Link {
+    size_t a, b;
+    std::shared_ptr<const Factor> factor;
+  };
+  MarginalPrior prior_;
+  std::vector<NavState> states_;
+  std::vector<Link> links_;
+};
+
+}  // namespace gprodom

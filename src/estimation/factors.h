@@ -1,0 +1,162 @@
+// Residuals between states, each with analytic Jacobians in the chart of nav_state.h.
+//
+// Every factor returns its residual whitened (unit variance per row). The comment of each states
+// residual, order, units and weighting; derivations stand in docs/estimation.md.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "estimation/imu_preintegration.h"
+#include "estimation/nav_state.h"
+#include "estimation/planar_geometry.h"
+#include "estimation/wheel_increment.h"
+
+namespace gprodom {
+
+constexpr int kMaxResidual = 9;
+using Residual = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxResidual, 1>;
+using Jacobian =
+    Eigen::Matrix<double, Eigen::Dynamic, kStateDim, Eigen::RowMajor, kMaxResidual, kStateDim>;
+
+// Ties an earlier state a to a later state b.
+class Factor {
+ public:
+  virtual ~Factor() = default;
+  virtual int dimension() const = 0;
+  // Jacobians are skipped where Ja is null (Jb then is, too).
+  virtual void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                        Jacobian* Jb) const = 0;
+  // Cauchy threshold of a row in standard deviations: weight 1 / (1 + (r / threshold)^2). 0: the
+  // row is quadratic.
+  virtual double robust_threshold(int /*row*/) const { return 0.0; }
+};
+
+// [Log(dq^-1 q_a^-1 q_b); R_a^T (v_b - v_a - g dt) - dv; R_a^T (p_b - p_a - v_a dt - g dt^2/2) -
+// dp] rad, m/s, m; whitened by the preintegrated covariance. Forster et al. 2017, eq. 45.
+class ImuFactor final : public Factor {
+ public:
+  // gravity_odom: m/s^2, pointing down. Throws std::invalid_argument where the covariance is
+  // singular (no duration).
+  ImuFactor(const ImuPreintegration& preintegration, const Eigen::Vector3d& gravity_odom);
+  int dimension() const override { return 9; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  const ImuPreintegration& preintegration() const { return preintegration_; }
+
+ private:
+  ImuPreintegration preintegration_;
+  Eigen::Vector3d gravity_odom_;
+  Matrix9d whitening_;
+};
+
+// [bg_b - bg_a; ba_b - ba_a; s_b - s_a]; rad/s, m/s^2, 1; sigmas over the interval, above 0.
+class RandomWalkFactor final : public Factor {
+ public:
+  RandomWalkFactor(double gyro_bias_sigma, double accel_bias_sigma, double scale_sigma);
+  int dimension() const override { return 7; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+
+ private:
+  Eigen::Matrix<double, 7, 1> weight_;
+};
+
+// U (R_a^T (c_b - c_a) - dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical, metres.
+// U = diag(s, 1, 1): the wheel's error is on the distance that it reports, side slip on the true
+// one. The wheel's increment turned by the gyro; the last two rows are the non-holonomic
+// constraint. Wu et al. 2017; The forward row is robust (Cauchy), since wheels slip forwards.
+class WheelFactor final : public Factor {
+ public:
+  // variance: forward, lateral, vertical, m^2. robust_threshold: standard deviations; 0: quadratic.
+  WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,
+              const Eigen::Vector3d& variance, double robust_threshold);
+  int dimension() const override { return 3; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  double robust_threshold(int row) const override { return row == 0 ? robust_threshold_ : 0.0; }
+
+ private:
+  WheelIncrement increment_;
+  Eigen::Vector3d lever_arm_;
+  double robust_threshold_;
+  Eigen::Vector3d weight_;
+};
+
+// |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. Where the two points
+// coincide the norm has no derivative; it is smoothed below 0.1 mm.
+class WheelDistanceFactor final : public Factor {
+ public:
+  WheelDistanceFactor(double distance_m, double sigma_m, const Eigen::Vector3d& lever_arm,
+                      double robust_threshold);
+  int dimension() const override { return 1; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  double robust_threshold(int /*row*/) const override { return robust_threshold_; }
+
+ private:
+  double distance_m_, sigma_m_;
+  Eigen::Vector3d lever_arm_;
+  double robust_threshold_;
+};
+
+struct StandstillSigmas {
+  double rotation = 1e-5;  // rad
+  double position = 1e-4;  // m
+  double velocity = 2e-3;  // m/s
+};
+
+// [Log(q_a^-1 q_b); R_a^T (p_b - p_a); R_b^T v_b]; rad, m, m/s: the robot stood from a to b.
+// In body axes, so that nothing global is observed.
+class StandstillFactor final : public Factor {
+ public:
+  explicit StandstillFactor(const StandstillSigmas& sigmas) : sigmas_(sigmas) {}
+  int dimension() const override { return 9; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+
+ private:
+  StandstillSigmas sigmas_;
+};
+
+// Along-track displacement from the radar, metres, one row. Measured from time a + offset_a to
+// b + offset_b; the states' velocities bridge the offsets (fractions of a state interval).
+// signed:  e1^T R_a^T (c_b - c_a) - d;   norm (the paper's):  |c_b - c_a| - |d|.
+class DisplacementFactor final : public Factor {
+ public:
+  enum class Form { kSigned, kNorm };
+  struct Measurement {
+    double distance_m = 0, sigma_m = 1;
+    double offset_a_s = 0, offset_b_s = 0;
+    Form form = Form::kSigned;
+    double robust_threshold = 0;
+  };
+  DisplacementFactor(const Measurement& measurement, const Eigen::Vector3d& lever_arm)
+      : measurement_(measurement), lever_arm_(lever_arm) {}
+  int dimension() const override { return 1; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  double robust_threshold(int /*row*/) const override { return measurement_.robust_threshold; }
+
+ private:
+  Measurement measurement_;
+  Eigen::Vector3d lever_arm_;
+};
+
+// Ground seen again: the antenna at b lies where it was at a. With c = p + R (place, 0) and Q =
+// R_a Rz(yaw of the memory's place): [e1^T Q^T (c_b - c_a) - offset; e2^T Q^T (c_b - c_a) -
+// lateral], m. The first row is robust (Cauchy).
+class RevisitFactor final : public Factor {
+ public:
+  // The edge's places are in the frames of a and b.
+  explicit RevisitFactor(const RevisitEdge& edge) : edge_(edge) {}
+  int dimension() const override { return 2; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+  double robust_threshold(int row) const override;
+
+ private:
+  RevisitEdge edge_;
+};
+
+}  // namespace gprodom

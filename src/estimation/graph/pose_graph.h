@@ -1,0 +1,96 @@
+// The track in `map`: odometry between places along it, tied together where the radar saw ground
+// again. In the plane, since gravity holds roll and pitch, and with the wheel's scale, which is one
+// unknown for the whole track and not one for each piece. Solved off the fast path.
+// docs/estimation.md, "Pose graph".
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "estimation/planar_geometry.h"
+
+namespace gprodom {
+
+struct PoseGraphOptions {
+  double revisit_yaw_sigma = 0.2;  // rad; a revisit is driven along the track, roughly
+  // Cauchy, standard deviations, while revisits are sorted out.
+  double robust_threshold = kRevisitRobustThreshold;
+  double drop_beyond = 4.0;  // standard deviations along the track at which a revisit is wrong
+  int max_iterations = 30;
+};
+
+// Odometry from one place to the next. The wheel's scale is one error for the whole track: a step
+// states what it would be with another scale, and its covariance is what is left besides.
+struct PlanarStep {
+  PlanarPose measured;                                       // with `scale`
+  double scale = 1.0;                                        // reported over true distance
+  Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();         // of (x, y, yaw), m, rad
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of (x, y, yaw), scale known
+};
+
+struct PlanarEstimate {
+  PlanarPose pose;
+  double scale = 1.0;
+  // Of x, y, yaw, scale; position in map axes, errors of the pose itself.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+};
+
+// Two steps, one after the other, as one.
+PlanarStep joined(const PlanarStep& first, const PlanarStep& second);
+
+// One step on, without a new solution.
+PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step);
+
+struct PoseGraphSolution {
+  std::vector<PlanarPose> nodes;  // in map; the first is where it was, unless revisits tie to map
+  std::vector<bool> trusted;      // per revisit, in the order they were added
+  PlanarEstimate newest;
+};
+
+class PoseGraph {
+ public:
+  PoseGraph(const PlanarPose& first, const PoseGraphOptions& options);
+
+  // A node one step on from the newest. Returns its number, from 1. Throws std::invalid_argument
+  // where the covariance is not positive definite.
+  std::size_t add_node(const PlanarStep& step);
+
+  // The track as a whole lies elsewhere: it is now known how it lies in map.
+  void move(const PlanarPose& in_map_of_before);
+
+  // Throws std::invalid_argument where a node does not exist or a sigma is not positive.
+  void add_revisit(const RevisitEdge& edge);
+
+  // Takes nodes out with the revisits that they are the ends of; those left keep their order. The
+  // steps to and from a node become one, by which no odometry is lost; but where its yaw is known
+  // no better than to some degrees, a step holds the graph together and says nothing any more.
+  // Throws std::invalid_argument where the first or the newest node is to go.
+  void keep_only(const std::vector<bool>& nodes);
+
+  // Gauss-Newton from the last solution, first with a robust kernel on the revisits. Those that the
+  // solution contradicts are left out and it is solved again; none is out for good, the next
+  // solve() asks all of them anew. scale, scale_sigma: what is known of the wheel's scale without
+  // revisits (sigma 0: held). Throws std::runtime_error where no solution is found.
+  PoseGraphSolution solve(double scale, double scale_sigma);
+
+  // In map, of the last solution; nodes since are dead reckoned from it.
+  const std::vector<PlanarPose>& nodes() const { return nodes_; }
+  const std::vector<RevisitEdge>& revisits() const { return revisits_; }
+
+ private:
+  struct Step {
+    PlanarStep odometry;
+    Eigen::Matrix3d whitening;
+  };
+  PoseGraphOptions options_;
+  std::vector<PlanarPose> nodes_;
+  std::vector<Step> steps_;  // steps_[i] leads from node i to node i + 1
+  std::vector<RevisitEdge> revisits_;
+  std::optional<double> scale_;  // of the last solution
+
+  std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,122 @@
+// From the sensors' data of one state interval to factors, a solve and a snapshot of the result.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimation/batch.h"
+#include "estimation/fixed_lag_smoother.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+// Of IMU data that are missing for kLongestBridge at most, with the values held: densities that
+// cover what a robot turns and speeds up meanwhile (docs/estimation.md, "Gaps of the IMU").
+constexpr ImuNoise kBridgedImuNoise{0.03, 0.5};
+
+// A gap of the IMU that a solve bridges. Beyond, the state is carried on by the wheel alone.
+constexpr double kLongestBridge = 0.3;  // s
+
+// IMU and wheel over a step of constant rate and force; body axes.
+struct MotionStep {
+  double dt = 0.0;  // s
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
+  double wheel_m = 0.0;  // signed
+  bool bridged = false;  // no IMU data: values held, noise opened up
+};
+
+struct CarriedState;
+
+// Of a state whose velocity is found wrong: what the wheel or the radar says instead.
+struct SpeedWord {
+  double speed = 0.0, sigma = 0.0;  // m/s, forwards
+  double ahead_m = 0.0;             // of where the state is
+};
+
+// What is known about the interval from the newest state to a new one.
+struct StateInput {
+  TimeNs time = 0;  // of the new state
+  std::vector<MotionStep> steps;
+  ImuNoise noise;  // of the IMU over the interval
+  bool has_wheel = false;
+  bool standing = false;            // proven: the robot did not move
+  bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
+  // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
+  std::optional<Eigen::Vector3d> gyro_bias;
+  std::optional<SpeedWord> speed_word;      // for the interval's beginning
+  std::vector<Displacement> displacements;  // newly in effect, of any earlier time
+};
+
+struct StateResult {
+  NavState state;  // the newest
+  StateMatrix covariance = StateMatrix::Zero();
+  std::optional<NavState> settled;  // the state graph.settle before it, as the window now has it
+  SolveSummary solve;
+  bool standing = false;
+  bool no_wheel = false;
+  bool bridged = false;  // IMU data were missing
+  bool carried = false;  // for so long that the state rests on the wheel alone
+  int displacements_used = 0, displacements_dropped = 0;
+};
+
+// The first state with its prior, from the initialiser.
+struct InitialState {
+  NavState state;
+  MarginalPrior prior;
+  ImuNoise noise;
+};
+
+// A prior that knows a state with a covariance, which must be positive definite.
+MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance);
+
+// Owns the smoother. One thread at a time.
+class StateEstimator {
+ public:
+  StateEstimator(const Config& config, const InitialState& initial);
+
+  // A failed solve leaves the states as predicted from the last good ones and says so in the
+  // result. Never throws on data.
+  StateResult add(const StateInput& input);
+
+  const FixedLagSmoother& smoother() const { return smoother_; }
+
+  // Keeps every state and factor from here on, for a solution over the whole run. Call it before
+  // the first add().
+  void record();
+  const Batch* recorded() const { return batch_ ? &*batch_ : nullptr; }
+
+ private:
+  void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
+                        FixedLagSmoother::StateId b);
+  bool add_displacement(const Displacement& displacement);
+  void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
+  void give_up(const NavState& state);
+  void carry_over(const StateInput& input);
+  void go_on_from(const CarriedState& state);
+  void restart(const NavState& state);
+  bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
+           std::shared_ptr<const Factor> factor);
+
+  Config config_;
+  Eigen::Vector3d gravity_odom_;
+  StateMatrix last_covariance_;  // of the last state that a solve ended with, common_ included
+  NavState bias_known_;          // the last state whose gyro bias a standstill bore out
+  StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart
+  double gap_s_ = 0.0;                        // since the IMU fell silent, up to the newest state
+  FixedLagSmoother smoother_;
+  FixedLagSmoother::StateId id_offset_ = 0;  // of the smoother's states since its last restart
+  std::optional<Batch> batch_;
+};
+
+// The newest state carried forward by the IMU alone: what the robot knows between two solves.
+OdometryEstimate predict(const NavState& state, const StateMatrix& covariance,
+                         const ImuPreintegration& since, double gravity_mps2);
+
+// A state moved along by preintegrated IMU data, without covariance.
+NavState propagate(const NavState& state, const ImuPreintegration& since, double gravity_mps2);
+
+}  // namespace gprodom

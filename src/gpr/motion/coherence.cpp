@@ -1,0 +1,215 @@
+#include "gpr/motion/coherence.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kGatePeriods = 1.25;
+constexpr float kMinSnr = 3.0f;       // energy over noise at which a gate counts
+constexpr float kMaxSnr = 20.0f;      // beyond which it counts no more
+constexpr double kStep = 0.1;         // q at which the anchor moves
+constexpr double kPartStep = 0.04;    // q from which the way since the anchor is told
+constexpr double kTooLong = 0.7;      // q at which the step says nothing of its length
+constexpr float kMoved = 4.0f;        // change over noise that is motion where no gate counts yet
+constexpr int kPlaces = 100;          // anchors that the background remembers
+constexpr int kLevelPlaces = 50;      // anchors that a gate's usual energy remembers
+constexpr float kNoiseRise = 1.003f;  // per second: twice in four minutes
+constexpr TimeNs kBlock = 1'000'000'000;
+constexpr int kMinBlock = 4;  // traces
+
+GprFilterConfig filter_for_coherence(GprFilterConfig config) {
+  config.background = "none";
+  config.wavelet = "none";
+  config.time_zero_max = 0.0;
+  config.gain_rate = config.gain_power = 0.0;
+  return config;
+}
+
+void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
+  const float norm = along.squaredNorm();
+  if (norm > 0.0f) x -= along * (x.dot(along) / norm);
+}
+
+}  // namespace
+
+DecorrelationPath::DecorrelationPath(int gate) : gate_(std::max(gate, 2)) {}
+
+void DecorrelationPath::reset() { *this = DecorrelationPath(gate_); }
+
+void DecorrelationPath::prepare(int n) {
+  reset();
+  gates_ = std::max(n / gate_, 1);
+  for (Eigen::VectorXf* v :
+       {&trace_, &previous_, &anchor_, &background_, &mean_, &slope_, &curve_, &delta_})
+    v->setZero(n);
+  for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_}) v->setZero(gates_);
+}
+
+void DecorrelationPath::difference(const Eigen::VectorXf& a, const Eigen::VectorXf& b) {
+  const Eigen::Index n = a.size();
+  delta_ = b - a;
+  mean_ = 0.5f * (a + b);
+  slope_.segment(1, n - 2) = mean_.tail(n - 2) - mean_.head(n - 2);
+  slope_[0] = slope_[n - 1] = 0.0f;
+  curve_.segment(1, n - 2) = mean_.head(n - 2) - 2.0f * mean_.segment(1, n - 2) + mean_.tail(n - 2);
+  curve_[0] = curve_[n - 1] = 0.0f;
+  take_out(slope_, mean_);
+  take_out(curve_, mean_);
+  take_out(curve_, slope_);
+  for (const Eigen::VectorXf* way : {&mean_, &slope_, &curve_}) take_out(delta_, *way);
+  for (int i = 0; i < gates_; ++i)
+    change_[i] = delta_.segment(static_cast<Eigen::Index>(i) * gate_, gate_).squaredNorm();
+}
+
+void DecorrelationPath::follow_noise(TimeNs time) {
+  if (block_traces_ == 0) block_start_ = time;
+  block_ += change_;
+  ++block_traces_;
+  if (time - block_start_ < kBlock || block_traces_ < kMinBlock) return;
+  block_ /= static_cast<float>(block_traces_);
+  if (knows_noise_)
+    noise_ = (noise_ * kNoiseRise).min(block_);
+  else
+    noise_ = block_;
+  knows_noise_ = true;
+  block_.setZero();
+  block_traces_ = 0;
+}
+
+DecorrelationPath::Similarity DecorrelationPath::compare() {
+  for (int i = 0; i < gates_; ++i) {
+    const Eigen::Index at = static_cast<Eigen::Index>(i) * gate_;
+    energy_[i] = (trace_.segment(at, gate_) - background_.segment(at, gate_)).squaredNorm() +
+                 (anchor_.segment(at, gate_) - background_.segment(at, gate_)).squaredNorm();
+  }
+  Similarity s;
+  double total = 0.0;
+  usable_gates_ = 0;
+  for (int i = 0; i < gates_; ++i) {
+    const float snr = level_[i] / std::max(noise_[i], 1e-12f) - 1.0f;
+    if (!(snr > kMinSnr)) continue;
+    const double weight = std::min(snr, kMaxSnr);
+    const double q = (change_[i] - noise_[i]) / (energy_[i] + 4.0f * noise_[i]);
+    s.q += weight * q;
+    s.step += weight * std::sqrt(std::max(q, 0.0));
+    total += weight;
+    ++usable_gates_;
+  }
+  if (total > 0.0) {
+    s.q /= total;
+    s.step /= total;
+  }
+  return s;
+}
+
+void DecorrelationPath::move_anchor() {
+  anchor_ = trace_;
+  ++places_;
+  background_ += (trace_ - background_) / static_cast<float>(std::min(places_, kPlaces));
+  if (places_ > 1)
+    level_ += (energy_ - level_) / static_cast<float>(std::min(places_ - 1, kLevelPlaces));
+}
+
+void DecorrelationPath::add(const float* y, int n, TimeNs time) {
+  if (n < 3) return;
+  const bool first = n != trace_.size();
+  if (first) prepare(n);
+  trace_ = Eigen::Map<const Eigen::VectorXf>(y, n);
+  if (first) {
+    previous_ = trace_;
+    move_anchor();
+    return;
+  }
+  difference(previous_, trace_);
+  previous_ = trace_;
+  follow_noise(time);
+  if (!knows_noise_) return;
+  difference(anchor_, trace_);
+  const Similarity s = compare();
+  if (usable_gates_ == 0) {
+    if (change_.sum() > kMoved * noise_.sum()) move_anchor();
+    return;
+  }
+  if (s.q > kStep) {
+    base_ += s.step;
+    length_ = base_;
+    ++steps_;
+    if (s.q > kTooLong) ++too_long_;
+    move_anchor();
+  } else if (s.q > kPartStep) {
+    length_ = std::max(length_, base_ + s.step);
+  }
+}
+
+CoherenceFrontEnd::CoherenceFrontEnd(const GprConfig& config)
+    : span_(from_seconds(config.coherence.span)),
+      filter_(filter_for_coherence(config.filter)),
+      centre_hz_(0.5 * (config.filter.band_low + config.filter.band_high)),
+      path_(2) {}
+
+void CoherenceFrontEnd::reset() {
+  filter_.reset();
+  path_.reset();
+  places_.clear();
+  from_ = 0;
+}
+
+void CoherenceFrontEnd::add_trace(const GprTrace& trace) {
+  const auto result = filter_.filter(trace);
+  if (trace.sample_interval_s != sample_interval_) {
+    sample_interval_ = trace.sample_interval_s;
+    path_ = DecorrelationPath(
+        static_cast<int>(std::lround(kGatePeriods / centre_hz_ / sample_interval_)));
+  }
+  if (!result.samples) return;
+  path_.add(result.samples, static_cast<int>(trace.samples.size()), trace.time);
+  places_.push_back({trace.time, path_.length(), path_.steps(), path_.steps_too_long()});
+}
+
+CoherenceFrontEnd::Place CoherenceFrontEnd::at(TimeNs time) const {
+  const auto next = std::partition_point(places_.begin(), places_.end(),
+                                         [time](const Place& p) { return p.time <= time; });
+  if (next == places_.begin()) return *next;
+  Place place = *(next - 1);
+  if (next != places_.end()) {
+    const double u =
+        static_cast<double>(time - place.time) / static_cast<double>(next->time - place.time);
+    place.length += u * (next->length - place.length);
+  }
+  return place;
+}
+
+std::vector<Displacement> CoherenceFrontEnd::tick(TimeNs tick) {
+  if (places_.empty()) return {};
+  const TimeNs newest = places_.back().time;
+  if (from_ == 0 || newest < from_) {
+    from_ = newest;
+    return {};
+  }
+  if (newest - from_ < span_) return {};
+  const TimeNs to = std::min(newest, tick);
+  Displacement d;
+  d.kind = DisplacementKind::kMotion;
+  d.source = "coherence";
+  d.from = std::max(from_, places_.front().time);
+  d.to = to;
+  const Place a = at(d.from), b = at(d.to);
+  d.distance_m = b.length - a.length;
+  // Moving all through: in no third of the span did the antenna rest.
+  const int kParts = 3;
+  double least = d.distance_m;
+  for (int i = 0; i < kParts; ++i)
+    least = std::min(least, at(d.from + (d.to - d.from) * (i + 1) / kParts).length -
+                                at(d.from + (d.to - d.from) * i / kParts).length);
+  d.score = d.distance_m > 0.0 ? kParts * least / d.distance_m : 0.0;
+  d.valid = path_.sees_ground() && least > 0.0 && b.steps - a.steps >= kParts &&
+            2 * (b.too_long - a.too_long) < b.steps - a.steps;
+  from_ = to;
+  while (places_.size() > 1 && places_[1].time <= from_) places_.pop_front();
+  if (d.distance_m <= 0.0) return {};
+  return {d};
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,34 @@
+// The two things that a radar says of motion by itself: standstill and coherence.
+#pragma once
+
+#include "gpr/motion/coherence.h"
+#include "gpr/motion/stationarity.h"
+#include "gprodom/front_end.h"
+
+namespace gprodom::gpr {
+
+class MotionFrontEnd : public FrontEnd {
+ public:
+  explicit MotionFrontEnd(const GprConfig& config)
+      : stationarity_(config.stationary_window), coherence_(config) {}
+
+  void add_trace(const GprTrace& trace) override {
+    stationarity_.add_trace(trace);
+    coherence_.add_trace(trace);
+  }
+  std::vector<Displacement> tick(TimeNs tick) override {
+    std::vector<Displacement> all = stationarity_.tick(tick);
+    for (Displacement& d : coherence_.tick(tick)) all.push_back(std::move(d));
+    return all;
+  }
+  void reset() override {
+    stationarity_.reset();
+    coherence_.reset();
+  }
+
+ private:
+  StationarityFrontEnd stationarity_;
+  CoherenceFrontEnd coherence_;
+};
+
+}  // namespace gprodom::gpr

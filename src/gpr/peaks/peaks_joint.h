@@ -1,0 +1,79 @@
+// A run of overlapping pulses fitted together: which samples, from which start, with how many
+// pulses.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "gpr/peaks/peaks.h"
+#include "gpr/peaks/peaks_pulses.h"
+#include "gpr/peaks/peaks_varpro.h"
+
+namespace gprodom::gpr {
+
+// Critical values of F(4, freedom) at a significance: a pulse more has four parameters more.
+class FTest {
+ public:
+  explicit FTest(double significance);
+  double critical(int freedom) const;
+
+ private:
+  std::array<double, kMaxGroupSamples> critical_;
+};
+
+// Fits 1..kMaxJointPulses neighbouring pulses of one trace together.
+//
+// Samples: each pulse's gate, from its envelope maximum up to the gate's end or, if sooner, to the
+// valley before the next pulse, since a pulse's rise is no part of the model. After a first fit the
+// gate is carried backwards over samples that the curve predicts within 2.5 standard deviations and
+// better than the earlier pulses alone do, likewise the earlier pulse's gate forwards into the
+// valley, and all is fitted again. Where a pulse decays from a sharp onset this finds the onset; a
+// pulse with a slow rise keeps its gate.
+//
+// Number of pulses: the least significant that fails the F-test is left out and the rest fitted
+// again. Where the joint fit fails, the pulse to blame is rejected and those on its two sides are
+// fitted apart.
+class JointFit {
+ public:
+  JointFit(const PeakOptions& options, const FTest& f_test);
+
+  // Appends the accepted peaks of pulses[begin..end) of `all` to `peaks`, in order of time, and
+  // counts what became of each.
+  void run(const float* trace, const std::vector<Pulse>& all, int begin, int end,
+           std::vector<Peak>& peaks, PeakCounts& counts);
+
+ private:
+  enum class Use { kFitted, kInsignificant };
+
+  void fit_range(int begin, int end);
+  void start(int begin, int end);
+  void leave_out_lower_neighbour();
+  bool fit();
+  void gather();
+  double prediction_error(int count, int sample) const;
+  bool belongs(int k, int sample) const;
+  bool widen_gates();
+  int least_significant() const;
+  void reject(FitStatus status);
+  void accept(int k);
+
+  const PeakOptions& options_;
+  const FTest& f_test_;
+  const float* trace_ = nullptr;
+  const std::vector<Pulse>* all_ = nullptr;
+  std::vector<Peak>* peaks_ = nullptr;
+  PeakCounts* counts_ = nullptr;
+  int base_ = 0;
+  std::array<Use, kMaxJointPulses> use_{};  // of pulse base_ + j
+
+  // The fit at hand: pulses with their gates [pulse.start, stop).
+  int count_ = 0;
+  std::array<DampedSinusoid, kMaxJointPulses> pulse_;
+  std::array<int, kMaxJointPulses> stop_{};
+  std::array<int, kMaxJointPulses> origin_{};  // index in all
+  GroupSamples samples_;
+  GroupFit fit_;
+  double variance_ = 0.0;  // of the noise
+};
+
+}  // namespace gprodom::gpr

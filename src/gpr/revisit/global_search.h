@@ -1,0 +1,79 @@
+// A place on kilometres of remembered ground, without a prior: for a robot that has lost itself, or
+// is put down on ground that was mapped before. The features of the memory (gpr/patch_filter.h) are
+// thinned to few numbers a decimetre, and the newest ground is correlated with all of it, in
+// pieces, each of which may lie a little off, since the two wheels stretch the ground differently.
+// docs/revisit.md, "Anywhere".
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "gpr/revisit/patch_filter.h"
+
+namespace gprodom::gpr {
+
+struct GlobalSearchOptions {
+  int thinning = 4;         // columns averaged into one
+  int rows = 16;            // of depth, kept of a column's features
+  double piece_m = 2.0;     // of the query that is correlated as a whole
+  double slack = 0.02;      // metres per metre by which the pieces may lie off
+  double distinct_m = 1.0;  // what is nearer to the best place is no second place
+  double min_margin = 1.5;  // best place over second best, standard deviations of chance
+};
+
+struct GlobalMatch {
+  bool valid = false;     // something was compared
+  double column = 0.0;    // of the memory at the query's centre, to the thinning
+  bool mirrored = false;  // driven against the memory's direction
+  double score = 0.0;     // correlation, standard deviations of chance
+  double margin = 0.0;    // over the second best place
+  bool accepted = false;  // margin at or above GlobalSearchOptions::min_margin
+};
+
+class GlobalSearch {
+ public:
+  // Of features of `filter`, `spacing` m apart. Throws std::invalid_argument on options that make
+  // no sense.
+  GlobalSearch(const PatchFilter& filter, double spacing, GlobalSearchOptions options = {});
+
+  // A run of the memory: features (columns, rows), the first of number `first`. In the order of
+  // the numbers.
+  void add_run(std::size_t first, const Columns& features);
+
+  // Whether two columns of the memory, of numbers as given, lie at one place, driven over twice.
+  using SamePlace = std::function<bool(double, double)>;
+
+  // The newest ground, (columns, rows) in the order driven; two pieces of it at the least, else
+  // the match is not valid. A second place is not one where the best lies too.
+  GlobalMatch find(const Columns& query, const SamePlace& same_place = {}) const;
+
+  std::size_t bytes() const;
+
+ private:
+  // A thinned column is rows numbers that follow each other, so that a piece at any place is one
+  // stretch of them.
+  struct Run {
+    std::size_t first = 0;  // number of its first column in the memory
+    std::size_t begin = 0;  // of its thinned columns
+  };
+  using Thinned = std::vector<std::int16_t>;
+
+  Thinned thin(const Columns& features) const;
+  std::vector<float> correlations(const std::int16_t* piece, int columns) const;
+  std::vector<float> scores(const Thinned& query) const;
+  double column_of(std::size_t thinned) const;
+  double second(const std::vector<float> (&score)[2], std::size_t best, bool mirrored,
+                const SamePlace& same_place) const;
+
+  GlobalSearchOptions options_;
+  double spacing_;
+  int feature_rows_;
+  int piece_;  // thinned columns of a piece
+  std::vector<Run> runs_;
+  Thinned memory_;
+  std::vector<double> energy_;  // of all thinned columns before this one
+};
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <cmath>
+
+#include "gpr/revisit/revisit.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kLargestRho = 0.9999;
+
+double median(Eigen::ArrayXd values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+// The highest evidence at places from..to, of one direction or (null) of both.
+PatchSurvey::Peak PatchSurvey::highest(double from, double to, const bool* mirrored) const {
+  Peak peak;
+  for (const Curves& c : curves_) {
+    if (mirrored != nullptr && c.mirrored != *mirrored) continue;
+    const int begin = std::max(0, static_cast<int>(std::ceil(from)) - c.first);
+    const int end = std::min(c.size(), static_cast<int>(std::floor(to)) + 1 - c.first);
+    for (int k = begin; k < end; ++k) {
+      if (c.evidence[k] > peak.evidence) peak = {&c, k, c.evidence[k]};
+    }
+  }
+  return peak;
+}
+
+bool PatchSurvey::beside(const Curves& curves, int entry, const Peak& peak) const {
+  const int apart = std::abs(curves.first + entry - peak.place());
+  return curves.mirrored == peak.curves->mirrored && apart * spacing_ <= lobe_m_;
+}
+
+// Variance of the correlation of other ground, from all places but the peak: 1 / N with N
+// independent samples in the patch.
+double PatchSurvey::chance(const Peak& peak) const {
+  double sum = 0.0;
+  int n = 0;
+  for (const Curves& c : curves_) {
+    for (int k = 0; c.scale == 1.0 && k < c.size(); ++k) {
+      if (beside(c, k, peak)) continue;
+      sum += c.correlation[k] * c.correlation[k];
+      ++n;
+    }
+  }
+  return n > 0 ? sum / n : 1.0;
+}
+
+// N / 4 times the evidence, which counts each half sample twice. What chance gives it (the best of
+// several shifts and scales is never zero) is told by the median over all places.
+Eigen::ArrayXd PatchSurvey::log_likelihood(bool mirrored) const {
+  Eigen::ArrayXd best = Eigen::ArrayXd::Zero(size_);
+  for (const Curves& c : curves_) {
+    if (c.mirrored != mirrored) continue;
+    const int begin = std::max(0, c.first - first_);
+    const int n = std::min(size_, c.first + c.size() - first_) - begin;
+    if (n <= 0) continue;
+    auto part = best.segment(begin, n);
+    part = part.max(c.evidence.segment(begin + first_ - c.first, n));
+  }
+  if (size_ == 0) return best;
+  const Peak peak = highest(first_, first_ + size_, nullptr);
+  return (best - median(best)) / (4.0 * chance(peak));
+}
+
+RevisitMatch PatchSurvey::best() const {
+  const Peak peak = highest(inside_first_, inside_last_, nullptr);
+  return peak.curves == nullptr ? RevisitMatch{} : judge(peak);
+}
+
+RevisitMatch PatchSurvey::around(double place, bool mirrored) const {
+  const double lobe = lobe_m_ / spacing_;
+  const Peak peak = highest(place - lobe, place + lobe, &mirrored);
+  return peak.curves == nullptr ? RevisitMatch{} : judge(peak);
+}
+
+// Against the second place, and against correlation by chance.
+RevisitMatch PatchSurvey::judge(const Peak& peak) const {
+  const Curves& best = *peak.curves;
+  const int at = peak.entry;
+  double second = 0.0;
+  for (const Curves& c : curves_) {
+    for (int k = 0; k < c.size(); ++k) {
+      if (!beside(c, k, peak)) second = std::max(second, c.evidence[k]);
+    }
+  }
+  const double by_chance = chance(peak);
+
+  RevisitMatch match;
+  match.valid = true;
+  match.mirrored = best.mirrored;
+  match.scale = best.scale;
+  match.score = peak.evidence - second;
+  match.correlation = best.correlation[at];
+  match.half_sigmas = std::min(best.half[0][at], best.half[1][at]) / std::sqrt(2.0 * by_chance);
+  match.accepted = match.score >= min_score_ && match.half_sigmas >= min_half_;
+
+  // Sub-column: a parabola through the evidence; the variance from the correlation's curvature.
+  const double rho = std::clamp(match.correlation, 0.01, kLargestRho);
+  double subcolumn = 0.0, curvature = 0.01 * rho;  // per column^2
+  if (at > 0 && at + 1 < best.size()) {
+    const double before = best.evidence[at - 1], after = best.evidence[at + 1];
+    const double bend = 2.0 * peak.evidence - before - after;
+    if (bend > 0.0) subcolumn = std::clamp(0.5 * (after - before) / bend, -0.5, 0.5);
+    curvature = std::max(curvature, 2.0 * best.correlation[at] - best.correlation[at - 1] -
+                                        best.correlation[at + 1]);
+  }
+  match.offset_m = (peak.place() + subcolumn + half_column_) * spacing_;
+  match.sigma_m = spacing_ * std::sqrt((1.0 - rho * rho) * by_chance / (rho * curvature));
+  return match;
+}
+
+}  // namespace gprodom::gpr

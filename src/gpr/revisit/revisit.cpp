@@ -1,0 +1,222 @@
+#include "gpr/revisit/revisit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "gpr/revisit/matrix_product.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr int kShifts = 3;  // earlier, as it is, later
+constexpr double kLargestRho = 0.9999;
+
+// Columns with their rows `shift` later, a fraction of a row, by a windowed sinc of 8 rows.
+Columns delay_rows(const Columns& columns, double shift) {
+  constexpr int kReach = 4;
+  const auto rows = columns.cols();
+  Columns delayed = Columns::Zero(columns.rows(), rows);
+  for (int k = -kReach; k <= kReach; ++k) {
+    const double at = k - shift;
+    if (std::abs(at) >= kReach) continue;
+    const double sinc = std::abs(at) < 1e-9 ? 1.0 : std::sin(M_PI * at) / (M_PI * at);
+    const auto weight = static_cast<float>(sinc * (0.5 + 0.5 * std::cos(M_PI * at / kReach)));
+    const auto from = std::max<Eigen::Index>(0, k), n = rows - std::abs(k);
+    delayed.middleCols(from, n) += weight * columns.middleCols(std::max(0, -k), n);
+  }
+  return delayed;
+}
+
+// Logarithm of the likelihood ratio, per half independent sample, of "the same ground under an
+// unknown gain and noise" against "other ground", for correlations rho.
+Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
+  return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
+}
+
+// Sum of n entries of each of some rows of a table, row i from begin[i] on. In registers: the table
+// is read once and the sum written once. `stride` is from row to row, 0: they are one.
+Eigen::ArrayXf sum_of_rows(const float* table, Eigen::Index stride, const int* begin, int rows,
+                           Eigen::Index n) {
+  using Four = Eigen::Array4f;
+  constexpr Eigen::Index kTile = 16;
+  Eigen::ArrayXf sum(n);
+  if (n < kTile) {
+    sum.setZero();
+    for (int i = 0; i < rows; ++i) {
+      sum += Eigen::Map<const Eigen::ArrayXf>(table + i * stride + begin[i], n);
+    }
+    return sum;
+  }
+  for (Eigen::Index tile = 0; tile < n; tile += kTile) {
+    const Eigen::Index k = std::min(tile, n - kTile);  // the last one overlaps
+    Four a = Four::Zero(), b = a, c = a, d = a;
+    for (int i = 0; i < rows; ++i) {
+      const float* row = table + i * stride + begin[i] + k;
+      a += Eigen::Map<const Four>(row);
+      b += Eigen::Map<const Four>(row + 4);
+      c += Eigen::Map<const Four>(row + 8);
+      d += Eigen::Map<const Four>(row + 12);
+    }
+    sum.segment<kTile>(k) << a, b, c, d;
+  }
+  return sum;
+}
+
+}  // namespace
+
+PatchMatcher::PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options)
+    : options_(std::move(options)),
+      spacing_(spacing),
+      shift_rows_(options_.time_shift / (filter.centre_frequency() * filter.row_interval())),
+      stride_(std::max(1, static_cast<int>(filter.short_sigma()))) {
+  for (int b = 0; b <= options_.depth_blocks; ++b) {
+    edges_.push_back(filter.rows() * b / options_.depth_blocks);
+  }
+}
+
+void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
+  const auto count = (query.rows() + stride_ - 1) / stride_;
+  Columns sparse(count, query.cols());
+  for (Eigen::Index i = 0; i < count; ++i) sparse.row(i) = query.row(i * stride_);
+  Columns shifted(kShifts * count, query.cols());
+  shifted << delay_rows(sparse, -shift_rows_), sparse, delay_rows(sparse, shift_rows_);
+  tables_.resize(options_.depth_blocks);
+  query_energy_.resize(tables_.size());
+  memory_energy_.resize(tables_.size());
+  for (int b = 0; b < options_.depth_blocks; ++b) {
+    const int from = edges_[b], n = edges_[b + 1] - edges_[b];
+    const auto block = shifted.middleCols(from, n);
+    memory_energy_[b] = memory.middleCols(from, n).array().square().rowwise().sum();
+    query_energy_[b] = block.array().square().rowwise().sum();
+    // A new width each time would be new memory each time, cleared by the system.
+    if (tables_[b].rows() != block.rows() || tables_[b].cols() < memory.rows()) {
+      tables_[b].resize(block.rows(), memory.rows());
+    }
+    multiply_by_rows(block, memory.middleCols(from, n), tables_[b]);
+  }
+}
+
+// Adds one block's share of the correlations along a path.
+void PatchMatcher::add_block(int block, const std::vector<int>& begin, Curves& curves) const {
+  constexpr float kTiny = std::numeric_limits<float>::min();
+  const auto n = curves.shifted.size();
+  const auto columns = static_cast<int>(begin.size()), halfway = columns / 2;
+  // Of the query's two halves.
+  const auto sums = [&](const float* table, Eigen::Index stride) {
+    return std::array<Eigen::ArrayXf, 2>{
+        sum_of_rows(table, stride, begin.data(), halfway, n),
+        sum_of_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n)};
+  };
+  const auto energy = sums(memory_energy_[block].data(), 0);
+  const auto share = static_cast<float>(1.0 / options_.depth_blocks);
+  const Columns& table = tables_[block];
+  Eigen::ArrayXf best;
+  for (int s = 0; s < kShifts; ++s) {
+    const auto own = query_energy_[block].segment(s * columns, columns);
+    const auto sum = sums(&table(s * columns, 0), table.cols());
+    const Eigen::ArrayXf rho =
+        share * (sum[0] + sum[1]) / ((energy[0] + energy[1]) * own.sum()).max(kTiny).sqrt();
+    best = s == 0 ? rho : best.max(rho).eval();
+    if (s != kShifts / 2) continue;
+    curves.correlation += rho.cast<double>();
+    const float parts[2] = {own.head(halfway).sum(), own.tail(columns - halfway).sum()};
+    for (int h = 0; h < 2; ++h) {
+      curves.half[h] += (share * sum[h] / (energy[h] * parts[h]).max(kTiny).sqrt()).cast<double>();
+    }
+  }
+  curves.shifted += best.cast<double>();
+}
+
+PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
+                                         double scale) const {
+  const double half_column = query_centre - std::floor(query_centre);
+  std::vector<int> step(tables_[0].rows() /
+                        kShifts);  // from a place to the memory column under column i
+  for (int i = 0; i < static_cast<int>(step.size()); ++i) {
+    const double along = direction * scale * (i * stride_ - query_centre);
+    step[i] = static_cast<int>(std::floor(half_column + along + 0.5));
+  }
+  const auto [lowest, highest] = std::minmax_element(step.begin(), step.end());
+  Curves curves;
+  curves.mirrored = direction < 0;
+  curves.scale = scale;
+  curves.first = std::max(places.first, -*lowest);
+  const int n =
+      std::min(places.end, static_cast<int>(memory_energy_[0].size()) - *highest) - curves.first;
+  const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(std::max(n, 0));
+  curves.shifted = curves.correlation = curves.half[0] = curves.half[1] = zero;
+  if (n > 0) {
+    for (int& s : step) s += curves.first;  // now from the first place
+    for (int b = 0; b < options_.depth_blocks; ++b) add_block(b, step, curves);
+  }
+  curves.evidence = evidence(curves.shifted) + evidence(curves.correlation);
+  return curves;
+}
+
+// Every scale inside the bound; scale 1 over the surroundings too.
+std::vector<PatchSurvey::Curves> PatchMatcher::search(double query_centre, Places inside,
+                                                      Places wide) const {
+  std::vector<Curves> curves;
+  for (const int direction : {1, -1}) {
+    curves.push_back(follow(query_centre, wide, direction, 1.0));
+    for (const double scale : options_.scales) {
+      if (scale != 1.0) curves.push_back(follow(query_centre, inside, direction, scale));
+    }
+  }
+  return curves;
+}
+
+RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, double expected,
+                                 double bound) {
+  const double middle = 0.5 * static_cast<double>(memory.rows() - 1);
+  RevisitMatch match = survey(memory, query, middle + expected / spacing_, bound).best();
+  if (match.valid) match.offset_m -= middle * spacing_;
+  return match;
+}
+
+PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query, double expected_place,
+                                 double bound, double surround) {
+  if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
+    throw std::invalid_argument("patches: expected as many rows as the filter gives");
+  }
+  const double query_centre = 0.5 * static_cast<double>(query.rows() - 1);
+  const double half_column = query_centre - std::floor(query_centre);
+  const double place = expected_place - half_column;
+  const double gate = bound / spacing_, wide = gate + surround / spacing_;
+  const double reach = 1.1 * query_centre + 2.0;
+  const auto from = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
+  const auto to = static_cast<int>(
+      std::min<double>(static_cast<double>(memory.rows()), std::ceil(place + wide + reach)));
+  if (query.rows() < 4 || to - from < query.rows()) return {};
+
+  correlate(memory.middleRows(from, to - from), query);
+  const auto places = [&](double half_width) {
+    return Places{static_cast<int>(std::ceil(place - half_width - from)),
+                  static_cast<int>(std::floor(place + half_width - from)) + 1};
+  };
+  PatchSurvey survey;
+  survey.curves_ = search(query_centre, places(gate), places(wide));
+  for (Curves& c : survey.curves_) c.first += from;
+  survey.inside_first_ = place - gate;
+  survey.inside_last_ = place + gate;
+  survey.half_column_ = half_column;
+  survey.spacing_ = spacing_;
+  survey.lobe_m_ = options_.lobe_m;
+  survey.min_score_ = options_.min_score;
+  survey.min_half_ = options_.min_half;
+  // The two directions reach equally far but for rounding.
+  int end = std::numeric_limits<int>::max();
+  for (const Curves& c : survey.curves_) {
+    if (c.scale != 1.0) continue;
+    survey.first_ = std::max(survey.first_, c.first);
+    end = std::min(end, c.first + c.size());
+  }
+  survey.size_ = std::max(0, end - survey.first_);
+  return survey;
+}
+
+}  // namespace gprodom::gpr

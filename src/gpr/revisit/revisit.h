@@ -1,0 +1,136 @@
+// Revisits: where on remembered ground a patch of newer ground lies, and how sure that is.
+//
+// The correlation of every query column with every memory column near the place expected is
+// computed once, per block of depth and for small shifts in time; a direction, a scale along the
+// track and an offset are then paths through these tables, along which is summed. See
+// docs/revisit.md for the evidence and the variance.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "gpr/revisit/patch_filter.h"
+
+namespace gprodom::gpr {
+
+struct RevisitMatch {
+  bool valid = false;        // something was compared: the memory covers the query near `expected`
+  double offset_m = 0.0;     // query centre minus memory centre along the memory's direction
+  double sigma_m = 0.0;      // standard deviation of offset_m, if the match is right
+  bool mirrored = false;     // the query was driven against the memory's direction
+  double scale = 1.0;        // metres of memory per metre of query
+  double score = 0.0;        // evidence of the best place less that of the second best
+  double correlation = 0.0;  // at the best place, without shifts in time
+  double half_sigmas = 0.0;  // correlation of the weaker half of the patch over that of chance
+  bool accepted =
+      false;  // score at or above RevisitOptions::min_score, and the checks below passed
+};
+
+struct RevisitOptions {
+  std::vector<double> scales = {0.97, 0.985, 1.0, 1.015, 1.03};
+  int depth_blocks = 4;      // each correlated for itself, so that no depth drowns the others
+  double time_shift = 0.25;  // periods of the centre frequency: reflectors that dip sideways
+  double lobe_m = 0.2;       // what lies nearer to the best place is no second place
+  double surround_m = 1.0;   // second places are sought this far beyond the bound
+  double min_score = 0.1;    // accepted from here on
+  double min_half = 2.0;     // each half of the patch must correlate by that many standard
+                             // deviations of chance (0: not asked)
+};
+
+// What the evidence says of every place near the one expected, for both directions and all scales.
+// Places are columns of the memory: the query's centre lies at a place, plus half a column where it
+// has an even number of columns.
+class PatchSurvey {
+ public:
+  bool empty() const { return size_ == 0; }
+
+  // The places compared at scale 1: the bound and its surroundings.
+  int first() const { return first_; }
+  int size() const { return size_; }
+
+  // (size()): log likelihood, in nats, of the query's ground being that of each place, driven the
+  // one way or the other, against ground that is not there.
+  Eigen::ArrayXd log_likelihood(bool mirrored) const;
+
+  // The best place inside the bound; not valid where nothing was compared.
+  RevisitMatch best() const;
+
+  // The best within lobe_m of a place, for one direction. offset_m is from `place` 0.
+  RevisitMatch around(double place, bool mirrored) const;
+
+ private:
+  friend class PatchMatcher;
+  struct Curves {
+    bool mirrored = false;
+    double scale = 1.0;
+    int first = 0;               // the place of entry 0
+    Eigen::ArrayXd shifted;      // correlation, mean over the blocks at each one's best time shift
+    Eigen::ArrayXd correlation;  // the same without shift in time
+    Eigen::ArrayXd half[2];      // the same of the query's first and second half
+    Eigen::ArrayXd evidence;     // of the first two together
+
+    int size() const { return static_cast<int>(evidence.size()); }
+  };
+  struct Peak {
+    const Curves* curves = nullptr;
+    int entry = 0;
+    double evidence = -1.0;
+    int place() const { return curves->first + entry; }
+  };
+
+  Peak highest(double from, double to, const bool* mirrored) const;
+  double chance(const Peak& peak) const;
+  RevisitMatch judge(const Peak& peak) const;
+  bool beside(const Curves& curves, int entry, const Peak& peak) const;
+
+  std::vector<Curves> curves_;
+  int first_ = 0, size_ = 0;
+  double inside_first_ = 0.0, inside_last_ = 0.0;  // places within the bound
+  double half_column_ = 0.0;                       // from a place to the query's centre
+  double spacing_ = 0.0, lobe_m_ = 0.0, min_score_ = 0.0, min_half_ = 0.0;
+};
+
+class PatchMatcher {
+ public:
+  // Both patches are features of `filter`, `spacing` m apart.
+  PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options = {});
+
+  // memory (columns, rows), query (columns, rows). The query's centre is expected at `expected` m
+  // from the memory's centre, give or take `bound` m. Only places where the memory covers the
+  // whole query are compared. Throws std::invalid_argument where the rows are not the filter's.
+  RevisitMatch match(const Columns& memory, const Columns& query, double expected, double bound);
+
+  // The same with the evidence of every place; the place expected counts in columns. surround: m
+  // beyond the bound, where second places are sought.
+  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
+                     double bound, double surround);
+  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
+                     double bound) {
+    return survey(memory, query, expected_place, bound, options_.surround_m);
+  }
+
+  double spacing() const { return spacing_; }
+  const RevisitOptions& options() const { return options_; }
+
+ private:
+  using Curves = PatchSurvey::Curves;
+  struct Places {
+    int first = 0, end = 0;
+  };
+
+  void correlate(const Columns& memory, const Columns& query);
+  Curves follow(double query_centre, Places places, int direction, double scale) const;
+  void add_block(int block, const std::vector<int>& begin, Curves& curves) const;
+  std::vector<Curves> search(double query_centre, Places inside, Places wide) const;
+
+  RevisitOptions options_;
+  double spacing_;
+  double shift_rows_;
+  int stride_;                   // query columns compared are this many apart
+  std::vector<int> edges_;       // of the depth blocks, rows
+  std::vector<Columns> tables_;  // [block] (shift, then query column; memory column and more)
+  std::vector<Eigen::ArrayXf> query_energy_;   // [block], per row of the table
+  std::vector<Eigen::ArrayXf> memory_energy_;  // [block], per memory column
+};
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,278 @@
+#include "gpr/revisit/trace_memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr std::size_t kBlockColumns = 50;
+constexpr std::size_t kMostKnown = 50;  // stretches, of which those not kept yet hold a few
+
+}  // namespace
+
+TraceMemory::TraceMemory(TraceMemoryOptions options) : options_(options) {
+  if (!(options_.spacing_m > 0.0) || !(options_.learn_m >= 50 * options_.spacing_m) ||
+      !(options_.max_length_m >= 10.0)) {
+    throw std::invalid_argument(
+        "trace memory: expected a spacing above 0, at least 50 columns to learn from and 10 m "
+        "kept");
+  }
+}
+
+void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sample_interval,
+                      double distance_m) {
+  const auto n = static_cast<Eigen::Index>(samples.size());
+  if ((filter_ && n != filter_->samples()) || (last_ && last_->values.size() != n)) {
+    throw std::invalid_argument("trace memory: the traces' length has changed; clear() first");
+  }
+  sample_interval_ = sample_interval;
+  Sample sample{time, distance_m, 1, Eigen::Map<const Eigen::RowVectorXf>(samples.data(), n)};
+  if (last_ && std::abs(distance_m - last_->distance) > options_.gap_m) end_run();
+  if (!last_) {
+    last_ = std::move(sample);
+  } else if (std::abs(distance_m - last_->distance) < 0.5 * options_.spacing_m) {
+    // At one place: averaged, so that noise falls and standstill costs nothing.
+    const auto weight = 1.0F / static_cast<float>(std::min(++last_->count, 20));
+    last_->values += weight * (sample.values - last_->values);
+  } else {
+    step_to(std::move(sample));
+  }
+}
+
+// From last_, the farthest of the run, to `next`, with a column at each grid point between.
+void TraceMemory::step_to(Sample next) {
+  if (direction_ == 0) {
+    direction_ = next.distance > last_->distance ? 1 : -1;
+    next_ = last_->distance;
+  }
+  const double ahead = direction_ * (next.distance - last_->distance);
+  if (ahead < 0.0) {  // back over ground just seen: nothing new, unless it goes on
+    if (-ahead <= options_.reversal_m) return;
+    end_run();
+    last_ = std::move(next);
+    return;
+  }
+  for (; direction_ * (next.distance - next_) >= 0.0; next_ += direction_ * options_.spacing_m) {
+    const double share = std::clamp(direction_ * (next_ - last_->distance) / ahead, 0.0, 1.0);
+    const auto late = static_cast<TimeNs>(share * static_cast<double>(next.time - last_->time));
+    emit({last_->time + late, next_, direction_},
+         last_->values + static_cast<float>(share) * (next.values - last_->values));
+  }
+  last_ = std::move(next);
+}
+
+void TraceMemory::emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace) {
+  if (filter_) {
+    pending_.emplace_back(place, filter_->project(Columns(trace)).row(0));
+    if (pending_.size() >= settled_ + 2 * context_ + kBlockColumns) keep_settled(false);
+    return;
+  }
+  pending_.emplace_back(place, trace);
+  if (static_cast<double>(pending_.size()) * options_.spacing_m >= options_.learn_m) learn();
+}
+
+void TraceMemory::learn() {
+  Columns traces(pending_.size(), pending_.front().second.size());
+  for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].second;
+  try {
+    use(PatchFilter(traces, options_.spacing_m, sample_interval_, options_.filter));
+  } catch (const std::invalid_argument&) {  // a dead antenna, say: nothing to learn from
+    pending_.clear();
+    return;
+  }
+  repair_columns(traces);
+  const Columns features = filter_->project(traces);
+  for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].second = features.row(i);
+}
+
+void TraceMemory::use(const PatchFilter& filter) {
+  filter_ = filter;
+  // Each is three running means, of half widths below its sigma + 0.5.
+  context_ = 3 * static_cast<int>(std::ceil(filter.long_sigma() + filter.short_sigma() + 1.0));
+}
+
+void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
+                              double first_distance_m, int direction, const Columns& features) {
+  if (features.cols() != filter.rows() || (filter_ && filter_->rows() != filter.rows()) ||
+      features.rows() != static_cast<Eigen::Index>(times.size())) {
+    throw std::invalid_argument("trace memory: columns, times and filter do not agree");
+  }
+  end_run();
+  if (!filter_) use(filter);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double along = static_cast<double>(i) * options_.spacing_m;
+    keep({times[i], first_distance_m + direction * along, direction}, features.row(i));
+  }
+  end_run();
+}
+
+Columns TraceMemory::filtered_pending() const {
+  Columns features(pending_.size(), filter_->rows());
+  for (std::size_t i = 0; i < pending_.size(); ++i) features.row(i) = pending_[i].second;
+  repair_columns(features);
+  filter_->band_pass_along(features);
+  return features;
+}
+
+// Keeps what has its whole context (all: what is left of a run that ended).
+void TraceMemory::keep_settled(bool all) {
+  const std::size_t end = all ? pending_.size() : pending_.size() - context_;
+  if (end <= settled_) return;
+  const Columns features = filtered_pending();
+  for (std::size_t i = settled_; i < end; ++i) {
+    if (is_known(pending_[i].first)) {
+      end_piece();
+    } else {
+      keep(pending_[i].first, features.row(i));
+    }
+  }
+  const auto history = static_cast<std::size_t>(
+      std::max<double>(context_, std::ceil(options_.newest_m / options_.spacing_m)));
+  const std::size_t drop = end > history ? end - history : 0;
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(drop));
+  settled_ = end - drop;
+}
+
+void TraceMemory::know(double one_m, double other_m) {
+  const auto [from_m, to_m] = std::minmax(one_m, other_m);
+  if (!known_.empty() && from_m <= known_.back().second && to_m >= known_.back().first) {
+    known_.back().first = std::min(from_m, known_.back().first);
+    known_.back().second = std::max(to_m, known_.back().second);
+  } else {
+    known_.emplace_back(from_m, to_m);
+    if (known_.size() > kMostKnown) known_.erase(known_.begin());  // long since behind
+  }
+}
+
+bool TraceMemory::is_known(const MemoryColumn& place) const {
+  return std::any_of(known_.begin(), known_.end(), [&](const auto& stretch) {
+    return place.distance_m >= stretch.first && place.distance_m <= stretch.second;
+  });
+}
+
+// What is shorter than a patch with room to look for it is of no use.
+void TraceMemory::end_piece() {
+  if (!run_kept_) return;
+  run_kept_ = false;
+  const std::size_t columns = kept().end - runs_.back().first;
+  if (static_cast<double>(columns) * options_.spacing_m >= options_.least_m) return;
+  runs_.pop_back();
+  for (std::size_t i = 0; i < columns; ++i) {
+    times_.pop_back();
+    auto& block = blocks_.back();
+    block.resize(block.size() - static_cast<std::size_t>(filter_->rows()));
+    if (block.empty()) blocks_.pop_back();
+  }
+}
+
+void TraceMemory::keep(const MemoryColumn& place, const Eigen::RowVectorXf& features) {
+  if (!run_kept_) runs_.push_back({kept().end, place.distance_m, place.direction});
+  run_kept_ = true;
+  if (blocks_.empty() || times_.size() % kBlockColumns == 0) {
+    blocks_.emplace_back();
+    blocks_.back().reserve(kBlockColumns * static_cast<std::size_t>(features.size()));
+  }
+  times_.push_back(place.time);
+  for (const float feature : features) {
+    const float level = std::clamp(std::round(kLevelsPerUnit * feature), -127.0F, 127.0F);
+    blocks_.back().push_back(static_cast<std::int8_t>(level));
+  }
+  if (static_cast<double>(times_.size()) * options_.spacing_m > options_.max_length_m) {
+    forget_oldest();
+  }
+}
+
+void TraceMemory::forget_oldest() {
+  blocks_.pop_front();
+  times_.erase(times_.begin(), times_.begin() + kBlockColumns);
+  first_ += kBlockColumns;
+  while (runs_.size() > 1 && runs_[1].first <= first_) runs_.pop_front();
+  Run& oldest = runs_.front();
+  if (oldest.first < first_) {
+    const auto gone = static_cast<double>(first_ - oldest.first);
+    oldest.distance += oldest.direction * gone * options_.spacing_m;
+    oldest.first = first_;
+  }
+}
+
+void TraceMemory::end_run() {
+  if (filter_) keep_settled(true);
+  if (!known_.empty()) end_piece();
+  known_.clear();
+  pending_.clear();
+  settled_ = 0;
+  run_kept_ = false;
+  direction_ = 0;
+  last_.reset();
+}
+
+void TraceMemory::clear() { *this = TraceMemory(options_); }
+
+std::size_t TraceMemory::bytes() const {
+  std::size_t sum = times_.size() * sizeof(TimeNs) + runs_.size() * sizeof(Run);
+  sum += blocks_.size() * sizeof(std::vector<std::int8_t>);
+  for (const auto& block : blocks_) sum += block.capacity();
+  return sum;
+}
+
+MemoryRange TraceMemory::run_of(std::size_t number) const {
+  if (number < kept().first || number >= kept().end) {
+    throw std::out_of_range("trace memory: the column is not kept");
+  }
+  const auto after = std::upper_bound(runs_.begin(), runs_.end(), number,
+                                      [](std::size_t n, const Run& run) { return n < run.first; });
+  return {std::prev(after)->first, after == runs_.end() ? kept().end : after->first};
+}
+
+MemoryColumn TraceMemory::column(std::size_t number) const {
+  const std::size_t first = run_of(number).first;
+  const Run& run = *std::lower_bound(runs_.begin(), runs_.end(), first,
+                                     [](const Run& r, std::size_t n) { return r.first < n; });
+  const double along = static_cast<double>(number - first) * options_.spacing_m;
+  return {times_[number - first_], run.distance + run.direction * along, run.direction};
+}
+
+Columns TraceMemory::patch(MemoryRange range) const {
+  if (range.first < kept().first || range.end < range.first || range.end > kept().end) {
+    throw std::out_of_range("trace memory: not all of the range is kept");
+  }
+  const std::size_t rows = filter_ ? filter_->rows() : 0;
+  Columns features(range.size(), rows);
+  for (std::size_t i = 0; i < range.size(); ++i) {
+    const std::size_t at = range.first - first_ + i;
+    const std::int8_t* bytes = &blocks_[at / kBlockColumns][at % kBlockColumns * rows];
+    for (std::size_t row = 0; row < rows; ++row) features(i, row) = bytes[row] / kLevelsPerUnit;
+  }
+  return features;
+}
+
+std::optional<std::size_t> TraceMemory::column_at(TimeNs time, std::size_t first) const {
+  const std::size_t skipped = std::clamp(first, first_, kept().end) - first_;
+  const auto begin = times_.begin() + static_cast<std::ptrdiff_t>(skipped);
+  const auto after = std::upper_bound(begin, times_.end(), time);
+  if (after == begin) return std::nullopt;
+  return first_ + static_cast<std::size_t>(after - times_.begin()) - 1;
+}
+
+std::optional<MemoryColumn> TraceMemory::newest_place(int count) const {
+  if (!filter_ || count < 1 || pending_.size() < static_cast<std::size_t>(count)) {
+    return std::nullopt;
+  }
+  MemoryColumn place =
+      pending_[pending_.size() - 1 - count / 2].first;  // half a column early if even
+  place.distance_m += place.direction * 0.5 * (1 - count % 2) * options_.spacing_m;
+  return place;
+}
+
+std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before) const {
+  const auto place = newest_place(count);
+  if (!place) return std::nullopt;
+  const auto all =
+      std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
+  return Newest{filtered_pending().bottomRows(all), *place};
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,150 @@
+// The ground driven over, remembered by distance: a column of features (gpr/patch_filter.h) every
+// 2 cm, one byte a feature. Where a column lies in the world is not known here: who asks for a
+// patch has each column's time and distance and keeps the poses.
+//
+// Columns are numbered from 0 in the order driven and keep their numbers when the oldest are
+// forgotten. A run is a stretch driven one way without a gap; a patch lies within one run.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gpr/revisit/patch_filter.h"
+#include "gprodom/types.h"
+
+namespace gprodom::gpr {
+
+struct TraceMemoryOptions {
+  double spacing_m = 0.02;
+  double learn_m = 4.0;        // of one run, from which the filter is learnt; nothing is kept
+                               // of runs before that
+  double max_length_m = 10e3;  // the oldest ground beyond is forgotten, a metre at a time
+  double reversal_m = 0.05;    // back by so much from the farthest: driven the other way
+  double gap_m = 0.5;          // between two traces: the run ends
+  double newest_m = 3.0;       // the longest patch that newest() can give
+  double least_m = 3.0;        // of new ground before known ground that is worth keeping
+  PatchFilterOptions filter;
+};
+
+struct MemoryColumn {
+  TimeNs time = 0;        // when the antenna was there
+  double distance_m = 0;  // along the track, as given with the traces
+  int direction = 1;      // -1: the distance fell with time
+};
+
+// Ground between two columns, first <= number < end.
+struct MemoryRange {
+  std::size_t first = 0, end = 0;
+  std::size_t size() const { return end - first; }
+};
+
+class TraceMemory {
+ public:
+  // Features have a standard deviation of 1 at most: 4 of them fit a byte.
+  static constexpr float kLevelsPerUnit = 31.0F;
+
+  explicit TraceMemory(TraceMemoryOptions options = {});
+
+  // One trace, in time order, at `distance_m` along the track (signed: it falls when driving
+  // back). Throws std::invalid_argument on another number of samples than before; clear() first.
+  void add(TimeNs time, const std::vector<float>& samples, double sample_interval,
+           double distance_m);
+
+  // A run from before: `features` (columns, rows) of `filter`, times of its columns and where the
+  // first one lies. In the order driven; before any trace is added, and always with the same
+  // filter. Throws std::invalid_argument where the sizes do not agree.
+  void restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
+                   double first_distance_m, int direction, const Columns& features);
+
+  // The ground of the run under way between two distances along the track is kept already, of
+  // another pass: it is not kept once more, where that has not happened yet. The run is then in
+  // pieces, which are runs of their own.
+  void know(double one_m, double other_m);
+
+  // Ends the run (after a gap in time, say).
+  void end_run();
+  // Forgets everything, the filter too.
+  void clear();
+
+  // Empty until enough ground was seen.
+  const std::optional<PatchFilter>& filter() const { return filter_; }
+  double spacing() const { return options_.spacing_m; }
+
+  // What is kept; the newest ground up to some 1.5 m behind the antenna is not yet part of it, as
+  // its band-pass needs what follows.
+  MemoryRange kept() const { return {first_, first_ + times_.size()}; }
+  std::size_t bytes() const;
+
+  // Where a kept column lies. Throws std::out_of_range.
+  MemoryColumn column(std::size_t number) const;
+  // The last kept column, of number `first` or higher, driven over at `time` or before. The times
+  // from `first` on must not fall.
+  std::optional<std::size_t> column_at(TimeNs time, std::size_t first = 0) const;
+  // The kept part of the run that holds a kept column.
+  MemoryRange run_of(std::size_t number) const;
+  // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
+  Columns patch(MemoryRange range) const;
+
+  // The newest ground up to the antenna, of the run under way, in the order driven: `count` columns
+  // for use as a query and up to `before` columns that came before them; and where the middle one
+  // of the query lies. Nothing where the run is shorter than a query.
+  struct Newest {
+    Columns features;
+    MemoryColumn centre;
+  };
+  std::optional<Newest> newest(int count, int before = 0) const;
+  // Where the middle of such a query lies, without its features.
+  std::optional<MemoryColumn> newest_place(int count) const;
+
+ private:
+  struct Sample {  // one or more traces at nearly one place, averaged
+    TimeNs time = 0;
+    double distance = 0.0;
+    int count = 0;
+    Eigen::RowVectorXf values;
+  };
+  struct Run {
+    std::size_t first = 0;
+    double distance = 0.0;  // of its first column
+    int direction = 1;
+  };
+
+  void step_to(Sample next);
+  void emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace);
+  void learn();
+  void use(const PatchFilter& filter);
+  void keep_settled(bool all);
+  bool is_known(const MemoryColumn& place) const;
+  void end_piece();
+  void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
+  void forget_oldest();
+  Columns filtered_pending() const;
+
+  TraceMemoryOptions options_;
+  double sample_interval_ = 0.0;
+  std::optional<PatchFilter> filter_;
+  int context_ = 0;  // columns that the band-pass reaches to either side
+
+  std::optional<Sample> last_;
+  int direction_ = 0;  // of the run under way; 0: not known yet
+  double next_ = 0.0;  // distance of its next column
+  // Of the run under way, oldest first: raw traces until the filter is learnt, then unfiltered
+  // features. The first settled_ of them are kept already and serve as context.
+  std::deque<std::pair<MemoryColumn, Eigen::RowVectorXf>> pending_;
+  std::size_t settled_ = 0;
+  bool run_kept_ = false;  // a column of the run's piece under way has been kept
+  std::vector<std::pair<double, double>> known_;  // of the run under way, distances
+
+  // One block of kBlockColumns columns after the other, the last one growing; first_ is the number
+  // of the first block's first column.
+  std::deque<std::vector<std::int8_t>> blocks_;
+  std::deque<TimeNs> times_;
+  std::deque<Run> runs_;
+  std::size_t first_ = 0;
+};
+
+}  // namespace gprodom::gpr

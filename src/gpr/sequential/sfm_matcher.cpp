@@ -1,0 +1,112 @@
+// Feature matrix against feature matrix (front end sfm).
+#include <array>
+#include <utility>
+
+#include "gpr/peaks/peaks.h"
+#include "gpr/sequential/window_matcher.h"
+
+namespace gprodom::gpr {
+
+namespace {
+
+constexpr std::size_t kMaxTracePeaks = 64;
+
+// The peaks of one trace: depth (m) and amplitude, positions are those of the trace in the window.
+struct TracePeaks {
+  std::size_t count = 0;
+  std::array<std::pair<double, double>, kMaxTracePeaks> depth_and_amplitude;
+};
+
+PeakOptions peak_options(const PeaksConfig& config) {
+  PeakOptions options;
+  options.fit = config.fit;
+  options.min_snr = config.min_snr;
+  options.min_relative = config.min_relative;
+  options.max_joint = config.max_joint;
+  options.max_residual = config.max_residual;
+  return options;
+}
+
+class SfmMatcher : public WindowMatcher {
+ public:
+  explicit SfmMatcher(const GprConfig& config)
+      : config_(config.sequential),
+        wave_speed_(config.wave_speed),
+        ring_(static_cast<std::size_t>(config.sequential.window_traces)),
+        extractor_(peak_options(config.peaks)),
+        scale_(config.sequential.scale_quantile),
+        aligner_(alignment_options(config.sequential)) {
+    points_.reserve(ring_.capacity() * kMaxTracePeaks);
+  }
+
+  void add(const WindowTrace& trace) override {
+    TracePeaks& place = ring_.place();
+    place.count = 0;
+    if (trace.filtered == nullptr) return;
+    if (depth_range_ == 0.0) depth_range_ = depth_range(trace);
+    for (const Peak& peak : extractor_.extract(trace.filtered, trace.count)) {
+      const double depth = depth_of(
+          travel_time(peak.sample, trace.sample_interval_s, trace.time_zero_s), wave_speed_);
+      if (depth < 0.0 || depth >= depth_range_ || place.count == kMaxTracePeaks) continue;
+      place.depth_and_amplitude[place.count++] = {depth, peak.amplitude};
+      scale_.collect(peak.amplitude);
+    }
+    if (trace.time_s >= config_.scale_duration) scale_.fix();
+  }
+
+  std::optional<Alignment> advance() override {
+    if (!ring_.full()) return std::nullopt;
+    if (!scale_.value()) return Alignment();
+    points_.clear();
+    for (std::size_t r = 0; r < ring_.capacity(); ++r) {
+      const TracePeaks& peaks = ring_[r];
+      for (std::size_t i = 0; i < peaks.count; ++i) {
+        const auto& [depth, amplitude] = peaks.depth_and_amplitude[i];
+        points_.push_back({depth, static_cast<double>(r), amplitude});
+      }
+    }
+    std::swap(before_, levels_);
+    build_sfm(points_.data(), points_.size(),
+              {config_.rows, config_.columns, depth_range_,
+               static_cast<double>(config_.window_traces), *scale_.value()},
+              levels_);
+    if (before_.size() != levels_.size()) return Alignment();  // the first matrix
+    return aligner_.align(before_, levels_);
+  }
+
+  const LevelMatrix* levels() const override { return levels_.size() > 0 ? &levels_ : nullptr; }
+
+  void reset() override {
+    ring_.clear();
+    scale_.reset();
+    before_.resize(0, 0);
+    levels_.resize(0, 0);
+    depth_range_ = 0.0;
+  }
+
+ private:
+  double depth_range(const WindowTrace& trace) const {
+    if (config_.max_depth > 0.0) return config_.max_depth;
+    return depth_of(
+        travel_time(static_cast<double>(trace.count), trace.sample_interval_s, trace.time_zero_s),
+        wave_speed_);
+  }
+
+  SequentialConfig config_;
+  double wave_speed_;
+  double depth_range_ = 0.0;  // D, m; 0 until the first trace
+  Ring<TracePeaks> ring_;
+  PeakExtractor extractor_;
+  AmplitudeScale scale_;
+  Aligner aligner_;
+  std::vector<FeaturePoint> points_;
+  LevelMatrix before_, levels_;
+};
+
+}  // namespace
+
+std::unique_ptr<WindowMatcher> make_sfm_matcher(const GprConfig& config) {
+  return std::make_unique<SfmMatcher>(config);
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,73 @@
+#include "gpr/sequential/window_matcher.h"
+
+#include <cmath>
+
+#include "gprodom/error.h"
+
+namespace gprodom::gpr {
+
+AlignmentOptions alignment_options(const SequentialConfig& config) {
+  AlignmentOptions options;
+  options.form = config.distance == "printed" ? DistanceForm::kPrinted : DistanceForm::kCosine;
+  options.min_overlap = config.min_overlap;
+  return options;
+}
+
+double columns_per_trace(const SequentialConfig& config) {
+  return static_cast<double>(config.columns) / config.window_traces;
+}
+
+Alignment in_grid_columns(Alignment alignment, double columns_per_trace) {
+  alignment.shift = static_cast<int>(std::lround(alignment.shift * columns_per_trace));
+  alignment.subcolumn *= columns_per_trace;
+  alignment.variance *= columns_per_trace * columns_per_trace;
+  alignment.overlap = static_cast<int>(std::lround(alignment.overlap * columns_per_trace));
+  return alignment;
+}
+
+namespace {
+
+// Knows nothing but how many traces came: what the other methods are to be measured against.
+class TraceCountMatcher : public WindowMatcher {
+ public:
+  explicit TraceCountMatcher(const GprConfig& config)
+      : columns_per_trace_(columns_per_trace(config.sequential)) {}
+
+  void add(const WindowTrace&) override { ++count_; }
+
+  std::optional<Alignment> advance() override {
+    Alignment alignment;
+    alignment.valid = true;
+    alignment.subcolumn = -count_ * columns_per_trace_;
+    alignment.shift = static_cast<int>(std::lround(alignment.subcolumn));
+    alignment.variance = columns_per_trace_ * columns_per_trace_ / 12.0;  // a trace more or less
+    const bool first = !started_;
+    started_ = true;
+    count_ = 0;
+    if (first) return std::nullopt;
+    return alignment;
+  }
+
+  void reset() override {
+    count_ = 0;
+    started_ = false;
+  }
+
+ private:
+  double columns_per_trace_;
+  int count_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config) {
+  if (config.front_end == "sfm") return make_sfm_matcher(config);
+  if (config.front_end == "bscan") return make_bscan_matcher(config);
+  if (config.front_end == "dec") return make_dec_matcher(config);
+  if (config.front_end == "trace_count") return std::make_unique<TraceCountMatcher>(config);
+  throw ConfigError("gpr.front_end: " + config.front_end +
+                    " compares no windows; expected sfm, bscan, dec or trace_count");
+}
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,84 @@
+// What a sequential front end compares from step to step: the last L traces, as an SFM, as the
+// B-scan itself, as a dominant energy curve, or merely counted. One matcher per method, all with
+// the same three calls; shifts are in columns of the SFM grid (L_S per window), whatever the
+// method's own resolution.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gpr/sequential/alignment.h"
+#include "gpr/sequential/sfm.h"
+#include "gprodom/config.h"
+
+namespace gprodom::gpr {
+
+// The last `capacity` of a stream, with places reused: storing in place() does not allocate.
+template <typename T>
+class Ring {
+ public:
+  explicit Ring(std::size_t capacity) : items_(capacity) {}
+
+  // The oldest place, to be overwritten as the newest.
+  T& place() {
+    T& item = items_[next_];
+    next_ = (next_ + 1) % items_.size();
+    if (size_ < items_.size()) ++size_;
+    return item;
+  }
+  // 0 is the oldest; valid when full.
+  const T& operator[](std::size_t i) const { return items_[(next_ + i) % items_.size()]; }
+  bool full() const { return size_ == items_.size(); }
+  std::size_t capacity() const { return items_.size(); }
+  void clear() { next_ = size_ = 0; }
+
+ private:
+  std::vector<T> items_;
+  std::size_t next_ = 0, size_ = 0;
+};
+
+// One trace, as it came and after the filter chain. Both are null where the trace was dead or
+// spiked: its place in the window stays empty, so that the others keep theirs.
+struct WindowTrace {
+  double time_s = 0.0;  // data time since the front end began
+  const float* raw = nullptr;
+  const float* filtered = nullptr;
+  std::size_t count = 0;
+  double sample_interval_s = 0.0;
+  double time_zero_s = 0.0;
+};
+
+class WindowMatcher {
+ public:
+  virtual ~WindowMatcher() = default;
+
+  virtual void add(const WindowTrace& trace) = 0;
+
+  // Closes a step: the window that ends now against the one that ended at the call before, as the
+  // shift of the older content in the newer window (negative as traces enter). Empty until the
+  // window is full; not valid where there is nothing to compare it with.
+  virtual std::optional<Alignment> advance() = 0;
+
+  // Of the window of the last advance(), for methods that make one.
+  virtual const LevelMatrix* levels() const { return nullptr; }
+
+  virtual void reset() = 0;
+};
+
+// One file each.
+std::unique_ptr<WindowMatcher> make_sfm_matcher(const GprConfig& config);
+std::unique_ptr<WindowMatcher> make_bscan_matcher(const GprConfig& config);
+std::unique_ptr<WindowMatcher> make_dec_matcher(const GprConfig& config);
+
+AlignmentOptions alignment_options(const SequentialConfig& config);
+
+// From columns that are traces, L a window, to those of the SFM grid.
+double columns_per_trace(const SequentialConfig& config);
+Alignment in_grid_columns(Alignment alignment, double columns_per_trace);
+
+// Throws ConfigError on an unknown name. Names: sfm, bscan, dec, trace_count.
+std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config);
+
+}  // namespace gprodom::gpr

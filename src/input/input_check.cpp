@@ -1,0 +1,123 @@
+#include "input/input_check.h"
+
+#include <algorithm>
+
+#include "input/plausibility.h"
+
+namespace gprodom {
+
+namespace {
+
+constexpr TimeNs kSecond = 1'000'000'000;
+constexpr char kGap[] = "gap: messages lost or late";
+constexpr char kNoData[] = "no data for a second or more";
+
+void shift_stamps(InputMessage& message, TimeNs by) {
+  std::visit([by](auto& m) { m.time += by; }, message);
+  if (auto* displacement = std::get_if<Displacement>(&message)) {
+    displacement->from += by;
+    displacement->to += by;
+  }
+}
+
+struct Channel {
+  const std::string& name;
+  TimeGuard::Source source;
+  double offset_s;
+};
+
+Channel channel_of(const InputMessage& message, const Config& config) {
+  const ChannelConfig& c = config.channels;
+  const Channel channels[] = {{c.imu, TimeGuard::kImu, config.imu.time_offset},
+                              {c.wheel, TimeGuard::kWheel, config.wheel.time_offset},
+                              {c.gpr_trace, TimeGuard::kGpr, config.gpr.time_offset},
+                              {c.displacement_in, TimeGuard::kDisplacement, 0.0}};
+  return channels[message.index()];
+}
+
+TimeNs time_of(const InputMessage& message) {
+  return std::visit([](const auto& m) { return m.time; }, message);
+}
+
+}  // namespace
+
+InputCheck::InputCheck(const Config& config, Health& health)
+    : config_(config), health_(health), time_guard_(config.time) {}
+
+bool InputCheck::accept(InputMessage& message) {
+  const std::string reason = refusal(message);
+  if (!reason.empty()) {
+    health_.count(channel_of(message, config_).name, reason);
+    return false;
+  }
+  const TimeNs time = time_of(message);
+  health_.advance(time);
+  watch(message);
+  if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
+  if (std::holds_alternative<WheelSample>(message)) wheel_now_ = std::max(wheel_now_, time);
+  if (std::holds_alternative<GprTrace>(message)) gpr_now_ = time;
+  return true;
+}
+
+// Values, then the sensor's state, then the stamp. Empty where the message can be used.
+std::string InputCheck::refusal(InputMessage& message) {
+  const Channel channel = channel_of(message, config_);
+  const TimeNs time =
+      std::visit([&](auto& m) { return m.time += from_seconds(channel.offset_s); }, message);
+  std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
+  const auto* imu = std::get_if<ImuSample>(&message);
+  const auto* trace = std::get_if<GprTrace>(&message);
+  if (reason.empty() && imu) reason = imu_watch_.check(*imu);
+  if (reason.empty() && trace) reason = trace_format_.check(*trace);
+  if (reason.empty() && trace) reason = trace_watch_.check(*trace);
+  TimeNs usable = time;
+  if (reason.empty()) reason = time_guard_.check(channel.source, usable);
+  if (!reason.empty()) return reason;
+  shift_stamps(message, usable - time);
+  return trace && usable <= gpr_now_ ? "out of order" : "";
+}
+
+// What is weak in a message that is used nevertheless.
+void InputCheck::watch(const InputMessage& message) {
+  if (std::holds_alternative<Displacement>(message)) return;
+  const std::string& name = channel_of(message, config_).name;
+  const TimeNs time = time_of(message);
+  if (gaps_[message.index()].gap_before(time)) health_.count(name, kGap);
+  const auto* trace = std::get_if<GprTrace>(&message);
+  const bool imu = std::holds_alternative<ImuSample>(message);
+  const std::string weak = trace ? trace_watch_.quality(*trace) : (imu ? imu_watch_.quality() : "");
+  if (!weak.empty()) health_.count(name, weak);
+  if (trace && !trace_watch_.dead()) gpr_signal_ = time;
+  if (!imu && clocks_[message.index()].drifts(time, imu_now_))
+    health_.count(name, "clock and the IMU's drift apart: 50 ppm or more");
+}
+
+bool InputCheck::radar_silent() const { return gpr_now_ + kSecond < imu_now_; }
+
+void InputCheck::watch_silence(bool radar_used) {
+  const auto watch = [&](const std::string& topic, bool used, TimeNs newest) {
+    const bool silent = used && newest + kSecond < imu_now_;
+    health_.set(topic, HealthLevel::kDegraded, silent ? kNoData : "");
+  };
+  health_.set(config_.channels.imu, HealthLevel::kFailed, "");
+  watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
+  watch(config_.channels.gpr_trace, radar_used, gpr_now_);
+  const bool no_signal = radar_used && gpr_signal_ + kSecond < gpr_now_;
+  health_.set("radar", HealthLevel::kDegraded,
+              no_signal ? "traces without a signal for a second or more" : "");
+}
+
+// Before the IMU has come the other stamps may be anything.
+std::optional<Status> InputCheck::status_without_clock() {
+  const TimeNs time = time_guard_.newest_of_others();
+  if (time < imu_now_ + kSecond) return std::nullopt;
+  const bool went_back = time + 2 * kSecond < next_lost_status_;
+  if (time < next_lost_status_ && !went_back) return std::nullopt;
+  const bool first = next_lost_status_ == 0;
+  next_lost_status_ = (time / kSecond + 1) * kSecond;
+  if (first) return std::nullopt;
+  health_.set(config_.channels.imu, HealthLevel::kFailed, kNoData);
+  return health_.status(time);
+}
+
+}  // namespace gprodom

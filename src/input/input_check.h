@@ -1,0 +1,64 @@
+// Which messages can be used, and what is wrong with those that come, told in the health.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+#include "input/clock_watch.h"
+#include "input/health.h"
+#include "input/sensor_watch.h"
+#include "input/time_guard.h"
+#include "input/trace_format.h"
+
+namespace gprodom {
+
+using InputMessage = std::variant<ImuSample, WheelSample, GprTrace, Displacement>;
+
+class InputCheck {
+ public:
+  // `health` outlives this.
+  InputCheck(const Config& config, Health& health);
+
+  // Whether the message is usable; why not, and what is weak in one that is, goes to the health.
+  // Its stamps then are in the estimator's time: offsets added, a clock set back carried on.
+  bool accept(InputMessage& message);
+
+  // The clock was set ahead: what is known refers to another time.
+  bool clock_moved() const { return time_guard_.moved(); }
+
+  // Newest stamp accepted of the IMU, which is the estimator's clock, and of the wheel.
+  TimeNs imu_now() const { return imu_now_; }
+  TimeNs wheel_now() const { return wheel_now_; }
+
+  // No trace for a second.
+  bool radar_silent() const;
+
+  // Sensors that are silent or have no signal, by now.
+  void watch_silence(bool radar_used);
+
+  // Without the IMU nothing else is published: its silence, once a second of the other sensors'
+  // time.
+  std::optional<Status> status_without_clock();
+
+ private:
+  std::string refusal(InputMessage& message);
+  void watch(const InputMessage& message);
+
+  const Config& config_;
+  Health& health_;
+  TimeGuard time_guard_;
+  TraceFormat trace_format_;
+  ImuWatch imu_watch_;
+  TraceWatch trace_watch_;
+  std::array<GapWatch, 4> gaps_;      // by the message's index
+  std::array<ClockWatch, 4> clocks_;  // likewise
+  TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
+  TimeNs gpr_signal_ = 0;  // newest trace that was not dead
+  TimeNs next_lost_status_ = 0;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,45 @@
+#include "input/plausibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+std::string fault(const ImuSample& s, const Config& config) {
+  if (!s.acceleration.allFinite() || !s.angular_velocity.allFinite()) return "value not finite";
+  if (s.acceleration.norm() > config.imu.max_acceleration) return "beyond imu.max_acceleration";
+  if (s.angular_velocity.norm() > config.imu.max_angular_velocity)
+    return "beyond imu.max_angular_velocity";
+  return {};
+}
+
+std::string fault(const WheelSample& s, const Config& /*config*/) {
+  if (!std::isfinite(s.distance_m)) return "distance not finite";
+  return std::abs(s.distance_m) < 1e9 ? "" : "distance beyond a million kilometres";
+}
+
+std::string fault(const GprTrace& s, const Config& config) {
+  if (s.samples.size() < 16) return "fewer than 16 samples";
+  if (s.samples.size() > 16384) return "more than 16384 samples";
+  if (!(s.sample_interval_s >= 1e-12 && s.sample_interval_s * config.gpr.filter.band_low < 0.5))
+    return "sample interval not between 1 ps and half a period of gpr.filter.band_low";
+  if (config.gpr.filter.band_length > 0 &&
+      s.sample_interval_s > 0.5 * config.gpr.filter.band_length)
+    return "sample interval longer than half of gpr.filter.band_length";
+  if (!(std::abs(s.time_zero_s) < 1e-3)) return "time zero not within 1 ms";
+  const bool finite =
+      std::all_of(s.samples.begin(), s.samples.end(), [](float x) { return std::isfinite(x); });
+  return finite ? "" : "sample not finite";
+}
+
+std::string fault(const Displacement& s, const Config& /*config*/) {
+  if (!std::isfinite(s.distance_m) || !std::isfinite(s.sigma_m) || s.sigma_m <= 0)
+    return "distance or sigma not finite and positive";
+  if (std::abs(s.distance_m) > 1e6 || s.sigma_m < 1e-6) return "distance or sigma that cannot be";
+  if (!(std::abs(s.lateral_m) < 1e6) || !std::isfinite(s.lateral_sigma_m))
+    return "lateral or its sigma not finite";
+  if (!std::isfinite(s.scale) || !std::isfinite(s.score)) return "scale or score not finite";
+  return s.from < s.to ? "" : "utime_from not before utime_to";
+}
+
+}  // namespace gprodom

@@ -1,0 +1,91 @@
+#include "input/time_guard.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace gprodom {
+
+TimeGuard::TimeGuard(const TimeConfig& config)
+    : reorder_(from_seconds(config.reorder_window)), max_jump_(from_seconds(config.max_jump)) {}
+
+std::string TimeGuard::check(Source source, TimeNs& time) {
+  if (time <= 0) return "stamp not after 1970";
+  Track& track = tracks_[source];
+  const TimeNs told = time, now = tracks_[kImu].newest;
+  // The other sensors may have a clock of their own.
+  if (source == kImu || std::abs(told + set_back_ - now) < std::abs(told - now)) time += set_back_;
+  if (source != kImu && tracks_[kImu].newest == 0) {
+    track.newest = time;
+    return "before the first message of the IMU";
+  }
+  if (time == track.newest) return "stamp repeated";
+  std::string reason = source == kImu ? check_imu(time, told) : check_other(track, time);
+  if (!reason.empty()) return reason;
+  if (source == kImu) ++imu_accepted_;
+  track.strays = 0;
+  // Another sensor may have been far ahead while the IMU was silent, or before it came.
+  const bool astray = source != kImu && track.at_newest != imu_accepted_ &&
+                      track.newest > tracks_[kImu].newest + reorder_;
+  track.newest = astray ? time : std::max(track.newest, time);
+  track.at_newest = imu_accepted_;
+  return {};
+}
+
+std::string TimeGuard::check_imu(TimeNs time, TimeNs told) {
+  Track& imu = tracks_[kImu];
+  if (imu.newest == 0) return {};
+  const TimeNs ahead = time - imu.newest;
+  if (ahead < -(max_jump_ + reorder_)) return take_stray(time, told, "stamp jumped back");
+  if (ahead < -reorder_) return "later than time.reorder_window";
+  if (ahead <= reorder_ || (ahead <= kLongestGap && told_by_others(time))) return {};
+  if (ahead > max_jump_) return take_stray(time, told, "stamp jumped ahead");
+  add_stray(imu, time);
+  return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
+}
+
+// Out of reach. Where many agree and their clock stands before the newest stamp, it is followed.
+std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) {
+  Track& imu = tracks_[kImu];
+  add_stray(imu, time);
+  if (!moved() || told > imu.newest) return reason;
+  set_back_ = imu.newest + (time - imu.first_stray) - told;
+  imu.strays = 0;
+  return "clock was set back: its stamps are carried on from where it was";
+}
+
+std::string TimeGuard::check_other(Track& track, TimeNs time) const {
+  // While the IMU is silent a sensor's own stamps go on.
+  const bool imu_silent = track.at_newest == imu_accepted_;
+  const TimeNs reference =
+      imu_silent ? std::max(track.newest, tracks_[kImu].newest) : tracks_[kImu].newest;
+  const TimeNs ahead = time - reference;
+  if (ahead < -(max_jump_ + reorder_)) return "stamp jumped back";
+  if (ahead < -reorder_) return "later than time.reorder_window";
+  if (ahead <= reorder_) return {};
+  if (track.at_first_stray != imu_accepted_) track.strays = 0;
+  track.at_first_stray = imu_accepted_;
+  add_stray(track, time);
+  if (track.strays >= kStraysToFollow) return {};
+  return ahead > max_jump_ ? "stamp jumped ahead" : "stamp ahead of the IMU's";
+}
+
+void TimeGuard::add_stray(Track& track, TimeNs time) const {
+  const bool agrees = track.strays > 0 && time > track.stray && time < track.stray + max_jump_;
+  if (!agrees) track.first_stray = time;
+  track.strays = agrees ? track.strays + 1 : 1;
+  track.stray = time;
+}
+
+bool TimeGuard::told_by_others(TimeNs time) const {
+  return std::any_of(tracks_.begin() + 1, tracks_.end(), [&](const Track& other) {
+    return other.newest > 0 && std::abs(time - other.newest) <= reorder_;
+  });
+}
+
+TimeNs TimeGuard::newest_of_others() const {
+  TimeNs newest = 0;
+  for (std::size_t i = 1; i < tracks_.size(); ++i) newest = std::max(newest, tracks_[i].newest);
+  return newest;
+}
+
+}  // namespace gprodom

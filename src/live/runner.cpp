@@ -1,0 +1,86 @@
+#include "live/runner.h"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "gprodom/error.h"
+
+namespace gprodom {
+
+bool Results::empty() const {
+  return outputs.odometry.empty() && outputs.displacements.empty() && outputs.corrections.empty() &&
+         outputs.sfm.empty() && outputs.status.empty() && outputs.warnings.empty();
+}
+
+Runner::Runner(const Config& config, Execution execution)
+    : command_channel_(config.channels.command),
+      state_directory_(config.state.directory),
+      odometry_(config, execution) {}
+
+Results Runner::feed(const Input& input) {
+  struct Adder {
+    Runner& runner;
+    void operator()(const ImuSample& sample) const { runner.odometry_.add(sample); }
+    void operator()(const WheelSample& sample) const { runner.odometry_.add(sample); }
+    void operator()(const GprTrace& trace) const { runner.odometry_.add(trace); }
+    void operator()(const Displacement& external) const { runner.odometry_.add(external); }
+    void operator()(const Command& command) const { runner.obey(command); }
+    void operator()(const Rejection& r) const { runner.reject(r.channel, r.reason); }
+  };
+  std::visit(Adder{*this}, input);
+  return step();
+}
+
+Results Runner::step() { return place(odometry_.step()); }
+
+Results Runner::finish() { return place(odometry_.finish()); }
+
+void Runner::reject(const std::string& channel, const std::string& reason) {
+  odometry_.reject(channel, reason);
+}
+
+// A command comes from the network: it names a file in state.directory and no other.
+std::string Runner::map_path(const std::string& name) const {
+  if (state_directory_.empty())
+    throw FileError("state.directory is empty: there is no folder for maps");
+  const auto allowed = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  };
+  if (name.empty() || name.size() > 100 || name.front() == '.' ||
+      !std::all_of(name.begin(), name.end(), allowed))
+    throw FileError("expected a map's name of letters, digits, '_', '-' and '.'");
+  return state_directory_ + "/" + name + ".map";
+}
+
+void Runner::obey(const Command& command) {
+  try {
+    if (command.name == "reset" && command.argument == "all") {
+      odometry_.forget();
+      notices_.emplace_back("reset by command: all is forgotten; starting at the initialiser");
+    } else if (command.name == "reset") {
+      odometry_.reset();
+      notices_.emplace_back("reset by command: starting at the initialiser; the ground is kept");
+    } else if (command.name == "save_map") {
+      odometry_.begin_saving_map(map_path(command.argument));
+    } else if (command.name == "load_map") {
+      odometry_.load_map(map_path(command.argument));
+      notices_.push_back("map " + command.argument + " loaded: its ground is looked for");
+    } else {
+      reject(command_channel_, "unknown command, expected reset, save_map or load_map");
+    }
+  } catch (const FileError& error) {
+    reject(command_channel_, command.name + ": " + error.what());
+  }
+}
+
+Results Runner::place(Outputs outputs) {
+  Results results;
+  results.outputs = std::move(outputs);
+  auto& warnings = results.outputs.warnings;
+  warnings.insert(warnings.begin(), notices_.begin(), notices_.end());
+  notices_.clear();
+  return results;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,70 @@
+#include "map/locator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+namespace {
+
+constexpr double kLeastQuery = 6.0;  // m: less is found in too many places
+
+constexpr double kOnePlace = 2.0;  // m between poses, along and aside
+
+}  // namespace
+
+Locator::Locator(const GraphConfig& config, const PlanarPose& antenna_in_body)
+    : config_(config), antenna_(antenna_in_body), next_m_(kLeastQuery) {}
+
+void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
+  search_.emplace(*ground.memory.filter(), ground.memory.spacing());
+  for (std::size_t column = ground.memory.kept().first; column < end_of_before;) {
+    const gpr::MemoryRange run = ground.memory.run_of(column);
+    search_->add_run(column, ground.memory.patch(run));
+    column = run.end;
+  }
+}
+
+std::optional<Hypothesis> Locator::look(const GroundMap& ground, std::size_t end_of_before,
+                                        const PlanarPose& newest_body, double travelled_m) {
+  const gpr::TraceMemory& memory = ground.memory;
+  const gpr::MemoryRange kept = memory.kept();
+  if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
+  next_m_ = travelled_m + config_.locate_every;
+  const auto columns = [&](double metres) {
+    return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
+  };
+  gpr::MemoryRange newest = memory.run_of(kept.end - 1);
+  newest.first =
+      std::max(newest.first, newest.end - std::min(newest.end, columns(config_.locate_length)));
+  if (newest.size() < columns(kLeastQuery)) return std::nullopt;
+
+  if (!search_) learn(ground, end_of_before);
+  // Ground that was driven over twice is one place. Between two maps there is nothing to choose:
+  // the revisits that the answer foretells must prove it.
+  const double reach = 2 * config_.node_spacing;
+  const auto same_place = [&](double a, double b) {
+    const auto at_a = ground.at(a, reach), at_b = ground.at(b, reach);
+    return at_a && at_b &&
+           (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
+  };
+  const gpr::GlobalMatch match = search_->find(memory.patch(newest), same_place);
+  if (!match.accepted) return std::nullopt;
+  // The query's end, where the robot is, not its centre: what is unknown of the heading weighs
+  // less.
+  const double ahead = 0.5 * static_cast<double>(newest.size() - 1);
+  double column = match.column + (match.mirrored ? -ahead : ahead);
+  column =
+      std::clamp(column, static_cast<double>(kept.first), static_cast<double>(end_of_before - 1));
+  const auto then = ground.at(column, reach);
+  if (!then) return std::nullopt;
+  // The ground knows the direction driven, the pose the one faced: they differ driving backwards.
+  const int driven_then = memory.column(static_cast<std::size_t>(column)).direction;
+  const int driven_now = memory.column(newest.end - 1).direction;
+  const bool about = match.mirrored == (driven_then == driven_now);
+  PlanarPose antenna = compose(then->pose, antenna_);
+  if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
+  const PlanarPose body = compose(antenna, between(antenna_, {}));
+  return Hypothesis{compose(body, between(newest_body, {})), then->map};
+}
+
+}  // namespace gprodom

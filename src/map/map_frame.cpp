@@ -1,0 +1,100 @@
+#include "map/map_frame.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace gprodom {
+namespace {
+
+using Eigen::Matrix3d;
+
+constexpr int kPlanar[] = {0, 1, 5};  // x, y, yaw of a pose's covariance
+
+// p_map = R p_odom + p.
+OdometryEstimate in_map(const Correction& correction, const OdometryEstimate& estimate) {
+  OdometryEstimate placed = estimate;
+  placed.p_odom_body = correction.q_map_odom * estimate.p_odom_body + correction.p_map_odom;
+  placed.q_odom_body = (correction.q_map_odom * estimate.q_odom_body).normalized();
+  return placed;
+}
+
+// An error of the pose at p turns what follows: errors (x, y, yaw) there by those at p.
+Matrix3d transport(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  Matrix3d m = Matrix3d::Identity();
+  m(0, 2) = from.y() - to.y();
+  m(1, 2) = to.x() - from.x();
+  return m;
+}
+
+Matrix3d positive(const Matrix3d& symmetric) {
+  Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
+  eigen.computeDirect(0.5 * (symmetric + symmetric.transpose()));
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+}  // namespace
+
+Matrix3d planar_block(const Matrix6d& covariance) {
+  Matrix3d block;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) block(i, j) = covariance(kPlanar[i], kPlanar[j]);
+  }
+  return block;
+}
+
+void set_planar_block(const Matrix3d& block, Matrix6d& covariance) {
+  for (const int i : kPlanar) {
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) covariance(kPlanar[i], kPlanar[j]) = block(i, j);
+  }
+}
+
+Matrix3d carried_covariance(const Correction& correction, const Matrix3d& covariance,
+                            const OdometryEstimate& since, const OdometryEstimate& here) {
+  const Matrix3d in_odom = transport(since.p_odom_body, here.p_odom_body);
+  const Matrix3d added =
+      positive(planar_block(here.pose_covariance) -
+               in_odom * planar_block(since.pose_covariance) * in_odom.transpose());
+  const Matrix3d turn = correction.q_map_odom.toRotationMatrix();  // about z: x and y alone
+  const Matrix3d moved = transport(correction.q_map_odom * since.p_odom_body,
+                                   correction.q_map_odom * here.p_odom_body);
+  return moved * covariance * moved.transpose() + turn * added * turn.transpose();
+}
+
+std::vector<OdometryEstimate> MapFrame::place(const Outputs& outputs) {
+  waiting_.insert(waiting_.end(), outputs.corrections.begin(), outputs.corrections.end());
+  std::vector<OdometryEstimate> placed;
+  placed.reserve(outputs.odometry.size());
+  for (const auto& estimate : outputs.odometry) {
+    while (!waiting_.empty() && waiting_.front().time <= estimate.time) {
+      in_force_ = waiting_.front();
+      waiting_.pop_front();
+      since_ = estimate;
+      corrected_ = true;
+    }
+    placed.push_back(in_map(in_force_, estimate));
+    if (!corrected_) continue;
+    set_planar_block(
+        carried_covariance(in_force_, planar_block(in_force_.covariance), since_, estimate),
+        placed.back().pose_covariance);
+    newest_covariance_ = placed.back().pose_covariance;
+  }
+  return placed;
+}
+
+void MapFrame::reset(const std::optional<Correction>& correction) {
+  *this = MapFrame();
+  if (correction) waiting_.push_back(*correction);
+}
+
+std::optional<Correction> MapFrame::now() const {
+  if (!corrected_) return std::nullopt;
+  Correction correction = in_force_;
+  correction.covariance = newest_covariance_;
+  return correction;
+}
+
+}  // namespace gprodom

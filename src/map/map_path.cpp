@@ -1,0 +1,191 @@
+#include "map/map_path.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr TimeNs kRecent = 20'000'000'000;
+constexpr double kTurn = 0.3;  // rad, after which there is a node without a way
+// Below this a scale is held, and nothing depends on it.
+constexpr double kHeldScaleVariance = 1e-12;
+// Least standard deviation of a step, m and rad: what rounding leaves must stay positive.
+constexpr double kLeastPosition = 3e-4, kLeastYaw = 3e-5;
+
+PlanarPose planar(const NavState& state) {
+  const Vector3d ahead = state.q_odom_body * Vector3d::UnitX();
+  return {state.p_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
+}
+
+// What an error that turns and shifts odom does to a pose at p: (x, y, yaw) by (x, y, yaw).
+Matrix3d at_pose(const Vector2d& p) {
+  Matrix3d m = Matrix3d::Identity();
+  m(0, 2) = -p.y();
+  m(1, 2) = p.x();
+  return m;
+}
+
+// What the estimator had made of `state` had it believed in `scale`.
+PlanarPose with_scale(const PathState& state, double scale) {
+  const Vector3d error = state.d_scale * (scale - state.scale);
+  return compose({error.head<2>(), error[2]}, state.pose);
+}
+
+}  // namespace
+
+PathState path_state(const StateResult& newest) {
+  const int rows[] = {row::kP, row::kP + 1, row::kTheta + 2};
+  PathState state;
+  state.time = newest.state.time;
+  state.pose = planar(newest.state);
+  state.scale = newest.state.wheel_scale;
+  Vector3d with_scale;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) state.covariance(i, j) = newest.covariance(rows[i], rows[j]);
+    with_scale[i] = newest.covariance(rows[i], row::kScale);
+  }
+  const Matrix3d to_pose = at_pose(state.pose.p);
+  state.pose_covariance = to_pose * state.covariance * to_pose.transpose();
+  const double variance = newest.covariance(row::kScale, row::kScale);
+  if (variance > kHeldScaleVariance) {
+    state.d_scale = with_scale / variance;
+    state.covariance -= with_scale * with_scale.transpose() / variance;
+  }
+  return state;
+}
+
+void settle(PathState& state, const NavState& later, double scale) {
+  state.pose = planar(later);
+  state.scale = scale;
+}
+
+PlanarStep step_between(const PathState& a, const PathState& b) {
+  Matrix3d into_a = Matrix3d::Identity();
+  into_a.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-a.pose.yaw).toRotationMatrix();
+  into_a = into_a * at_pose(b.pose.p);
+  PlanarStep step;
+  step.measured = between(with_scale(a, b.scale), b.pose);
+  step.scale = b.scale;
+  step.d_scale = into_a * (b.d_scale - a.d_scale);
+  // Standstills teach of errors made before, so the growth may be negative somewhere.
+  Matrix3d growth = into_a * (b.covariance - a.covariance) * into_a.transpose();
+  const Vector3d least(kLeastPosition, kLeastPosition, kLeastYaw);
+  const Matrix3d unit = least.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(0.5 * unit * (growth + growth.transpose()) *
+                                                      unit);
+  const Matrix3d basis = least.asDiagonal() * eigen.eigenvectors();
+  step.covariance = basis * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() * basis.transpose();
+  return step;
+}
+
+PlanarPose along_arc(double along, double curvature) {
+  const double turn = curvature * along;
+  return {{along, 0.5 * turn * along}, turn};
+}
+
+std::optional<PlanarStep> MapPath::add(const PathState& state) {
+  Point point{state};
+  if (!recent_.empty()) {
+    const Point& last = recent_.back();
+    const double ahead = between(last.state.pose, state.pose).p.x();
+    point.distance_m = last.distance_m + ahead;
+    point.travelled_m = last.travelled_m + std::abs(ahead);
+  }
+  recent_.push_back(point);
+  while (recent_.front().state.time + kRecent < state.time) recent_.pop_front();
+  if (nodes_.empty()) {
+    nodes_.push_back(point);
+    return std::nullopt;
+  }
+  const Point& last = nodes_.back();
+  const bool turned =
+      std::abs(std::remainder(state.pose.yaw - last.state.pose.yaw, 2 * M_PI)) > kTurn;
+  if (point.travelled_m - last.travelled_m < node_spacing_m_ && !turned) return std::nullopt;
+  const PlanarStep step = step_between(last.state, state);
+  nodes_.push_back(point);
+  return step;
+}
+
+double MapPath::distance_at(TimeNs time) const {
+  const auto next = std::partition_point(recent_.begin(), recent_.end(),
+                                         [time](const Point& p) { return p.state.time <= time; });
+  if (next == recent_.begin()) return recent_.front().distance_m;
+  const Point& a = *(next - 1);
+  if (next == recent_.end()) return a.distance_m;
+  const double share = static_cast<double>(time - a.state.time) /
+                       static_cast<double>(next->state.time - a.state.time);
+  return a.distance_m + share * (next->distance_m - a.distance_m);
+}
+
+void MapPath::keep_only(const std::vector<bool>& nodes) {
+  std::size_t left = 0;
+  bool gap = false;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    gap = gap || nodes_[i].after_gap;
+    if (!nodes[i]) {
+      gap = true;
+      continue;
+    }
+    nodes_[left] = nodes_[i];
+    nodes_[left++].after_gap = gap;
+    gap = false;
+  }
+  nodes_.resize(left);
+}
+
+// Nodes of that time or before.
+std::size_t MapPath::nodes_until(TimeNs time) const {
+  const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
+                                         [time](const Point& p) { return p.state.time <= time; });
+  return static_cast<std::size_t>(next - nodes_.begin());
+}
+
+bool MapPath::is_forgotten(TimeNs time) const {
+  const std::size_t after = nodes_until(time);
+  return after < nodes_.size() && nodes_[after].after_gap;
+}
+
+// Along an arc of the curvature from the node to its neighbour.
+MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
+  const std::size_t after = nodes_until(time);
+  const auto apart = [&](std::size_t i) {
+    return is_forgotten(time) ? std::abs(to_seconds(nodes_[i].state.time - time))
+                              : std::abs(nodes_[i].distance_m - distance_m);
+  };
+  Place place;
+  place.node = after == 0 ? 0 : after - 1;
+  if (after < nodes_.size() && apart(after) < apart(place.node)) place.node = after;
+  const Point& node = nodes_[place.node];
+  const bool has_next = place.node + 1 < nodes_.size() && !nodes_[place.node + 1].after_gap;
+  const bool has_last = place.node > 0 && !node.after_gap;
+  double curvature = 0.0;
+  if (has_next || has_last) {
+    const bool forwards = has_next && (place.node < after || !has_last);
+    const std::size_t other = forwards ? place.node + 1 : place.node - 1;
+    const PlanarPose step = between(node.state.pose, nodes_[other].state.pose);
+    if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
+    const double ahead = nodes_[other].distance_m - node.distance_m;
+    place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;
+  }
+  place.at = along_arc(distance_m - node.distance_m, curvature);
+  return place;
+}
+
+MapPath::Place MapPath::place(TimeNs time) const {
+  const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
+                                         [time](const Point& p) { return p.state.time <= time; });
+  if (next == nodes_.begin() || next == nodes_.end()) return place(time, distance_at(time));
+  const Point& a = *(next - 1);
+  const double share = static_cast<double>(time - a.state.time) /
+                       static_cast<double>(next->state.time - a.state.time);
+  return place(time, a.distance_m + share * (next->distance_m - a.distance_m));
+}
+
+}  // namespace gprodom

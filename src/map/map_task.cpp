@@ -1,0 +1,105 @@
+#include "map/map_task.h"
+
+#include <cmath>
+#include <utility>
+
+#include "map/map_frame.h"
+
+namespace gprodom {
+namespace {
+
+constexpr TimeNs kJobPeriod = 500'000'000;
+constexpr std::size_t kMostWaiting = 2000;  // traces or revisits, while no state is made
+
+// Off the fast path there is time enough; a machine that is busy beyond this falls behind.
+constexpr std::chrono::milliseconds kPatience(200);
+
+// A planar pose as an estimate, as far as carried_covariance() asks.
+OdometryEstimate planar_estimate(const PathState& state) {
+  OdometryEstimate estimate;
+  estimate.p_odom_body << state.pose.p, 0.0;
+  set_planar_block(state.pose_covariance, estimate.pose_covariance);
+  return estimate;
+}
+
+}  // namespace
+
+MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
+                 std::optional<Mapper::Start> start)
+    : enabled_(config.gpr.enabled && config.graph.enabled),
+      latency_(from_seconds(config.graph.latency)),
+      mapper_(config, std::move(before), std::move(start)),
+      worker_(execution) {}
+
+void MapTask::add(const GprTrace& trace) {
+  if (!enabled_) return;
+  traces_.push_back(trace);
+  if (traces_.size() > kMostWaiting) traces_.pop_front();
+}
+
+void MapTask::add(const Displacement& revisit) {
+  if (enabled_ && next_.revisits.size() < kMostWaiting) next_.revisits.push_back(revisit);
+}
+
+void MapTask::add(const StateResult& result, TimeNs effective) {
+  if (!enabled_) return;
+  unsettled_.push_back(path_state(result));
+  if (!result.settled) return;
+  while (!unsettled_.empty() && unsettled_.front().time < result.settled->time) {
+    unsettled_.pop_front();
+  }
+  if (unsettled_.empty() || unsettled_.front().time != result.settled->time) return;
+  settle(unsettled_.front(), *result.settled, result.state.wheel_scale);
+  next_.states.push_back(unsettled_.front());
+  unsettled_.pop_front();
+  next_.scale = result.state.wheel_scale;
+  next_.scale_sigma = std::sqrt(result.covariance(row::kScale, row::kScale));
+  if (effective - last_submitted_ >= kJobPeriod) submit(effective);
+}
+
+void MapTask::submit(TimeNs effective) {
+  last_submitted_ = effective;
+  const TimeNs newest = next_.states.back().time;
+  while (!traces_.empty() && traces_.front().time <= newest) {
+    next_.traces.push_back(std::move(traces_.front()));
+    traces_.pop_front();
+  }
+  worker_.submit(effective + latency_,
+                 [this, input = std::exchange(next_, {})] { return mapper_.run(input); });
+}
+
+void MapTask::save_ground(TimeNs now, std::function<void(std::string)> take) {
+  if (!enabled_) return;
+  worker_.submit(now + latency_, [this, take = std::move(take)] {
+    take(mapper_.ground_bytes());
+    return MapAnswer{};
+  });
+}
+
+std::optional<MapAnswer> MapTask::next_due(TimeNs now) {
+  const auto due = worker_.await_due(now, kPatience);
+  if (!due || !due->result) return std::nullopt;
+  MapAnswer answer = *due->result;
+  for (Displacement& d : answer.revisits) d.time = due->effective;
+  if (answer.pose) pose_ = answer.pose;
+  return answer;
+}
+
+std::optional<Correction> MapTask::correct(const OdometryEstimate& estimate) {
+  if (!pose_) return std::nullopt;
+  const MapPose pose = *std::exchange(pose_, std::nullopt);
+  const double yaw = pose.in_map.pose.yaw - pose.in_odom.pose.yaw;
+  Correction correction;
+  correction.time = estimate.time;
+  correction.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+  correction.p_map_odom << pose.in_map.pose.p - Eigen::Rotation2Dd(yaw) * pose.in_odom.pose.p, 0.0;
+  correction.revisits = pose.revisits;
+  correction.covariance = estimate.pose_covariance;
+  const Eigen::Matrix3d planar =
+      carried_covariance(correction, pose.in_map.covariance.topLeftCorner<3, 3>(),
+                         planar_estimate(pose.in_odom), estimate);
+  set_planar_block(planar, correction.covariance);
+  return correction;
+}
+
+}  // namespace gprodom

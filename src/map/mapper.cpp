@@ -1,0 +1,383 @@
+#include "map/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "map/ground_map_file.h"
+
+namespace gprodom {
+namespace {
+
+constexpr std::size_t kMaxWindows = 2;    // passes over a place that are looked at
+constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis is given up
+constexpr double kLocatedWithin = 200.0;  // m driven
+constexpr double kLeastSigma = 0.005;     // m, of a revisit
+constexpr double kSolveEvery = 1.0;       // s of data time, and
+constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
+constexpr double kSolveAnyway = 10.0;  // s of data time without a new revisit: the scale is learnt
+constexpr int kBefore = 58;  // columns before the query in which the memory is looked for in turn
+
+}  // namespace
+
+gpr::TraceMemoryOptions memory_options(const Config& config) {
+  gpr::TraceMemoryOptions options;
+  options.max_length_m = config.graph.memory_length;
+  options.filter.wave_speed = config.gpr.wave_speed;
+  return options;
+}
+
+Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start)
+    : config_(config.graph),
+      antenna_{config.gpr.lever_arm.head<2>(), 0.0},
+      path_(config.graph.node_spacing),
+      ground_(before ? std::move(*before) : GroundMap(memory_options(config))),
+      end_of_before_(ground_.memory.kept().end),
+      start_(std::move(start)),
+      map_(ground_.unused_map()),
+      locator_(config.graph, antenna_) {}
+
+MapAnswer Mapper::run(const MapInput& input) {
+  MapAnswer answer;
+  const bool was_located = located_;
+  follow(input.states);
+  if (!graph_) return answer;
+  external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
+  take_external(answer);
+  for (const GprTrace& trace : input.traces) {
+    remember(trace, answer);
+    look(answer);
+  }
+  locate();
+  answer.located = located_ && !was_located;
+  answer.map = map_;
+  const bool tied = graph_->revisits().size() > trusted_.size();
+  if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_)) {
+    solve(input.scale, input.scale_sigma, answer);
+    merge();
+  }
+  const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
+  const int refused = static_cast<int>(trusted_.size()) - trusted;
+  if (trusted + merged_trusted_ > 0) {
+    answer.pose = MapPose{extend(newest_node_, path_.since_last_node()), path_.newest(),
+                          trusted + merged_trusted_, refused + merged_refused_};
+  }
+  return answer;
+}
+
+void Mapper::follow(const std::vector<PathState>& states) {
+  for (const PathState& state : states) {
+    const std::optional<PlanarStep> step = path_.add(state);
+    if (!graph_) {
+      PoseGraphOptions options;
+      graph_.emplace(state.pose, options);
+      newest_node_.pose = state.pose;
+      if (start_) {
+        settle_in(start_->at);
+        newest_node_.covariance.topLeftCorner<3, 3>() = start_->covariance;
+      }
+    }
+    if (!step) continue;
+    graph_->add_node(*step);
+    newest_node_ = extend(newest_node_, *step);
+  }
+}
+
+void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
+  const bool changed =
+      ground_.samples != 0 && (trace.samples.size() != ground_.samples ||
+                               std::abs(trace.sample_interval_s - ground_.sample_interval_s) >
+                                   1e-6 * ground_.sample_interval_s);
+  if (changed) {
+    ground_.memory.clear();
+    ground_.places.clear();
+    end_of_before_ = 0;
+    hypothesis_.reset();
+    search_.reset();
+    last_query_.reset();
+    answer.notes.push_back("traces of another length or interval: the ground seen is forgotten");
+  }
+  ground_.samples = trace.samples.size();
+  ground_.sample_interval_s = trace.sample_interval_s;
+  ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
+                     path_.distance_at(trace.time));
+}
+
+// Asks the memory where the newest ground was seen before, every query_spacing.
+void Mapper::look(MapAnswer& answer) {
+  gpr::TraceMemory& memory = ground_.memory;
+  if (!memory.filter()) return;
+  if (!search_) {
+    gpr::RevisitSearchOptions options;
+    options.patch_m = config_.patch_length;
+    options.certainty = config_.certainty;
+    search_.emplace(*memory.filter(), memory.spacing(), options);
+  }
+  const auto place = memory.newest_place(search_->patch_columns());
+  if (!place) return;
+  double moved = config_.patch_length;
+  if (last_query_ && last_query_->direction == place->direction) {
+    moved = std::abs(place->distance_m - last_query_->distance_m);
+    if (moved < config_.query_spacing) return;
+  } else {
+    search_->forget();
+  }
+  last_query_ = place;
+  const std::vector<gpr::SearchWindow> near = windows(*place);
+  if (near.empty()) {
+    search_->forget();
+    return;
+  }
+  const auto newest = memory.newest(search_->patch_columns(), kBefore);
+  for (const gpr::PlaceFound& found : search_->look(newest->features, moved, near)) {
+    tie(found, *place, moved, answer);
+  }
+}
+
+// Until it is known how the track lies on the ground from before, all of that is asked.
+void Mapper::locate() {
+  const double travelled = path_.travelled();
+  if (located_ || !locator_.is_due(travelled)) return;
+  if (hypothesis_ && travelled < hypothesis_until_m_) return;
+  hypothesis_.reset();
+  const gpr::TraceMemory& memory = ground_.memory;
+  if (memory.kept().end <= end_of_before_) return;
+  const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
+  const MapPath::Place place = path_.place(newest.time, newest.distance_m);
+  const PlanarPose body = compose(graph_->nodes()[place.node], place.at);
+  hypothesis_ = locator_.look(ground_, end_of_before_, body, travelled);
+  hypothesis_until_m_ = travelled + kConfirmWithin;
+  if (hypothesis_ && search_) search_->forget();
+}
+
+// From here on map is the frame of the ground from before.
+void Mapper::settle_in(const Hypothesis& at) {
+  graph_->move(at.map_from_track);
+  newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(at.map_from_track.yaw).toRotationMatrix();
+  newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
+  map_ = at.map;
+  located_ = true;
+  hypothesis_.reset();
+  next_solve_ = 0;
+}
+
+// The memory's column of a node of this track; nothing where none is kept of that place.
+std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
+  const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
+  if (!column) return std::nullopt;
+  const double apart = ground_.memory.column(*column).distance_m - path_.distance_of(node);
+  return std::abs(apart) > config_.node_spacing ? std::nullopt : column;
+}
+
+// Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
+// track come first.
+std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
+  const MapPath::Place at = path_.place(query.time, query.distance_m);
+  const PlanarPose here = compose(compose(graph_->nodes()[at.node], at.at), antenna_);
+  const double sigma = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
+  const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
+  const double aside =
+      config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);
+  // Ground that the query itself lies on, or that was driven over just before.
+  const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
+
+  PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
+  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
+    if (path_.begins_piece(node)) finder.interrupt();
+    finder.offer(node, graph_->nodes()[node], false);
+  }
+  std::vector<Pass> passes = finder.passes();
+  const auto is_forgotten = [&](const Pass& pass) {
+    return pass.from_before ? ground_.places[pass.place].column < ground_.memory.kept().first
+                            : !column_at(pass.place);
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
+  if (located_ || hypothesis_) {
+    const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
+    PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
+    for (std::size_t i = 0; i < ground_.places.size(); ++i) {
+      const KnownPlace& place = ground_.places[i];
+      if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
+    }
+    std::vector<Pass> found = before.passes();
+    found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
+    passes.insert(passes.begin(), found.begin(), found.end());
+  }
+  passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
+  // A hypothesis waits for its proof, so it is asked about first.
+  if (!located_) {
+    std::stable_partition(passes.begin(), passes.end(),
+                          [](const Pass& p) { return p.from_before; });
+  }
+  passes.resize(std::min(passes.size(), kMaxWindows));
+  std::vector<gpr::SearchWindow> windows;
+  for (const Pass& pass : passes) {
+    if (pass.from_before) {
+      const KnownPlace& place = ground_.places[pass.place];
+      windows.push_back(window_at(pass, place.column, place.distance_m, gate));
+    } else {
+      windows.push_back(
+          window_at(pass, *column_at(pass.place), path_.distance_of(pass.place), gate));
+    }
+  }
+  return windows;
+}
+
+// distance_m: of the pass's place along its track.
+gpr::SearchWindow Mapper::window_at(const Pass& pass, std::size_t column, double distance_m,
+                                    double gate) const {
+  const gpr::TraceMemory& memory = ground_.memory;
+  const gpr::MemoryColumn then = memory.column(column);
+  const gpr::MemoryRange run = memory.run_of(column);
+  const double ahead = distance_m + pass.along - then.distance_m;
+  gpr::SearchWindow window;
+  window.run = run.first;
+  window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
+  window.bound_m = gate;
+  const double reach = (gate + 1.0 + 0.6 * config_.patch_length) / memory.spacing() + 4.0;
+  const auto clamped = [&](double number) {
+    return static_cast<std::size_t>(
+        std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
+  };
+  window.first = clamped(std::floor(window.expected - reach));
+  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
+  return window;
+}
+
+Mapper::End Mapper::end_at(const MapPath::Place& place) const {
+  return {place.node, place.at, graph_->nodes()[place.node].yaw};
+}
+
+std::optional<Mapper::End> Mapper::remembered_end(double column) const {
+  const auto number = static_cast<std::size_t>(column);
+  if (number < end_of_before_) {
+    const auto then = ground_.at(column, 2 * config_.node_spacing);
+    if (!then) return std::nullopt;
+    return End{kInMap, then->pose, then->pose.yaw};
+  }
+  const gpr::MemoryColumn then = ground_.memory.column(number);
+  const double beyond = (column - static_cast<double>(number)) * ground_.memory.spacing();
+  return end_at(path_.place(then.time, then.distance_m + then.direction * beyond));
+}
+
+// false: not on two nodes, or, by the headings, the robot did not face that way.
+bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
+  const bool turned = std::cos(query.yaw - memory.yaw) < 0.0;
+  if (memory.node == query.node || turned != edge.mirrored) return false;
+  edge.memory = memory.node;
+  edge.query = query.node;
+  edge.memory_at = compose(memory.body, antenna_);
+  edge.query_at = compose(query.body, antenna_);
+  graph_->add_revisit(edge);
+  return true;
+}
+
+void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
+                 MapAnswer& answer) {
+  const gpr::MemoryColumn then = ground_.memory.column(static_cast<std::size_t>(found.column));
+  const auto memory_end = remembered_end(found.column);
+  if (!memory_end) return;
+  const bool from_before = memory_end->node == kInMap;
+  const MapPath::Place now = path_.place(query.time, query.distance_m);
+  End query_end = end_at(now);
+  if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
+
+  // Patches that overlap have their errors in common: together they count as often as they fit
+  // into the ground.
+  const double fresh = std::min(1.0, moved_m / config_.patch_length);
+  RevisitEdge edge;
+  edge.sigma_m =
+      std::max(kLeastSigma, config_.sigma_factor * found.match.sigma_m) / std::sqrt(fresh);
+  edge.lateral_sigma_m = config_.lateral_sigma / std::sqrt(fresh);
+  // The ground knows the direction driven, the edge the one faced: they differ driving backwards.
+  edge.mirrored = found.match.mirrored == (then.direction == query.direction);
+  if (!add_edge(*memory_end, query_end, edge)) return;
+  if (from_before && !located_) settle_in(*hypothesis_);
+  // Until it is located, a track's ground is looked for in that from before, which wants it whole.
+  if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {
+    const double half = 0.5 * config_.patch_length;
+    ground_.memory.know(query.distance_m - half, query.distance_m + half);
+  }
+
+  Displacement told;
+  told.from = from_before ? 0 : then.time;  // no time of this track
+  told.to = query.time;
+  told.source = "revisit";
+  told.kind = DisplacementKind::kRevisit;
+  told.valid = true;
+  told.sigma_m = edge.sigma_m;
+  told.lateral_sigma_m = edge.lateral_sigma_m;
+  told.mirrored = found.match.mirrored;
+  told.scale = found.match.scale;
+  told.score = found.match.score;
+  answer.revisits.push_back(std::move(told));
+}
+
+void Mapper::take_external(MapAnswer& answer) {
+  while (!external_.empty() && external_.front().to <= path_.newest().time) {
+    const Displacement told = external_.front();
+    external_.pop_front();
+    const MapPath::Place memory = path_.place(told.from), query = path_.place(told.to);
+    RevisitEdge edge;
+    edge.offset_m = told.distance_m;
+    edge.sigma_m = std::max(kLeastSigma, told.sigma_m);
+    edge.lateral_m = told.lateral_m;
+    edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
+    edge.mirrored = told.mirrored == (memory.direction == query.direction);
+    if (told.from < path_.time_of(0)) {
+      answer.notes.push_back("a revisit told by another process begins before the track: not used");
+    } else if (path_.is_forgotten(told.from)) {
+      answer.notes.push_back(
+          "a revisit told by another process begins on a pass that the map has merged with an "
+          "earlier one: not used");
+    } else if (!add_edge(end_at(memory), end_at(query), edge)) {
+      answer.notes.push_back(
+          "a revisit told by another process contradicts the headings: not used");
+    }
+  }
+}
+
+PlanarPose Mapper::map_from_odom() const {
+  if (!located_) return {};
+  return compose(graph_->nodes().front(), between(path_.first().pose, {}));
+}
+
+std::vector<KnownPlace> Mapper::places() const {
+  // Of ground that is still kept.
+  const std::size_t first = ground_.memory.kept().first;
+  std::vector<KnownPlace> all;
+  std::copy_if(ground_.places.begin(), ground_.places.end(), std::back_inserter(all),
+               [first](const KnownPlace& place) { return place.column >= first; });
+  for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
+    const auto column = column_at(node);
+    if (column) all.push_back({*column, path_.distance_of(node), graph_->nodes()[node], map_});
+  }
+  return all;
+}
+
+std::string Mapper::ground_bytes() const { return to_bytes(ground_, places()); }
+
+GroundMap Mapper::take_ground() {
+  ground_.memory.end_run();
+  ground_.places = places();
+  return std::move(ground_);
+}
+
+void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
+  const double every =
+      std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
+  next_solve_ = path_.newest().time + from_seconds(every);
+  solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
+  try {
+    const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
+    newest_node_ = solution.newest;
+    trusted_ = solution.trusted;
+  } catch (const std::runtime_error& error) {
+    answer.notes.emplace_back(error.what());
+  }
+}
+
+}  // namespace gprodom

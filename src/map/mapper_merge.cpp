@@ -1,0 +1,53 @@
+// Mapper: what the graph keeps of passes over known ground.
+#include <algorithm>
+#include <utility>
+
+#include "map/mapper.h"
+
+namespace gprodom {
+namespace {
+
+constexpr double kMergeEvery = 5.0;  // m driven
+
+}  // namespace
+
+std::vector<Revisit> Mapper::revisits() const {
+  std::vector<Revisit> all = merged_;
+  for (std::size_t i = 0; i < trusted_.size(); ++i) {
+    if (trusted_[i] && graph_->revisits()[i].memory != kInMap) all.push_back(told(i));
+  }
+  return all;
+}
+
+Revisit Mapper::told(std::size_t revisit) const {
+  const RevisitEdge& edge = graph_->revisits()[revisit];
+  return {path_.time_of(edge.memory), path_.time_of(edge.query), edge};
+}
+
+void Mapper::merge() {
+  if (path_.travelled() < next_merge_m_) return;
+  next_merge_m_ = path_.travelled() + kMergeEvery;
+  std::vector<PassMerger::Node> nodes(path_.nodes());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i] = {path_.travelled_at(i), column_at(i).has_value()};
+  }
+  const std::vector<bool> stay = merger_.judge(nodes, graph_->revisits(), trusted_);
+  if (std::find(stay.begin(), stay.end(), false) == stay.end()) return;
+
+  std::vector<bool> trusted;  // newer revisits than the last solution's are all of nodes that stay
+  for (std::size_t i = 0; i < trusted_.size(); ++i) {
+    const RevisitEdge& edge = graph_->revisits()[i];
+    const bool in_map = edge.memory == kInMap;
+    if (stay[edge.query] && (in_map || stay[edge.memory])) {
+      trusted.push_back(trusted_[i]);
+    } else {
+      ++(trusted_[i] ? merged_trusted_ : merged_refused_);
+      if (record_ && trusted_[i] && !in_map) merged_.push_back(told(i));
+    }
+  }
+  trusted_ = std::move(trusted);
+  graph_->keep_only(stay);
+  path_.keep_only(stay);
+}
+
+}  // namespace gprodom

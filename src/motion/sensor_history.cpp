@@ -1,0 +1,132 @@
+#include "motion/sensor_history.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+namespace {
+
+template <typename Entries>
+auto first_after(Entries& entries, TimeNs time) {
+  return std::upper_bound(entries.begin(), entries.end(), time,
+                          [](TimeNs t, const auto& entry) { return t < entry.time; });
+}
+
+// Drops what lies before `time` except the last entry, which interpolation starts from.
+template <typename Entries>
+void forget(Entries& entries, TimeNs time) {
+  const auto keep = first_after(entries, time);
+  if (keep - entries.begin() > 1) entries.erase(entries.begin(), keep - 1);
+}
+
+constexpr TimeNs kBridgeStep = 20'000'000;  // ns
+
+ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
+  const double u = b.time > a.time
+                       ? static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time)
+                       : 0.0;
+  return {time, a.acceleration + u * (b.acceleration - a.acceleration),
+          a.angular_velocity + u * (b.angular_velocity - a.angular_velocity)};
+}
+
+}  // namespace
+
+bool ImuHistory::insert(const ImuSample& sample) {
+  const auto next = first_after(samples_, sample.time);
+  if (next != samples_.begin() && (next - 1)->time == sample.time) return false;
+  samples_.insert(next, sample);
+  return true;
+}
+
+void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }
+
+std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {
+  return {first_after(samples_, from - 1), first_after(samples_, to)};
+}
+
+std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
+  std::vector<MotionStep> steps;
+  if (samples_.empty() || to <= from) return steps;
+  // Beyond either end of the data the nearest sample is held.
+  auto at = [&](const decltype(samples_)::const_iterator& next, TimeNs time) {
+    if (next == samples_.begin()) return interpolate(*next, *next, time);
+    if (next == samples_.end()) return interpolate(samples_.back(), samples_.back(), time);
+    return interpolate(*(next - 1), *next, time);
+  };
+  auto next = first_after(samples_, from);
+  ImuSample left = at(next, from);
+  while (left.time < to) {
+    TimeNs end = next == samples_.end() ? to : std::min(to, next->time);
+    const TimeNs before = next == samples_.begin() ? from : (next - 1)->time;
+    const TimeNs after = next == samples_.end() ? to : next->time;
+    // In one step over a gap the noise of velocity and position would be one and the same.
+    if (after - before > max_gap) end = std::min(end, left.time + kBridgeStep);
+    const ImuSample right = at(next, end);
+    steps.push_back({to_seconds(end - left.time), 0.5 * (left.acceleration + right.acceleration),
+                     0.5 * (left.angular_velocity + right.angular_velocity), 0.0,
+                     after - before > max_gap});
+    left = right;
+    left.time = end;
+    if (next != samples_.end() && next->time <= end) ++next;
+  }
+  return steps;
+}
+
+void WheelHistory::resume(const WheelSample& sample) {
+  *this = WheelHistory(max_speed_);
+  insert(sample);
+  resumed_at_ = sample.time;
+}
+
+bool WheelHistory::insert(const WheelSample& sample) {
+  const auto next = first_after(entries_, sample.time);
+  if (next == entries_.begin()) {
+    entries_.push_front({sample.time, sample.distance_m,
+                         entries_.empty() ? sample.distance_m
+                                          : entries_.front().distance_m + sample.distance_m -
+                                                entries_.front().reported,
+                         false});
+    return true;
+  }
+  const Entry& before = *(next - 1);
+  const double moved = sample.distance_m - before.reported;
+  const double dt = to_seconds(sample.time - before.time);
+  // A stamp may be off by some milliseconds; 20 ms more than measured are granted.
+  const bool jumped = std::abs(moved) > max_speed_ * (dt + 0.02);
+  entries_.insert(
+      next, {sample.time, sample.distance_m, before.distance_m + (jumped ? 0.0 : moved), jumped});
+  return !jumped;
+}
+
+void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }
+
+std::optional<double> WheelHistory::distance(TimeNs time, bool across_gaps) const {
+  return value(time, &Entry::distance_m, across_gaps);
+}
+
+std::optional<double> WheelHistory::reported(TimeNs time) const {
+  return value(time, &Entry::reported, false);
+}
+
+std::optional<double> WheelHistory::value(TimeNs time, double Entry::*member,
+                                          bool across_gaps) const {
+  const auto next = first_after(entries_, time);
+  if (next == entries_.begin()) return std::nullopt;
+  const Entry& a = *(next - 1);
+  if (a.time == time) return a.*member;
+  if (next == entries_.end()) return std::nullopt;
+  const bool gap = next->time - a.time > kMaxGap && a.time != resumed_at_ && !across_gaps;
+  if (next->jumped || gap) return std::nullopt;
+  const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
+  return a.*member + u * ((*next).*member - a.*member);
+}
+
+double WheelHistory::path(TimeNs from, TimeNs to) const {
+  double sum = 0;
+  for (auto i = first_after(entries_, from - 1); i != entries_.end() && i->time <= to; ++i)
+    if (i != entries_.begin()) sum += std::abs(i->distance_m - (i - 1)->distance_m);
+  return sum;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,66 @@
+// The last seconds of each sensor, ordered by stamp, and what they say between two times.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "estimation/state_estimator.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+class ImuHistory {
+ public:
+  // Late samples go where their stamp puts them. Body axes. false where there is one of that stamp.
+  bool insert(const ImuSample& sample);
+  void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
+  std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
+
+  // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
+  // ends. Steps across more than max_gap without samples are marked as bridged.
+  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap) const;
+
+ private:
+  std::deque<ImuSample> samples_;
+};
+
+class WheelHistory {
+ public:
+  explicit WheelHistory(double max_speed) : max_speed_(max_speed) {}
+
+  // Begins with a sample of a run before: the gap after it counts as covered, however long.
+  void resume(const WheelSample& sample);
+
+  // false where the distance jumped further than max_speed allows: a corrupt count, or an encoder
+  // that was set to zero. The distance then goes on from where it was; the time of the jump counts
+  // as not covered.
+  bool insert(const WheelSample& sample);
+  void forget_before(TimeNs time);
+
+  // Signed distance, linear between samples; nullopt outside the data and across jumps, and across
+  // gaps unless those are asked for: an encoder counts on while it is not heard.
+  std::optional<double> distance(TimeNs time, bool across_gaps = false) const;
+
+  // The encoder's own count at a time, under the same conditions.
+  std::optional<double> reported(TimeNs time) const;
+
+  // Unsigned distance over the samples of [from, to]; 0 where there are none.
+  double path(TimeNs from, TimeNs to) const;
+
+ private:
+  static constexpr TimeNs kMaxGap = 300'000'000;  // ns
+  struct Entry {
+    TimeNs time;
+    double reported, distance_m;
+    bool jumped;  // since the entry before
+  };
+  std::optional<double> value(TimeNs time, double Entry::*member, bool across_gaps) const;
+
+  double max_speed_;
+  TimeNs resumed_at_ = -1;  // time of the entry behind which a gap is covered
+  std::deque<Entry> entries_;
+};
+
+}  // namespace gprodom

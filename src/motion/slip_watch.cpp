@@ -1,0 +1,169 @@
+#include "motion/slip_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gprodom {
+
+namespace {
+
+constexpr TimeNs kAway = 1'000'000'000;            // ns
+constexpr double kFirstImpression = 3.0;           // standard deviations
+constexpr TimeNs kBorneOut = 2'000'000'000;        // ns
+constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
+constexpr TimeNs kSlowFor = 600'000'000;           // ns
+constexpr double kCovered = 0.5;                   // of the radar's distance, by the track
+constexpr double kWheelSpeed = 0.1;                // m/s; of its mean over slip_window
+
+double off(const Displacement& radar, double m) {
+  return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
+}
+
+}  // namespace
+
+SlipWatch::SlipWatch(const WheelConfig& config)
+    : config_(config), window_(from_seconds(config.slip_window)) {}
+
+void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,
+                    bool speed_known) {
+  if (!config_.enabled || config_.slip_threshold <= 0) return;
+  const double speed = (estimate.v_body + estimate.omega_body.cross(config_.lever_arm)).x();
+  if (!track_.empty() && estimate.time > track_.end() + window_) track_ = {};  // after a gap
+  track_.advance(estimate.time, speed);
+  track_.forget_before(estimate.time - kMemory);
+  while (!slipped_.empty() && slipped_.front().to < estimate.time - kMemory) slipped_.pop_front();
+
+  if (speed_known != std::exchange(speed_known_, speed_known)) {
+    back_from_silence_ |= speed_known && radar_says_ != WheelSlip::kNone;
+    if (!speed_known) slipped_.clear();
+    radar_says_ = now_ = WheelSlip::kNone;
+    borne_out_ = {0, 0};
+    against_.reset();
+    slow_since_ = 0;
+  }
+  if (estimate.time > wheel_now + kAway) back_from_silence_ = true;
+  const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
+  if (to <= judged_) return;
+  judged_ = to;
+  now_ = radar_says_;
+  const auto moved = distances(from, to, wheel, estimate.wheel_scale);
+  const WheelSlip seen = moved ? judge(estimate, *moved) : WheelSlip::kNone;
+  if (speed_known && moved) {
+    now_ = seen;
+    if (now_ == WheelSlip::kNone) back_from_silence_ = false;
+  }
+  if (!speed_known) doubt_speed(seen, to);
+  if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
+}
+
+// A velocity error is one for the whole window. The wheel's errors are those of its factor.
+WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& moved) const {
+  const double seconds = to_seconds(window_);
+  const double innovation = moved.wheel_m - moved.ground_m;
+  const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
+                          std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
+                          config_.noise * config_.noise * std::abs(moved.ground_m) +
+                          2 * config_.noise_floor * config_.noise_floor;
+  const double threshold = back_from_silence_ ? std::min(kFirstImpression, config_.slip_threshold)
+                                              : config_.slip_threshold;
+  if (innovation * innovation < threshold * threshold * variance) return WheelSlip::kNone;
+  return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
+}
+
+std::optional<SlipWatch::Distances> SlipWatch::distances(TimeNs from, TimeNs to,
+                                                         const WheelHistory& wheel,
+                                                         double wheel_scale) const {
+  const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
+  if (track_.empty() || from < track_.begin() || !wheel_from || !wheel_to) return std::nullopt;
+  return Distances{(*wheel_to - *wheel_from) / wheel_scale, track_.path(to) - track_.path(from)};
+}
+
+// A driven wheel seldom turns more slowly than the robot moves. Where the speed is only the wheel's
+// of a moment ago, it is more likely that this was wrong, and that a slip is over now.
+void SlipWatch::doubt_speed(WheelSlip seen, TimeNs time) {
+  if (seen != WheelSlip::kSlow) {
+    slow_since_ = 0;
+    return;
+  }
+  if (slow_since_ == 0) slow_since_ = time - window_;
+  if (time - slow_since_ < kSlowFor || radar_says_ != WheelSlip::kNone) return;
+  against_ = Against{slow_since_, true};
+  slow_since_ = 0;
+}
+
+void SlipWatch::hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale) {
+  if (!speed_known_) {
+    hear_alone(radar, wheel, wheel_scale);
+    return;
+  }
+  const bool slips =
+      now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
+  const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
+  if (!moved || off(radar, moved->wheel_m) > kAgrees || off(radar, moved->ground_m) < kDisagrees) {
+    borne_out_ = {0, 0};
+    return;
+  }
+  if (borne_out_.to < radar.from) borne_out_.from = radar.from;
+  borne_out_.to = radar.to;
+}
+
+// The published velocity has followed the wheel, so both may be wrong. It may have begun within the
+// radar's distance, where the IMU's gap ended.
+void SlipWatch::hear_alone(const Displacement& radar, const WheelHistory& wheel,
+                           double wheel_scale) {
+  const auto wheel_from = wheel.distance(radar.from, true), wheel_to = wheel.distance(radar.to);
+  const TimeNs since = track_.empty() ? radar.to : std::max(radar.from, track_.begin());
+  const double covered =
+      static_cast<double>(radar.to - since) / static_cast<double>(radar.to - radar.from);
+  if (!wheel_from || !wheel_to) return;
+  const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
+  const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
+  const double wheel_off = off(radar, wheel_m);
+  if (wheel_off < kAgrees)
+    radar_says_ = WheelSlip::kNone;
+  else
+    radar_says_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
+  if (covered < kCovered || off(radar, ground_m) < kAgrees) return;
+  const double seconds = to_seconds(radar.to - radar.from);
+  against_ = Against{since, radar_says_ == WheelSlip::kNone,
+                     (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
+                     radar.sigma_m / seconds};
+}
+
+std::optional<SpeedWord> SlipWatch::word(TimeNs time, const WheelHistory& wheel,
+                                         double wheel_scale) {
+  const bool taken_back = borne_out_.to - borne_out_.from >= kBorneOut && !slipped_.empty();
+  const auto against = std::exchange(against_, std::nullopt);
+  if ((!taken_back && !against) || track_.empty()) return std::nullopt;
+  borne_out_ = {0, 0};  // now or never: a verdict that waits, as for a wheel gone silent, is stale
+  const TimeNs since = taken_back ? slipped_.back().from : against->since;
+  const auto all = distances(std::max(since, track_.begin()), time, wheel, wheel_scale);
+  const auto last = distances(time - window_, time, wheel, wheel_scale);
+  if (!all || !last) return std::nullopt;
+  SpeedWord word{last->wheel_m / to_seconds(window_), kWheelSpeed, all->wheel_m - all->ground_m};
+  if (!taken_back && !against->wheel_right) {
+    // How the speed changed since the middle of the radar's distance the IMU knows.
+    word = {last->ground_m / to_seconds(window_) + against->faster, against->sigma,
+            against->faster * to_seconds(time - since)};
+  } else {
+    slipped_.clear();
+    now_ = WheelSlip::kNone;
+  }
+  track_ = {};  // of the velocity that was wrong
+  return word;
+}
+
+void SlipWatch::mark(TimeNs from, TimeNs to) {
+  if (!slipped_.empty() && from <= slipped_.back().to)
+    slipped_.back().to = to;
+  else
+    slipped_.push_back({from, to});
+}
+
+bool SlipWatch::between(TimeNs from, TimeNs to) const {
+  return std::any_of(slipped_.begin(), slipped_.end(),
+                     [&](const Interval& s) { return s.from < to && s.to > from; });
+}
+
+}  // namespace gprodom

@@ -1,0 +1,93 @@
+// Slip of the wheel: what it reports against what the published velocity says, over a short window.
+//
+// The velocity is the newest solved one carried on by the IMU, so it does not follow the wheel for
+// the time that a solve is behind. At the onset of a slip the wheel's speed jumps and the robot's
+// does not; over a long slip the velocity's own variance grows and the wheel is believed again. At
+// the end of a slip that went unseen it is the published velocity that is wrong: two witnesses
+// against each other, between which the radar's coherence decides.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "estimation/state_estimator.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+#include "motion/path_history.h"
+#include "motion/sensor_history.h"
+
+namespace gprodom {
+
+enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
+
+class SlipWatch {
+ public:
+  // ns; as far back as a slip can be taken back, for which the wheel's history is needed.
+  static constexpr TimeNs kMemory = 8'000'000'000;
+
+  explicit SlipWatch(const WheelConfig& config);
+
+  // Call with every estimate published. `wheel_now` is the newest stamp in `wheel`. `speed_known`:
+  // otherwise than by the wheel. Where it is not, as after a gap of the IMU, the published velocity
+  // is no witness against the wheel, and what was judged before is forgotten.
+  void add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,
+           bool speed_known);
+
+  WheelSlip now() const { return now_; }
+
+  // What the radar says of the distance (m, unsigned). It counts while the wheel is taken for
+  // slipping, and while the speed is not known.
+  void hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+
+  // What is right for the state at `time`, where the published velocity is found wrong: the wheel's
+  // speed, once the radar has for two seconds borne out a wheel taken for slipping. Where the speed
+  // is not known one of the radar's distances is enough, which the wheel may be right with or not;
+  // and without the radar the wheel is right that would turn more slowly than the robot moves.
+  std::optional<SpeedWord> word(TimeNs time, const WheelHistory& wheel, double wheel_scale);
+
+  // Whether any window that showed slip reaches into (from, to).
+  bool between(TimeNs from, TimeNs to) const;
+
+ private:
+  struct Interval {
+    TimeNs from, to;
+  };
+
+  struct Distances {
+    double wheel_m, ground_m;  // signed; ground as published
+  };
+
+  // What was found against the published velocity while the speed is not known.
+  struct Against {
+    TimeNs since;
+    bool wheel_right;
+    double faster = 0.0, sigma = 0.0;  // else: m/s, signed, by which the robot is
+  };
+
+  std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
+                                     double wheel_scale) const;
+  WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
+  void hear_alone(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+  void doubt_speed(WheelSlip seen, TimeNs time);
+  void mark(TimeNs from, TimeNs to);
+
+  WheelConfig config_;
+  TimeNs window_;
+  PathHistory track_;             // of the wheel's contact point, signed, as published
+  std::deque<Interval> slipped_;  // apart from each other, oldest first
+  TimeNs judged_ = 0;             // the wheel sample that now_ is about
+  WheelSlip now_ = WheelSlip::kNone;
+  // The wheel was silent: it may come back in mid-slip, without the jump that tells an onset, and
+  // is not believed before it agrees.
+  bool back_from_silence_ = false;
+  Interval borne_out_{0, 0};  // by the radar, without a break
+
+  bool speed_known_ = true;
+  // While the speed is not known: since when the wheel turns more slowly (0: it does not), what the
+  // radar says of it, and what is to be put right at the next word().
+  TimeNs slow_since_ = 0;
+  WheelSlip radar_says_ = WheelSlip::kNone;
+  std::optional<Against> against_;
+};
+
+}  // namespace gprodom

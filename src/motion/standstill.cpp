@@ -1,0 +1,102 @@
+#include "motion/standstill.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+using Eigen::Vector3d;
+
+ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
+  if (samples.size() < 4) return {};
+  double gyro = 0, accel = 0;
+  for (size_t i = 2; i < samples.size(); ++i) {
+    const ImuSample &a = samples[i - 2], &b = samples[i - 1], &c = samples[i];
+    gyro += (a.angular_velocity - 2 * b.angular_velocity + c.angular_velocity).squaredNorm();
+    accel += (a.acceleration - 2 * b.acceleration + c.acceleration).squaredNorm();
+  }
+  // A second difference of white noise has 1 + 4 + 1 times its variance, here on three axes.
+  const double n = 18.0 * static_cast<double>(samples.size() - 2);
+  const double dt = to_seconds(samples.back().time - samples.front().time) /
+                    static_cast<double>(samples.size() - 1);
+  return {std::sqrt(gyro / n * dt), std::sqrt(accel / n * dt)};
+}
+
+namespace {
+
+constexpr double kLargestBiasStep = 0.02;  // rad/s; a robot that turns is faster, or not so even
+
+struct Stillness {
+  bool quiet = false;                       // no vibration
+  Vector3d rate = Vector3d::Zero();         // mean
+  Vector3d rate_beyond = Vector3d::Zero();  // the bias
+  double rate_sigma = 0.0;                  // per axis, by the noise
+
+  // The mean rate of a robot that stands is within a few deviations of its noise.
+  bool turns() const { return rate_beyond.norm() > 6 * rate_sigma; }
+};
+
+Stillness stillness(const StandstillConfig& c, const ImuNoise& reference, const Vector3d& gyro_bias,
+                    const std::vector<ImuSample>& samples) {
+  if (samples.size() < 4) return {};
+  Stillness s;
+  const ImuNoise noise = measured_noise(samples);
+  const double ratio = std::sqrt(c.imu_ratio);
+  s.quiet = noise.accel_density < ratio * reference.accel_density &&
+            noise.gyro_density < ratio * reference.gyro_density;
+  for (const auto& sample : samples) s.rate += sample.angular_velocity;
+  s.rate /= static_cast<double>(samples.size());
+  s.rate_beyond = s.rate - gyro_bias;
+  s.rate_sigma =
+      reference.gyro_density / std::sqrt(to_seconds(samples.back().time - samples.front().time));
+  return s;
+}
+
+}  // namespace
+
+StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
+                                   const Vector3d& gyro_bias, const ImuHistory& imu,
+                                   const WheelHistory& wheel,
+                                   const std::vector<Displacement>& radar_standing, TimeNs from,
+                                   TimeNs to) {
+  const StandstillConfig& c = config.standstill;
+  if (!c.enabled) return {};
+  const Stillness now = stillness(c, reference, gyro_bias, imu.between(from, to));
+  if (!now.quiet) return {};
+  const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
+  const bool wheel_still = config.wheel.enabled && wheel.distance(to) &&
+                           wheel.path(from - margin, to + margin) <= 2 * config.wheel.noise_floor;
+  const bool radar_still =
+      std::any_of(radar_standing.begin(), radar_standing.end(),
+                  [&](const Displacement& d) { return d.from <= from && d.to >= to; });
+  const Stillness longer =
+      stillness(c, reference, gyro_bias, imu.between(from - margin, to + margin));
+  StandstillVerdict verdict;
+  if (now.turns()) {
+    if (wheel_still && (radar_still || !config.gpr.enabled) && longer.quiet &&
+        now.rate_beyond.norm() < kLargestBiasStep)
+      verdict.steady_rate = {now.rate, now.rate_sigma};
+    return verdict;
+  }
+  // Without the radar the IMU must be still for longer: a robot that glides evenly is, for moments.
+  verdict.standing = radar_still || (wheel_still && longer.quiet && !longer.turns());
+  verdict.wheel_contradicted = radar_still && !wheel_still;
+  return verdict;
+}
+
+std::optional<Vector3d> BiasWatch::moved(const StandstillVerdict& verdict, double dt_s) {
+  if (!verdict.steady_rate) {
+    *this = {};
+    return std::nullopt;
+  }
+  const auto& [rate, sigma] = *verdict.steady_rate;
+  if (still_s_ > 0 && (rate - turned_ / still_s_).norm() > 6 * std::sqrt(2.0) * sigma) *this = {};
+  still_s_ += dt_s;
+  turned_ += rate * dt_s;
+  if (still_s_ < kPatience_s) return std::nullopt;
+  const Vector3d bias = turned_ / still_s_;
+  *this = {};
+  return bias;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,88 @@
+#include "persist/saved_state.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "base/sealed_bytes.h"
+
+namespace gprodom {
+namespace {
+
+const char* const kTitle = "gprodom state 1";
+
+template <typename Matrix>
+void put_matrix(const Matrix& matrix, ByteWriter& out) {
+  out.put_all(matrix.data(), static_cast<std::size_t>(matrix.size()));
+}
+
+template <typename Matrix>
+void get_matrix(ByteReader& in, Matrix& matrix) {
+  in.get_all(matrix.data(), static_cast<std::size_t>(matrix.size()));
+}
+
+void get_rotation(ByteReader& in, Eigen::Quaterniond& q) {
+  get_matrix(in, q.coeffs());
+  if (!(std::abs(q.norm() - 1.0) < 1e-6)) in.refuse("a rotation is not of unit length");
+  q.normalize();
+}
+
+}  // namespace
+
+std::string to_bytes(const SavedState& saved) {
+  ByteWriter out;
+  const NavState& x = saved.state;
+  out.put(x.time);
+  put_matrix(x.q_odom_body.coeffs(), out);
+  for (const auto* vector : {&x.p_odom, &x.v_odom, &x.gyro_bias, &x.accel_bias})
+    put_matrix(*vector, out);
+  out.put(x.wheel_scale);
+  put_matrix(saved.covariance, out);
+  out.put(saved.noise.gyro_density);
+  out.put(saved.noise.accel_density);
+  out.put(static_cast<std::uint8_t>(saved.wheel_m.has_value()));
+  out.put(saved.wheel_m.value_or(0.0));
+  out.put(saved.distance_m);
+  out.put(static_cast<std::uint8_t>(saved.correction.has_value()));
+  const Correction correction = saved.correction.value_or(Correction{});
+  put_matrix(correction.q_map_odom.coeffs(), out);
+  put_matrix(correction.p_map_odom, out);
+  put_matrix(correction.covariance, out);
+  out.put(static_cast<std::int32_t>(correction.revisits));
+  out.put(static_cast<std::int32_t>(saved.map));
+  return out.sealed(kTitle);
+}
+
+SavedState saved_state_from(const std::string& name, std::string_view bytes) {
+  ByteReader in(name, bytes, kTitle);
+  SavedState saved;
+  NavState& x = saved.state;
+  x.time = in.get<TimeNs>();
+  get_rotation(in, x.q_odom_body);
+  for (auto* vector : {&x.p_odom, &x.v_odom, &x.gyro_bias, &x.accel_bias}) get_matrix(in, *vector);
+  x.wheel_scale = in.get<double>();
+  get_matrix(in, saved.covariance);
+  saved.noise.gyro_density = in.get<double>();
+  saved.noise.accel_density = in.get<double>();
+  const bool has_wheel = in.get<std::uint8_t>() != 0;
+  const auto wheel_m = in.get<double>();
+  if (has_wheel) saved.wheel_m = wheel_m;
+  saved.distance_m = in.get<double>();
+  const bool has_correction = in.get<std::uint8_t>() != 0;
+  Correction correction;
+  get_rotation(in, correction.q_map_odom);
+  get_matrix(in, correction.p_map_odom);
+  get_matrix(in, correction.covariance);
+  correction.revisits = in.get<std::int32_t>();
+  if (has_correction) saved.correction = correction;
+  saved.map = in.get<std::int32_t>();
+  in.expect_end();
+  const bool sound =
+      x.finite() && x.wheel_scale > 0 && saved.noise.gyro_density > 0 &&
+      saved.noise.accel_density > 0 && std::isfinite(wheel_m) && std::isfinite(saved.distance_m) &&
+      saved.covariance.allFinite() && saved.covariance.llt().info() == Eigen::Success &&
+      correction.p_map_odom.allFinite() && correction.covariance.allFinite() && saved.map >= 0;
+  if (!sound) in.refuse("a figure of it is out of range");
+  return saved;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,30 @@
+// What the estimator knows at one moment: enough to go on from it a few seconds later.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "estimation/state_estimator.h"
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+struct SavedState {
+  NavState state;
+  StateMatrix covariance = StateMatrix::Identity();  // positive definite
+  ImuNoise noise;                                    // at standstill
+  std::optional<double> wheel_m;                     // the wheel's own count at the state's time
+  double distance_m = 0.0;                           // driven since the start, as published
+  // The map -> odom correction in force, with the covariance of the pose in map now; nothing where
+  // map is odom still.
+  std::optional<Correction> correction;
+  int map = 0;  // which map of the ground's
+};
+
+std::string to_bytes(const SavedState& saved);
+
+// name: of the file, for errors. Throws FileError where it is not a whole state that makes sense.
+SavedState saved_state_from(const std::string& name, std::string_view bytes);
+
+}  // namespace gprodom

@@ -1,0 +1,58 @@
+// What one run leaves to the next, in the files of state.directory: pose, wheel scale and ground.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/file_writer.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+#include "map/ground_map.h"
+#include "persist/saved_state.h"
+
+namespace gprodom {
+
+class StateStore {
+ public:
+  explicit StateStore(const StateConfig& config);
+
+  bool enabled() const { return !directory_.empty(); }
+
+  // The configuration with what the last run left as the prior of the wheel's scale; as it is where
+  // nothing was left, the scale is held, or the configuration knows better. These three add to
+  // notices what was found, or why it cannot be used.
+  Config with_wheel_scale(Config config, std::vector<std::string>& notices) const;
+  std::optional<SavedState> state(std::vector<std::string>& notices) const;
+  std::optional<GroundMap> ground(const gpr::TraceMemoryOptions& options,
+                                  std::vector<std::string>& notices) const;
+
+  // Whether a saving is due at this data time; if so it counts from here on.
+  bool state_is_due(TimeNs now) { return is_due(now, state_period_, last_state_); }
+  bool ground_is_due(TimeNs now) { return is_due(now, ground_period_, last_ground_); }
+
+  // In the background. estimate: whose scale is kept.
+  void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);
+
+  std::string ground_path() const { return directory_ + "/ground.map"; }
+  FileWriter& writer() { return writer_; }
+
+  // Asked for by name: how it ends is told by notices().
+  void await(const std::string& path) { awaited_.push_back(path); }
+  std::vector<std::string> take_notices();
+  // What keeps failing; empty where the last writing of each file went well.
+  std::string trouble() const;
+
+ private:
+  bool is_due(TimeNs now, TimeNs period, TimeNs& last) const;
+
+  std::string directory_;  // empty: nothing is kept
+  TimeNs state_period_, ground_period_;
+  TimeNs last_state_ = 0, last_ground_ = 0;
+  std::vector<std::string> awaited_;            // paths
+  std::map<std::string, std::string> failing_;  // errors by path
+  FileWriter writer_;
+};
+
+}  // namespace gprodom

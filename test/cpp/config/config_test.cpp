@@ -1,0 +1,180 @@
+#include "gprodom/config.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "config/config_keys.h"
+#include "gprodom/error.h"
+
+namespace gprodom {
+namespace {
+
+// A config file of this content; gone with the object.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& content) {
+    std::string pattern = testing::TempDir() + "/gprodom-config-XXXXXX";
+    close(mkstemp(pattern.data()));
+    path_ = pattern;
+    std::ofstream(path_) << content;
+  }
+  ~TemporaryFile() { std::remove(path_.c_str()); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// The error of loading `content`, with the file's path written as FILE.
+std::string error_of_file(const std::string& content) {
+  const TemporaryFile file(content);
+  try {
+    load_config(file.path());
+  } catch (const ConfigError& error) {
+    std::string message = error.what();
+    const auto start = message.find(file.path());
+    if (start != std::string::npos) message.replace(start, file.path().size(), "FILE");
+    return message;
+  }
+  return "no error";
+}
+
+std::string error_of_override(const std::string& text) {
+  try {
+    default_config({text});
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Config, FileThenOverridesInOrder) {
+  const TemporaryFile file(
+      "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"
+      "smoother: {max_iterations: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
+  const Config config =
+      load_config(file.path(), {"wheel.scale=0.97", "wheel.form=distance", "wheel.scale=0.98"});
+  EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
+  EXPECT_EQ(config.wheel.form, "distance");
+  EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0.1, -0.2, 3.0));
+  EXPECT_FALSE(config.wheel.enabled);
+  EXPECT_EQ(config.smoother.max_iterations, 7);
+  EXPECT_EQ(config.channels.imu, "MY IMU");
+  EXPECT_DOUBLE_EQ(config.smoother.lag, Config().smoother.lag);
+}
+
+TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
+  EXPECT_EQ(error_of_file("wheel:\n  scale: abc\n"),
+            "FILE:2: wheel.scale: expected a number from 0.1 to 10, got \"abc\"");
+  EXPECT_EQ(error_of_file("wheel:\n\n  noise: 0\n"),
+            "FILE:3: wheel.noise: expected a number above 0 (m/sqrt(m)), got \"0\"");
+  EXPECT_EQ(error_of_file("time: {max_jump: .inf}"),
+            "FILE:1: time.max_jump: expected a number above 0 (s), got \".inf\"");
+  EXPECT_EQ(error_of_file("imu:\n  time_offset: nan\n"),
+            "FILE:2: imu.time_offset: expected a number from -10 to 10 (s), got \"nan\"");
+  EXPECT_EQ(error_of_file("smoother:\n  max_iterations: 2.5\n"),
+            "FILE:2: smoother.max_iterations: expected an integer from 1 to 100, got \"2.5\"");
+  EXPECT_EQ(error_of_file("wheel:\n  enabled: maybe\n"),
+            "FILE:2: wheel.enabled: expected true or false, got \"maybe\"");
+  EXPECT_EQ(error_of_file("wheel:\n  form: norm\n"),
+            "FILE:2: wheel.form: expected one of increment | distance, got \"norm\"");
+  EXPECT_EQ(error_of_file("wheel:\n  lever_arm: [1, 2]\n"),
+            "FILE:2: wheel.lever_arm: expected [x, y, z], three numbers from -100 to 100 (m), "
+            "got [\"1\", \"2\"]");
+  EXPECT_EQ(error_of_file("channels:\n  imu:\n"),
+            "FILE:2: channels.imu: expected text of at most 63 characters, got nothing");
+  EXPECT_EQ(error_of_file("channels:\n  imu: WHEEL\n"),
+            "FILE: channels.wheel: expected a channel of its own, got \"WHEEL\", which is "
+            "channels.imu");
+  EXPECT_EQ(error_of_file("wheel:\n  scale:\n    deeper: 1\n"),
+            "FILE:2: wheel.scale: expected a number from 0.1 to 10, got a map");
+  EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n  scale: 2\n"),
+            "FILE:3: wheel.scale: given twice in this section");
+  EXPECT_EQ(error_of_file("wheel: 3\n"), "FILE:1: wheel: expected a map of keys, got \"3\"");
+  EXPECT_EQ(error_of_file("- wheel\n"), "FILE:1: expected a map of keys, got [\"wheel\"]");
+  EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n---\ngpr:\n").rfind("FILE:3: expected one", 0), 0u);
+  EXPECT_EQ(error_of_file("wheel:\n  scale: [1\n").rfind("FILE:3: not YAML: ", 0), 0u);
+}
+
+TEST(Config, UnknownKeysAreErrorsWithSuggestion) {
+  EXPECT_EQ(error_of_file("wheel:\n  scal: 1\n"),
+            "FILE:2: wheel.scal: unknown key; did you mean wheel.scale?");
+  EXPECT_EQ(error_of_file("imu:\n  wave_speed: 1e8\n"),
+            "FILE:2: imu.wave_speed: unknown key; did you mean gpr.wave_speed?");
+  EXPECT_EQ(error_of_file("turbo:\n  boost: 1\n"),
+            "FILE:1: turbo: unknown key; config/gprodom.yaml lists all keys");
+  EXPECT_EQ(error_of_override("whele.scale=1"),
+            "--set whele.scale=1: unknown key; did you mean wheel.scale?");
+  EXPECT_EQ(error_of_override("wheel=1"), "--set wheel=1: expected a section of keys below it");
+}
+
+TEST(Config, OverrideErrorsQuoteTheOverride) {
+  EXPECT_EQ(error_of_override("wheel.scale=abc"),
+            "--set wheel.scale=abc: expected a number from 0.1 to 10, got \"abc\"");
+  EXPECT_EQ(error_of_override("wheel.scale="),
+            "--set wheel.scale=: expected a number from 0.1 to 10, got nothing");
+  EXPECT_EQ(error_of_override("wheel.scale"), "--set wheel.scale: expected KEY=VALUE");
+  EXPECT_EQ(error_of_override("=1"), "--set =1: expected KEY=VALUE");
+  EXPECT_EQ(error_of_override("imu.rpy_body_imu=[0,0").rfind("--set imu.rpy_body_imu=[0,0: not", 0),
+            0u);
+}
+
+TEST(Config, MissingFileAndDirectoryAreErrors) {
+  EXPECT_THROW(load_config("/no/such/file.yaml"), ConfigError);
+  EXPECT_THROW(load_config("/"), ConfigError);
+}
+
+TEST(Config, DescriptionReadsBackEqual) {
+  Config config = default_config({"wheel.scale=0.9734567890123456", "channels.imu='#odd: name'",
+                                  "wheel.lever_arm=[1,2,-0.1]"});
+  const TemporaryFile file(describe_config(config));
+  EXPECT_TRUE(differences(config, load_config(file.path())).empty());
+  const auto changes = differences(Config(), config);
+  ASSERT_EQ(changes.size(), 3u);
+  EXPECT_EQ(changes[1].key, "wheel.scale");
+  EXPECT_EQ(changes[1].before, "1");
+  EXPECT_EQ(changes[1].after, "0.9734567890123456");
+}
+
+std::string source_file(const std::string& path) {
+  std::ifstream file(std::string(GPRODOM_SOURCE_DIR) + "/" + path);
+  EXPECT_TRUE(file.good()) << path;
+  std::stringstream content;
+  content << file.rdbuf();
+  return content.str();
+}
+
+TEST(Config, FileInConfigFolderIsTheDescription) {
+  EXPECT_EQ(source_file("config/gprodom.yaml"), describe_config(Config()))
+      << "write it anew: gprodomd --print-config > config/gprodom.yaml";
+}
+
+TEST(Config, ProfilesLoad) {
+  const Config cmu = load_config(std::string(GPRODOM_SOURCE_DIR) + "/config/cmu_gpr.yaml");
+  EXPECT_FALSE(differences(Config(), cmu).empty());
+}
+
+// The table names every field of Config: changing each through the table must be seen in the
+// struct, so a field bound twice, or to another's name, shows.
+TEST(Config, EveryKeyIsBoundOnce) {
+  Config config;
+  std::set<std::string> names;
+  std::set<void*> fields;
+  for (const auto& key : config_keys(config)) {
+    EXPECT_TRUE(names.insert(key.name).second) << key.name;
+    EXPECT_TRUE(
+        fields.insert(std::visit([](auto* f) { return static_cast<void*>(f); }, key.field)).second)
+        << key.name;
+    EXPECT_FALSE(key.description.empty()) << key.name;
+  }
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,98 @@
+// Sensors that lie: the watch must see it, and must not take a coarse sensor for a broken one.
+#include "input/sensor_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+// Acceleration and rates of a robot that drives, at 200 Hz.
+class DrivingImu {
+ public:
+  explicit DrivingImu(double step = 0.0) : step_(step) {}
+
+  ImuSample next() {
+    ImuSample sample;
+    sample.time = time_ += 5'000'000;
+    for (int i = 0; i < 3; ++i) {
+      sample.acceleration[i] = rounded(0.15 * noise_(random_));
+      sample.angular_velocity[i] = rounded(0.05 * noise_(random_));
+    }
+    sample.acceleration.z() += 9.8;
+    return sample;
+  }
+
+ private:
+  double rounded(double value) const {
+    return step_ > 0 ? std::round(value / step_) * step_ : value;
+  }
+
+  double step_;
+  TimeNs time_ = 0;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> noise_;
+};
+
+TEST(ImuWatch, CoarseValuesAreNeitherStuckNorCutOff) {
+  for (const double step : {0.0, 0.002, 0.01, 0.05, 0.2}) {
+    DrivingImu imu(step);
+    ImuWatch watch;
+    for (int i = 0; i < 20'000; ++i) {
+      ASSERT_EQ(watch.check(imu.next()), "") << step;
+      ASSERT_EQ(watch.quality(), "") << step;
+    }
+  }
+}
+
+TEST(ImuWatch, ClippedPeaksAreToldAndAnAxisThatStaysIsNotUsed) {
+  DrivingImu imu;
+  ImuWatch watch;
+  for (int i = 0; i < 5000; ++i) watch.check(imu.next());
+  int told = 0, dropped = 0;
+  for (int i = 0; i < 1000; ++i) {
+    ImuSample sample = imu.next();
+    sample.acceleration.x() = std::clamp(sample.acceleration.x(), -0.2, 0.2);
+    dropped += !watch.check(sample).empty();
+    told += !watch.quality().empty();
+  }
+  EXPECT_GE(told, 4);
+  EXPECT_EQ(dropped, 0);
+  for (int i = 0; i < 100; ++i) {
+    ImuSample sample = imu.next();
+    sample.angular_velocity.z() = 0.2;
+    dropped += !watch.check(sample).empty();
+  }
+  EXPECT_GE(dropped, 90);
+  EXPECT_EQ(watch.check(imu.next()), "");
+}
+
+TEST(ImuWatch, AllValuesStuck) {
+  DrivingImu imu;
+  ImuWatch watch;
+  for (int i = 0; i < 5000; ++i) watch.check(imu.next());
+  ImuSample sample = imu.next();
+  int dropped = 0;
+  for (int i = 0; i < 100; ++i) {
+    sample.time += 5'000'000;
+    dropped += !watch.check(sample).empty();
+  }
+  EXPECT_GE(dropped, 90);
+}
+
+TEST(GapWatch, MissingMessagesAreAGapAndJitterIsNot) {
+  GapWatch watch;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.002, 0.002);
+  double t = 1.0;
+  for (int i = 0; i < 1000; ++i)
+    ASSERT_FALSE(watch.gap_before(from_seconds((t += 0.02) + jitter(random))));
+  EXPECT_TRUE(watch.gap_before(from_seconds(t += 0.06)));
+  EXPECT_FALSE(watch.gap_before(from_seconds(t += 0.02)));
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,124 @@
+#include "input/time_guard.h"
+
+#include <gtest/gtest.h>
+
+namespace gprodom {
+namespace {
+
+constexpr TimeNs kMs = 1'000'000, kStart = 1'700'000'000'000'000'000;
+
+std::string check(TimeGuard& guard, TimeGuard::Source source, TimeNs time) {
+  return guard.check(source, time);
+}
+
+// The IMU at 100 Hz and the wheel at 20 Hz, both with the robot's clock, for a while.
+class Clock {
+ public:
+  TimeNs now = kStart;
+  TimeGuard guard{TimeConfig{}};
+
+  void run(int seconds, bool imu = true, bool wheel = true) {
+    for (int i = 0; i < 100 * seconds; ++i) {
+      now += 10 * kMs;
+      if (imu) taken_imu += check(guard, TimeGuard::kImu, now).empty();
+      if (wheel && i % 5 == 0) taken_wheel += check(guard, TimeGuard::kWheel, now + kMs).empty();
+    }
+  }
+  int taken_imu = 0, taken_wheel = 0;
+};
+
+TEST(TimeGuard, OneWrongStampCostsOneMessage) {
+  for (const TimeNs wrong : {-1000 * kMs, 1000 * kMs, 4000 * kMs, 3600'000 * kMs}) {
+    for (const auto source : {TimeGuard::kImu, TimeGuard::kWheel}) {
+      Clock clock;
+      clock.run(2);
+      EXPECT_NE(check(clock.guard, source, clock.now + wrong), "");
+      const int imu = clock.taken_imu, wheel = clock.taken_wheel;
+      clock.run(2);
+      EXPECT_EQ(clock.taken_imu - imu, 200) << wrong;
+      EXPECT_EQ(clock.taken_wheel - wheel, 40) << wrong;
+      EXPECT_FALSE(clock.guard.moved());
+    }
+  }
+}
+
+// A sensor whose clock is off is not used, and the IMU is not taken for late because of it.
+TEST(TimeGuard, AnotherSensorsClockDoesNotMatter) {
+  for (const TimeNs off : {1000 * kMs, 3600'000 * kMs, -1000 * kMs}) {
+    Clock clock;
+    clock.run(1);
+    for (int i = 0; i < 1000; ++i) {
+      clock.now += 10 * kMs;
+      ASSERT_EQ(check(clock.guard, TimeGuard::kImu, clock.now), "");
+      ASSERT_NE(check(clock.guard, TimeGuard::kGpr, clock.now + off), "");
+    }
+  }
+}
+
+TEST(TimeGuard, OthersGoOnWithoutTheImuAndItComesBackAmongThem) {
+  Clock clock;
+  clock.run(1);
+  const int before = clock.taken_wheel;
+  clock.run(60, false);
+  EXPECT_GT(clock.taken_wheel - before, 60 * 20 - 5);
+  clock.run(1);
+  EXPECT_EQ(clock.taken_imu, 200);
+  EXPECT_FALSE(clock.guard.moved());
+}
+
+TEST(TimeGuard, ThePauseOfAllIsFollowedUpToTheJump) {
+  Clock clock;
+  clock.run(1);
+  clock.now += 3000 * kMs;
+  clock.run(1);
+  EXPECT_GE(clock.taken_imu, 197);
+  EXPECT_FALSE(clock.guard.moved());
+  clock.now += 3600'000 * kMs;
+  clock.run(1);
+  EXPECT_TRUE(clock.guard.moved());
+}
+
+// Packets from anywhere may come before the robot's own.
+TEST(TimeGuard, StampsBeforeTheImuDoNotBind) {
+  Clock clock;
+  EXPECT_NE(check(clock.guard, TimeGuard::kGpr, kStart + 100'000'000 * kMs), "");
+  clock.run(1);
+  EXPECT_EQ(clock.taken_imu, 100);
+  EXPECT_EQ(check(clock.guard, TimeGuard::kGpr, clock.now), "");
+}
+
+TEST(TimeGuard, LateWithinTheWindowAndRepeated) {
+  Clock clock;
+  clock.run(1);
+  EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now - 300 * kMs), "");
+  EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now - 400 * kMs),
+            "later than time.reorder_window");
+  EXPECT_EQ(check(clock.guard, TimeGuard::kImu, clock.now), "stamp repeated");
+}
+
+// Without a step back, and without time lost in between.
+TEST(TimeGuard, AClockSetBackIsCarriedOn) {
+  Clock clock;
+  clock.run(2);
+  const TimeNs back = -3600'000 * kMs;
+  TimeNs newest = clock.now;
+  int taken = 0;
+  for (int i = 0; i < 400; ++i) {
+    clock.now += 10 * kMs;
+    TimeNs imu = clock.now + back, wheel = clock.now + back + kMs;
+    const bool usable = clock.guard.check(TimeGuard::kImu, imu).empty();
+    const bool wheel_too = clock.guard.check(TimeGuard::kWheel, wheel).empty();
+    ASSERT_FALSE(clock.guard.moved());
+    if (!usable) continue;
+    ++taken;
+    EXPECT_GT(imu, newest);
+    newest = imu;
+    EXPECT_NEAR(static_cast<double>(imu - clock.now), 0, 20 * kMs);
+    EXPECT_TRUE(wheel_too);
+    EXPECT_EQ(wheel - imu, kMs);
+  }
+  EXPECT_GE(taken, 340);
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,139 @@
+#include "live/live.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "live/runner.h"
+
+namespace gprodom {
+namespace {
+
+constexpr TimeNs kStart = 1'700'000'000'000'000'000;
+constexpr TimeNs kPeriod = 10'000'000;
+
+// A robot that stands, 100 Hz, with a little noise that repeats.
+std::vector<Input> standing(double seconds, TimeNs start = kStart) {
+  std::vector<Input> inputs;
+  for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
+    ImuSample imu;
+    imu.time = start + i * kPeriod;
+    imu.acceleration = {0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2), 9.80665 + 0.002 * (i % 7 - 3)};
+    imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
+    inputs.push_back(imu);
+    inputs.push_back(WheelSample{imu.time, 0.0});
+  }
+  return inputs;
+}
+
+// Everything that the inputs cause, in one.
+Outputs collect(const std::vector<Input>& inputs, std::vector<OdometryEstimate>* placed) {
+  Outputs all;
+  Live live(default_config(), [&](const Results& results) {
+    const Outputs& o = results.outputs;
+    all.odometry.insert(all.odometry.end(), o.odometry.begin(), o.odometry.end());
+    all.status.insert(all.status.end(), o.status.begin(), o.status.end());
+    all.warnings.insert(all.warnings.end(), o.warnings.begin(), o.warnings.end());
+    const auto& in_map = results.outputs.odometry_in_map;
+    placed->insert(placed->end(), in_map.begin(), in_map.end());
+  });
+  for (const auto& input : inputs) live.push(input);
+  live.stop();
+  return all;
+}
+
+TEST(Live, StopWorksOffWhatWasPushed) {
+  std::vector<OdometryEstimate> placed;
+  const auto inputs = standing(10.0);
+  const Outputs all = collect(inputs, &placed);
+  ASSERT_FALSE(all.odometry.empty());
+  EXPECT_EQ(all.odometry.back().time, kStart + 999 * kPeriod);
+  EXPECT_EQ(placed.size(), all.odometry.size());
+  EXPECT_GE(all.status.size(), 9u);
+  EXPECT_LT(placed.back().p_odom_body.norm(), 0.01);
+}
+
+TEST(Live, TellsOfLatenciesAndQueues) {
+  std::vector<OdometryEstimate> placed;
+  const Outputs all = collect(standing(10.0), &placed);
+  // The greatest that was told: queues tell of the second before.
+  const auto value = [&all](const std::string& name) {
+    double greatest = -1.0;
+    for (const Status& status : all.status) {
+      const auto found = std::find(status.names.begin(), status.names.end(), name);
+      if (found == status.names.end()) continue;
+      const auto index = static_cast<std::size_t>(found - status.names.begin());
+      greatest = std::max(greatest, status.values[index]);
+    }
+    return greatest;
+  };
+  EXPECT_GT(value("latency.imu.p50_ms"), 0.0);
+  EXPECT_LE(value("latency.imu.p50_ms"), value("latency.imu.p99_ms"));
+  EXPECT_LE(value("latency.imu.p999_ms"), value("latency.imu.longest_ms"));
+  EXPECT_GE(value("queue.input.longest"), 1.0);
+  EXPECT_GE(value("queue.output.longest"), 0.0);
+}
+
+TEST(LatencyWatch, CountsWhatWasPublishedAndForgetsTheRest) {
+  LatencyWatch watch;
+  for (TimeNs time = 1; time <= 10; ++time) watch.arrived(time);
+  watch.published(3);
+  watch.published(2);  // too late: forgotten with what came before 3
+  watch.published(10);
+  EXPECT_EQ(watch.latencies().count(), 2);
+}
+
+TEST(DurationHistogram, QuantilesAreRoundedUpByLessThanATenth) {
+  DurationHistogram durations;
+  for (int i = 1; i <= 1000; ++i) durations.add(1e-5 * i);
+  for (const double share : {0.01, 0.5, 0.99}) {
+    EXPECT_GE(durations.quantile(share), 1e-2 * share);
+    EXPECT_LE(durations.quantile(share), 1.1e-2 * share);
+  }
+  EXPECT_DOUBLE_EQ(durations.quantile(1.0), 1e-2);
+  EXPECT_DOUBLE_EQ(DurationHistogram().quantile(0.5), 0.0);
+}
+
+TEST(Live, ResetCommandStartsAfresh) {
+  std::vector<OdometryEstimate> placed;
+  auto inputs = standing(5.0);
+  inputs.push_back(Command{kStart, "reset", ""});
+  const auto later = standing(5.0, kStart + 500 * kPeriod);
+  inputs.insert(inputs.end(), later.begin(), later.end());
+  const Outputs all = collect(inputs, &placed);
+  // No pose until the initialiser has again seen its standstill.
+  const TimeNs reset = kStart + 500 * kPeriod;
+  TimeNs silence = 0;
+  for (std::size_t i = 1; i < all.odometry.size(); ++i) {
+    if (all.odometry[i].time >= reset && all.odometry[i - 1].time < reset) {
+      silence = all.odometry[i].time - all.odometry[i - 1].time;
+    }
+  }
+  EXPECT_GE(silence, from_seconds(0.8 * InitializerConfig().duration));
+  EXPECT_TRUE(std::any_of(all.warnings.begin(), all.warnings.end(), [](const std::string& text) {
+    return text.find("reset by command") != std::string::npos;
+  }));
+}
+
+TEST(Live, RejectionsAndUnknownCommandsAreToldOf) {
+  std::vector<OdometryEstimate> placed;
+  std::vector<Input> inputs = standing(3.0);
+  inputs.insert(inputs.begin() + 100, Command{kStart, "explode", ""});
+  inputs.insert(inputs.begin() + 100, Rejection{"IMU", "message ends within its fields"});
+  const Outputs all = collect(inputs, &placed);
+  auto told = [&](const std::string& part) {
+    return std::any_of(all.warnings.begin(), all.warnings.end(), [&](const std::string& text) {
+      return text.find(part) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(told("IMU: message ends within its fields"));
+  EXPECT_TRUE(told("COMMAND: unknown command"));
+}
+
+TEST(Live, ContradictorySettingsAreRefused) {
+  Config config = default_config({"smoother.lag=0.2", "smoother.state_rate=1"});
+  EXPECT_THROW(Live(config, [](const Results&) {}), std::exception);
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,112 @@
+#include "map/pass_merger.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+namespace {
+
+constexpr double kSpacing = 0.5;  // m between nodes
+
+// The graph's bookkeeping of a robot on a track where the memory knows what was driven before.
+struct Track {
+  std::vector<PassMerger::Node> nodes;
+  std::vector<RevisitEdge> revisits;
+  std::vector<bool> trusted;
+  PassMerger merger;
+
+  // `to`: where the ground of a node lies, if it is known; else it is new.
+  void drive(std::size_t steps, const std::vector<std::size_t>& ground) {
+    for (std::size_t i = 0; i < steps; ++i) {
+      travelled += kSpacing;
+      const bool known = !ground.empty();
+      nodes.push_back({travelled, !known});
+      if (known) {
+        revisits.push_back({ground[i % ground.size()], nodes.size() - 1});
+        trusted.push_back(true);
+      }
+      if (nodes.size() % 10 == 0) merge();
+    }
+  }
+
+  void merge() {
+    const std::vector<bool> stay = merger.judge(nodes, revisits, trusted);
+    ASSERT_EQ(stay.size(), nodes.size());
+    std::vector<std::size_t> number;
+    std::vector<PassMerger::Node> left;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      number.push_back(left.size());
+      if (stay[i]) left.push_back(nodes[i]);
+    }
+    std::vector<RevisitEdge> edges;
+    for (RevisitEdge edge : revisits) {
+      if (!stay[edge.query]) continue;
+      ASSERT_TRUE(stay[edge.memory]);
+      edge.query = number[edge.query];
+      edge.memory = number[edge.memory];
+      edges.push_back(edge);
+    }
+    nodes = std::move(left);
+    revisits = std::move(edges);
+    trusted.assign(revisits.size(), true);
+  }
+
+  double travelled = 0.0;
+};
+
+std::vector<std::size_t> all_of(std::size_t first, std::size_t count) {
+  std::vector<std::size_t> numbers(count);
+  for (std::size_t i = 0; i < count; ++i) numbers[i] = first + i;
+  return numbers;
+}
+
+TEST(PassMerger, NewGroundStays) {
+  Track track;
+  track.drive(1000, {});
+  EXPECT_EQ(track.nodes.size(), 1000U);
+}
+
+TEST(PassMerger, TheSameGroundAgainAndAgainIsBounded) {
+  Track track;
+  track.drive(20, {});
+  track.drive(1000, all_of(0, 20));
+  const std::size_t early = track.nodes.size();
+  EXPECT_LT(early, 300U);
+  track.drive(9000, all_of(0, 20));
+  EXPECT_EQ(track.nodes.size(), early);
+  // The first passes are those that stay, and are still tied to where they were.
+  EXPECT_EQ(track.revisits.front().query, 20U);
+}
+
+TEST(PassMerger, WhatJoinsPlacesOfTheMapStays) {
+  Track track;
+  track.drive(40, {});
+  track.drive(2000, all_of(0, 20));  // well known
+  track.drive(40, {});               // somewhere else
+  const std::size_t there = track.nodes.size() - 40;
+  const double leave = track.nodes[there].travelled_m;
+  track.drive(1, {20});
+  track.drive(2000, all_of(21, 19));
+  // A tie where the new ground begins, and one where it ends.
+  bool before = false, after = false;
+  for (const RevisitEdge& edge : track.revisits) {
+    const double at = track.nodes[edge.query].travelled_m;
+    before = before || (at < leave && at > leave - 2.5);
+    after = after || (at > leave + 19.0 && at < leave + 22.0);
+  }
+  EXPECT_TRUE(before);
+  EXPECT_TRUE(after);
+}
+
+TEST(PassMerger, WithoutTiesNothingGoes) {
+  Track track;
+  track.drive(400, {});
+  for (auto& node : track.nodes) node.has_ground = false;  // the memory has forgotten it
+  track.drive(200, {});
+  EXPECT_EQ(track.nodes.size(), 600U);
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,121 @@
+// What makes a standstill, and what makes a gyro bias that moved: a steady rate while all else
+// says standstill, and nothing else.
+#include "motion/standstill.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace gprodom {
+namespace {
+
+constexpr ImuNoise kReference{2e-4, 8e-4};
+constexpr double kImuRate = 200, kWheelRate = 30;  // Hz
+constexpr double kInterval_s = 0.2;
+
+// Of ten seconds.
+struct Robot {
+  double rate = 0.0;       // rad/s about z, what the gyro says beyond its known bias
+  double ramp = 0.0;       // rad/s^2, by which that grows
+  double vibration = 1.0;  // of the noise at standstill
+  double speed = 0.0;      // m/s, of the wheel
+  bool radar_stands = true;
+};
+
+struct Judged {
+  bool standing;
+  bool steady;
+  std::optional<Eigen::Vector3d> bias;  // of the first that was told
+};
+
+// All the intervals from 1 to 9 s: `standing` and `steady` where every one was.
+Judged judge(const Robot& robot, const Config& config = {}) {
+  const Eigen::Vector3d known_bias(1e-3, -2e-3, 3e-3);
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  ImuHistory imu;
+  const double root_rate = std::sqrt(kImuRate);
+  for (int i = 0; i < 10 * kImuRate; ++i) {
+    ImuSample sample;
+    sample.time = from_seconds(i / kImuRate);
+    sample.acceleration = Eigen::Vector3d(0, 0, 9.80665);
+    sample.angular_velocity = known_bias;
+    sample.angular_velocity.z() += robot.rate + robot.ramp * i / kImuRate;
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.acceleration[axis] +=
+          robot.vibration * kReference.accel_density * root_rate * noise(random);
+      sample.angular_velocity[axis] +=
+          robot.vibration * kReference.gyro_density * root_rate * noise(random);
+    }
+    imu.insert(sample);
+  }
+  WheelHistory wheel(config.wheel.max_speed);
+  for (int i = 0; i < 10 * kWheelRate; ++i)
+    wheel.insert({from_seconds(i / kWheelRate), robot.speed * i / kWheelRate});
+  std::vector<Displacement> radar(robot.radar_stands ? 1 : 0);
+  for (Displacement& d : radar) d.to = from_seconds(10.0);
+
+  Judged judged{true, true, std::nullopt};
+  BiasWatch watch;
+  for (int i = 5; i < 45; ++i) {
+    const auto verdict =
+        judge_standstill(config, kReference, known_bias, imu, wheel, radar,
+                         from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
+    judged.standing &= verdict.standing;
+    judged.steady &= verdict.steady_rate.has_value();
+    const auto bias = watch.moved(verdict, kInterval_s);
+    if (bias && !judged.bias) judged.bias = *bias - known_bias;
+  }
+  return judged;
+}
+
+TEST(Standstill, OfWheelAndRadarEitherWillDoBesideAStillImu) {
+  EXPECT_TRUE(judge({}).standing);
+  Robot sees_nothing;
+  sees_nothing.radar_stands = false;
+  EXPECT_TRUE(judge(sees_nothing).standing);
+  Robot spinning_wheel;
+  spinning_wheel.speed = 0.3;
+  EXPECT_TRUE(judge(spinning_wheel).standing);
+  Robot neither = spinning_wheel;
+  neither.radar_stands = false;
+  EXPECT_FALSE(judge(neither).standing);
+  Robot shaken;
+  shaken.vibration = 5.0;
+  EXPECT_FALSE(judge(shaken).standing);
+}
+
+TEST(BiasWatch, ASteadyRateAtAStandstillIsTheBias) {
+  Robot stepped;
+  stepped.rate = 5e-3;
+  const Judged judged = judge(stepped);
+  EXPECT_FALSE(judged.standing);
+  EXPECT_TRUE(judged.steady);
+  ASSERT_TRUE(judged.bias);
+  EXPECT_LT((*judged.bias - Eigen::Vector3d(0, 0, 5e-3)).norm(), 5e-4);  // over a second
+}
+
+TEST(BiasWatch, NothingElseIs) {
+  Robot still;
+  EXPECT_FALSE(judge(still).bias);
+  Robot stepped;
+  stepped.rate = 5e-3;
+  Robot shaken = stepped, rolling = stepped, unseen = stepped, turning = stepped,
+        changing = stepped;
+  shaken.vibration = 5.0;
+  rolling.speed = 0.3;
+  unseen.radar_stands = false;
+  turning.rate = 0.1;
+  changing.ramp = 0.02;
+  for (const Robot& robot : {shaken, rolling, unseen, turning, changing}) {
+    const Judged judged = judge(robot);
+    EXPECT_FALSE(judged.bias) << robot.vibration << " " << robot.speed << " " << robot.radar_stands
+                              << " " << robot.rate << " " << robot.ramp;
+  }
+  Config without_radar;
+  without_radar.gpr.enabled = false;
+  EXPECT_TRUE(judge(unseen, without_radar).bias);
+}
+
+}  // namespace
+}  // namespace gprodom
