@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Holds the rooms of src/ apart: which folder may include which, and how many sources each holds.
 
-Data run one way (docs/architecture.md). Each public header belongs to one room as well, so that an
-include of it counts like one of that room. Prints each include that runs against the order and each
-folder with too many sources; exit code 1 where there is one. scripts/check_rooms.py holds the length
-of sources and the Python package.
+Data run one way (docs/architecture.md). Each public header belongs to one room as well, so that
+an include of it counts like one of that room. Prints each include that runs against the order and
+each folder with too many sources; exit code 1 where there is one. scripts/check_rooms.py holds the
+length of sources and the Python package.
 """
 
 import re
