@@ -40,6 +40,7 @@ from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL, Recording, read_recording
 from gprodom.convert.streams import streams
 from gprodom.lcm import logs
+from gprodom.lcm.constants import flag, kind
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.estimate import estimate
 from gprodom.odometry.methods import find_method
@@ -53,8 +54,6 @@ STANDING = 0.005  # m/s
 SHORTEST = 1.0  # s of standstill
 EDGE = 0.2  # s of standstill left out at its edges
 PROMPT = 0.5  # s from the start of a slip; from any slip to a false flag
-FLAG_STANDING, FLAG_SLIPPING = 1, 2  # odometry_t.flags
-MOTION = 1  # displacement_t.kind
 LEAST = 0.1  # m over which the coherence is scored
 
 
@@ -207,18 +206,18 @@ def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:
     }
     said = logs.read(output, ["ODOMETRY", "GPR_DISPLACEMENT"])
     radar, odometry = said["GPR_DISPLACEMENT"], said["ODOMETRY"]
-    is_claim = radar["valid"] & (radar["kind"] == MOTION) & (radar["distance"] == 0)
+    is_claim = radar["valid"] & (radar["kind"] == kind("MOTION")) & (radar["distance"] == 0)
     claims = np.stack([radar["utime_from"], radar["utime_to"]], axis=1)[is_claim] * 1e-6
     t, flags = odometry["utime"] * 1e-6, odometry["flags"]
     at = np.clip(np.searchsorted(t, truth.t), 0, len(t) - 1)
     nearest = np.searchsorted(recording.gpr_utime * 1e-6, truth.t)
     dead = gpr.check_traces(recording.traces) == 1
     alive = ~dead[np.clip(nearest, 0, len(dead) - 1)]
-    prompt, false = judge_slips(t, (flags & FLAG_SLIPPING) != 0, truth.slips)
+    prompt, false = judge_slips(t, (flags & flag("SLIPPING")) != 0, truth.slips)
     told = coherence_spans(radar, truth)
     return Outcome(
         sequence.stem,
-        judge_standing(claims, (flags[at] & FLAG_STANDING) != 0, alive, truth),
+        judge_standing(claims, (flags[at] & flag("STANDING")) != 0, alive, truth),
         len(truth.slips),
         prompt,
         false,

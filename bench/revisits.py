@@ -27,6 +27,7 @@ import numpy as np
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.lcm import logs
+from gprodom.lcm.constants import kind
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
 from gprodom.score.align import FIRST_M, Alignment
@@ -36,7 +37,6 @@ from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
 
 METHODS = ("gprodom", "gprodom_full")
-REVISIT = 2  # displacement_t.kind
 WRONG = 0.15  # m
 
 
@@ -65,9 +65,9 @@ class Row:
 def errors(sequence: Path, log: Path) -> tuple[int, int, float, float]:
     """Of the revisits found: how many, how many wrong, RMS (cm) of the others, and over sigma."""
     told = logs.read(log, ["GPR_DISPLACEMENT"]).get("GPR_DISPLACEMENT")
-    if told is None or not np.any(told["kind"] == REVISIT):
+    if told is None or not np.any(told["kind"] == kind("REVISIT")):
         return 0, 0, 0.0, 0.0
-    kept = told["kind"] == REVISIT
+    kept = told["kind"] == kind("REVISIT")
     with np.load(sequence.with_suffix(".truth.npz")) as truth:
         times = [told[at][kept] * 1e-6 for at in ("utime_from", "utime_to")]
         x, y, yaw = (

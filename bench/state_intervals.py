@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 import gprodom
 from gprodom.convert.cmu import Recording
+from gprodom.lcm.constants import flag
 
 Array = NDArray[np.float64]
 
 STILL_S = 2.0  # of the standstill at the start: gravity and gyro bias
 GRAVITY = 9.81
-SLIPPING = 2  # of odometry_t.flags
 GYRO_DENSITY, ACCEL_DENSITY = 1.61e-4, 5.85e-4  # of an MTi-30, at the least
 
 # Standard deviations of the first state, in the order of nav_state.h: rotation (roll, pitch, yaw),
@@ -82,7 +82,7 @@ def cut(recording: Recording, rate: float) -> Cut:
                 0.5 * (force[begin:end] + force[begin + 1 : end + 1]),
                 0.5 * (gyro[begin:end] + gyro[begin + 1 : end + 1]),
                 np.diff(rolled),
-                not bool(np.any(said & SLIPPING)),
+                not bool(np.any(said & flag("SLIPPING"))),
             )
         )
     half = 0.5 * np.array([roll, pitch])

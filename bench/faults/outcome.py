@@ -74,7 +74,7 @@ def said_in(messages: list[Any]) -> dict[str, float]:
     said: dict[str, float] = {}
     for m in messages:
         for reason in m.reasons:
-            if m.health > 0:
+            if m.health != m.OK:
                 key = "health: " + reason
                 said[key] = said.get(key, 0) + 1
         for name, value in zip(m.names, m.values, strict=True):
@@ -103,7 +103,9 @@ def judge(log: Path, truth: Trajectory, begin: int, end: float) -> Outcome:
     steps = np.diff(poses.time)
     in_map = np.diff(read_poses(log, "ODOMETRY_MAP").time)
     monotone = bool(np.all(steps > 0) and np.all(in_map > 0))
-    unwell = [t for t, m in zip(times.tolist(), messages, strict=True) if m.health and t > begin]
+    unwell = [
+        t for t, m in zip(times.tolist(), messages, strict=True) if m.health != m.OK and t > begin
+    ]
     recovered = max(0.0, (unwell[-1] - end) * 1e-6) if unwell else 0.0
     return Outcome(
         error_m=error_m(log, truth),

@@ -14,6 +14,7 @@ from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.replay import find_program
 
 BENCH = CHECKOUT / "bench"
 PROGRAMS = CHECKOUT / "build" / "bench"
@@ -73,3 +74,20 @@ def test_a_log_is_made_longer(tmp_path: Path) -> None:
     steps = wheel_distance(read)[1]
     assert abs(steps).max() > 2 * abs(wheel_distance(short)[1]).max()
     assert (abs(steps[1:] - steps[:-1]) < 0.1).all()
+
+
+def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
+    """The short form of bench/same_bytes.py; and it sees where one side is another."""
+    command = [BENCH / "same_bytes.py", "--short", "--json"]
+    results = json.loads(run(*command))
+    assert [result["case"].split()[0] for result in results] == ["sample", "commands", "state"]
+    assert all(result["messages"] > 10_000 for result in results)
+    assert all(result["differing"] == [] for result in results)
+    assert results[1]["files"] > 3  # two maps besides what every run leaves
+
+    other = tmp_path / "gprodom-replay"
+    other.write_text(f'#!/bin/sh\nexec {find_program()} "$@" --set imu.time_offset=0.005\n')
+    other.chmod(0o755)
+    results = json.loads(run(*command, "--base-program", other, codes=(1,)))
+    for result in results:
+        assert any(each.startswith("ODOMETRY: ") for each in result["differing"])

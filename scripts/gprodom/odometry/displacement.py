@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from gprodom.lcm.constants import kind
 from gprodom.odometry.dead_reckoning import gyro_yaw, integrate, wheel_distance
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
-SEQUENTIAL = 0  # displacement_t.kind
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
         raise Error("the replay published no displacements: is the radar in use?")
     content = log["displacement"]
     wanted = (
-        (content["kind"] == SEQUENTIAL)
+        (content["kind"] == kind("SEQUENTIAL"))
         & content["valid"]
         & (content["source"] == source)
         & (content["utime_to"] > content["utime_from"])

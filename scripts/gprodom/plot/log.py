@@ -9,21 +9,13 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.lcm import logs
+from gprodom.lcm.constants import flag_bits
 from gprodom.odometry.dead_reckoning import wheel_distance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# odometry_t.flags by bit.
-FLAGS = {
-    "standing": 1,
-    "slipping": 2,
-    "no wheel": 4,
-    "no radar": 8,
-    "IMU gap": 16,
-    "solver failed": 32,
-}
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
@@ -79,14 +71,15 @@ def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]
 
 
 def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:
-    for row, (_, bit) in enumerate(FLAGS.items()):
+    bits = flag_bits()
+    for row, bit in enumerate(bits.values()):
         bars = spans(seconds, (flags & bit) != 0)
         axis.broken_barh(bars, (row - 0.35, 0.7), color=canvas.COLOURS[row % len(canvas.COLOURS)])
-    axis.set_yticks(range(len(FLAGS)), list(FLAGS))
-    axis.set_ylim(len(FLAGS) - 0.5, -0.5)
+    axis.set_yticks(range(len(bits)), list(bits))
+    axis.set_ylim(len(bits) - 0.5, -0.5)
 
 
 def flag_shares(log: dict[str, logs.Channel]) -> dict[str, float]:
     """Share of the odometry messages in which each flag is set, 0 to 1."""
     flags = log["odometry"]["flags"]
-    return {name: float(np.mean((flags & bit) != 0)) for name, bit in FLAGS.items()}
+    return {name: float(np.mean((flags & bit) != 0)) for name, bit in flag_bits().items()}

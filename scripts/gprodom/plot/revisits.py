@@ -15,6 +15,7 @@ from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from gprodom.lcm.constants import kind
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-REVISIT = 2  # displacement_t.kind
 
 EXAMPLES = """\
   gprodom plot revisits out.lcmlog -o revisits.png
@@ -50,7 +50,7 @@ class Revisits:
 def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
     """The valid ones of a log."""
     content = logs.need(log, "displacement")
-    wanted = (content["kind"] == REVISIT) & content["valid"].astype(bool)
+    wanted = (content["kind"] == kind("REVISIT")) & content["valid"].astype(bool)
     return Revisits(
         content["utime_from"][wanted],
         content["utime_to"][wanted],

@@ -90,7 +90,7 @@ def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
         print_json(figures(heard))
     else:
         print(line(heard))
-    return 0 if heard.status.health == 0 else 1
+    return 0 if heard.status.health == heard.status.OK else 1
 
 
 def _watch(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:

@@ -11,22 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.lcm.constants import flag_bits, health
 from gprodom.lcm.messages import by_fingerprint, message
 
 SPAN_S = 5.0  # over which rates are counted
 INPUTS = {"imu_t": "IMU", "wheel_t": "wheel", "gpr_trace_t": "radar"}
 KEPT = ("odometry_t", "status_t", "correction_t")  # decoded; of the others only the head is read
-FLAGS = {
-    1: "standing",
-    2: "slipping",
-    4: "no wheel",
-    8: "no radar",
-    16: "IMU gap",
-    32: "solver failed",
-    64: "wheel fast",
-    128: "wheel slow",
-}
-HEALTH = ("ok", "degraded", "failed")
 
 
 @dataclass
@@ -93,7 +83,7 @@ class Heard:
 
 def flags(odometry: Any) -> list[str]:
     """What odometry_t.flags says, in words."""
-    return [text for bit, text in FLAGS.items() if odometry.flags & bit]
+    return [text for text, bit in flag_bits().items() if odometry.flags & bit]
 
 
 def sigmas(odometry: Any) -> tuple[float, float]:
@@ -106,7 +96,7 @@ def figures(heard: Heard) -> dict[str, Any]:
     """What ``--once --json`` prints; rates in Hz, metres, radians, milliseconds."""
     status, odometry, correction = heard.status, heard.odometry, heard.correction
     result: dict[str, Any] = {
-        "health": HEALTH[status.health] if status else None,
+        "health": health(status.health) if status else None,
         "reasons": list(status.reasons) if status else [],
         "rates_hz": heard.rates(),
         "values": dict(zip(status.names, status.values, strict=True)) if status else {},

@@ -10,9 +10,10 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from gprodom.status.heard import HEALTH, Heard, figures, flags, sigmas
+from gprodom.lcm.constants import health
+from gprodom.status.heard import Heard, figures, flags, sigmas
 
-COLOURS = ("green", "yellow", "red")
+COLOURS = {"ok": "green", "degraded": "yellow", "failed": "red"}
 CLOCKS_DIFFER_S = 3600.0  # a stamp further off is that of a replayed log, not late
 
 
@@ -39,8 +40,9 @@ def _health(heard: Heard, url: str) -> Panel:
     status = heard.status
     if status is None:
         return Panel(f"no STATUS yet on {url}: is gprodomd running?", style="yellow")
-    text = "\n".join([HEALTH[status.health], *status.reasons])
-    return Panel(text, title=f"gprodomd on {url}", style=COLOURS[status.health])
+    word = health(status.health)
+    text = "\n".join([word, *status.reasons])
+    return Panel(text, title=f"gprodomd on {url}", style=COLOURS[word])
 
 
 def _estimate(heard: Heard) -> Table:

@@ -1,0 +1,366 @@
+#!/usr/bin/env python3
+"""Does gprodom-replay give the same bytes as that of another commit, each with its own profiles?
+
+Builds the commit of --base in a folder of its own (the program alone, as the present build is
+built) and compares, by SHA-256, what both make of
+
+    cmu_like     every sequence in DATA/cmu_like, with config/cmu_gpr.yaml
+    sample       the sample with the settings of every method, with config/cmu_gpr.yaml and with
+                 config/paper.yaml, and the solution over all data
+    rough        the first and the last sequence in DATA/rough, with config/gprodom.yaml
+    commands     the sample twice over, with save_map, reset, load_map and reset all on the way; the
+                 files that are left in the state directory, too
+    state        the rest of the sample, going on from a state directory that the base has written
+
+Prints a table with the number of messages compared and, where bytes differ, of which channel and
+from when on. Exit code 1 where any do. Without DATA its cases are left out; without --base the
+present program is compared with itself.
+
+    bench/same_bytes.py --base v0.1.0 --data ../shared/data
+    bench/same_bytes.py --short
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from gprodom.config import STANDARD
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.streams import streams
+from gprodom.errors import Error
+from gprodom.lcm import EventLog
+from gprodom.lcm.log_writer import write_log
+from gprodom.lcm.messages import message
+from gprodom.odometry.methods import METHODS
+from gprodom.odometry.replay import find_program
+from repeat_log import repeat
+
+Message = tuple[int, str, bytes]  # time (us), channel, content
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+FULL = METHODS["gprodom_full"].overrides
+ROUND_S = 90.0  # from one beginning of the sample to the next, where it is repeated
+COMMANDS = (  # seconds after the first message, name, argument
+    (60.0, "save_map", "first"),
+    (ROUND_S + 1.0, "reset", ""),  # the sample begins with a standstill
+    (ROUND_S + 2.0, "load_map", "first"),
+    (ROUND_S + 60.0, "save_map", "second"),
+    (ROUND_S + 70.0, "reset", "all"),
+)
+STOPPED_S, RESUMED_S = 60.0, 61.0  # of the sample, where a run ends and the next begins
+
+
+@dataclass(frozen=True)
+class Side:
+    """A program and the folder of the profiles that belong to it."""
+
+    program: Path
+    profiles: Path
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is replayed. keeps: with a state directory, at first a copy of `kept` where given."""
+
+    name: str
+    log: Path
+    profile: str
+    overrides: tuple[str, ...] = ()
+    smoothed: bool = False
+    keeps: bool = False
+    kept: Path | None = None
+
+
+@dataclass(frozen=True)
+class Result:
+    """Of one case. differing: what is not the same, in words; empty where all is."""
+
+    case: str
+    messages: int
+    files: int
+    differing: list[str]
+
+
+# ---- what is replayed ----
+
+
+def convert(sequence: Path, folder: Path) -> Path:
+    """The sequence's log in `folder`."""
+    facts = json.loads(sequence.with_suffix(".json").read_text(encoding="utf-8"))
+    log = folder / f"{sequence.stem}.lcmlog"
+    interval = facts.get("gpr_sample_interval", SAMPLE_INTERVAL)
+    write_log(log, streams(read_recording(sequence), interval))
+    return log
+
+
+def read_events(log: Path) -> list[Message]:
+    """The messages of a log, in its order."""
+    return [(event.timestamp, event.channel, event.data) for event in EventLog(str(log), "r")]
+
+
+def write_events(events: Iterable[Message], log: Path) -> Path:
+    """A log of messages, in their order."""
+    made = EventLog(str(log), "w", overwrite=True)
+    for event in events:
+        made.write_event(*event)
+    made.close()
+    return log
+
+
+def cut(log: Path, since_s: float, until_s: float, output: Path) -> Path:
+    """The messages of `log` between two times after its first."""
+    events = read_events(log)
+    first = events[0][0]
+    inside = (event for event in events if since_s <= (event[0] - first) * 1e-6 < until_s)
+    return write_events(inside, output)
+
+
+def with_commands(sample: Path, folder: Path) -> Path:
+    """The sample twice over, with `COMMANDS`."""
+    twice = folder / "twice.lcmlog"
+    repeat(sample, twice, 2 * ROUND_S)
+    events = read_events(twice)
+    first = events[0][0]
+    for seconds, name, argument in COMMANDS:
+        command = message("command_t")()
+        command.utime = first + round(seconds * 1e6)
+        command.name, command.argument = name, argument
+        events.append((command.utime, STANDARD.command, command.encode()))
+    events.sort(key=lambda event: event[0])
+    return write_events(events, folder / "commands.lcmlog")
+
+
+def sample_cases(base: Side, folder: Path, short: bool) -> Iterator[Case]:
+    """The cases on the sample; what `state` begins with is written by `base`."""
+    [sequence] = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    sample = convert(sequence, folder)
+    methods = [method for method in METHODS.values() if method.reckoned != "wheel"]
+    for profile in ("cmu_gpr.yaml",) if short else ("cmu_gpr.yaml", "paper.yaml"):
+        for method in methods[-1:] if short else methods:
+            name = f"sample {profile.removesuffix('.yaml')} {method.name}"
+            yield Case(name, sample, profile, method.overrides, smoothed=not method.reckoned)
+    if not short:
+        yield Case("sample paper", sample, "paper.yaml", smoothed=True)
+    commands = with_commands(sample, folder)
+    yield Case("commands", commands, "cmu_gpr.yaml", FULL, keeps=True)
+    begun = cut(sample, 0.0, STOPPED_S, folder / "begun.lcmlog")
+    run(base, Case("begun", begun, "cmu_gpr.yaml", FULL, keeps=True), folder / "begun", "base")
+    rest = cut(sample, RESUMED_S, 1e9, folder / "rest.lcmlog")
+    kept = folder / "begun" / "state"
+    yield Case("state", rest, "cmu_gpr.yaml", FULL, keeps=True, kept=kept)
+
+
+def data_cases(data: Path, folder: Path) -> Iterator[Case]:
+    """The cases on recorded sequences."""
+    like, rough = (sorted((data / name).glob("*.zip")) for name in ("cmu_like", "rough"))
+    if not like or not rough:
+        raise Error(f"{data}: expected sequences in its folders cmu_like and rough")
+    for sequence in like:
+        yield Case(f"cmu_like {sequence.stem}", convert(sequence, folder), "cmu_gpr.yaml")
+    for sequence in (rough[0], rough[-1]):
+        yield Case(f"rough {sequence.stem}", convert(sequence, folder), "gprodom.yaml")
+
+
+# ---- what both sides make of it ----
+
+
+def run(side: Side, case: Case, folder: Path, name: str) -> dict[str, Path]:
+    """Replays; the files that were written, by what they are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = {"log": folder / f"{name}.lcmlog"}
+    command = [str(side.program), "-c", str(side.profiles / case.profile), str(case.log)]
+    command += ["-o", str(made["log"])]
+    if case.smoothed:
+        made["smoothed"] = folder / f"{name}.smoothed.tum"
+        command += ["--smoothed", str(made["smoothed"])]
+    overrides = list(case.overrides)
+    state = folder / "state"  # of the same path on both sides
+    if case.keeps:
+        shutil.rmtree(state, ignore_errors=True)
+        state.mkdir()
+        if case.kept is not None:
+            shutil.copytree(case.kept, state, dirs_exist_ok=True)
+        overrides.append(f"state.directory={state}")
+    for override in overrides:
+        command += ["--set", override]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Error(f"{case.name}, {name}: {done.stderr.strip() or done.returncode}")
+    if case.keeps:
+        left = folder / f"{name}.state"
+        shutil.rmtree(left, ignore_errors=True)
+        shutil.copytree(state, left)
+        made |= {f"state/{path.name}": path for path in sorted(left.iterdir())}
+    return made
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def differences(one: Path, other: Path) -> list[str]:
+    """By channel, how many messages of two logs are not the same, and from when on."""
+    sides: list[dict[str, list[Message]]] = []
+    for path in (one, other):
+        by_channel: dict[str, list[Message]] = {}
+        for event in read_events(path):
+            by_channel.setdefault(event[1], []).append(event)
+        sides.append(by_channel)
+    first = min((events[0][0] for side in sides for events in side.values()), default=0)
+    said = []
+    for channel in sorted({*sides[0], *sides[1]}):
+        a, b = (side.get(channel, []) for side in sides)
+        off = [event for event, twin in zip(a, b, strict=False) if event != twin]
+        off += [*a[len(b) :], *b[len(a) :]]
+        if off:
+            seconds = (off[0][0] - first) * 1e-6
+            said.append(f"{channel}: {len(off)} of {max(len(a), len(b))} from {seconds:.1f} s on")
+    return said or ["the order of messages of different channels"]
+
+
+def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
+    """Replays the case on both sides."""
+    folder = folder / re.sub(r"\W+", "_", case.name)
+    try:
+        before, now = run(base, case, folder, "base"), run(present, case, folder, "present")
+    except Error as error:
+        return Result(case.name, 0, 0, [str(error)])
+    count = len(read_events(now["log"]))
+    differing = [f"{name} on one side only" for name in sorted(before.keys() ^ now.keys())]
+    for name in sorted(before.keys() & now.keys()):
+        if digest(before[name]) != digest(now[name]):
+            differing += differences(before[name], now[name]) if name == "log" else [name]
+    if not differing:  # gone, as the data of a long list would fill a disk
+        shutil.rmtree(folder)
+    return Result(case.name, count, len(now), differing)
+
+
+# ---- the program of another commit ----
+
+
+@contextmanager
+def built(revision: str, folder: Path) -> Iterator[Side]:
+    """The commit's program, built in a worktree below `folder` that is removed in the end."""
+    source, build = folder / "base", folder / "base-build"
+    worktree = ["git", "-C", str(CHECKOUT), "worktree"]
+    call([*worktree, "add", "--quiet", "--detach", str(source), revision])
+    try:
+        options = [
+            "BUILD_TESTING=OFF",
+            "GPRODOM_BENCHMARKS=OFF",
+            f"CMAKE_BUILD_TYPE={build_type()}",
+        ]
+        configure = ["cmake", "-S", str(source), "-B", str(build), "-G", "Ninja"]
+        call([*configure, *(f"-D{option}" for option in options)])
+        call(["cmake", "--build", str(build), "--target", "gprodom-replay", "-j2"])
+        yield Side(build / "bin" / "gprodom-replay", source / "config")
+    finally:
+        call([*worktree, "remove", "--force", str(source)])
+
+
+def call(command: list[str]) -> None:
+    """Runs a command; raises `Error` with the end of what it says where it fails."""
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Error(f"{' '.join(command)}: {(done.stdout + done.stderr).strip()[-2000:]}")
+
+
+def build_type() -> str:
+    """How the present program is built: with other optimisation the last digits may differ."""
+    cache = find_program().parents[1] / "CMakeCache.txt"
+    found = None
+    if cache.is_file():
+        found = re.search(r"^CMAKE_BUILD_TYPE:\w+=(\w+)$", cache.read_text(), re.M)
+    return found.group(1) if found else "RelWithDebInfo"
+
+
+# ---- the command line ----
+
+
+def compare_all(
+    base: Side, present: Side, folder: Path, data: Path | None, short: bool, jobs: int
+) -> list[Result]:
+    """All cases, in their order."""
+    cases = list(sample_cases(base, folder, short))
+    if data is not None:
+        cases += data_cases(data, folder)
+    with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(jobs) as pool:
+
+        def work(case: Case) -> Result:
+            result = compare(base, present, case, folder)
+            progress.advance()
+            return result
+
+        return list(pool.map(work, cases))
+
+
+def report(results: Sequence[Result]) -> None:
+    """Prints the table and the sums."""
+    rows = [
+        [result.case, result.messages, result.files, "; ".join(result.differing) or "same"]
+        for result in results
+    ]
+    print(format_table(["case", "messages", "files", "bytes"], rows))
+    wrong = sum(bool(result.differing) for result in results)
+    total = sum(result.messages for result in results)
+    print(
+        f"{len(results)} cases, {total} messages: " + (f"{wrong} differ" if wrong else "the same")
+    )
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    base = parser.add_mutually_exclusive_group()
+    base.add_argument("--base", metavar="REV", help="commit to compare with")
+    base.add_argument(
+        "--base-program", type=Path, metavar="FILE", help="a gprodom-replay that is there, instead"
+    )
+    parser.add_argument("--data", type=Path, metavar="DIR", help="recorded sequences")
+    parser.add_argument("--short", action="store_true", help="the sample by one method alone")
+    parser.add_argument("-j", "--jobs", type=int, default=1, help="cases at once (default 1)")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="keep what differs there")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    present = Side(find_program(), CHECKOUT / "config")
+    try:
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
+            folder = Path(temporary)
+            if args.output is not None:
+                args.output.mkdir(parents=True, exist_ok=True)
+                folder = args.output.resolve()
+            more = (folder, args.data, args.short, args.jobs)
+            if args.base is not None:
+                with built(args.base, Path(temporary)) as other:
+                    results = compare_all(other, present, *more)
+            else:
+                other = Side(args.base_program or present.program, present.profiles)
+                results = compare_all(other, present, *more)
+    except Error as error:
+        print(f"same_bytes: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json([vars(result) for result in results])
+    else:
+        report(results)
+    return 1 if any(result.differing for result in results) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,50 @@
+"""Flags, kinds and health by name. Their numbers stand in ``lcmtypes/*.lcm`` and nowhere else.
+
+The generated classes are asked when a number is wanted, not on import: help texts need no build.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from gprodom.lcm.messages import message
+
+# Bits of odometry_t.flags and what they are called.
+_FLAGS = {
+    "STANDING": "standing",
+    "SLIPPING": "slipping",
+    "NO_WHEEL": "no wheel",
+    "NO_RADAR": "no radar",
+    "IMU_GAP": "IMU gap",
+    "SOLVER_FAILED": "solver failed",
+    "WHEEL_FAST": "wheel fast",
+    "WHEEL_SLOW": "wheel slow",
+}
+_SENT = {"WHEEL_FAST": 64, "WHEEL_SLOW": 128}  # sent, but not named in odometry_t.lcm
+
+
+@cache
+def constants(name: str) -> dict[str, int]:
+    """The constants of the type `name`, by their names there."""
+    return {key: value for key, value in vars(message(name)).items() if key.isupper()}
+
+
+def flag_bits() -> dict[str, int]:
+    """The bits of odometry_t.flags by what they are called, the lowest first."""
+    bits = _SENT | constants("odometry_t")
+    return {text: bits[key] for key, text in sorted(_FLAGS.items(), key=lambda item: bits[item[0]])}
+
+
+def flag(name: str) -> int:
+    """One bit of odometry_t.flags, by its name in the type, such as SLIPPING."""
+    return (_SENT | constants("odometry_t"))[name]
+
+
+def kind(name: str) -> int:
+    """A value of displacement_t.kind, by its name in the type, such as REVISIT."""
+    return constants("displacement_t")[name]
+
+
+def health(value: int) -> str:
+    """What status_t.health says, in a word."""
+    return {number: key.lower() for key, number in constants("status_t").items()}[value]
