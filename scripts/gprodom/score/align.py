@@ -89,20 +89,3 @@ def fit(pairs: Pairs, alignment: Alignment, first_m: float = FIRST_M) -> Transfo
         used = first_metres(target, first_m)
         return fit_planar(source[used], target[used])
     return fit_planar(source, target) if alignment == "se2" else fit_spatial(source, target)
-
-
-def first_pose(pairs: Pairs, first_m: float) -> tuple[Transform, NDArray[np.bool_]]:
-    """Truth -> the estimate's frame by its first pose, and the mask of the pairs not spent on it.
-
-    With attitude in both, the first poses' positions and yaws are made equal. A truth of points
-    alone has no yaw: rotation about z and translation are then fitted over the first `first_m`
-    metres, and those pairs say nothing more of the error.
-    """
-    estimate, truth = pairs.estimate, pairs.truth
-    if estimate.orientation is not None and truth.orientation is not None:
-        turn = rotation.yaw_of(estimate.orientation[0]) - rotation.yaw_of(truth.orientation[0])
-        matrix = rotation.yaw_matrix(float(turn))
-        rest = np.ones(len(truth), dtype=bool)
-        return Transform(matrix, estimate.position[0] - matrix @ truth.position[0]), rest
-    used = first_metres(truth.position, first_m)
-    return fit_planar(truth.position[used], estimate.position[used]), ~used

@@ -13,6 +13,7 @@ from gprodom.errors import UsageError
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import MAX_GAP_S, associate
+from gprodom.score.consistency import TruthError
 from gprodom.score.figures import Comparison, compare
 from gprodom.score.record import Record, describe, make_record, sequence_name
 from gprodom.score.sources import FRAMES, Source, read_estimate, read_truth
@@ -34,8 +35,11 @@ figures:
   end_m         distance to the truth at the last point, after alignment
   distance_pct  end_m in percent of the distance that the truth travels
   nees_xy/_yaw  mean normalised squared error by the estimate's own covariance (2 and 1 where it
-                is right), truth placed by its first pose, or by its first --first-m metres where
-                it has no attitude; null without covariance, yaw also null without attitude
+                is right), the truth's noise and clock counted (--truth-sigma,
+                --truth-delay-sigma); truth placed by its first pose, or where it has no attitude
+                by all its points, each weighed with what the estimate claims to know there, and
+                the covariance of that placing counted; null without covariance, yaw also null
+                without attitude
   n             points compared
 """
 
@@ -76,6 +80,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--frame", choices=FRAMES, default="map", help="which pose of a log (default map)"
     )
+    add_truth_error(parser)
     add_config_options(parser)
     add_json_flag(parser)
     parser.add_argument(
@@ -85,6 +90,33 @@ def add_parser(subparsers: Subparsers) -> None:
         help="write trajectory.png, error.png and report.html there",
     )
     parser.set_defaults(run=run)
+
+
+def add_truth_error(parser: argparse.ArgumentParser) -> None:
+    """``--truth-sigma`` and ``--truth-delay-sigma``."""
+    exact = TruthError()
+    parser.add_argument(
+        "--truth-sigma",
+        type=float,
+        metavar="M",
+        default=exact.sigma_m,
+        help="noise of the truth, of each coordinate (m, one standard deviation; default "
+        f"{exact.sigma_m:g}, a total station's); counts in the NEES",
+    )
+    parser.add_argument(
+        "--truth-delay-sigma",
+        type=float,
+        metavar="S",
+        default=exact.delay_sigma_s,
+        help="how far the truth's clock may be off (s, one standard deviation; default 0)",
+    )
+
+
+def truth_error_of(args: argparse.Namespace) -> TruthError:
+    """What these options say."""
+    if args.truth_sigma < 0 or args.truth_delay_sigma < 0:
+        raise UsageError("--truth-sigma, --truth-delay-sigma: expected 0 or more")
+    return TruthError(args.truth_sigma, args.truth_delay_sigma)
 
 
 def parse_point(text: str) -> tuple[float, float, float]:
@@ -107,13 +139,15 @@ def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     if not args.first_m > 0:
         raise UsageError(f"--first-m {args.first_m:g}: expected a distance above 0")
+    truth_error = truth_error_of(args)
     channels = read_channels(args.config, args.overrides)
     estimate = read_estimate(args.estimate, args.frame, channels)
     truth = read_truth(args.truth, args.frame, channels)
     path = estimate.trajectory
     if args.prism is not None:
         path = at_prism(path, truth.trajectory, args.prism)
-    comparison = compare(associate(path, truth.trajectory), args.align, args.first_m)
+    pairs = associate(path, truth.trajectory)
+    comparison = compare(pairs, args.align, args.first_m, truth_error)
     record = _record(estimate, args.truth, comparison)
     if args.plot is not None:
         from gprodom.score.page import write_report

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import rotation
-from gprodom.errors import Error
-from gprodom.score.align import PLANAR, Alignment, Transform, first_pose, fit
+from gprodom.score.align import PLANAR, Alignment, Transform, fit
 from gprodom.score.associate import Pairs
+from gprodom.score.consistency import TruthError, nees_xy
 from gprodom.trajectory import path_length
 
 Array = NDArray[np.float64]
@@ -28,10 +28,9 @@ class Figures:
       translation. Independent of the alignment.
     end_m: distance between estimate and truth at the last pair, after alignment.
     distance_pct: end_m in percent of the distance that the truth travels.
-    nees_xy, nees_yaw: mean over the pairs of e^T P^-1 e (2 and 1 degrees of freedom), P the
-      estimate's own covariance, with truth placed in the estimate's frame by its first pose,
-      whatever the alignment (`align.first_pose`). None without covariances; nees_yaw also None
-      where truth has no attitude.
+    nees_xy, nees_yaw: mean normalised squared error of (x, y) and of yaw (2 and 1 degrees of
+      freedom), by the estimate's own covariance and the truth's own error, whatever the alignment
+      (`consistency`). None without covariances; nees_yaw also None where truth has no attitude.
     n: pairs. excluded: truth points outside the estimate's span or in its gaps.
     distance_m: distance that the truth travels.
     """
@@ -108,45 +107,37 @@ def _into_body(q: Array, vectors: Array) -> Array:
     return np.asarray(np.einsum("nji,nj->ni", rotation.to_matrix(q), vectors))
 
 
-def nees(pairs: Pairs, first_m: float) -> tuple[float | None, float | None]:
-    """Mean normalised estimation error squared of (x, y) and of yaw; None without meaning."""
-    covariance = pairs.estimate.covariance
-    if covariance is None:
-        return None, None
-    try:
-        placement, rest = first_pose(pairs, first_m)
-    except Error:  # the truth does not travel far enough to be placed
-        return None, None
-    truth = placement.apply(pairs.truth)
-    block = covariance[rest][:, :2, :2]
-    if not rest.any() or np.any(np.linalg.det(block) <= 0):
-        return None, None
-    error = (pairs.estimate.position - truth.position)[rest][:, :2]
-    weighted = np.linalg.solve(block, error[..., None])[..., 0]
-    nees_xy = float(np.mean(np.sum(error * weighted, axis=1)))
-    if pairs.estimate.orientation is None or truth.orientation is None:
-        return nees_xy, None
-    turn = rotation.multiply(pairs.estimate.orientation, rotation.conjugate(truth.orientation))
-    variance = covariance[:, 5, 5]
+def nees_yaw(pairs: Pairs) -> float | None:
+    """Mean normalised error squared of yaw, the first poses made equal; None without meaning."""
+    estimate, truth = pairs.estimate, pairs.truth
+    if estimate.covariance is None or estimate.orientation is None or truth.orientation is None:
+        return None
+    variance = estimate.covariance[:, 5, 5]
     if np.any(variance <= 0):
-        return nees_xy, None
-    return nees_xy, float(np.mean(rotation.to_vector(turn)[:, 2] ** 2 / variance))
+        return None
+    turn = rotation.multiply(estimate.orientation, rotation.conjugate(truth.orientation))
+    first = rotation.multiply(rotation.conjugate(turn[:1]), turn)
+    return float(np.mean(rotation.to_vector(first)[:, 2] ** 2 / variance))
 
 
-def compare(pairs: Pairs, alignment: Alignment, first_m: float) -> Comparison:
+def compare(
+    pairs: Pairs,
+    alignment: Alignment,
+    first_m: float,
+    truth_error: TruthError = TruthError(),  # noqa: B008 (a constant)
+) -> Comparison:
     """All figures of one estimate against one truth."""
     transform = fit(pairs, alignment, first_m)
     error = errors(pairs, transform, alignment in PLANAR)
     relative = relative_errors(pairs)
     distance = float(path_length(pairs.truth.position)[-1])
-    nees_xy, nees_yaw = nees(pairs, first_m)
     figures = Figures(
         ate_rmse_m=_rms(error),
         rpe_1m_m=_rms(relative) if relative.size else None,
         end_m=float(error[-1]),
         distance_pct=100 * float(error[-1]) / distance if distance > 0 else None,
-        nees_xy=nees_xy,
-        nees_yaw=nees_yaw,
+        nees_xy=nees_xy(pairs, truth_error),
+        nees_yaw=nees_yaw(pairs),
         n=len(pairs.truth),
         excluded=pairs.excluded,
         distance_m=distance,
