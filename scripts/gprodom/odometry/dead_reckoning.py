@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gprodom import rotation
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from gprodom.odometry.causal_yaw import causal_yaw
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
@@ -94,17 +95,18 @@ def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
 
 
 def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
-    """Times (n,) and yaw (n,), rad, of a log's IMU (`yaw_from_gyro`)."""
+    """Times (n,) and yaw (n,), rad, of a log's IMU as known on the way (`causal_yaw`)."""
     imu = logs.need(log, "imu")
-    time = imu["utime"]
-    still = standstill(*wheel_distance(log))
-    acceleration, rate = imu["linear_acceleration"], imu["angular_velocity"]
-    return time, yaw_from_gyro(time, acceleration, rate, still)
+    time, acceleration, rate = (
+        imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
+    )
+    return time, causal_yaw(time, acceleration, rate, *wheel_distance(log))
 
 
 def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array]:
-    """As `gyro_yaw` over a given standstill; where it is none, gravity is the mean over the whole
-    log and the gyro keeps its bias: good for stretches of some seconds."""
+    """Times (n,) and yaw (n,), rad, with the bias of a given standstill (`yaw_from_gyro`);
+    where it is none, gravity is the mean over the whole log and the gyro keeps its bias: good for
+    stretches of some seconds."""
     imu = logs.need(log, "imu")
     time, acceleration, rate = (
         imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")

@@ -1,0 +1,48 @@
+"""Yaw with the gyro bias of the standstills so far."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gprodom.odometry.causal_yaw import causal_yaw
+
+BIAS = np.array([0.01, -0.02, 0.005])
+TIME = np.arange(0, 40_000_000, 10_000)
+SECONDS = TIME * 1e-6
+SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # R_imu_body
+
+
+def yaw_of(turning: np.ndarray, speed: np.ndarray, until: int = len(TIME)) -> np.ndarray:
+    """Of a robot with that rate (rad/s) and wheel speed (m/s), its IMU on its side and shaken."""
+    shaken = 0.3 * np.sin(2 * np.pi * 25 * SECONDS)[:, None]
+    force = np.tile([0.0, 0.0, 9.81], (TIME.size, 1)) @ SIDE.T + shaken
+    gyro = turning[:, None] * SIDE[:, 2] + BIAS + 0.03 * shaken
+    distance = np.cumsum(speed) * 0.01
+    whole = slice(0, until)
+    return causal_yaw(TIME[whole], force[whole], gyro[whole], TIME[whole], distance[whole])
+
+
+def test_bias_of_the_standstill_at_the_start_whatever_the_engine_does() -> None:
+    driving = SECONDS > 5
+    noise = 0.011 * ~driving  # of a wheel speed without a sign
+    yaw = yaw_of(0.2 * driving, 0.5 * driving + noise)
+    assert yaw[-1] - yaw[500] == pytest.approx(0.2 * 35, abs=0.01)
+
+
+def test_before_the_first_standstill_the_bias_is_in_and_after_it_is_not() -> None:
+    driving = (SECONDS < 15) | (SECONDS > 20)
+    yaw = yaw_of(0.1 * driving, 0.5 * driving)
+    assert yaw[1500] == pytest.approx((0.1 + BIAS[1]) * 15, abs=0.02)
+    assert yaw[-1] - yaw[2000] == pytest.approx(0.1 * 20, abs=0.01)
+
+
+def test_turning_on_the_spot_is_no_standstill() -> None:
+    yaw = yaw_of(np.where(SECONDS > 5, 0.3, 0.0), np.zeros(TIME.size))
+    assert yaw[-1] - yaw[500] == pytest.approx(0.3 * 35, abs=0.01)
+
+
+def test_later_data_do_not_change_what_was_known() -> None:
+    driving = SECONDS < 20
+    speed = 0.5 * driving
+    assert yaw_of(0.1 * driving, speed, 1000) == pytest.approx(yaw_of(0.1 * driving, speed)[:1000])
