@@ -20,81 +20,16 @@ off the mean for yaw, and next to nothing off that for x, y.
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-import gprodom
+from gprodom.benchmark.monte_carlo import End, end_of_drive, judge
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
-from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
-from gprodom.simulate.recording import as_recording
-
-DISTANCE = 12.0  # m
-SPEED = 0.6  # m/s, at most
-STANDSTILL = 4.0  # s, at first
-BAND = 0.99
-
-
-@dataclass(frozen=True)
-class End:
-    """Error and covariance at the end of one run: x, y (m), yaw (rad)."""
-
-    seed: int
-    error: tuple[float, float, float]
-    covariance: list[list[float]]  # of x, y, yaw
-
-    @property
-    def nees_xy(self) -> float:
-        """Normalised squared error of the position."""
-        error, covariance = np.array(self.error[:2]), np.array(self.covariance)[:2, :2]
-        return float(error @ np.linalg.solve(covariance, error))
-
-    @property
-    def nees_yaw(self) -> float:
-        """Normalised squared error of the yaw."""
-        return self.error[2] ** 2 / self.covariance[2][2]
-
-
-def drive(seed: int) -> Simulated:
-    """The drive of one run."""
-    route = make_route("random", DISTANCE, SPEED, STANDSTILL, stream(seed, "route"))
-    return simulate(Spec(route, ground=None, station=None), seed)
-
-
-def run(seed: int, overrides: list[str]) -> End:
-    """Simulates one run and estimates it."""
-    simulated = drive(seed)
-    estimator = gprodom.Odometry(set=overrides)
-    odometry = estimator.run(**as_recording(simulated).messages()).odometry
-    if not len(odometry["time"]):
-        raise Error(f"seed {seed}: no odometry")
-    w, x, y, z = odometry["orientation"][-1]
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    ends = odometry["time"][[0, -1]] // 1000
-    dx, dy = odometry["position"][-1, :2] - simulated.position_from(ends[0], ends)[1]
-    turned = np.diff(simulated.motion_at(ends).yaw)[0]
-    error = (float(dx), float(dy), math.remainder(yaw - turned, 2 * math.pi))
-    rows = np.ix_([0, 1, 5], [0, 1, 5])
-    covariance = odometry["pose_covariance"][-1].reshape(6, 6)[rows]
-    return End(seed, error, covariance.tolist())
-
-
-def judge(nees: list[float], freedom: int) -> dict[str, Any]:
-    """Mean of `nees` and the band it should lie in."""
-    from scipy.stats import chi2
-
-    count = len(nees)
-    tail = 0.5 * (1 - BAND)
-    low, high = chi2.ppf([tail, 1 - tail], count * freedom) / count
-    mean = float(np.mean(nees))
-    inside = bool(low <= mean <= high)
-    return {"mean": mean, "low": float(low), "high": float(high), "inside": inside}
 
 
 def summarise(ends: list[End]) -> dict[str, Any]:
@@ -132,7 +67,7 @@ def main() -> int:
             ProcessPoolExecutor(args.jobs) as pool,
             Progress("consistency", len(seeds)) as progress,
         ):
-            for end in pool.map(partial(run, overrides=args.overrides), seeds):
+            for end in pool.map(partial(end_of_drive, overrides=args.overrides), seeds):
                 ends.append(end)
                 progress.advance()
     except Error as error:

@@ -28,17 +28,11 @@ from typing import Any
 
 import numpy as np
 
-import gprodom
+from gprodom.benchmark.monte_carlo import estimate_told
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
-from gprodom.simulate.recording import as_recording
+from gprodom.simulate.drives import AGAIN_M, KNOWN_M, drive_on_known_ground, wrong_revisits
 
-DISTANCE = 45.0  # m
-AGAIN = 14.0  # m of ground that longer drives stay on, about what is driven of in one of 45 m
-SPEED = 0.7  # m/s, at most
-STANDSTILL = 4.0  # s, at first
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
-EVERY = 20.0  # m between wrong revisits
 
 
 @dataclass(frozen=True)
@@ -52,62 +46,10 @@ class Drive:
     moved_m: float = 0.0  # of the final pose, by wrong revisits
 
 
-def simulated(seed: int, distance: float = DISTANCE) -> Simulated:
-    """The drive of one run, of `distance` m."""
-    name = ("line", "loop")[seed % 2]
-    ground = AGAIN if distance > DISTANCE else None
-    route = make_route(name, distance, SPEED, STANDSTILL, stream(seed, "route"), ground)
-    return simulate(Spec(route, station=None, slips=round(2 * distance / DISTANCE)), seed)
-
-
-def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
-    """Arguments of add_displacement."""
-    random = stream(run.seed, "wrong")
-    travelled, time = run.truth.travelled, run.truth_utime * 1000
-    told = []
-
-    def tell(metres: float, back: float, offset: float) -> None:
-        to, since = (int(np.interp(at, travelled, time)) for at in (metres, metres - back))
-        turn = np.interp([since, to], time, run.truth.yaw)
-        speed = np.interp([since, to], time, run.truth.v)
-        mirrored = (math.cos(turn[1] - turn[0]) < 0) != (speed.prod() < 0)  # driven, not faced
-        told.append({
-            "time": to, "time_from": since, "time_to": to, "distance": offset, "sigma": 0.02,
-            "revisit": True, "mirrored": mirrored,
-        })  # fmt: skip
-
-    for metres in np.arange(EVERY, travelled[-1], EVERY):
-        here = np.searchsorted(travelled, metres)
-        # A place passed before, as close as there is.
-        before = np.flatnonzero(travelled < metres - 5.0)
-        apart = np.hypot(
-            run.truth.x[before] - run.truth.x[here], run.truth.y[before] - run.truth.y[here]
-        )
-        back = metres - travelled[before[np.argmin(apart)]]
-        tell(metres, back, random.choice([-1, 1]) * random.uniform(0.3, 3.0))
-        for k in range(3):
-            tell(metres + 1.0 + k, back, 0.5)
-    return told
-
-
-def estimate(run: Simulated, overrides: list[str], told: list[dict[str, Any]]) -> list[Any]:
-    """The outputs up to each time at which the estimator is told something, and to the end."""
-    estimator = gprodom.Odometry(set=overrides)
-    recording = as_recording(run)
-    outputs, since = [], 0
-    for message in [*told, None]:
-        until = message["time"] // 1000 if message else np.iinfo(np.int64).max
-        outputs.append(estimator.run(**recording.messages(since, until)))
-        if message:
-            estimator.add_displacement(**message)
-        since = until
-    return outputs
-
-
-def drive(seed: int, overrides: list[str], wrong: bool, distance: float = DISTANCE) -> Drive:
+def drive(seed: int, overrides: list[str], wrong: bool, distance: float = KNOWN_M) -> Drive:
     """One run."""
-    run = simulated(seed, distance)
-    [outputs] = estimate(run, overrides, [])
+    run = drive_on_known_ground(seed, distance)
+    [outputs] = estimate_told(run, overrides)
     pose = outputs.odometry_map
     time = pose["time"]
     first = outputs.corrections[0]["time"] if outputs.corrections else time[-1]
@@ -119,7 +61,7 @@ def drive(seed: int, overrides: list[str], wrong: bool, distance: float = DISTAN
     nees = np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[:, :, None])[:, :, 0])
     moved = 0.0
     if wrong:
-        other = estimate(run, overrides, wrong_revisits(run))[-1].odometry_map["position"][-1]
+        other = estimate_told(run, overrides, wrong_revisits(run))[-1].odometry_map["position"][-1]
         moved = float(np.linalg.norm(other - pose["position"][-1]))
     revisits = outputs.corrections[-1]["revisits"] if outputs.corrections else 0
     return Drive(seed, revisits, nees.tolist(), float(np.linalg.norm(error[-1])), moved)
@@ -155,9 +97,9 @@ def main() -> int:
     parser.add_argument(
         "--distance",
         type=float,
-        default=DISTANCE,
+        default=KNOWN_M,
         metavar="M",
-        help=f"beyond {DISTANCE:g}: {AGAIN:g} m of ground again and again (default: %(default)s)",
+        help=f"beyond {KNOWN_M:g}: {AGAIN_M:g} m of ground again and again (default: %(default)s)",
     )
     parser.add_argument("--wrong", action="store_true", help="wrong revisits besides")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")

@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
+
+import gprodom
+from gprodom import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 
@@ -34,6 +44,50 @@ def compiled() -> None:
     """The compiled module is needed: without it the test is skipped, as where Python alone is."""
     if importlib.util.find_spec("gprodom._core") is None:
         pytest.skip("the extension gprodom._core is not built")
+
+
+@pytest.fixture
+def programs() -> Path:
+    """The build's folder of benchmark programs: where there is a build that makes them, one that
+    does not have them is a fault; the test is skipped where none is meant to."""
+    build = gprodom._build
+    if build is None or not (build / "CMakeCache.txt").is_file():
+        pytest.skip("not run from a checkout that is built")
+    if "GPRODOM_BENCHMARKS:BOOL=OFF" in (build / "CMakeCache.txt").read_text():
+        pytest.skip(f"{build} is configured without benchmark programs")
+    folder = build / "bench"
+    assert (folder / "bench_soak").is_file(), f"no programs in {folder}: cmake --build {build}"
+    return folder
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that were made pictures of, in order; each must be a picture with ink on it."""
+    figures: list[Figure] = []
+    to_png: Callable[..., bytes] = canvas.png
+
+    def png(figure: Figure, dpi: int = 110) -> bytes:
+        data = to_png(figure, dpi)
+        assert len(colours_in(data)) > 10
+        figures.append(figure)
+        return data
+
+    monkeypatch.setattr(canvas, "png", png)
+    return figures
+
+
+def colours_in(picture: bytes) -> set[str]:
+    """The colours of a PNG's pixels, such as #0072b2."""
+    from matplotlib.image import imread
+
+    pixels = np.round(255 * imread(io.BytesIO(picture), "png")[..., :3]).astype(int)
+    return {f"#{r:02x}{g:02x}{b:02x}" for r, g, b in np.unique(pixels.reshape(-1, 3), axis=0)}
+
+
+def line(axis: Axes, label: str) -> np.ndarray:
+    """(2, n): x and y of the line of that label, or of the first whose label begins with it."""
+    [found, *_] = [each for each in axis.get_lines() if str(each.get_label()).startswith(label)]
+    return np.array(found.get_data(), float)
 
 
 UNPRIVILEGED = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--no-new-privs")

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import gprodom
 from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
@@ -181,7 +182,9 @@ def test_k_is_fitted_on_the_others_and_used(
 
 
 @pytest.mark.usefixtures("stand_in")
-def test_calibrate_k_and_observability(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_calibrate_k_and_observability(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
+) -> None:
     source = str(make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr"))
     assert main(["calibrate", "k", source, "--method", "sfm", "--json"]) == 0
     fit = json.loads(capsys.readouterr().out)
@@ -192,7 +195,13 @@ def test_calibrate_k_and_observability(tmp_path: Path, capsys: pytest.CaptureFix
     seen = json.loads(capsys.readouterr().out)
     assert seen == json.loads((out / "observability.json").read_text())
     assert set(seen) == {"sfm", "trace_count"}
-    assert (out / "observability.png").read_bytes().startswith(b"\x89PNG")
+    [figure] = drawn
+    assert [axis.get_title().split(":")[0] for axis in figure.axes] == ["sfm", "trace_count"]
+    for axis, found in zip(figure.axes, seen.values(), strict=True):
+        displacement, shift = np.array(axis.get_lines()[0].get_data())
+        assert len(shift) == found["windows"]
+        # The stand-in sees every metre as 50 columns.
+        np.testing.assert_allclose(shift, 50 * displacement, rtol=0.02, atol=1.0)
 
 
 def shifts(rng: np.random.Generator, k: float, n: int = 300) -> Shifts:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from matplotlib.figure import Figure
 
 from gprodom import Odometry, describe_config
 from gprodom.calibrate.imu import measure_noise
@@ -82,7 +83,9 @@ def test_imu_noise() -> None:
     assert still.density == pytest.approx(density, rel=0.03)
 
 
-def test_imu_fragment(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_imu_fragment(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
+) -> None:
     """The standstill at the start of a drive, as the simulated IMU was made."""
     route = make_route("line", 6.0, 0.6, 60.0, stream(1, "route"))
     write_log(
@@ -96,7 +99,14 @@ def test_imu_fragment(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert written["gyro_noise_density"] == pytest.approx(1.61e-4, rel=0.05)
     assert written["accel_noise_density"] == pytest.approx(5.85e-4, rel=0.05)
     assert "too short to tell" in out.read_text()
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    [figure] = drawn
+    assert picture.is_file()
+    for axis, noise in zip(figure.axes, ("gyro", "accel"), strict=True):
+        assert [axes.get_label() for axes in axis.containers] == ["x", "y", "z"]
+        for container in axis.containers:  # at short times white noise, falling by its root
+            tau, deviation = np.array(container.lines[0].get_data())
+            density = np.median((deviation * np.sqrt(tau))[tau < 1.0])
+            assert density == pytest.approx(written[f"{noise}_noise_density"], rel=0.1)
     short = drive_log(tmp_path / "short.lcmlog", 3)
     assert main(["calibrate", "imu", str(short)]) == 1
     assert "at least 20 s" in capsys.readouterr().err

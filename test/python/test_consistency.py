@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
+from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from conftest import CHECKOUT
+from gprodom.benchmark.monte_carlo import end_of_drive, judge
 
 
 @pytest.mark.usefixtures("compiled")
 def test_covariance_is_true() -> None:
-    result = subprocess.run(
-        [sys.executable, str(CHECKOUT / "bench" / "consistency.py"), "--runs", "40", "--json"],
-        capture_output=True,
-        text=True,
-    )
-    assert result.stdout, result.stderr
-    summary = json.loads(result.stdout)
-    for figure in ("nees_xy", "nees_yaw"):
-        assert summary[figure]["inside"], {**summary[figure], "errors": summary["rms_error"]}
-    assert summary["runs"] == 40
+    with ProcessPoolExecutor(2) as pool:
+        ends = list(pool.map(end_of_drive, range(40)))
+    for nees, freedom in (([end.nees_xy for end in ends], 2), ([end.nees_yaw for end in ends], 1)):
+        judged = judge(nees, freedom)
+        assert judged["inside"], {**judged, "errors": [end.error for end in ends]}

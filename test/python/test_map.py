@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gprodom
+from gprodom.benchmark.monte_carlo import estimate_told
+from gprodom.simulate.drives import drive_on_known_ground, wrong_revisits
 from gprodom.simulate.recording import as_recording
 
-BENCH = Path(__file__).resolve().parents[2] / "bench" / "map_coverage.py"
+pytestmark = pytest.mark.usefixtures("compiled")
 
 
-@pytest.fixture(scope="module")
-def bench(compiled: None) -> ModuleType:
-    spec = importlib.util.spec_from_file_location("map_coverage", BENCH)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def error(bench: ModuleType, run: Any, poses: dict[str, Any]) -> float:
+def error(run: Any, poses: dict[str, Any]) -> float:
     """RMS of the position, once a second, where the truth is placed by its first pose."""
     every = np.append(0, np.arange(len(poses["time"]) // 2, len(poses["time"]), 200))
     time = poses["time"][every] // 1000
@@ -36,34 +25,34 @@ def error(bench: ModuleType, run: Any, poses: dict[str, Any]) -> float:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_revisits_help_and_wrong_ones_do_not_harm(bench: ModuleType, seed: int) -> None:
-    run = bench.simulated(seed)
-    [outputs] = bench.estimate(run, [], [])
+def test_revisits_help_and_wrong_ones_do_not_harm(seed: int) -> None:
+    run = drive_on_known_ground(seed)
+    [outputs] = estimate_told(run)
     found = [told for told in outputs.displacements if told["source"] == "revisit"]
     assert len(found) > 30
     truth = run.motion_at(np.array([[t["from"], t["to"]] for t in found]).ravel() // 1000)
     apart = np.hypot(np.diff(truth.x)[::2], np.diff(truth.y)[::2])
     assert np.mean(apart < 0.1) > 0.98
-    assert error(bench, run, outputs.odometry_map) < error(bench, run, outputs.odometry) + 0.01
+    assert error(run, outputs.odometry_map) < error(run, outputs.odometry) + 0.01
 
-    told = bench.wrong_revisits(run)
-    *_, last = bench.estimate(run, [], told)
+    told = wrong_revisits(run)
+    *_, last = estimate_told(run, told=told)
     values = last.status[-1]["values"]
     assert values["revisits.refused"] >= len(told)
     moved = last.odometry_map["position"][-1] - outputs.odometry_map["position"][-1]
     assert np.linalg.norm(moved) < 0.02
 
 
-def test_without_ground_seen_again_map_is_odom(bench: ModuleType) -> None:
-    run = bench.simulated(1)
+def test_without_ground_seen_again_map_is_odom() -> None:
+    run = drive_on_known_ground(1)
     until = run.gpr_utime[len(run.gpr_utime) // 6]
     outputs = gprodom.Odometry().run(**as_recording(run).messages(until=until))
     assert outputs.corrections == []
     assert np.array_equal(outputs.odometry["position"], outputs.odometry_map["position"])
 
 
-def test_the_solution_over_all_data_takes_revisits_in(bench: ModuleType) -> None:
-    run = bench.simulated(0)
+def test_the_solution_over_all_data_takes_revisits_in() -> None:
+    run = drive_on_known_ground(0)
     smoothed = []
     for graph in ("true", "false"):
         estimator = gprodom.Odometry(set=[f"graph.enabled={graph}"])
@@ -89,9 +78,9 @@ def drive(estimator: Any, run: Any, shift: int = 0, wheel: float = 1.0, noise: f
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_after_a_reset_the_robot_is_located_on_the_ground_of_before(
-    bench: ModuleType, tmp_path: Path, seed: int
+    tmp_path: Path, seed: int
 ) -> None:
-    run = bench.simulated(seed)
+    run = drive_on_known_ground(seed)
     estimator = gprodom.Odometry()
     first = drive(estimator, run)
     known = str(tmp_path / "ground.map")
@@ -118,8 +107,8 @@ def test_a_damaged_map_is_refused(tmp_path: Path) -> None:
         gprodom.Odometry().load_map(str(damaged))
 
 
-def test_a_restart_goes_on_from_the_saved_pose(bench: ModuleType, tmp_path: Path) -> None:
-    run = bench.simulated(1)
+def test_a_restart_goes_on_from_the_saved_pose(tmp_path: Path) -> None:
+    run = drive_on_known_ground(1)
     kept = [f"state.directory={tmp_path}"]
     until = run.gpr_utime[len(run.gpr_utime) // 3]  # in mid-drive, and no slip
     recording = as_recording(run)

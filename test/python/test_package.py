@@ -26,8 +26,9 @@ def run(*command: str | Path, **environment: str) -> str:
 
 def test_an_outside_project_finds_and_uses_the_library(tmp_path: Path) -> None:
     built = gprodom._build_folder()
-    if built is None or not (built / "cmake_install.cmake").is_file():
-        pytest.skip("not run from a checkout that is built")
+    if built is None:
+        pytest.skip("not run from a checkout")
+    assert (built / "cmake_install.cmake").is_file(), f"{built} is not built (scripts/setup)"
     # PATH as the system has it, so that an environment's cmake or Python is not what finds it.
     run("cmake", "--install", built, "--prefix", tmp_path / "usr", DESTDIR="", PATH=os.defpath)
     source = CHECKOUT / "test" / "outside"
@@ -67,7 +68,7 @@ def test_man_page_tells_of_every_command() -> None:
 )
 def test_completion(line: str, offered: str) -> None:
     words = line.split()
-    path = f"{CHECKOUT / 'build' / 'bin'}:{os.environ['PATH']}"
+    path = f"{find_program().parent}:{os.environ['PATH']}"
     script = f"""
         . {CHECKOUT / "share" / "completions" / "gprodom"}
         COMP_WORDS=({line}) COMP_CWORD={len(words) - 1}

@@ -7,31 +7,49 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from conftest import CHECKOUT
+from conftest import CHECKOUT, line
 from gprodom.cli import main
 from gprodom.config import STANDARD
+from gprodom.convert.cmu import read_recording
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.messages import message
 from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import find_revisits
 
-PNG = b"\x89PNG"
 
-
-def test_radar_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("gprodom.gpr")
+@pytest.mark.usefixtures("compiled")
+def test_radar_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
+) -> None:
     (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
     out = tmp_path / "radar.png"
     assert main(["plot", "radar", str(sample), "--at", "30", "-o", str(out)]) == 0
-    assert out.read_bytes().startswith(PNG)
+    [figure] = drawn
+    raw, kept, trace, matrix, later, match = figure.axes
+    traces = read_recording(sample).traces
+    first = int(np.searchsorted(np.arange(len(traces)) / 20, 30))
+    shown = raw.get_images()[0].get_array().T  # the window less the mean of what is about it
+    window = traces[first : first + 100]
+    assert np.corrcoef(np.diff(shown, axis=0).ravel(), np.diff(window, axis=0).ravel())[0, 1] > 0.99
+    assert len(kept.get_lines()[0].get_xdata()) > 100  # a peak a trace and more
+    np.testing.assert_allclose(
+        trace.get_lines()[0].get_xdata(), kept.get_images()[0].get_array().T[50]
+    )
+    assert matrix.get_images()[0].get_array().any()
+    assert (matrix.get_images()[0].get_array() != later.get_images()[0].get_array()).any()
+    shifts, distances = np.array(match.get_lines()[0].get_data())
+    assert line(match, "shift")[0, 0] == shifts[np.nanargmin(distances)]
     assert main(["plot", "radar", str(sample), "--at", "3000", "-o", str(out)]) == 2
     assert "too early" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("compiled")
 def test_windows_of_one_stream_differ_by_the_step() -> None:
     """A reflector that slopes: its cells move by the new traces from window to window."""
-    gpr = pytest.importorskip("gprodom.gpr")
+    from gprodom import gpr
+
     time, place = np.arange(160), np.arange(900)
     depth = 90 + 25 * np.sin(2 * np.pi * place / 160)
     pulse = (time - depth[:, None]) / 5.0
@@ -66,7 +84,9 @@ def revisit_log(path: Path) -> None:
     log.close()
 
 
-def test_revisits_are_the_valid_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_revisits_are_the_valid_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
+) -> None:
     revisit_log(tmp_path / "out.lcmlog")
     found = find_revisits(logs.read_roles(tmp_path / "out.lcmlog", STANDARD.of("displacement")))
     assert found.end.tolist() == [60_000_000, 70_000_000]
@@ -76,4 +96,14 @@ def test_revisits_are_the_valid_ones(tmp_path: Path, capsys: pytest.CaptureFixtu
         main(["plot", "revisits", str(tmp_path / "out.lcmlog"), "-o", str(picture), "--json"]) == 0
     )
     assert json.loads(capsys.readouterr().out) == {"revisits": 2, "mirrored": 1, "corrections": 0}
-    assert picture.read_bytes().startswith(PNG)
+    [figure] = drawn
+    assert picture.is_file()
+    above, pairs, apart, _ = figure.axes
+    path = np.array(above.get_lines()[0].get_data())
+    np.testing.assert_allclose(path, [np.cos(np.arange(100) / 8), np.sin(np.arange(100) / 8)])
+    for label, now, then in (("as then", 60, 10), ("mirrored", 70, 20)):
+        # From the place seen first to that of now; and along time.
+        np.testing.assert_allclose(line(above, label), path[:, [then, now]])
+        np.testing.assert_allclose(line(pairs, label), [[now], [then]])
+    gaps = [float(each.get_ydata()[0]) for each in apart.get_lines()]
+    assert gaps == pytest.approx([2 * np.sin(50 / 16)] * 2, abs=1e-9)

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from conftest import line
 from gprodom import rotation
 from gprodom.cli import main
 from gprodom.errors import Error
@@ -194,7 +196,10 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def test_command_prints_the_figures_and_writes_the_pictures(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    files: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    drawn: list[Figure],
 ) -> None:
     plots = tmp_path / "plots"
     assert main(["score", *map(str, files), "--json", "--plot", str(plots)]) == 0
@@ -203,8 +208,13 @@ def test_command_prints_the_figures_and_writes_the_pictures(
     assert (figures["sequence"], figures["scene"]) == ("1700000000-0-yard-cmu-gpr", "yard")
     assert figures["ate_rmse_m"] == pytest.approx(0.05 * np.sqrt(2), rel=0.1)
     assert figures["nees_xy"] is None
-    assert (plots / "trajectory.png").read_bytes().startswith(b"\x89PNG")
-    assert (plots / "error.png").read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in plots.iterdir()} == {"trajectory.png", "error.png", "report.html"}
+    above, error = (figure.axes[0] for figure in drawn)
+    truth, estimate = line(above, "truth"), line(above, "estimate")
+    off = np.linalg.norm(estimate - truth, axis=0)
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(figures["ate_rmse_m"], rel=0.01)
+    np.testing.assert_allclose(error.get_lines()[0].get_ydata(), off, atol=1e-6)
+    assert line(error, "RMS")[1, 0] == pytest.approx(figures["ate_rmse_m"])
     report = (plots / "report.html").read_text()
     assert report.count("data:image/png;base64,") == 2
     assert "http" not in report  # fetches nothing

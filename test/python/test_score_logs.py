@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from conftest import line
 from gprodom.calibrate.k import Shifts
 from gprodom.cli import main
 from gprodom.lcm import EventLog
@@ -102,19 +104,38 @@ def test_a_log_without_poses_says_what_to_give(
 
 
 def test_plot_log_tells_the_flags(
-    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
 ) -> None:
     picture = tmp_path / "log.png"
     assert main(["plot", "log", str(log), "--wheel", str(log), "-o", str(picture), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["flags"]["standing"] == pytest.approx(0.2, abs=0.01)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    [figure] = drawn
+    assert picture.is_file()
+    speed, sigma, flags = figure.axes
+    for name in ("wheel", "estimate"):  # 4 s of standstill, then 0.5 m/s
+        seconds, drawn_speed = line(speed, name)
+        np.testing.assert_allclose(drawn_speed[seconds < 3.5], 0.0, atol=1e-9)
+        np.testing.assert_allclose(drawn_speed[(seconds > 4.5) & (seconds < 19)], 0.5, atol=0.01)
+    np.testing.assert_allclose(line(sigma, "position")[1], np.sqrt(0.02))
+    np.testing.assert_allclose(line(sigma, "yaw")[1], np.degrees(0.1))
+    bars = [np.vstack([path.vertices for path in each.get_paths()] or [np.zeros((0, 2))])
+            for each in flags.collections]  # fmt: skip
+    assert [len(bar) > 0 for bar in bars] == [True] + [False] * (len(bars) - 1)
+    assert (bars[0][:, 0].min(), bars[0][:, 0].max()) == pytest.approx((0.0, 4.0), abs=0.03)
+    assert flags.get_yticklabels()[0].get_text() == "standing"
 
 
-def test_plot_trajectory(log: Path, tmp_path: Path) -> None:
+def test_plot_trajectory(log: Path, tmp_path: Path, drawn: list[Figure]) -> None:
     picture = tmp_path / "paths.png"
     arguments = ["plot", "trajectory", str(log), "--truth", str(log), "-o", str(picture)]
     assert main(arguments) == 0
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    [figure] = drawn
+    assert picture.is_file()
+    truth, estimate = line(figure.axes[0], "truth"), line(figure.axes[0], "out")
+    np.testing.assert_allclose(truth, [np.full(len(truth[0]), 3.0), truth[1]])
+    assert np.ptp(truth[1]) == pytest.approx(8.0)
+    # Aligned to it: off by the jump of map, of which the fit takes a part.
+    assert 0.05 < np.linalg.norm(estimate - truth, axis=0).max() < JUMP_M
 
 
 def test_observability_tells_a_constant_from_a_measurement() -> None:
