@@ -24,6 +24,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import gprodom
 from gprodom import canvas
 from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
@@ -196,7 +197,7 @@ def main() -> int:
     )
     parser.add_argument("log", type=Path, metavar="SEQ.lcmlog", help="begins and ends standing")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
-    parser.add_argument("--build", type=Path, default=HERE.parent / "build", help="build folder")
+    parser.add_argument("--build", type=Path, default=gprodom._build, help="build folder")
     parser.add_argument("--parts", default=",".join(PARTS), help="of: %(default)s")
     parser.add_argument("--hours", type=float, default=1.0, help="of data, long run (%(default)s)")
     parser.add_argument("--live", type=float, default=60.0, help="s, each live run (%(default)s)")

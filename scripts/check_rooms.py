@@ -2,16 +2,17 @@
 
     scripts/check_rooms.py [PACKAGE]
 
-Any source: at most 400 lines. The Python package: at most 20 modules in a folder, and in each
-folder no cycle of imports among what lies in it (modules and subpackages). Prints what it finds,
-one line each; exit code 1 where there is any. PACKAGE: another package to check (default
-scripts/gprodom).
+Any source, C++ or Python: at most 400 lines. The Python package: at most 20 modules in a folder,
+and in each folder no cycle of imports among what lies in it (modules and subpackages). Prints what
+it finds, one line each; exit code 1 where there is any. PACKAGE: only check this one (default:
+scripts/gprodom and all sources). The folders of src/ are for scripts/check_includes.py.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,6 +31,14 @@ def too_long(sources: list[Path]) -> Iterator[str]:
         lines = path.read_text(encoding="utf-8").count("\n")
         if lines > MOST_LINES:
             yield f"{path}: {lines} lines, at most {MOST_LINES} are wanted"
+
+
+def tracked_sources() -> list[Path]:
+    """All sources that git knows or would add."""
+    command = ["git", "-C", str(CHECKOUT), "ls-files", "--cached", "--others", "--exclude-standard"]
+    said = subprocess.run([*command, "*.cpp", "*.h", "*.py"], capture_output=True, check=True)
+    paths = [CHECKOUT / name for name in said.stdout.decode().split()]
+    return [path for path in paths if path.is_file()]
 
 
 # ---- the Python package ----
@@ -112,15 +121,16 @@ def python_faults(package: Path) -> Iterator[str]:
                 graph[nodes[module]].add(nodes[target])
         if cycle := find_cycle(graph):
             yield f"{folder}: imports go round: {' -> '.join(node or '__init__' for node in cycle)}"
-    yield from too_long(sorted(modules.values()))
 
 
 def main() -> int:
     """Prints the faults; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("package", type=Path, nargs="?", default=CHECKOUT / "scripts" / "gprodom")
+    parser.add_argument("package", type=Path, nargs="?")
     args = parser.parse_args()
-    faults = list(python_faults(args.package))
+    sources = list(args.package.rglob("*.py")) if args.package else tracked_sources()
+    faults = list(python_faults(args.package or CHECKOUT / "scripts" / "gprodom"))
+    faults += too_long(sources)
     print("\n".join(faults) or "folders and imports are as wanted")
     return 1 if faults else 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.replay import find_program
 
 BENCH = CHECKOUT / "bench"
+REPORT = BENCH / "report.py"
 SAMPLE = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
 
 
@@ -27,6 +29,24 @@ def run(*command: object, codes: tuple[int, ...] = (0,)) -> str:
     )
     assert done.returncode in codes, done.stderr
     return done.stdout
+
+
+def test_every_bench_is_named_where_it_is_found() -> None:
+    """By a document, a test, a check, or by another bench that is."""
+    sources = [path for path in BENCH.rglob("*") if path.suffix in (".py", ".cpp")]
+    places = [*CHECKOUT.glob("docs/*.md"), *CHECKOUT.glob("test/python/*.py"), *sources]
+    places += [path for path in CHECKOUT.glob("scripts/*") if path.is_file()]
+    texts = {path: path.read_text(errors="replace") for path in places}
+    kernels = re.findall(r'"(\w+)"', re.search(r"^KERNELS = .*$", texts[REPORT], re.M)[0])
+    unnamed = []
+    for path in BENCH.iterdir():
+        if path.suffix not in (".py", ".cpp") or path.stem.removeprefix("bench_") in kernels:
+            continue
+        name = path.stem
+        word = re.compile(rf"\b{name}\.(py|cpp)|\bbench_{name}\b|^(import|from) {name}\b", re.M)
+        if not any(word.search(text) for where, text in texts.items() if where != path):
+            unnamed.append(path.name)
+    assert unnamed == []
 
 
 def test_smoothers_agree(tmp_path: Path, programs: Path) -> None:
