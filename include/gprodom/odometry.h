@@ -15,7 +15,7 @@ namespace gprodom {
 class MapFrame;
 class Pipeline;
 class StateStore;
-struct Heritage;
+struct StartingPoint;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
@@ -79,7 +79,7 @@ class Odometry {
   void load_map(const std::string& path);
 
  private:
-  void start_afresh(Heritage heritage);
+  void start_afresh(StartingPoint start);
   void begin_saving(const std::string& path);
   void keep(Outputs& out);
 

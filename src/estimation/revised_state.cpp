@@ -43,17 +43,17 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   return {x, 0.5 * (P + P.transpose())};
 }
 
-CarriedState with_speed_word(const CarriedState& from, const SpeedWord& word) {
+CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction) {
   NavState x = from.state;
   const Matrix3d R = x.R_odom_body();
   StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
-  const Vector3d along = R.col(0) * (kShift * word.ahead_m);
+  const Vector3d along = R.col(0) * (kShift * correction.ahead_m);
   P.block<3, 3>(row::kP, row::kP) += along * along.transpose();
-  x.p_odom += word.ahead_m * R.col(0);
-  x.v_odom = word.speed * R.col(0);
+  x.p_odom += correction.ahead_m * R.col(0);
+  x.v_odom = correction.speed * R.col(0);
   P.diagonal().segment<2>(row::kTheta).array() += kTilt * kTilt;
   P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
-  const Vector3d velocity(word.sigma, kSideways, kSideways);
+  const Vector3d velocity(correction.sigma, kSideways, kSideways);
   replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {x, 0.5 * (P + P.transpose())};
 }

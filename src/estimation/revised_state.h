@@ -14,6 +14,6 @@ CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyr
                             const NavState& known);
 
 // `from` with the speed and the place that the wheel or the radar gives it.
-CarriedState with_speed_word(const CarriedState& from, const SpeedWord& word);
+CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction);
 
 }  // namespace gprodom

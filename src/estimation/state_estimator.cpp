@@ -47,7 +47,7 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
 StateResult StateEstimator::add(const StateInput& input) {
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) go_on_from(with_gyro_bias(now(), *input.gyro_bias, bias_known_));
-  if (input.speed_word) go_on_from(with_speed_word(now(), *input.speed_word));
+  if (input.speed_correction) go_on_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;

@@ -31,10 +31,10 @@ struct MotionStep {
 
 struct CarriedState;
 
-// Of a state whose velocity is found wrong: what the wheel or the radar says instead.
-struct SpeedWord {
+// A state's velocity is found wrong: the speed that the wheel or the radar gives instead.
+struct SpeedCorrection {
   double speed = 0.0, sigma = 0.0;  // m/s, forwards
-  double ahead_m = 0.0;             // of where the state is
+  double ahead_m = 0.0;             // by which the robot is ahead of the state's place, signed
 };
 
 // What is known about the interval from the newest state to a new one.
@@ -47,8 +47,8 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
-  std::optional<SpeedWord> speed_word;      // for the interval's beginning
-  std::vector<Displacement> displacements;  // newly in effect, of any earlier time
+  std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
+  std::vector<Displacement> displacements;          // newly in effect, of any earlier time
 };
 
 struct StateResult {

@@ -129,4 +129,21 @@ double WheelHistory::path(TimeNs from, TimeNs to) const {
   return sum;
 }
 
+bool set_wheel_distances(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
+                         bool across_gaps) {
+  double elapsed = 0;
+  std::optional<double> before = wheel.distance(from, across_gaps);
+  for (MotionStep& step : steps) {
+    elapsed += step.dt;
+    const std::optional<double> after = wheel.distance(from + from_seconds(elapsed), across_gaps);
+    if (!before || !after) {
+      for (MotionStep& s : steps) s.wheel_m = 0;
+      return false;
+    }
+    step.wheel_m = *after - *before;
+    before = after;
+  }
+  return !steps.empty();
+}
+
 }  // namespace gprodom

@@ -63,4 +63,10 @@ class WheelHistory {
   std::deque<Entry> entries_;
 };
 
+// Fills in the signed wheel distance of each step; the first begins at `from`. `across_gaps`: where
+// the wheel was silent, what it counted meanwhile is spread evenly. false, and zeros, where the
+// wheel does not cover all steps.
+bool set_wheel_distances(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
+                         bool across_gaps);
+
 }  // namespace gprodom

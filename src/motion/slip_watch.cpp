@@ -8,15 +8,15 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kAway = 1'000'000'000;            // ns
-constexpr double kFirstImpression = 3.0;           // standard deviations
-constexpr TimeNs kBorneOut = 2'000'000'000;        // ns
+constexpr TimeNs kSilentAfter = 1'000'000'000;     // ns
+constexpr double kThresholdAfterSilence = 3.0;     // standard deviations
+constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
-constexpr double kCovered = 0.5;                   // of the radar's distance, by the track
+constexpr double kTrackCovers = 0.5;               // of the radar's distance, by the track
 constexpr double kWheelSpeed = 0.1;                // m/s; of its mean over slip_window
 
-double off(const Displacement& radar, double m) {
+double deviations_off(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
 }
 
@@ -38,11 +38,11 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
     back_from_silence_ |= speed_known && radar_says_ != WheelSlip::kNone;
     if (!speed_known) slipped_.clear();
     radar_says_ = now_ = WheelSlip::kNone;
-    borne_out_ = {0, 0};
-    against_.reset();
+    radar_agrees_ = {0, 0};
+    speed_error_.reset();
     slow_since_ = 0;
   }
-  if (estimate.time > wheel_now + kAway) back_from_silence_ = true;
+  if (estimate.time > wheel_now + kSilentAfter) back_from_silence_ = true;
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
@@ -65,8 +65,9 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& mo
                           std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
                           config_.noise * config_.noise * std::abs(moved.ground_m) +
                           2 * config_.noise_floor * config_.noise_floor;
-  const double threshold = back_from_silence_ ? std::min(kFirstImpression, config_.slip_threshold)
-                                              : config_.slip_threshold;
+  const double threshold = back_from_silence_
+                               ? std::min(kThresholdAfterSilence, config_.slip_threshold)
+                               : config_.slip_threshold;
   if (innovation * innovation < threshold * threshold * variance) return WheelSlip::kNone;
   return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }
@@ -88,30 +89,32 @@ void SlipWatch::doubt_speed(WheelSlip seen, TimeNs time) {
   }
   if (slow_since_ == 0) slow_since_ = time - window_;
   if (time - slow_since_ < kSlowFor || radar_says_ != WheelSlip::kNone) return;
-  against_ = Against{slow_since_, true};
+  speed_error_ = SpeedError{slow_since_, true};
   slow_since_ = 0;
 }
 
-void SlipWatch::hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale) {
+void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory& wheel,
+                                   double wheel_scale) {
   if (!speed_known_) {
-    hear_alone(radar, wheel, wheel_scale);
+    judge_by_radar_alone(radar, wheel, wheel_scale);
     return;
   }
   const bool slips =
       now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
   const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
-  if (!moved || off(radar, moved->wheel_m) > kAgrees || off(radar, moved->ground_m) < kDisagrees) {
-    borne_out_ = {0, 0};
+  if (!moved || deviations_off(radar, moved->wheel_m) > kAgrees ||
+      deviations_off(radar, moved->ground_m) < kDisagrees) {
+    radar_agrees_ = {0, 0};
     return;
   }
-  if (borne_out_.to < radar.from) borne_out_.from = radar.from;
-  borne_out_.to = radar.to;
+  if (radar_agrees_.to < radar.from) radar_agrees_.from = radar.from;
+  radar_agrees_.to = radar.to;
 }
 
 // The published velocity has followed the wheel, so both may be wrong. It may have begun within the
 // radar's distance, where the IMU's gap ended.
-void SlipWatch::hear_alone(const Displacement& radar, const WheelHistory& wheel,
-                           double wheel_scale) {
+void SlipWatch::judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
+                                     double wheel_scale) {
   const auto wheel_from = wheel.distance(radar.from, true), wheel_to = wheel.distance(radar.to);
   const TimeNs since = track_.empty() ? radar.to : std::max(radar.from, track_.begin());
   const double covered =
@@ -119,39 +122,43 @@ void SlipWatch::hear_alone(const Displacement& radar, const WheelHistory& wheel,
   if (!wheel_from || !wheel_to) return;
   const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
   const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
-  const double wheel_off = off(radar, wheel_m);
+  const double wheel_off = deviations_off(radar, wheel_m);
   if (wheel_off < kAgrees)
     radar_says_ = WheelSlip::kNone;
   else
     radar_says_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
-  if (covered < kCovered || off(radar, ground_m) < kAgrees) return;
+  if (covered < kTrackCovers || deviations_off(radar, ground_m) < kAgrees) return;
   const double seconds = to_seconds(radar.to - radar.from);
-  against_ = Against{since, radar_says_ == WheelSlip::kNone,
-                     (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
-                     radar.sigma_m / seconds};
+  speed_error_ = SpeedError{since, radar_says_ == WheelSlip::kNone,
+                            (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
+                            radar.sigma_m / seconds};
 }
 
-std::optional<SpeedWord> SlipWatch::word(TimeNs time, const WheelHistory& wheel,
-                                         double wheel_scale) {
-  const bool taken_back = borne_out_.to - borne_out_.from >= kBorneOut && !slipped_.empty();
-  const auto against = std::exchange(against_, std::nullopt);
-  if ((!taken_back && !against) || track_.empty()) return std::nullopt;
-  borne_out_ = {0, 0};  // now or never: a verdict that waits, as for a wheel gone silent, is stale
-  const TimeNs since = taken_back ? slipped_.back().from : against->since;
+std::optional<SpeedCorrection> SlipWatch::take_speed_correction(TimeNs time,
+                                                                const WheelHistory& wheel,
+                                                                double wheel_scale) {
+  const bool taken_back =
+      radar_agrees_.to - radar_agrees_.from >= kRadarAgreesFor && !slipped_.empty();
+  const auto error = std::exchange(speed_error_, std::nullopt);
+  if ((!taken_back && !error) || track_.empty()) return std::nullopt;
+  radar_agrees_ = {0,
+                   0};  // now or never: a verdict that waits, as for a wheel gone silent, is stale
+  const TimeNs since = taken_back ? slipped_.back().from : error->since;
   const auto all = distances(std::max(since, track_.begin()), time, wheel, wheel_scale);
   const auto last = distances(time - window_, time, wheel, wheel_scale);
   if (!all || !last) return std::nullopt;
-  SpeedWord word{last->wheel_m / to_seconds(window_), kWheelSpeed, all->wheel_m - all->ground_m};
-  if (!taken_back && !against->wheel_right) {
+  SpeedCorrection correction{last->wheel_m / to_seconds(window_), kWheelSpeed,
+                             all->wheel_m - all->ground_m};
+  if (!taken_back && !error->wheel_right) {
     // How the speed changed since the middle of the radar's distance the IMU knows.
-    word = {last->ground_m / to_seconds(window_) + against->faster, against->sigma,
-            against->faster * to_seconds(time - since)};
+    correction = {last->ground_m / to_seconds(window_) + error->faster, error->sigma,
+                  error->faster * to_seconds(time - since)};
   } else {
     slipped_.clear();
     now_ = WheelSlip::kNone;
   }
   track_ = {};  // of the velocity that was wrong
-  return word;
+  return correction;
 }
 
 void SlipWatch::mark(TimeNs from, TimeNs to) {

@@ -35,15 +35,20 @@ class SlipWatch {
 
   WheelSlip now() const { return now_; }
 
-  // What the radar says of the distance (m, unsigned). It counts while the wheel is taken for
-  // slipping, and while the speed is not known.
-  void hear(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+  // How far the radar says that the robot moved (m, unsigned). It is compared while the wheel is
+  // taken for slipping, and while the speed is not known.
+  void compare_with_radar(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
 
-  // What is right for the state at `time`, where the published velocity is found wrong: the wheel's
-  // speed, once the radar has for two seconds borne out a wheel taken for slipping. Where the speed
-  // is not known one of the radar's distances is enough, which the wheel may be right with or not;
-  // and without the radar the wheel is right that would turn more slowly than the robot moves.
-  std::optional<SpeedWord> word(TimeNs time, const WheelHistory& wheel, double wheel_scale);
+  // The speed of the state at `time`, where the published velocity was found wrong; told once.
+  //  - The wheel was taken for slipping, and the radar has agreed with it for two seconds: the
+  //    wheel's speed is right.
+  //  - The speed is not known, and one distance of the radar disagrees with the published one: the
+  //    wheel's speed where the radar agrees with the wheel, else the radar's.
+  //  - The speed is not known, the radar says nothing, and the wheel has for 0.6 s turned more
+  //  slowly
+  //    than the published speed: the wheel's speed.
+  std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
+                                                       double wheel_scale);
 
   // Whether any window that showed slip reaches into (from, to).
   bool between(TimeNs from, TimeNs to) const;
@@ -57,17 +62,18 @@ class SlipWatch {
     double wheel_m, ground_m;  // signed; ground as published
   };
 
-  // What was found against the published velocity while the speed is not known.
-  struct Against {
+  // The published velocity was found wrong while the speed is not known.
+  struct SpeedError {
     TimeNs since;
     bool wheel_right;
-    double faster = 0.0, sigma = 0.0;  // else: m/s, signed, by which the robot is
+    double faster = 0.0, sigma = 0.0;  // m/s, signed, of the robot; where the wheel is wrong too
   };
 
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
   WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
-  void hear_alone(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+  void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
+                            double wheel_scale);
   void doubt_speed(WheelSlip seen, TimeNs time);
   void mark(TimeNs from, TimeNs to);
 
@@ -80,14 +86,14 @@ class SlipWatch {
   // The wheel was silent: it may come back in mid-slip, without the jump that tells an onset, and
   // is not believed before it agrees.
   bool back_from_silence_ = false;
-  Interval borne_out_{0, 0};  // by the radar, without a break
+  Interval radar_agrees_{0, 0};  // with the wheel, without a break
 
   bool speed_known_ = true;
   // While the speed is not known: since when the wheel turns more slowly (0: it does not), what the
-  // radar says of it, and what is to be put right at the next word().
+  // radar says of it, and the error that the next correction takes out.
   TimeNs slow_since_ = 0;
   WheelSlip radar_says_ = WheelSlip::kNone;
-  std::optional<Against> against_;
+  std::optional<SpeedError> speed_error_;
 };
 
 }  // namespace gprodom

@@ -3,24 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/imu_noise.h"
+
 namespace gprodom {
 
 using Eigen::Vector3d;
-
-ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
-  if (samples.size() < 4) return {};
-  double gyro = 0, accel = 0;
-  for (size_t i = 2; i < samples.size(); ++i) {
-    const ImuSample &a = samples[i - 2], &b = samples[i - 1], &c = samples[i];
-    gyro += (a.angular_velocity - 2 * b.angular_velocity + c.angular_velocity).squaredNorm();
-    accel += (a.acceleration - 2 * b.acceleration + c.acceleration).squaredNorm();
-  }
-  // A second difference of white noise has 1 + 4 + 1 times its variance, here on three axes.
-  const double n = 18.0 * static_cast<double>(samples.size() - 2);
-  const double dt = to_seconds(samples.back().time - samples.front().time) /
-                    static_cast<double>(samples.size() - 1);
-  return {std::sqrt(gyro / n * dt), std::sqrt(accel / n * dt)};
-}
 
 namespace {
 

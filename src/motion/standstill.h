@@ -12,10 +12,6 @@
 
 namespace gprodom {
 
-// The IMU's noise as its own samples show it: densities from second differences, which motion
-// hardly touches. Vibration raises them.
-ImuNoise measured_noise(const std::vector<ImuSample>& samples);
-
 struct StandstillVerdict {
   struct Rate {
     Eigen::Vector3d mean;  // rad/s, body

@@ -29,9 +29,10 @@ Odometry::Odometry(const Config& config, Execution execution)
     : store_(std::make_unique<StateStore>(config.state)),
       config_(store_->with_wheel_scale(config, notices_)),
       execution_(execution),
-      pipeline_(std::make_unique<Pipeline>(
-          config_, execution,
-          Heritage{store_->ground(memory_options(config), notices_), store_->state(notices_)})),
+      pipeline_(
+          std::make_unique<Pipeline>(config_, execution,
+                                     StartingPoint{store_->ground(memory_options(config), notices_),
+                                                   store_->state(notices_)})),
       map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
@@ -122,8 +123,8 @@ void Odometry::reset() { start_afresh({pipeline_->take_ground(), std::nullopt});
 
 void Odometry::forget() { start_afresh({}); }
 
-void Odometry::start_afresh(Heritage heritage) {
-  pipeline_ = std::make_unique<Pipeline>(config_, execution_, std::move(heritage));
+void Odometry::start_afresh(StartingPoint start) {
+  pipeline_ = std::make_unique<Pipeline>(config_, execution_, std::move(start));
   map_frame_->reset();
 }
 

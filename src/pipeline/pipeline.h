@@ -19,18 +19,15 @@
 #include "input/health.h"
 #include "input/input_check.h"
 #include "map/map_task.h"
-#include "motion/coherence_scale.h"
-#include "motion/sensor_history.h"
-#include "motion/slip_watch.h"
-#include "motion/standstill.h"
+#include "motion/motion_judge.h"
 #include "persist/saved_state.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
 
 namespace gprodom {
 
-// What a pipeline takes over from the one before.
-struct Heritage {
+// What a pipeline starts with: the ground and the state of the one before, or of a saved run.
+struct StartingPoint {
   std::optional<GroundMap> ground;
   std::optional<SavedState> state;  // gone on from where it is state.resume_within old at most
 };
@@ -40,7 +37,7 @@ class Pipeline {
   using Message = InputMessage;
 
   // Throws ConfigError where settings contradict each other.
-  Pipeline(const Config& config, Execution execution, Heritage heritage);
+  Pipeline(const Config& config, Execution execution, StartingPoint start);
 
   void add(Message message) { inbox_.push_back(std::move(message)); }
   void reject(const std::string& channel, const std::string& reason) {
@@ -85,7 +82,7 @@ class Pipeline {
   void store(Message& message);
   void start();
   bool resume();
-  void begin(const InitialState& initial);
+  void begin(const InitialState& initial, const StateResult& first);
   void take_radar_answers();
   void take_states();
   void take_map_answers();
@@ -94,10 +91,7 @@ class Pipeline {
   void publish();
   void publish_pose(OdometryEstimate estimate);
 
-  StateInput collect(TimeNs from, TimeNs to);
-  bool wanted(const Displacement& d) const;
-  void use(const StateResult& result, TimeNs effective);
-  std::int32_t flags() const;
+  void adopt(const StateResult& result, TimeNs effective);
 
   const Config config_;
   const Execution execution_;
@@ -110,24 +104,15 @@ class Pipeline {
   InputCheck input_;
   TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
 
-  ImuHistory imu_;
-  WheelHistory wheel_;
-  std::vector<GprTrace> traces_;                 // since the last tick
-  std::vector<Displacement> radar_standing_;     // in effect, newest last
-  std::vector<Displacement> new_displacements_;  // in effect, for the next state
+  MotionJudge motion_;
+  std::vector<GprTrace> traces_;  // since the last tick
 
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to go on from, until the first start
   bool started_ = false, record_ = false;
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
-  TimeNs newest_state_ = 0, next_state_ = 0;
-  ImuNoise reference_noise_;  // at standstill
+  TimeNs next_state_ = 0;
   Prediction prediction_;
-  TimeNs speed_known_ = 0;  // without the wheel, from then on
-  SlipWatch slip_;
-  BiasWatch bias_watch_;
-  CoherenceScale coherence_;
-  TimeNs wheel_doubted_ = 0;  // end of the last state interval without a wheel that can be used
 
   // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
   std::unique_ptr<StateEstimator> estimator_;

@@ -1,7 +1,5 @@
 #include "pipeline/prediction.h"
 
-#include "motion/standstill.h"
-
 namespace gprodom {
 
 void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu) {
@@ -40,35 +38,6 @@ StateResult initial_result(const InitialState& initial) {
   result.solve.usable = true;
   result.standing = true;
   return result;
-}
-
-ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference) {
-  constexpr size_t kEnough = 20;
-  constexpr double kSignificant = 1.2;  // three deviations of what 80 samples show
-  if (samples.size() < kEnough) return reference;
-  const ImuNoise measured = measured_noise(samples);
-  auto prevailing = [](double at_rest, double now) {
-    return now > kSignificant * at_rest ? now : at_rest;
-  };
-  return {prevailing(reference.gyro_density, measured.gyro_density),
-          prevailing(reference.accel_density, measured.accel_density)};
-}
-
-bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
-               bool across_gaps) {
-  double elapsed = 0;
-  std::optional<double> before = wheel.distance(from, across_gaps);
-  for (MotionStep& step : steps) {
-    elapsed += step.dt;
-    const std::optional<double> after = wheel.distance(from + from_seconds(elapsed), across_gaps);
-    if (!before || !after) {
-      for (MotionStep& s : steps) s.wheel_m = 0;
-      return false;
-    }
-    step.wheel_m = *after - *before;
-    before = after;
-  }
-  return !steps.empty();
 }
 
 }  // namespace gprodom

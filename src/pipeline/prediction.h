@@ -45,13 +45,4 @@ class Prediction {
 // The first state as if a solve had ended with it.
 StateResult initial_result(const InitialState& initial);
 
-// What the samples show where that is clearly more than the reference, else the reference. Few
-// samples say nothing.
-ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
-
-// Signed wheel distance of each step, with gaps of the wheel made up evenly where that is asked
-// for. false, and zeros, where the wheel does not cover them all.
-bool add_wheel(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
-               bool across_gaps);
-
 }  // namespace gprodom

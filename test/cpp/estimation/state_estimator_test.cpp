@@ -133,7 +133,7 @@ TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
 }
 
 // The wheel was taken for slipping for 5 s, and the speed held for the robot's was wrong.
-TEST(SpeedWord, PutsSpeedAndPlaceRightAndHeadingStays) {
+TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   constexpr double kBelieved = 0.3;  // m/s
   StateEstimator estimator = at_ten_seconds(kBelieved);
   std::mt19937 random(1);
@@ -141,7 +141,7 @@ TEST(SpeedWord, PutsSpeedAndPlaceRightAndHeadingStays) {
   for (int i = 0; i < 100; ++i) {
     StateInput input = interval(10.0 + i * kStateInterval, {kSpeed, kTurn}, random);
     input.wheel_contradicted = i < 25;
-    if (i == 25) input.speed_word = SpeedWord{kSpeed, 0.1, (kSpeed - kBelieved) * 5.0};
+    if (i == 25) input.speed_correction = SpeedCorrection{kSpeed, 0.1, (kSpeed - kBelieved) * 5.0};
     result = estimator.add(input);
     ASSERT_TRUE(result.solve.usable) << i;
     if (i == 24) before = result;

@@ -108,7 +108,7 @@ class Drive {
   bool wheel_speaks = true, radar_speaks = true, asked = true;
   bool speed_known = true;
   SlipWatch watch{WheelConfig{}};
-  std::optional<SpeedWord> word;
+  std::optional<SpeedCorrection> correction;
 
   void run(double seconds) {
     for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
@@ -121,14 +121,15 @@ class Drive {
       estimate.velocity_covariance = sigma * sigma * Eigen::Matrix3d::Identity();
       estimate.wheel_scale = 1.0;
       watch.add(estimate, wheel_, wheel_now_, speed_known);
-      if (!word && asked && i_ % 40 == 0) word = watch.word(now - 50'000'000, wheel_, 1.0);
+      if (!correction && asked && i_ % 40 == 0)
+        correction = watch.take_speed_correction(now - 50'000'000, wheel_, 1.0);
       if (!radar_speaks || i_ % 200 != 199) continue;
       Displacement radar;
       radar.to = now - 50'000'000;
       radar.from = radar.to - 1'100'000'000;
       radar.distance_m = 1.1 * std::abs(ground);
       radar.sigma_m = 0.2 * radar.distance_m;
-      watch.hear(radar, wheel_, 1.0);
+      watch.compare_with_radar(radar, wheel_, 1.0);
     }
   }
   bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
@@ -146,10 +147,10 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
   drive.run(3.0);
   drive.published = 0.75;
   drive.run(4.0);
-  ASSERT_TRUE(drive.word);
-  EXPECT_NEAR(drive.word->speed, kSpeed, 0.01);
-  EXPECT_LT(drive.word->ahead_m, -0.5);
-  EXPECT_GT(drive.word->ahead_m, -1.4);
+  ASSERT_TRUE(drive.correction);
+  EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+  EXPECT_LT(drive.correction->ahead_m, -0.5);
+  EXPECT_GT(drive.correction->ahead_m, -1.4);
   EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // still at odds: the caller puts the speed right
   drive.published = kSpeed;
   drive.run(1.0);
@@ -160,7 +161,7 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
   silent_radar.run(3.0);
   silent_radar.published = 0.75;
   silent_radar.run(4.0);
-  EXPECT_FALSE(silent_radar.word);
+  EXPECT_FALSE(silent_radar.correction);
 }
 
 // It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
@@ -179,7 +180,7 @@ TEST(SlipWatch, AVerdictThatCannotBeUsedAtOnceIsDropped) {
     drive.wheel_speaks = true;
     drive.published = kSpeed;
     drive.run(1.0);
-    EXPECT_FALSE(drive.word) << silence;
+    EXPECT_FALSE(drive.correction) << silence;
   }
 }
 
@@ -191,11 +192,11 @@ TEST(SlipWatch, WhereTheSpeedIsNotKnownTheRadarJudgesTheWheel) {
     drive.ground = direction * kSpeed;
     drive.wheel_speed = drive.published = 1.8 * direction * kSpeed;
     drive.run(4.0);
-    ASSERT_TRUE(drive.word);
-    EXPECT_NEAR(drive.word->speed, direction * kSpeed, 0.01);
-    EXPECT_NEAR(drive.word->sigma, 0.2 * kSpeed, 0.01);
-    EXPECT_LT(direction * drive.word->ahead_m, -0.25);  // of 0.3 to 0.6 m
-    EXPECT_GT(direction * drive.word->ahead_m, -0.65);
+    ASSERT_TRUE(drive.correction);
+    EXPECT_NEAR(drive.correction->speed, direction * kSpeed, 0.01);
+    EXPECT_NEAR(drive.correction->sigma, 0.2 * kSpeed, 0.01);
+    EXPECT_LT(direction * drive.correction->ahead_m, -0.25);  // of 0.3 to 0.6 m
+    EXPECT_GT(direction * drive.correction->ahead_m, -0.65);
     EXPECT_TRUE(drive.contradicted());
     EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
 
@@ -207,7 +208,7 @@ TEST(SlipWatch, WhereTheSpeedIsNotKnownTheRadarJudgesTheWheel) {
   Drive agreed;
   agreed.speed_known = false;
   agreed.run(4.0);
-  EXPECT_FALSE(agreed.word);
+  EXPECT_FALSE(agreed.correction);
   EXPECT_FALSE(agreed.contradicted());
 }
 
@@ -219,16 +220,16 @@ TEST(SlipWatch, WhereTheSpeedIsNotKnownASlipsEndIsSeen) {
     drive.radar_speaks = radar_speaks;
     drive.published = (radar_speaks ? 0.4 : 1.8) * kSpeed;
     drive.run(3.0);
-    ASSERT_TRUE(drive.word);
-    EXPECT_NEAR(drive.word->speed, kSpeed, 0.01);
-    EXPECT_DOUBLE_EQ(drive.word->sigma, 0.1);
+    ASSERT_TRUE(drive.correction);
+    EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+    EXPECT_DOUBLE_EQ(drive.correction->sigma, 0.1);
     EXPECT_FALSE(drive.contradicted());
   }
   Drive slips;  // for all that is known
   slips.speed_known = slips.radar_speaks = false;
   slips.wheel_speed = 1.8 * kSpeed;
   slips.run(3.0);
-  EXPECT_FALSE(slips.word);
+  EXPECT_FALSE(slips.correction);
 }
 
 // What was published before it is no witness any more.
@@ -246,7 +247,7 @@ TEST(SlipWatch, AVerdictFromBeforeTheSpeedWasLostIsForgotten) {
   drive.run(0.01);
   EXPECT_FALSE(drive.contradicted());
   drive.run(1.0);
-  EXPECT_FALSE(drive.word);
+  EXPECT_FALSE(drive.correction);
 }
 
 TEST(SlipWatch, ARealSlipIsNotTakenBack) {
@@ -255,7 +256,7 @@ TEST(SlipWatch, ARealSlipIsNotTakenBack) {
     drive.run(3.0);
     drive.wheel_speed = wheel_speed;
     drive.run(6.0);
-    EXPECT_FALSE(drive.word) << wheel_speed;
+    EXPECT_FALSE(drive.correction) << wheel_speed;
     EXPECT_NE(drive.watch.now(), WheelSlip::kNone) << wheel_speed;
   }
 }

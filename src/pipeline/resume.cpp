@@ -1,4 +1,4 @@
-// What a pipeline takes over from the one before, or a saved state, and hands on.
+// What a pipeline goes on with from the one before, or from a saved run, and what it hands on.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +20,7 @@ bool Pipeline::resume() {
                   "the saved pose is %.0f s old (state.resume_within): starting at the initialiser",
                   age);
     out_.warnings.emplace_back(said);
-    wheel_ = WheelHistory(config_.wheel.max_speed);
+    motion_.forget_wheel();
     return false;
   }
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
@@ -29,15 +29,14 @@ bool Pipeline::resume() {
   const Eigen::Vector3d up_body =
       x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
   for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
-    imu_.insert({time, up_body + x.accel_bias, x.gyro_bias});
-  begin({x, gaussian_prior(x, saved.covariance), saved.noise});
+    motion_.add(ImuSample{time, up_body + x.accel_bias, x.gyro_bias});
   StateResult result;
   result.state = x;
   result.covariance = saved.covariance;
   result.solve.usable = true;
   result.bridged = true;
   prediction_.resume(saved.distance_m);
-  prediction_.rebase(result, saved.noise, imu_);
+  begin({x, gaussian_prior(x, saved.covariance), saved.noise}, result);
 
   resumed_correction_ = saved.correction;
   const Correction correction = saved.correction.value_or(Correction{});
@@ -57,8 +56,8 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   SavedState saved;
   saved.state = base.state;
   saved.covariance = base.covariance;
-  saved.noise = reference_noise_;
-  saved.wheel_m = wheel_.reported(base.state.time);
+  saved.noise = motion_.noise_at_standstill();
+  saved.wheel_m = motion_.wheel().reported(base.state.time);
   saved.distance_m = prediction_.distance_m();
   saved.correction = correction;
   saved.map = map_number_;

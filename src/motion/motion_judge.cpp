@@ -1,0 +1,161 @@
+#include "motion/motion_judge.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "motion/imu_noise.h"
+
+namespace gprodom {
+
+namespace {
+
+constexpr TimeNs kSecond = 1'000'000'000;
+
+// Kept while no state is made: before the start, or without an IMU.
+constexpr TimeNs kLongestSilence = 100 * kSecond;
+constexpr std::size_t kMostWaiting = 2000;  // external displacements
+
+// Longer than a state waits for the reorder window.
+constexpr TimeNs kStandingKept = 2 * kSecond;
+
+}  // namespace
+
+MotionJudge::MotionJudge(const Config& config)
+    : config_(config),
+      state_period_(from_seconds(1 / config.smoother.state_rate)),
+      imu_gap_(from_seconds(config.time.imu_gap)),
+      lag_(from_seconds(config.smoother.lag)),
+      wheel_(config.wheel.max_speed),
+      slip_(config.wheel),
+      coherence_(config.gpr.coherence) {}
+
+bool MotionJudge::add(const ImuSample& sample) {
+  imu_now_ = std::max(imu_now_, sample.time);
+  return imu_.insert(sample);
+}
+
+bool MotionJudge::add(const WheelSample& sample) {
+  wheel_now_ = std::max(wheel_now_, sample.time);
+  wheel_.forget_before(wheel_now_ - kLongestSilence);
+  return !config_.wheel.enabled || wheel_.insert(sample);
+}
+
+void MotionJudge::add_external(Displacement displacement) {
+  if (displacements_.size() < kMostWaiting) displacements_.push_back(std::move(displacement));
+}
+
+Displacement MotionJudge::in_metres(Displacement radar) {
+  return radar.source == "coherence" ? coherence_.to_metres(radar) : radar;
+}
+
+void MotionJudge::add_radar(const Displacement& radar) {
+  if (!radar.valid) return;
+  if (radar.source == "coherence")
+    slip_.compare_with_radar(radar, wheel_, newest_.state.wheel_scale);
+  const bool standing = radar.kind == DisplacementKind::kMotion && radar.distance_m == 0.0;
+  (standing ? radar_standing_ : displacements_).push_back(radar);
+  forget_old_standing();
+}
+
+Initialization MotionJudge::initialize() {
+  const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
+  imu_.forget_before(from);
+  return gprodom::initialize(config_, imu_.between(from, imu_now_), wheel_.path(from, imu_now_));
+}
+
+void MotionJudge::begin(const StateResult& first, const ImuNoise& noise) {
+  newest_ = first;
+  noise_at_standstill_ = noise;
+  asked_to_ = first.state.time;
+}
+
+void MotionJudge::adopt(const StateResult& newest) {
+  newest_ = newest;
+  imu_.forget_before(std::min(asked_to_, newest.state.time) - kSecond);
+  wheel_.forget_before(asked_to_ - SlipWatch::kMemory);
+}
+
+ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
+  if (!config_.imu.adaptive_noise) return noise_at_standstill_;
+  return prevailing_noise(imu_.between(from, to), noise_at_standstill_);
+}
+
+StateInput MotionJudge::judge(TimeNs to) {
+  const TimeNs from = std::exchange(asked_to_, to);
+  StateInput input;
+  input.time = to;
+  input.steps = imu_.steps(from, to, imu_gap_);
+  const TimeNs margin = state_period_ / 2;  // more samples for the same noise
+  input.noise = noise(from - margin, to + margin);
+  // Where both are silent how the way was covered is not known, but how long it was is.
+  const bool across_gaps = imu_silent(from - state_period_, to);
+  input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
+
+  input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
+  if (input.speed_correction) speed_known_after_ = to + lag_;
+  forget_old_standing();
+  const StandstillVerdict verdict =
+      judge_standstill(config_, noise_at_standstill_, newest_.state.gyro_bias, imu_, wheel_,
+                       radar_standing_, from, to);
+  input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
+  input.standing = verdict.standing || input.gyro_bias.has_value();
+  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
+  input.displacements = take_displacements(to);
+  return input;
+}
+
+bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
+  const std::vector<MotionStep> steps = imu_.steps(from, to, imu_gap_);
+  return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
+}
+
+// An answer may come before the state that it reaches to, which waits for the reorder window.
+std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
+  const auto later = std::stable_partition(displacements_.begin(), displacements_.end(),
+                                           [to](const Displacement& d) { return d.to <= to; });
+  std::vector<Displacement> taken;
+  std::copy_if(displacements_.begin(), later, std::back_inserter(taken),
+               [this](const Displacement& d) { return enters_estimate(d); });
+  displacements_.erase(displacements_.begin(), later);
+  return taken;
+}
+
+// Beside a wheel that can be used the coherence has nothing to add: it learns from it.
+bool MotionJudge::enters_estimate(const Displacement& displacement) const {
+  if (displacement.kind != DisplacementKind::kMotion) return true;
+  const std::string& use = config_.gpr.coherence.use;
+  return use == "always" || (use == "contradicted" && displacement.from < wheel_doubted_);
+}
+
+void MotionJudge::forget_old_standing() {
+  const TimeNs old = imu_now_ - kStandingKept;
+  radar_standing_.erase(std::remove_if(radar_standing_.begin(), radar_standing_.end(),
+                                       [old](const Displacement& d) { return d.to < old; }),
+                        radar_standing_.end());
+}
+
+bool MotionJudge::follow(OdometryEstimate& estimate) {
+  // After a gap of the IMU the speed is a guess, or the wheel's: no witness against the wheel.
+  if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
+  const bool speed_known = estimate.time > speed_known_after_;
+  const bool slipped = slip_.now() != WheelSlip::kNone;
+  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
+  estimate.flags = flags();
+  coherence_.add(estimate, speed_known);
+  return !slipped && slip_.now() != WheelSlip::kNone;
+}
+
+std::int32_t MotionJudge::flags() const {
+  std::int32_t flags = 0;
+  if (newest_.standing) flags |= kStanding;
+  if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
+  if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
+  if (newest_.no_wheel) flags |= kNoWheel;
+  if (newest_.bridged) flags |= kImuGap;
+  if (!newest_.solve.usable) flags |= kSolverFailed;
+  return flags;
+}
+
+}  // namespace gprodom

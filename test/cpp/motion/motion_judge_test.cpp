@@ -1,0 +1,307 @@
+// What the judge answers for a state interval, from what IMU, wheel and radar say together.
+#include "motion/motion_judge.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+constexpr ImuNoise kReference{2e-4, 8e-4};
+constexpr double kImuRate = 200, kWheelRate = 50;  // Hz
+constexpr TimeNs kInterval = 200'000'000;          // ns, between states
+constexpr double kStart = 1000.0;                  // s
+constexpr double kSpeed = 0.5;                     // m/s
+const Eigen::Vector3d kBias(1e-3, -2e-3, 3e-3);
+
+Displacement radar(double from, double to, double metres) {
+  Displacement d;
+  d.from = from_seconds(from);
+  d.to = from_seconds(to);
+  d.valid = true;
+  d.distance_m = metres;
+  d.sigma_m = 0.02;
+  return d;
+}
+
+// A robot whose sensors say what the test sets, and whose states and estimates are exact.
+class Robot {
+ public:
+  explicit Robot(const Config& config = {}) : judge(config) {
+    newest_.state.time = from_seconds(kStart);
+    newest_.state.gyro_bias = kBias;
+    newest_.solve.usable = true;
+    newest_.standing = true;
+    judge.begin(newest_, kReference);
+  }
+
+  MotionJudge judge;
+  double speed = 0.0, wheel_speed = 0.0;  // m/s
+  double vibration = 1.0;                 // of the noise at standstill
+  double extra_rate = 0.0;                // rad/s about z, beyond the bias
+  bool imu_speaks = true, wheel_speaks = true;
+  bool carried = false;  // the states rest on the wheel alone
+  int slips_told = 0;
+  std::int32_t flags = 0;  // of the last estimate
+
+  double now() const { return kStart + i_ / kImuRate; }
+
+  // Drives for one state interval. The answer for it, after the reorder window.
+  StateInput next() {
+    const double step = 1 / kImuRate;
+    for (int n = 0; n < to_seconds(kInterval) * kImuRate; ++n, ++i_) {
+      const TimeNs time = from_seconds(now());
+      if (imu_speaks) judge.add(sample(time));
+      if (wheel_speaks && i_ % static_cast<int>(kImuRate / kWheelRate) == 0)
+        judge.add(WheelSample{time, wheel_m_});
+      wheel_m_ += wheel_speed * step;
+      OdometryEstimate estimate;
+      estimate.time = time;
+      estimate.v_body.x() = speed;
+      estimate.velocity_covariance = 1e-4 * Eigen::Matrix3d::Identity();
+      slips_told += judge.follow(estimate);
+      flags = estimate.flags;
+    }
+    judge.add(sample(from_seconds(now())));  // both ends of the interval are covered
+    if (wheel_speaks) judge.add(WheelSample{from_seconds(now()), wheel_m_});
+    const StateInput input = judge.judge(from_seconds(now()));
+    newest_.state.time = input.time;
+    newest_.standing = input.standing;
+    newest_.carried = carried;
+    judge.adopt(newest_);
+    return input;
+  }
+
+  StateInput drive(int intervals) {
+    StateInput last;
+    for (int i = 0; i < intervals; ++i) last = next();
+    return last;
+  }
+
+ private:
+  ImuSample sample(TimeNs time) {
+    ImuSample s{time, {0, 0, 9.80665}, kBias};
+    s.angular_velocity.z() += extra_rate;
+    const double scale = vibration * std::sqrt(kImuRate);
+    for (int axis = 0; axis < 3; ++axis) {
+      s.acceleration[axis] += scale * kReference.accel_density * noise_(random_);
+      s.angular_velocity[axis] += scale * kReference.gyro_density * noise_(random_);
+    }
+    return s;
+  }
+
+  StateResult newest_;
+  double wheel_m_ = 3.0;
+  int i_ = 0;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> noise_;
+};
+
+TEST(MotionJudge, AnswersForTheWholeInterval) {
+  Robot robot;
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.vibration = 3.0;
+  robot.drive(5);
+  const StateInput input = robot.next();
+  EXPECT_EQ(input.time, from_seconds(robot.now()));
+  double seconds = 0, wheel_m = 0;
+  for (const MotionStep& step : input.steps) {
+    seconds += step.dt;
+    wheel_m += step.wheel_m;
+    EXPECT_FALSE(step.bridged);
+  }
+  EXPECT_NEAR(seconds, to_seconds(kInterval), 1e-9);
+  EXPECT_NEAR(wheel_m, kSpeed * to_seconds(kInterval), 1e-9);
+  EXPECT_TRUE(input.has_wheel);
+  EXPECT_FALSE(input.standing);
+  EXPECT_FALSE(input.wheel_contradicted);
+  EXPECT_FALSE(input.speed_correction);
+  EXPECT_FALSE(input.gyro_bias);
+  EXPECT_TRUE(input.displacements.empty());
+}
+
+TEST(MotionJudge, TheNoiseIsThatOfTheIntervalAndNeverLessThanAtStandstill) {
+  for (const bool adaptive : {true, false}) {
+    Config config;
+    config.imu.adaptive_noise = adaptive;
+    for (const double vibration : {0.3, 4.0}) {
+      Robot robot(config);
+      robot.vibration = vibration;
+      const ImuNoise noise = robot.drive(5).noise;
+      const double expected = adaptive ? std::max(1.0, vibration) : 1.0;
+      EXPECT_NEAR(noise.gyro_density / kReference.gyro_density, expected, 0.2 * expected);
+      EXPECT_NEAR(noise.accel_density / kReference.accel_density, expected, 0.2 * expected);
+    }
+  }
+  EXPECT_EQ(Robot().judge.noise_at_standstill().gyro_density, kReference.gyro_density);
+}
+
+TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
+  Robot robot;
+  robot.wheel_speed = 0.3;
+  robot.drive(5);
+  robot.judge.add_radar(radar(robot.now() - 0.1, robot.now() + 0.3, 0.0));
+  const StateInput input = robot.next();
+  EXPECT_TRUE(input.standing);
+  EXPECT_TRUE(input.wheel_contradicted);
+}
+
+TEST(MotionJudge, WhatTheRadarSaidOfAnotherTimeMakesNoStandstill) {
+  Robot robot;
+  robot.wheel_speed = 0.3;
+  robot.drive(5);
+  robot.judge.add_radar(radar(robot.now() - 0.3, robot.now() + 0.1, 0.0));
+  EXPECT_FALSE(robot.next().standing);
+}
+
+TEST(MotionJudge, AnInvalidMeasurementIsNotUsed) {
+  Robot robot;
+  robot.wheel_speed = 0.3;
+  Displacement standing = radar(kStart, kStart + 0.3, 0.0), moved = radar(kStart, kStart + 0.1, 1);
+  moved.kind = DisplacementKind::kSequential;
+  standing.valid = moved.valid = false;
+  robot.judge.add_radar(standing);
+  robot.judge.add_radar(moved);
+  const StateInput input = robot.next();
+  EXPECT_FALSE(input.standing);
+  EXPECT_TRUE(input.displacements.empty());
+}
+
+TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReachBeyond) {
+  Robot robot;
+  Displacement d = radar(kStart, kStart + 0.3, 0.1);
+  d.kind = DisplacementKind::kExternal;
+  robot.judge.add_external(d);
+  EXPECT_TRUE(robot.next().displacements.empty());
+  const StateInput second = robot.next();
+  ASSERT_EQ(second.displacements.size(), 1u);
+  EXPECT_EQ(second.displacements[0].to, d.to);
+  EXPECT_TRUE(robot.next().displacements.empty());
+}
+
+TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
+  for (const std::string use : {"contradicted", "always", "never"}) {
+    for (const bool wheel_speaks : {true, false}) {
+      Config config;
+      config.gpr.coherence.use = use;
+      Robot robot(config);
+      robot.speed = robot.wheel_speed = kSpeed;
+      robot.wheel_speaks = wheel_speaks;
+      Displacement d = radar(kStart, kStart + 0.2, 0.1);
+      d.kind = DisplacementKind::kMotion;
+      robot.judge.add_radar(d);
+      const bool expected = use == "always" || (use == "contradicted" && !wheel_speaks);
+      EXPECT_EQ(robot.next().displacements.size(), expected ? 1u : 0u) << use << wheel_speaks;
+    }
+  }
+}
+
+TEST(MotionJudge, ASlipIsToldOnceFlaggedAndContradictsTheWheel) {
+  Robot robot;
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.vibration = 3.0;
+  robot.drive(10);
+  EXPECT_EQ(robot.slips_told, 0);
+  EXPECT_EQ(robot.flags, 0);
+  robot.wheel_speed = 2 * kSpeed;
+  StateInput input = robot.drive(4);
+  EXPECT_EQ(robot.slips_told, 1);
+  EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
+  EXPECT_TRUE(input.wheel_contradicted);
+  robot.wheel_speed = 0.5 * kSpeed;
+  robot.drive(4);
+  EXPECT_EQ(robot.flags, kSlipping | kWheelSlow);
+  robot.wheel_speed = kSpeed;
+  input = robot.drive(5);
+  EXPECT_EQ(robot.flags, 0);
+  EXPECT_FALSE(input.wheel_contradicted);
+}
+
+TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
+  Config config;
+  config.smoother.lag = 2.0;
+  Robot robot(config);
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.carried = true;
+  robot.drive(5);
+  robot.carried = false;
+  robot.wheel_speed = 2 * kSpeed;
+  robot.drive(9);  // less than the lag after the last state that rests on the wheel
+  EXPECT_EQ(robot.flags, 0);
+  robot.drive(4);
+  EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
+}
+
+TEST(MotionJudge, AMovedGyroBiasIsFoundAtAStandstill) {
+  Config config;
+  config.gpr.enabled = false;
+  Robot robot(config);
+  EXPECT_TRUE(robot.drive(5).standing);
+  EXPECT_EQ(robot.flags, kStanding);
+  robot.extra_rate = 5e-3;
+  StateInput input;
+  for (int i = 0; i < 8 && !input.gyro_bias; ++i) input = robot.next();
+  ASSERT_TRUE(input.gyro_bias);
+  EXPECT_TRUE(input.standing);
+  EXPECT_LT((*input.gyro_bias - kBias - Eigen::Vector3d(0, 0, 5e-3)).norm(), 5e-4);
+}
+
+TEST(MotionJudge, AWheelSilentWithTheImuHasCountedOn) {
+  for (const bool imu_speaks : {true, false}) {
+    Robot robot;
+    robot.speed = robot.wheel_speed = kSpeed;
+    robot.drive(3);
+    robot.imu_speaks = imu_speaks;
+    robot.wheel_speaks = false;
+    // The state is asked for once both are back.
+    const TimeNs to = from_seconds(robot.now() + 0.4);
+    robot.judge.add(ImuSample{to, {0, 0, 9.80665}, kBias});
+    if (imu_speaks)
+      for (int i = 1; i < 80; ++i)
+        robot.judge.add(ImuSample{from_seconds(robot.now() + i * 0.005), {0, 0, 9.80665}, kBias});
+    robot.judge.add(WheelSample{to, 3.0 + kSpeed * (0.6 + 0.4)});
+    const StateInput input = robot.judge.judge(to);
+    EXPECT_EQ(input.has_wheel, !imu_speaks);
+    double wheel_m = 0;
+    for (const MotionStep& step : input.steps) wheel_m += step.wheel_m;
+    EXPECT_NEAR(wheel_m, imu_speaks ? 0.0 : 0.4 * kSpeed, 1e-9);
+    EXPECT_EQ(input.steps.back().bridged, !imu_speaks);
+  }
+}
+
+TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
+  MotionJudge judge{Config{}};
+  EXPECT_TRUE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.8}, kBias}));
+  EXPECT_FALSE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.9}, kBias}));
+  EXPECT_TRUE(judge.add(WheelSample{from_seconds(1), 0.0}));
+  EXPECT_FALSE(judge.add(WheelSample{from_seconds(1.02), 50.0}));
+  Config without_wheel;
+  without_wheel.wheel.enabled = false;
+  Robot robot(without_wheel);
+  EXPECT_TRUE(robot.judge.add(WheelSample{from_seconds(1.0), 0.0}));
+  EXPECT_TRUE(robot.judge.add(WheelSample{from_seconds(1.02), 50.0}));
+  EXPECT_FALSE(robot.next().has_wheel);
+}
+
+TEST(MotionJudge, TheFirstStateComesFromAStandstillAlone) {
+  for (const double wheel_speed : {0.0, 0.5}) {
+    MotionJudge judge{Config{}};
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0.0, 0.01);
+    for (int i = 0; i < 800; ++i) {
+      const TimeNs time = from_seconds(i * 0.01);
+      judge.add(ImuSample{time, {noise(random), noise(random), 9.80665 + noise(random)}, kBias});
+      judge.add(WheelSample{time, wheel_speed * 0.01 * i});
+    }
+    const Initialization start = judge.initialize();
+    EXPECT_EQ(start.initial.has_value(), wheel_speed == 0.0) << start.refusal;
+    if (!start.initial) continue;
+    EXPECT_EQ(start.initial->state.time, from_seconds(7.99));
+    EXPECT_LT((start.initial->state.gyro_bias - kBias).norm(), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace gprodom

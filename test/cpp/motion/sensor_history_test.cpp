@@ -1,0 +1,157 @@
+// What the wheel's history says of a time, and where it says nothing: outside its data, across a
+// jump of the count, across a gap.
+#include "motion/sensor_history.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gprodom {
+namespace {
+
+constexpr double kMaxSpeed = 2.0;  // m/s
+constexpr double kPeriod = 0.1;    // s, between samples
+
+// Samples at 100.0, 100.1, ... s of a wheel at 1 m/s, whose count is 7 m at the first.
+WheelHistory even_drive(int samples) {
+  WheelHistory wheel(kMaxSpeed);
+  for (int i = 0; i < samples; ++i)
+    EXPECT_TRUE(wheel.insert({from_seconds(100 + i * kPeriod), 7 + i * kPeriod}));
+  return wheel;
+}
+
+std::optional<double> distance(const WheelHistory& wheel, double from, double to,
+                               bool across_gaps = false) {
+  const auto a = wheel.distance(from_seconds(from), across_gaps);
+  const auto b = wheel.distance(from_seconds(to), across_gaps);
+  return a && b ? std::optional(*b - *a) : std::nullopt;
+}
+
+void expect_m(const std::optional<double>& metres, double expected) {
+  ASSERT_TRUE(metres);
+  EXPECT_NEAR(*metres, expected, 1e-9);
+}
+
+TEST(WheelHistory, LinearBetweenSamplesAndSilentOutsideThem) {
+  const WheelHistory wheel = even_drive(4);
+  expect_m(distance(wheel, 100.0, 100.3), 0.3);
+  expect_m(distance(wheel, 100.02, 100.17), 0.15);
+  expect_m(wheel.reported(from_seconds(100.17)), 7.17);
+  EXPECT_FALSE(wheel.distance(from_seconds(99.99)));
+  EXPECT_FALSE(wheel.distance(from_seconds(100.31)));
+  EXPECT_FALSE(WheelHistory(kMaxSpeed).distance(0));
+}
+
+TEST(WheelHistory, AJumpOfTheCountIsNotDriven) {
+  for (const double jump : {30.0, -7.4}) {  // the second: set to zero
+    WheelHistory wheel = even_drive(5);
+    EXPECT_FALSE(wheel.insert({from_seconds(100.5), 7.4 + jump}));
+    EXPECT_TRUE(wheel.insert({from_seconds(100.6), 7.5 + jump}));
+    EXPECT_FALSE(wheel.distance(from_seconds(100.45)));
+    EXPECT_FALSE(wheel.reported(from_seconds(100.45)));
+    EXPECT_FALSE(wheel.distance(from_seconds(100.45), true));
+    expect_m(distance(wheel, 100.0, 100.5), 0.4);
+    expect_m(distance(wheel, 100.4, 100.6), 0.1);
+    expect_m(wheel.reported(from_seconds(100.6)), 7.5 + jump);
+    EXPECT_NEAR(wheel.path(from_seconds(100.0), from_seconds(100.6)), 0.5, 1e-9);
+  }
+}
+
+TEST(WheelHistory, ASpeedUpToTheLimitIsNoJump) {
+  for (const double sign : {1.0, -1.0}) {
+    // Two metres a second for 0.1 s, and for the 20 ms by which a stamp may be off.
+    WheelHistory wheel = even_drive(1);
+    EXPECT_TRUE(wheel.insert({from_seconds(100.1), 7 + sign * 0.239}));
+    EXPECT_FALSE(wheel.insert({from_seconds(100.2), 7 + sign * (0.239 + 0.241)}));
+  }
+}
+
+TEST(WheelHistory, ALateSampleGoesWhereItsStampPutsIt) {
+  WheelHistory wheel(kMaxSpeed);
+  wheel.insert({from_seconds(100.0), 7.0});
+  wheel.insert({from_seconds(100.2), 7.2});
+  expect_m(distance(wheel, 100.0, 100.1), 0.1);
+  EXPECT_TRUE(wheel.insert({from_seconds(100.1), 7.15}));
+  expect_m(distance(wheel, 100.0, 100.1), 0.15);
+  expect_m(distance(wheel, 100.0, 100.2), 0.2);
+  EXPECT_TRUE(wheel.insert({from_seconds(99.9), 6.95}));  // before all others
+  expect_m(distance(wheel, 99.9, 100.2), 0.25);
+}
+
+TEST(WheelHistory, ALateSampleClosesAGap) {
+  WheelHistory wheel = even_drive(1);
+  wheel.insert({from_seconds(100.4), 7.4});
+  EXPECT_FALSE(wheel.distance(from_seconds(100.1)));
+  EXPECT_TRUE(wheel.insert({from_seconds(100.2), 7.3}));
+  expect_m(distance(wheel, 100.0, 100.1), 0.15);
+}
+
+TEST(WheelHistory, AGapIsCoveredWhereThatIsAskedForAlone) {
+  WheelHistory wheel = even_drive(3);
+  EXPECT_TRUE(wheel.insert({from_seconds(101.2), 8.2}));
+  EXPECT_FALSE(distance(wheel, 100.1, 100.7));
+  expect_m(distance(wheel, 100.1, 100.7, true), 0.6);
+  expect_m(distance(wheel, 100.0, 101.2), 1.2);  // at samples its ends are known
+  EXPECT_FALSE(wheel.reported(from_seconds(100.7)));
+}
+
+TEST(WheelHistory, AfterAResumeTheFirstGapIsCoveredHoweverLong) {
+  WheelHistory wheel = even_drive(3);
+  wheel.resume({from_seconds(200), 50.0});
+  EXPECT_FALSE(wheel.distance(from_seconds(100.1)));  // of the run before
+  EXPECT_TRUE(wheel.insert({from_seconds(220), 60.0}));
+  expect_m(distance(wheel, 200, 210), 5.0);
+  EXPECT_TRUE(wheel.insert({from_seconds(230), 65.0}));
+  EXPECT_FALSE(wheel.distance(from_seconds(225)));  // a gap like any other
+}
+
+TEST(WheelHistory, AfterAResumeACountSetToZeroIsAJump) {
+  WheelHistory wheel(kMaxSpeed);
+  wheel.resume({from_seconds(200), 50.0});
+  EXPECT_FALSE(wheel.insert({from_seconds(210), 0.0}));
+  EXPECT_FALSE(wheel.distance(from_seconds(205)));
+  EXPECT_TRUE(wheel.insert({from_seconds(210.1), 0.1}));
+  expect_m(distance(wheel, 200, 210.1), 0.1);
+}
+
+TEST(WheelHistory, ForgettingKeepsTheSampleToInterpolateFrom) {
+  WheelHistory wheel = even_drive(6);
+  wheel.forget_before(from_seconds(100.25));
+  expect_m(distance(wheel, 100.25, 100.5), 0.25);
+  expect_m(distance(wheel, 100.2, 100.5), 0.3);
+  EXPECT_FALSE(wheel.distance(from_seconds(100.19)));
+}
+
+TEST(WheelHistory, ThePathIsUnsigned) {
+  WheelHistory wheel(kMaxSpeed);
+  for (int i = 0; i < 4; ++i)
+    wheel.insert({from_seconds(100 + i * kPeriod), i % 2 == 0 ? 0.0 : 0.1});
+  EXPECT_NEAR(wheel.path(from_seconds(100), from_seconds(100.3)), 0.3, 1e-9);
+  EXPECT_NEAR(wheel.path(from_seconds(100.1), from_seconds(100.2)), 0.2, 1e-9);
+  EXPECT_EQ(wheel.path(from_seconds(101), from_seconds(102)), 0.0);
+}
+
+TEST(WheelDistances, GoToTheStepsTheyWereDrivenIn) {
+  WheelHistory wheel(kMaxSpeed);
+  wheel.insert({from_seconds(100.0), 0.0});
+  wheel.insert({from_seconds(100.1), 0.1});
+  wheel.insert({from_seconds(100.2), 0.05});
+  std::vector<MotionStep> steps(4);
+  for (MotionStep& step : steps) step.dt = 0.05;
+  ASSERT_TRUE(set_wheel_distances(steps, wheel, from_seconds(100), false));
+  const double expected[] = {0.05, 0.05, -0.025, -0.025};
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(steps[i].wheel_m, expected[i], 1e-9);
+}
+
+TEST(WheelDistances, AreAllZeroWhereTheWheelDoesNotCoverThemAll) {
+  const WheelHistory wheel = even_drive(3);  // to 100.2 s
+  std::vector<MotionStep> steps(5);
+  for (MotionStep& step : steps) step.dt = 0.05;
+  EXPECT_FALSE(set_wheel_distances(steps, wheel, from_seconds(100), true));
+  for (const MotionStep& step : steps) EXPECT_EQ(step.wheel_m, 0.0);
+  std::vector<MotionStep> none;
+  EXPECT_FALSE(set_wheel_distances(none, wheel, from_seconds(100), true));
+}
+
+}  // namespace
+}  // namespace gprodom
