@@ -29,6 +29,9 @@ if _build is not None:
     __path__.append(str(_build / "python" / "gprodom"))
 
 
+# What of the extension is offered here. Other names are modules, which need no extension.
+_OFFERED = {"ConfigError", "FileError", "Odometry", "Outputs", "describe_config"}
+
 if TYPE_CHECKING:
     from gprodom._core import ConfigError as ConfigError
     from gprodom._core import FileError as FileError
@@ -38,8 +41,8 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name: str) -> _Any:
-        """``gprodom.Odometry`` and what else the extension offers, loaded when first asked for."""
-        if name.startswith("_"):
+        """``gprodom.Odometry`` and the like: the extension is loaded when first asked for."""
+        if name not in _OFFERED:
             raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
         try:
             core = _import_module("gprodom._core")

@@ -79,3 +79,13 @@ def test_a_full_folder_and_a_long_source_are_found(package: Path) -> None:
     assert check(package)[0] == 0
     (package / "base.py").write_text("\n" * 401)
     assert check(package) == (1, f"{package / 'base.py'}: 401 lines, at most 400 are wanted\n")
+
+
+def test_a_module_is_imported_without_the_extension() -> None:
+    """Commands that need no estimator start without its libraries."""
+    code = (
+        "import sys; from gprodom import canvas, rotation; from gprodom.cli import build_parser; "
+    )
+    code += "build_parser(); print('gprodom._core' in sys.modules)"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert said.stdout == "False\n", said.stderr
