@@ -255,7 +255,8 @@ def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
 @contextmanager
 def built(revision: str, folder: Path) -> Iterator[Side]:
     """The commit's program, built in a worktree below `folder` that is removed in the end."""
-    source, build = folder / "base", folder / "base-build"
+    source = folder / "base"
+    build = source / "build"  # as other checkouts have it, so that ccache knows the paths
     worktree = ["git", "-C", str(CHECKOUT), "worktree"]
     call([*worktree, "add", "--quiet", "--detach", str(source), revision])
     try:
