@@ -30,11 +30,11 @@ Displacement radar(double from, double to, double metres) {
 class Robot {
  public:
   explicit Robot(const Config& config = {}) : judge(config) {
-    newest_.state.time = from_seconds(kStart);
-    newest_.state.gyro_bias = kBias;
-    newest_.solve.usable = true;
-    newest_.standing = true;
-    judge.begin(newest_, kReference);
+    newest.state.time = from_seconds(kStart);
+    newest.state.gyro_bias = kBias;
+    newest.solve.usable = true;
+    newest.standing = true;
+    judge.begin(newest, kReference);
   }
 
   MotionJudge judge;
@@ -42,7 +42,7 @@ class Robot {
   double vibration = 1.0;                 // of the noise at standstill
   double extra_rate = 0.0;                // rad/s about z, beyond the bias
   bool imu_speaks = true, wheel_speaks = true;
-  bool carried = false;  // the states rest on the wheel alone
+  StateResult newest;  // in effect; its time and standing are set here
   int slips_told = 0;
   std::int32_t flags = 0;  // of the last estimate
 
@@ -67,10 +67,9 @@ class Robot {
     judge.add(sample(from_seconds(now())));  // both ends of the interval are covered
     if (wheel_speaks) judge.add(WheelSample{from_seconds(now()), wheel_m_});
     const StateInput input = judge.judge(from_seconds(now()));
-    newest_.state.time = input.time;
-    newest_.standing = input.standing;
-    newest_.carried = carried;
-    judge.adopt(newest_);
+    newest.state.time = input.time;
+    newest.standing = input.standing;
+    judge.adopt(newest);
     return input;
   }
 
@@ -92,7 +91,6 @@ class Robot {
     return s;
   }
 
-  StateResult newest_;
   double wheel_m_ = 3.0;
   int i_ = 0;
   std::mt19937 random_{1};
@@ -139,7 +137,9 @@ TEST(MotionJudge, TheNoiseIsThatOfTheIntervalAndNeverLessThanAtStandstill) {
 }
 
 TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
-  Robot robot;
+  Config config;
+  config.wheel.slip_threshold = 0;  // the radar alone knows
+  Robot robot(config);
   robot.wheel_speed = 0.3;
   robot.drive(5);
   robot.judge.add_radar(radar(robot.now() - 0.1, robot.now() + 0.3, 0.0));
@@ -224,14 +224,102 @@ TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
   config.smoother.lag = 2.0;
   Robot robot(config);
   robot.speed = robot.wheel_speed = kSpeed;
-  robot.carried = true;
+  robot.newest.carried = true;
   robot.drive(5);
-  robot.carried = false;
+  robot.newest.carried = false;
   robot.wheel_speed = 2 * kSpeed;
   robot.drive(9);  // less than the lag after the last state that rests on the wheel
   EXPECT_EQ(robot.flags, 0);
   robot.drive(4);
   EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
+}
+
+TEST(MotionJudge, AfterAGapTheWheelIsJudgedFromTheFirstStateThatIsNotBridged) {
+  Robot robot;
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.drive(5);
+  robot.newest.bridged = true;
+  robot.next();
+  robot.wheel_speed = 2 * kSpeed;
+  robot.drive(3);
+  EXPECT_EQ(robot.flags, kImuGap);
+  EXPECT_EQ(robot.slips_told, 0);
+  robot.newest.bridged = false;
+  robot.drive(3);
+  EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
+}
+
+TEST(MotionJudge, TheFlagsTellOfTheNewestState) {
+  Robot robot;
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.newest.no_wheel = true;
+  robot.drive(2);
+  EXPECT_EQ(robot.flags, kNoWheel);
+  robot.newest.no_wheel = robot.newest.solve.usable = false;
+  robot.drive(2);
+  EXPECT_EQ(robot.flags, kSolverFailed);
+}
+
+// The published speed is wrong and the wheel is right, as the radar says once a second.
+TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
+  Config config;
+  config.smoother.lag = 2.0;
+  Robot robot(config);
+  robot.speed = robot.wheel_speed = kSpeed;
+  robot.drive(10);
+  robot.speed = 1.8 * kSpeed;
+  StateInput input;
+  for (int i = 1; i < 40 && !input.speed_correction; ++i) {
+    input = robot.next();
+    if (i % 5 != 0) continue;
+    Displacement coherence = radar(robot.now() - 1.15, robot.now() - 0.05, 1.1 * kSpeed);
+    coherence.source = "coherence";
+    coherence.sigma_m = 0.2 * coherence.distance_m;
+    robot.judge.add_radar(coherence);
+  }
+  ASSERT_TRUE(input.speed_correction);
+  EXPECT_NEAR(input.speed_correction->speed, kSpeed, 0.01);
+  robot.speed = kSpeed;
+  robot.wheel_speed = 2 * kSpeed;
+  robot.drive(9);
+  EXPECT_EQ(robot.flags, 0);
+  robot.drive(4);
+  EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
+}
+
+TEST(MotionJudge, WhatADecorrelationLengthIsIsLearntFromWhatIsPublished) {
+  Config config;
+  config.gpr.coherence.scale_distance = 2.0;
+  constexpr double kMetresPerLength = 0.04;
+  for (const bool wheel_speaks : {true, false}) {
+    Robot robot(config);
+    robot.speed = robot.wheel_speed = kSpeed;
+    robot.newest.no_wheel = !wheel_speaks;
+    robot.drive(5);
+    Displacement metres;
+    for (int i = 0; i < 6; ++i) {
+      robot.drive(5);
+      Displacement lengths = radar(robot.now() - 1.0, robot.now(), kSpeed / kMetresPerLength);
+      lengths.source = "coherence";
+      metres = robot.judge.in_metres(lengths);
+    }
+    EXPECT_EQ(metres.valid, wheel_speaks);
+    if (wheel_speaks) {
+      EXPECT_NEAR(metres.distance_m, kSpeed, 0.01);
+    }
+  }
+  const Displacement other = radar(kStart, kStart + 1, 0.7);
+  EXPECT_EQ(Robot().judge.in_metres(other).distance_m, 0.7);
+}
+
+TEST(MotionJudge, TooManyExternalDisplacementsBeforeTheStartAreDropped) {
+  Robot robot;
+  for (int i = 0; i < 3000; ++i) {
+    Displacement d = radar(kStart, kStart + 0.1, 0.1);
+    d.kind = DisplacementKind::kExternal;
+    robot.judge.add_external(d);
+  }
+  EXPECT_EQ(robot.next().displacements.size(), 2000u);
 }
 
 TEST(MotionJudge, AMovedGyroBiasIsFoundAtAStandstill) {

@@ -78,6 +78,14 @@ TEST(WheelHistory, ALateSampleGoesWhereItsStampPutsIt) {
   expect_m(distance(wheel, 99.9, 100.2), 0.25);
 }
 
+TEST(WheelHistory, ALateSampleBeforeAllOthersCountsFromWhereTheDistanceIs) {
+  WheelHistory wheel = even_drive(2);
+  EXPECT_FALSE(wheel.insert({from_seconds(100.2), 50.0}));  // count and distance differ from here
+  wheel.forget_before(from_seconds(100.2));
+  EXPECT_TRUE(wheel.insert({from_seconds(100.1), 49.9}));
+  expect_m(distance(wheel, 100.1, 100.2), 0.1);
+}
+
 TEST(WheelHistory, ALateSampleClosesAGap) {
   WheelHistory wheel = even_drive(1);
   wheel.insert({from_seconds(100.4), 7.4});
