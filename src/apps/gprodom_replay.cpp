@@ -8,6 +8,7 @@
 #include "apps/replay.h"
 #include "apps/replay_report.h"
 #include "apps/signal_watch.h"
+#include "base/atomic_file.h"
 
 using namespace gprodom;
 
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
                {[&](double share) { progress.show(share); }, [&] { return signals.poll() != 0; }});
     progress.end();
     print_summary(stats, files);
-    if (!stats_path.empty()) write_stats(stats, stats_path);
+    if (!stats_path.empty()) write_whole(stats_path, to_json(stats));
     return 0;
   });
 }

@@ -1,12 +1,6 @@
 #include "apps/replay_report.h"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
-
-#include "gprodom/error.h"
-#include "io/output_file.h"
 
 namespace gprodom {
 
@@ -35,15 +29,6 @@ void print_summary(const ReplayStats& stats, const ReplayFiles& files) {
   std::printf("%s: %.1f s of data in %.1f s, %.0f times real time; %ld poses in %s\n",
               files.input.c_str(), stats.log_seconds, stats.wall_seconds,
               stats.log_seconds / stats.wall_seconds, stats.poses, files.output.c_str());
-}
-
-void write_stats(const ReplayStats& stats, const std::string& path) {
-  OutputFile file(path);
-  std::ofstream stream(file.working_path());
-  stream << to_json(stats);
-  stream.close();
-  if (!stream) throw FileError(path + ": cannot be written: " + std::strerror(errno));
-  file.put_in_place();
 }
 
 }  // namespace gprodom

@@ -24,7 +24,4 @@ class ProgressReport {
 // Warnings on stderr, one line of figures on stdout.
 void print_summary(const ReplayStats& stats, const ReplayFiles& files);
 
-// The figures as JSON, whole or not at all. Throws FileError.
-void write_stats(const ReplayStats& stats, const std::string& path);
-
 }  // namespace gprodom

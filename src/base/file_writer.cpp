@@ -1,43 +1,12 @@
 #include "base/file_writer.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "base/atomic_file.h"
 #include "gprodom/error.h"
 
 namespace gprodom {
-
-void write_whole(const std::string& path, const std::string& bytes) {
-  const std::string beside = path + ".new";
-  std::ofstream file(beside, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  std::error_code ignored;
-  if (!file) {
-    const std::string why = std::strerror(errno);
-    std::filesystem::remove(beside, ignored);
-    throw FileError(path + ": cannot be written: " + why);
-  }
-  std::error_code error;
-  std::filesystem::rename(beside, path, error);
-  if (!error) return;
-  std::filesystem::remove(beside, ignored);
-  throw FileError(path + ": cannot be put in place: " + error.message());
-}
-
-bool read_whole(const std::string& path, std::string& bytes) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return false;
-  std::ifstream file(path, std::ios::binary);
-  bytes.assign(std::istreambuf_iterator<char>(file), {});
-  if (!file.is_open() || file.bad()) throw FileError(path + ": cannot be read");
-  return true;
-}
 
 FileWriter::~FileWriter() {
   if (!thread_.joinable()) return;

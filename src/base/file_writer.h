@@ -10,14 +10,6 @@
 
 namespace gprodom {
 
-// The file appears whole or not at all: it is written beside its place and renamed into it. Throws
-// FileError.
-void write_whole(const std::string& path, const std::string& bytes);
-
-// All of a file. Throws FileError where it is there and cannot be read; false where it is not
-// there.
-bool read_whole(const std::string& path, std::string& bytes);
-
 class FileWriter {
  public:
   FileWriter() = default;
@@ -25,7 +17,8 @@ class FileWriter {
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
 
-  // Any thread; never waits. What still waits for the same path is replaced.
+  // Any thread; never waits. As write_whole() does it. What still waits for the same path is
+  // replaced.
   void write(const std::string& path, std::string bytes);
 
   // Until all that was given is written, or has failed.

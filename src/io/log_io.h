@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/atomic_file.h"
 #include "gprodom/lcm_io.h"
-#include "io/output_file.h"
 
 namespace gprodom {
 
@@ -55,7 +55,7 @@ class LogWriter {
   void close();
 
  private:
-  OutputFile file_;
+  AtomicFile file_;
   std::unique_ptr<lcm::LogFile> log_;
 };
 

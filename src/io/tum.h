@@ -4,8 +4,8 @@
 #include <fstream>
 #include <string>
 
+#include "base/atomic_file.h"
 #include "gprodom/types.h"
-#include "io/output_file.h"
 
 namespace gprodom {
 
@@ -22,7 +22,7 @@ class TumWriter {
   void close();
 
  private:
-  OutputFile file_;
+  AtomicFile file_;
   std::ofstream stream_;
 };
 

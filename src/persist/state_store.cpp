@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
 
@@ -33,7 +34,9 @@ std::optional<std::string> bytes_of(const std::string& path, std::vector<std::st
 StateStore::StateStore(const StateConfig& config)
     : directory_(config.directory),
       state_period_(from_seconds(config.save_period)),
-      ground_period_(from_seconds(config.map_save_period)) {}
+      ground_period_(from_seconds(config.map_save_period)) {
+  if (enabled()) remove_abandoned(directory_);
+}
 
 Config StateStore::with_wheel_scale(Config config, std::vector<std::string>& notices) const {
   if (!enabled() || config.wheel.scale_sigma <= 0) return config;

@@ -16,6 +16,7 @@ namespace gprodom {
 
 class StateStore {
  public:
+  // Removes from the folder what a power cut has left of a saving.
   explicit StateStore(const StateConfig& config);
 
   bool enabled() const { return !directory_.empty(); }

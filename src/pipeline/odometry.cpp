@@ -3,6 +3,7 @@
 #include <iterator>
 #include <utility>
 
+#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
 #include "map/map_frame.h"

@@ -1,0 +1,113 @@
+#include "base/atomic_file.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "gprodom/error.h"
+
+namespace gprodom {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kEnding = ".part";
+
+bool is_special(const std::string& path) {
+  struct stat info {};
+  return stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
+}
+
+// The process that a working file belongs to: its name ends in .PROCESS.part. 0: it is none.
+pid_t owner_of(const fs::path& file) {
+  if (file.extension() != kEnding) return 0;
+  const std::string number = file.stem().extension().string();  // with its dot
+  return number.size() > 1 ? static_cast<pid_t>(std::atoi(number.c_str() + 1)) : 0;
+}
+
+// Whether all that was written to an open file or folder is on the disk, by any descriptor. EINVAL:
+// its file system knows no such thing, and nothing better can be done.
+bool is_forced(int descriptor) { return fsync(descriptor) == 0 || errno == EINVAL; }
+
+// Closes the descriptor and leaves errno as it was.
+bool closed_after(bool result, int descriptor) {
+  const int error = errno;
+  close(descriptor);
+  errno = error;
+  return result;
+}
+
+bool force_file(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  return file >= 0 && closed_after(is_forced(file), file);
+}
+
+// A folder in which files may be made but not listed cannot be opened, and is not forced.
+bool force_folder_of(const std::string& path) {
+  const std::string folder = fs::path(path).parent_path().string();
+  const int opened =
+      open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  return opened < 0 || closed_after(is_forced(opened), opened);
+}
+
+[[noreturn]] void fail(const std::string& path, const char* what) {
+  throw FileError(path + ": " + what + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
+  in_place_ = is_special(path_);
+  working_path_ = in_place_ ? path_ : path_ + "." + std::to_string(getpid()) + kEnding;
+}
+
+AtomicFile::~AtomicFile() {
+  if (!in_place_) std::remove(working_path_.c_str());
+}
+
+void AtomicFile::put_in_place() {
+  if (in_place_) return;
+  if (!force_file(working_path_)) fail(path_, "cannot be written");
+  if (std::rename(working_path_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be put in place");
+  in_place_ = true;
+  if (!force_folder_of(path_)) fail(path_, "cannot be put in place for good");
+}
+
+void write_whole(const std::string& path, const std::string& bytes) {
+  AtomicFile file(path);
+  std::ofstream stream(file.working_path(), std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) fail(path, "cannot be written");
+  file.put_in_place();
+}
+
+bool read_whole(const std::string& path, std::string& bytes) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  bytes.assign(std::istreambuf_iterator<char>(file), {});
+  if (!file.is_open() || file.bad()) throw FileError(path + ": cannot be read");
+  return true;
+}
+
+void remove_abandoned(const std::string& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const pid_t owner = owner_of(entry.path());
+    if (owner > 0 && kill(owner, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), ignored);
+  }
+}
+
+}  // namespace gprodom

@@ -1,0 +1,141 @@
+#include "base/atomic_file.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "gprodom/error.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// What the program asked of the file system, in order; and whether the disk is to fail.
+std::vector<std::string> calls;  // NOLINT: the functions below have no other place for it
+bool disk_fails = false;         // NOLINT
+
+std::string path_of(int descriptor) {
+  std::array<char, PATH_MAX> path{};
+  const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
+  const ssize_t length = readlink(link.c_str(), path.data(), path.size());
+  return {path.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0))};
+}
+
+}  // namespace
+
+// In place of the C library's, which a program may replace.
+extern "C" int fsync(int descriptor) {
+  calls.push_back("fsync " + path_of(descriptor));
+  if (disk_fails) {
+    errno = EIO;
+    return -1;
+  }
+  return static_cast<int>(syscall(SYS_fsync, descriptor));
+}
+
+extern "C" int rename(const char* from, const char* to) noexcept {
+  calls.push_back(std::string("rename ") + from);
+  return static_cast<int>(syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to));
+}
+
+namespace gprodom {
+namespace {
+
+class AtomicFileTest : public ::testing::Test {
+ protected:
+  AtomicFileTest() {
+    std::string pattern = (fs::temp_directory_path() / "gprodom-file-XXXXXX").string();
+    folder_ = fs::canonical(::mkdtemp(pattern.data()));
+    path_ = (folder_ / "pose.state").string();
+    calls.clear();
+  }
+  ~AtomicFileTest() override {
+    disk_fails = false;
+    fs::remove_all(folder_);
+  }
+  std::string content() const {
+    std::string bytes;
+    return read_whole(path_, bytes) ? bytes : "absent";
+  }
+  std::size_t files() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+
+  fs::path folder_;
+  std::string path_;
+};
+
+// Otherwise a power cut leaves an empty file under the right name, or the file of before.
+TEST_F(AtomicFileTest, TheFileIsOnTheDiskBeforeItIsRenamedAndTheFolderAfterwards) {
+  write_whole(path_, "new");
+  const std::string working = AtomicFile(path_).working_path();
+  const std::vector<std::string> expected = {"fsync " + working, "rename " + working,
+                                             "fsync " + folder_.string()};
+  EXPECT_EQ(calls, expected);
+  EXPECT_EQ(content(), "new");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(AtomicFileTest, ADiskThatFailsLeavesTheFileOfBefore) {
+  write_whole(path_, "old");
+  disk_fails = true;
+  EXPECT_THROW(write_whole(path_, "new"), FileError);
+  EXPECT_EQ(content(), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(AtomicFileTest, WhatIsNotPutInPlaceIsNotThere) {
+  {
+    const AtomicFile file(path_);
+    std::ofstream(file.working_path()) << "half";
+    EXPECT_EQ(content(), "absent");
+  }
+  EXPECT_EQ(files(), 0U);
+}
+
+TEST_F(AtomicFileTest, AFolderThatIsNotThereIsTold) {
+  EXPECT_THROW(write_whole((folder_ / "later" / "pose.state").string(), "new"), FileError);
+}
+
+TEST_F(AtomicFileTest, WhatIsNoFileIsWrittenInPlace) {
+  AtomicFile file("/dev/null");
+  EXPECT_EQ(file.working_path(), "/dev/null");
+  file.put_in_place();
+  EXPECT_TRUE(calls.empty());
+}
+
+// A program that dies in the middle, as in a power cut, and one that still writes.
+TEST_F(AtomicFileTest, OnlyWorkingFilesOfProgramsThatHaveEndedAreRemoved) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const AtomicFile file(path_);
+    std::ofstream(file.working_path()) << "half" << std::flush;
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  const AtomicFile ours(path_);
+  std::ofstream(ours.working_path()) << "half";
+  for (const char* name : {"film.part", "1234", "pose.0.part"}) std::ofstream(folder_ / name);
+  ASSERT_EQ(files(), 5U);
+  remove_abandoned(folder_.string());
+  EXPECT_EQ(files(), 4U);
+  EXPECT_TRUE(fs::exists(ours.working_path()));
+  remove_abandoned((folder_ / "later").string());  // not there: nothing to do
+}
+
+}  // namespace
+}  // namespace gprodom
