@@ -67,7 +67,7 @@ class Odometry {
   void forget();
 
   // The ground driven over, with where it lies, as a file. Waits until it is written. Throws
-  // FileError.
+  // FileError; so do the next two where there is no map (gpr.enabled or graph.enabled is false).
   void save_map(const std::string& path);
 
   // The same in the background; a warning of a later step() tells how it ended.
@@ -81,6 +81,7 @@ class Odometry {
  private:
   void start_afresh(StartingPoint start);
   void begin_saving(const std::string& path);
+  void expect_map(const std::string& path) const;
   void keep(Outputs& out);
 
   std::unique_ptr<StateStore> store_;  // outlives the map's jobs, which write through it

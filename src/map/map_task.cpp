@@ -69,11 +69,20 @@ void MapTask::submit(TimeNs effective) {
 }
 
 void MapTask::save_ground(TimeNs now, std::function<void(std::string)> take) {
-  if (!enabled_) return;
   worker_.submit(now + latency_, [this, take = std::move(take)] {
     take(mapper_.ground_bytes());
     return MapAnswer{};
   });
+}
+
+GroundMap MapTask::take_ground() {
+  drain();
+  return mapper_.take_ground();
+}
+
+std::string MapTask::ground_bytes() {
+  drain();
+  return mapper_.ground_bytes();
 }
 
 std::optional<MapAnswer> MapTask::next_due(TimeNs now) {

@@ -22,6 +22,13 @@ class MapTask {
   // As Mapper has it.
   MapTask(const Config& config, Execution execution, std::optional<GroundMap> before = {},
           std::optional<Mapper::Start> start = {});
+  // Waits for its jobs: a saving that was asked for is not lost with the task.
+  ~MapTask() { drain(); }
+  MapTask(const MapTask&) = delete;
+  MapTask& operator=(const MapTask&) = delete;
+
+  // Where not, nothing is remembered, and there is no ground to save or to look for.
+  bool enabled() const { return enabled_; }
 
   void add(const GprTrace& trace);
   void add(const Displacement& revisit);
@@ -36,11 +43,15 @@ class MapTask {
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
   // Hands the ground, once the jobs so far are done, as the bytes of a file to `take` (on the
-  // worker's thread).
+  // worker's thread). Only where enabled().
   void save_ground(TimeNs now, std::function<void(std::string)> take);
 
   WorkTime work_time() { return worker_.work_time(); }
   void drain() { worker_.drain(); }
+
+  // The ground, with all that was submitted so far: waits for it. Taking it ends the mapper.
+  GroundMap take_ground();
+  std::string ground_bytes();
 
   // Before the first state: keeps all revisits for revisits().
   void record() { mapper_.record(); }
@@ -48,8 +59,6 @@ class MapTask {
   // Of the mapper. After drain(), with no job submitted since.
   std::vector<Revisit> revisits() const { return mapper_.revisits(); }
   PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
-  GroundMap take_ground() { return mapper_.take_ground(); }
-  std::string ground_bytes() const { return mapper_.ground_bytes(); }
 
  private:
   void submit(TimeNs effective);

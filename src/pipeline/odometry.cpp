@@ -69,8 +69,8 @@ Outputs Odometry::finish() {
     store_->save(newest_, pipeline_->state(map_frame_->now()));
     begin_saving(store_->ground_path());
     pipeline_->drain();
-    store_->writer().flush();
   }
+  store_->writer().flush();  // also of what was asked for by command
   keep(out);
   return out;
 }
@@ -91,23 +91,40 @@ void Odometry::keep(Outputs& out) {
 }
 
 void Odometry::begin_saving(const std::string& path) {
+  if (!pipeline_->has_map()) return;
   pipeline_->save_ground([store = store_.get(), path](std::string bytes) {
     store->writer().write(path, std::move(bytes));
   });
 }
 
 void Odometry::begin_saving_map(const std::string& path) {
+  expect_map(path);
   store_->await(path);
   begin_saving(path);
 }
 
-void Odometry::save_map(const std::string& path) { write_whole(path, pipeline_->ground_bytes()); }
+void Odometry::save_map(const std::string& path) {
+  expect_map(path);
+  const std::string bytes = pipeline_->ground_bytes();
+  store_->writer().flush();
+  write_whole(path, bytes);
+}
 
 void Odometry::load_map(const std::string& path) {
+  expect_map(path);
+  // It may be one that is being saved.
+  pipeline_->drain();
+  store_->writer().flush();
   std::string bytes;
   if (!read_whole(path, bytes)) throw FileError(path + ": no such file");
   pipeline_->use_ground(ground_map_from(path, bytes, memory_options(config_)));
   map_frame_->reset();
+}
+
+// Of what is asked with a map at that path.
+void Odometry::expect_map(const std::string& path) const {
+  if (!pipeline_->has_map())
+    throw FileError(path + ": there is no map: gpr.enabled or graph.enabled is false");
 }
 
 void Odometry::record() { pipeline_->record(); }

@@ -57,12 +57,15 @@ class Pipeline {
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
   }
+  // Whether there is one; only then save_ground().
+  bool has_map() const { return map_->enabled(); }
   // Waits for the map's work, and leaves the map without ground.
-  GroundMap take_ground();
+  GroundMap take_ground() { return map_->take_ground(); }
   // As a file's. Waits for the map's work.
-  std::string ground_bytes();
+  std::string ground_bytes() { return map_->ground_bytes(); }
   void drain();
-  // Goes on with that ground as the one from before; the track begins anew in the map.
+  // Goes on with that ground as the one from before, once the map's work is done; the track begins
+  // anew in the map.
   void use_ground(GroundMap ground);
   // Once the map's jobs so far are done, on their thread.
   void save_ground(std::function<void(std::string)> take) {

@@ -64,16 +64,6 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   return saved;
 }
 
-GroundMap Pipeline::take_ground() {
-  map_->drain();
-  return map_->take_ground();
-}
-
-std::string Pipeline::ground_bytes() {
-  map_->drain();
-  return map_->ground_bytes();
-}
-
 void Pipeline::drain() {
   solver_.drain();
   radar_worker_.drain();

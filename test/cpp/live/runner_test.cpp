@@ -1,0 +1,108 @@
+#include "live/runner.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "pipeline/test_drive.h"
+
+namespace gprodom {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RunnerTest : public ::testing::Test {
+ protected:
+  RunnerTest() {
+    std::string pattern = (fs::temp_directory_path() / "gprodom-runner-XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+    fs::create_directory(folder_ / "state");
+    kept_ = "state.directory=" + (folder_ / "state").string();
+  }
+  ~RunnerTest() override { fs::remove_all(folder_); }
+
+  // Everything that is told when a robot that stands gets these commands after its first message.
+  std::vector<std::string> told(const std::vector<std::string>& settings,
+                                const std::vector<Command>& commands) {
+    Runner runner(default_config(settings), Execution::kInline);
+    std::vector<std::string> all;
+    const auto take = [&all](const Results& results) {
+      const auto& warnings = results.outputs.warnings;
+      all.insert(all.end(), warnings.begin(), warnings.end());
+    };
+    const std::vector<Input> inputs = standing(0.1);
+    take(runner.feed(inputs.front()));
+    for (const Command& command : commands) take(runner.feed(command));
+    for (std::size_t i = 1; i < inputs.size(); ++i) take(runner.feed(inputs[i]));
+    take(runner.finish());
+    return all;
+  }
+  static bool has(const std::vector<std::string>& told, const std::string& part) {
+    return std::any_of(told.begin(), told.end(), [&part](const std::string& text) {
+      return text.find(part) != std::string::npos;
+    });
+  }
+  // By their paths in the folder.
+  std::set<std::string> files() const {
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (entry.is_regular_file()) found.insert(fs::relative(entry.path(), folder_).string());
+    return found;
+  }
+
+  fs::path folder_;
+  std::string kept_;
+};
+
+TEST_F(RunnerTest, AMapOfTheNetworkIsAFileOfTheStateFolder) {
+  const std::string longest(100, 'n');
+  for (const std::string& name : {std::string("Yard-2.north_1"), longest}) {
+    const auto all = told({kept_}, {{0, "save_map", name}, {0, "load_map", name}});
+    EXPECT_TRUE(has(all, name + ".map: saved"));
+    EXPECT_TRUE(has(all, "map " + name + " loaded"));
+    EXPECT_TRUE(fs::exists(folder_ / "state" / (name + ".map")));
+  }
+}
+
+TEST_F(RunnerTest, NoNameReachesAnotherFile) {
+  const std::string here = (folder_ / "here").string();
+  for (const std::string& name :
+       {std::string(), std::string("."), std::string(".."), std::string(".hidden"),
+        std::string("../outside"), std::string("below/it"), here, std::string("a b"),
+        std::string("a\n"), std::string("a\0b", 3), std::string("\xc3\xa4"),
+        std::string(101, 'n')}) {
+    for (const char* command : {"save_map", "load_map"}) {
+      const auto all = told({kept_}, {{0, command, name}});
+      EXPECT_TRUE(has(all, std::string("COMMAND: ") + command + ": expected a map's name"))
+          << command << " " << name;
+    }
+  }
+  EXPECT_EQ(files(), std::set<std::string>{"state/ground.map"});  // what each run leaves
+}
+
+TEST_F(RunnerTest, WithoutAFolderThereAreNoMaps) {
+  for (const char* command : {"save_map", "load_map"})
+    EXPECT_TRUE(has(told({}, {{0, command, "yard"}}), "state.directory is empty"));
+}
+
+TEST_F(RunnerTest, AMapThatIsNotThereIsTold) {
+  EXPECT_TRUE(has(told({kept_}, {{0, "load_map", "yard"}}), "yard.map: no such file"));
+}
+
+// Without a map nothing can be saved, and that is said: who asked must not wait for ever.
+TEST_F(RunnerTest, WithTheMapSwitchedOffItsCommandsAreRefused) {
+  for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
+    for (const char* command : {"save_map", "load_map"}) {
+      const auto all = told({kept_, off}, {{0, command, "yard"}});
+      EXPECT_TRUE(has(all, std::string("COMMAND: ") + command + ": ")) << command << " " << off;
+      EXPECT_TRUE(has(all, "graph.enabled")) << command << " " << off;
+    }
+  }
+  EXPECT_TRUE(files().empty());
+}
+
+}  // namespace
+}  // namespace gprodom

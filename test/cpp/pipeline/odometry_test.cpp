@@ -1,0 +1,183 @@
+// What one estimator leaves to the next: maps saved by command, and the pose to go on from.
+#include "gprodom/odometry.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+
+#include "base/atomic_file.h"
+#include "gprodom/error.h"
+#include "pipeline/test_drive.h"
+
+namespace gprodom {
+namespace {
+
+namespace fs = std::filesystem;
+
+// All that was told, and poses in odom.
+struct Told {
+  std::vector<std::string> warnings;
+  std::vector<OdometryEstimate> odometry;
+
+  void take(const Outputs& out) {
+    warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
+    odometry.insert(odometry.end(), out.odometry.begin(), out.odometry.end());
+  }
+  bool has(const std::string& part) const {
+    return std::any_of(warnings.begin(), warnings.end(), [&part](const std::string& text) {
+      return text.find(part) != std::string::npos;
+    });
+  }
+};
+
+Told run(Odometry& odometry, const std::vector<Input>& inputs) {
+  struct Adder {
+    Odometry& odometry;
+    void operator()(const ImuSample& sample) const { odometry.add(sample); }
+    void operator()(const WheelSample& sample) const { odometry.add(sample); }
+    void operator()(const GprTrace& trace) const { odometry.add(trace); }
+    void operator()(const Displacement& external) const { odometry.add(external); }
+    void operator()(const Command&) const {}
+    void operator()(const Rejection&) const {}
+  };
+  Told told;
+  for (const Input& input : inputs) {
+    std::visit(Adder{odometry}, input);
+    told.take(odometry.step());
+  }
+  told.take(odometry.finish());
+  return told;
+}
+
+class OdometryTest : public ::testing::Test {
+ protected:
+  OdometryTest() {
+    std::string pattern = (fs::temp_directory_path() / "gprodom-odometry-XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+  }
+  ~OdometryTest() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  // Kept in the folder; pose, scale and ground are there for the next one.
+  Config kept(const std::vector<std::string>& settings = {}) const {
+    std::vector<std::string> all = settings;
+    all.push_back("state.directory=" + folder_.string());
+    return default_config(all);
+  }
+  static std::string bytes_of(const std::string& path) {
+    std::string bytes;
+    EXPECT_TRUE(read_whole(path, bytes)) << path;
+    return bytes;
+  }
+
+  fs::path folder_;
+};
+
+constexpr int kSavings = 20;  // asked for at once: some still wait when what follows comes
+
+class MapSavedByCommand : public OdometryTest {
+ protected:
+  // The ground of a drive, and the pose at its end, in the folder.
+  void SetUp() override {
+    Odometry odometry(kept());
+    drive_ = there_and_back(3);
+    run(odometry, drive_);
+    ground_ = bytes_of(path("ground.map"));
+    ASSERT_GT(ground_.size(), 10000U);
+  }
+
+  // Whatever follows the command: the file holds the ground of when it was given.
+  void expect_saved(const Config& config, const std::function<void(Odometry&)>& follow) {
+    Odometry odometry(config, Execution::kThreaded);
+    odometry.load_map(path("ground.map"));
+    for (int i = 0; i < kSavings; ++i) odometry.begin_saving_map(name(i));
+    follow(odometry);
+    const Told told = run(odometry, standing(0.2, kDriveStart + from_seconds(40.0)));
+    for (int i = 0; i < kSavings; ++i) {
+      EXPECT_TRUE(told.has(name(i) + ": saved"));
+      EXPECT_TRUE(bytes_of(name(i)) == ground_) << i;
+    }
+  }
+  std::string name(int i) const { return path("saved" + std::to_string(i) + ".map"); }
+
+  std::vector<Input> drive_;
+  std::string ground_;
+};
+
+TEST_F(MapSavedByCommand, AndAnotherIsLoaded) {
+  expect_saved(default_config(), [this](Odometry& o) { o.load_map(path("ground.map")); });
+}
+TEST_F(MapSavedByCommand, AndLoadedAgain) {
+  expect_saved(default_config(), [this](Odometry& o) { o.load_map(name(kSavings - 1)); });
+}
+TEST_F(MapSavedByCommand, AndAllIsForgotten) {
+  expect_saved(default_config(), [](Odometry& o) { o.forget(); });
+}
+TEST_F(MapSavedByCommand, AndTheEstimatorStartsAnew) {
+  expect_saved(default_config(), [](Odometry& o) { o.reset(); });
+}
+// Before the first data, which then make it go on from the saved pose.
+TEST_F(MapSavedByCommand, AndThePoseOfBeforeIsGoneOnFrom) {
+  expect_saved(kept(), [](Odometry&) {});
+}
+
+TEST_F(OdometryTest, WithoutAMapThereIsNoneToSaveOrLoad) {
+  Odometry with(default_config());
+  with.save_map(path("some.map"));
+  for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
+    Odometry odometry(default_config({off}));
+    EXPECT_THROW(odometry.begin_saving_map(path("other.map")), FileError);
+    EXPECT_THROW(odometry.save_map(path("other.map")), FileError);
+    EXPECT_THROW(odometry.load_map(path("some.map")), FileError);
+  }
+  EXPECT_FALSE(fs::exists(path("other.map")));
+}
+
+// state.resume_within: the age of the saved pose, at the first data, up to which it is gone on
+// from. That of the last state in effect is some tenths of a second at the end of the run.
+class ResumeTest : public OdometryTest {
+ protected:
+  void SetUp() override {
+    Odometry odometry(kept());
+    const Told told = run(odometry, standing(5.0));
+    ASSERT_FALSE(told.odometry.empty());
+    end_ = told.odometry.back().time;
+  }
+  Told after(double pause_s, const std::vector<std::string>& settings) {
+    Odometry odometry(kept(settings));
+    start_ = end_ + from_seconds(pause_s);
+    return run(odometry, standing(5.0, start_));
+  }
+  static double first_pose(const Told& told, TimeNs since) {
+    return to_seconds(told.odometry.front().time - since);
+  }
+
+  TimeNs end_ = 0, start_ = 0;
+};
+
+TEST_F(ResumeTest, AYoungPoseIsGoneOnFrom) {
+  const Told told = after(2.0, {"state.resume_within=4"});
+  EXPECT_TRUE(told.has("resumed from the pose saved"));
+  EXPECT_LT(first_pose(told, start_), 1.0);
+}
+
+TEST_F(ResumeTest, AnExpiredPoseIsNot) {
+  const Told told = after(4.0, {"state.resume_within=4"});
+  EXPECT_TRUE(told.has("s old (state.resume_within): starting at the initialiser"));
+  EXPECT_GT(first_pose(told, start_), 0.9 * InitializerConfig().duration);
+  EXPECT_FALSE(told.has("resumed"));
+}
+
+TEST_F(ResumeTest, WithNothingToGoOnFromNoneIs) {
+  EXPECT_FALSE(after(0.1, {"state.resume_within=0"}).has("resumed"));
+}
+
+TEST_F(ResumeTest, APoseOfTheFutureIsNot) {  // the clock was set back meanwhile
+  EXPECT_FALSE(after(-20.0, {}).has("resumed"));
+}
+
+}  // namespace
+}  // namespace gprodom

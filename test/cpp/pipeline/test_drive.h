@@ -1,0 +1,66 @@
+// Made-up messages of a robot, for tests of what runs the estimator.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "gpr/synthetic_ground.h"
+#include "gprodom/input.h"
+
+namespace gprodom {
+
+inline constexpr TimeNs kDriveStart = 1'700'000'000'000'000'000;
+inline constexpr TimeNs kImuPeriod = 10'000'000;
+
+// A robot that stands: IMU and wheel at 100 Hz, with a little noise that repeats.
+inline std::vector<Input> standing(double seconds, TimeNs start = kDriveStart) {
+  std::vector<Input> inputs;
+  for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
+    ImuSample imu;
+    imu.time = start + i * kImuPeriod;
+    imu.acceleration = {0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2), 9.80665 + 0.002 * (i % 7 - 3)};
+    imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
+    inputs.push_back(imu);
+    inputs.push_back(WheelSample{imu.time, 0.0});
+  }
+  return inputs;
+}
+
+// A robot that stands for 3 s, drives straight ahead for 15 s and, after 2 s, the same way back,
+// over ground that its radar sees again: IMU and wheel at 100 Hz, traces at 20 Hz.
+inline std::vector<Input> there_and_back(unsigned seed) {
+  constexpr double kSpeed = 0.6, kRamp = 1.0, kWay = 15.0;  // m/s, s, s
+  const auto speed_since = [](double t) {                   // of one way
+    return kSpeed * std::clamp(std::min(t, kWay - t) / kRamp, 0.0, 1.0);
+  };
+  const auto speed_at = [&](double t) { return speed_since(t - 3.0) - speed_since(t - 20.0); };
+  const gpr::SyntheticGround ground(seed);
+  gpr::SyntheticRadar radar(seed, 20.0);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  const auto noise = [&](double sigma) {
+    return Eigen::Vector3d(sigma * normal(random), sigma * normal(random), sigma * normal(random));
+  };
+  std::vector<Input> inputs;
+  double position = 0.0;
+  for (int i = 0; i < 3700; ++i) {
+    const double t = 0.01 * i, speed = speed_at(t), next_speed = speed_at(t + 0.01);
+    ImuSample imu;
+    imu.time = kDriveStart + i * kImuPeriod;
+    imu.acceleration = Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise(0.01);
+    imu.angular_velocity = noise(0.002);
+    inputs.push_back(imu);
+    inputs.push_back(WheelSample{imu.time, 1.01 * position});
+    if (i % 5 == 0) {
+      GprTrace trace = radar.measure(ground, position, t);
+      trace.time = imu.time;
+      inputs.push_back(std::move(trace));
+    }
+    position += 0.005 * (speed + next_speed);
+  }
+  return inputs;
+}
+
+}  // namespace gprodom
