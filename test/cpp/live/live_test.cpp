@@ -5,26 +5,10 @@
 #include <algorithm>
 
 #include "live/runner.h"
+#include "pipeline/test_drive.h"
 
 namespace gprodom {
 namespace {
-
-constexpr TimeNs kStart = 1'700'000'000'000'000'000;
-constexpr TimeNs kPeriod = 10'000'000;
-
-// A robot that stands, 100 Hz, with a little noise that repeats.
-std::vector<Input> standing(double seconds, TimeNs start = kStart) {
-  std::vector<Input> inputs;
-  for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
-    ImuSample imu;
-    imu.time = start + i * kPeriod;
-    imu.acceleration = {0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2), 9.80665 + 0.002 * (i % 7 - 3)};
-    imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
-    inputs.push_back(imu);
-    inputs.push_back(WheelSample{imu.time, 0.0});
-  }
-  return inputs;
-}
 
 // Everything that the inputs cause, in one.
 Outputs collect(const std::vector<Input>& inputs, std::vector<OdometryEstimate>* placed) {
@@ -47,7 +31,7 @@ TEST(Live, StopWorksOffWhatWasPushed) {
   const auto inputs = standing(10.0);
   const Outputs all = collect(inputs, &placed);
   ASSERT_FALSE(all.odometry.empty());
-  EXPECT_EQ(all.odometry.back().time, kStart + 999 * kPeriod);
+  EXPECT_EQ(all.odometry.back().time, kDriveStart + 999 * kImuPeriod);
   EXPECT_EQ(placed.size(), all.odometry.size());
   EXPECT_GE(all.status.size(), 9u);
   EXPECT_LT(placed.back().p_odom_body.norm(), 0.01);
@@ -97,12 +81,12 @@ TEST(DurationHistogram, QuantilesAreRoundedUpByLessThanATenth) {
 TEST(Live, ResetCommandStartsAfresh) {
   std::vector<OdometryEstimate> placed;
   auto inputs = standing(5.0);
-  inputs.push_back(Command{kStart, "reset", ""});
-  const auto later = standing(5.0, kStart + 500 * kPeriod);
+  inputs.push_back(Command{kDriveStart, "reset", ""});
+  const auto later = standing(5.0, kDriveStart + 500 * kImuPeriod);
   inputs.insert(inputs.end(), later.begin(), later.end());
   const Outputs all = collect(inputs, &placed);
   // No pose until the initialiser has again seen its standstill.
-  const TimeNs reset = kStart + 500 * kPeriod;
+  const TimeNs reset = kDriveStart + 500 * kImuPeriod;
   TimeNs silence = 0;
   for (std::size_t i = 1; i < all.odometry.size(); ++i) {
     if (all.odometry[i].time >= reset && all.odometry[i - 1].time < reset) {
@@ -118,7 +102,7 @@ TEST(Live, ResetCommandStartsAfresh) {
 TEST(Live, RejectionsAndUnknownCommandsAreToldOf) {
   std::vector<OdometryEstimate> placed;
   std::vector<Input> inputs = standing(3.0);
-  inputs.insert(inputs.begin() + 100, Command{kStart, "explode", ""});
+  inputs.insert(inputs.begin() + 100, Command{kDriveStart, "explode", ""});
   inputs.insert(inputs.begin() + 100, Rejection{"IMU", "message ends within its fields"});
   const Outputs all = collect(inputs, &placed);
   auto told = [&](const std::string& part) {

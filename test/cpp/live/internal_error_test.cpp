@@ -1,0 +1,59 @@
+// A fault inside the estimator while it runs live: here memory that cannot be had.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <new>
+#include <utility>
+
+#include "live/live.h"
+#include "pipeline/test_drive.h"
+
+namespace {
+thread_local bool next_allocation_fails = false;  // NOLINT: operator new has no other way to know
+}
+
+void* operator new(std::size_t size) {
+  void* memory = std::exchange(next_allocation_fails, false) ? nullptr : std::malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+
+namespace gprodom {
+namespace {
+
+// The daemon goes on: the fault is told, and the estimator starts at the initialiser again.
+TEST(Live, AnInternalErrorStartsTheEstimatorAfresh) {
+  std::vector<TimeNs> times;
+  std::vector<std::string> warnings;
+  int calls = 0;  // one before each input, and some
+  {
+    Live live(
+        default_config(),
+        [&](const Results& results) {
+          const Outputs& out = results.outputs;
+          for (const auto& estimate : out.odometry) times.push_back(estimate.time);
+          warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
+        },
+        [&calls] { next_allocation_fails = ++calls == 1000; });
+    for (const Input& input : standing(10.0)) live.push(input);
+  }
+  EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
+                          [](const std::string& text) {
+                            return text ==
+                                   "internal error: std::bad_alloc; the estimator starts "
+                                   "afresh";
+                          }),
+            1);
+  ASSERT_FALSE(times.empty());
+  TimeNs silence = 0;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    silence = std::max(silence, times[i] - times[i - 1]);
+  EXPECT_GE(silence, from_seconds(0.9 * InitializerConfig().duration));
+  EXPECT_EQ(times.back(), kDriveStart + 999 * kImuPeriod);
+}
+
+}  // namespace
+}  // namespace gprodom
