@@ -12,36 +12,123 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 CHECKOUT = Path(__file__).resolve().parent.parent
+SOURCES = CHECKOUT / "src"
+ARCHITECTURE = CHECKOUT / "docs" / "architecture.md"
 MOST_SOURCES = 20  # .cpp files in a folder
 
-# Folder of src/: the folders whose headers its files may include, besides its own.
+
+class Room(NamedTuple):
+    """A folder of src/."""
+
+    holds: str
+    knows_nothing_of: str
+    includes: list[str]  # folders whose headers its files may include, besides its own
+
+
 GPR = ["gpr/kernels", "gpr/filter", "gpr/peaks", "gpr/sequential", "gpr/motion", "gpr/revisit"]
 BEFORE_MOTION = ["base", "config", "gpr", *GPR, "estimation", "estimation/graph"]
 ROOMS = {
-    "base": [],
-    "config": ["base"],
-    "gpr/kernels": ["base", "config"],
-    "gpr/filter": ["base", "config", "gpr/kernels"],
-    "gpr/peaks": ["base", "config", *GPR[:2]],
-    "gpr/sequential": ["base", "config", *GPR[:3]],
-    "gpr/motion": ["base", "config", *GPR[:3]],
-    "gpr/revisit": ["base", "config", *GPR[:3]],
-    "gpr": ["base", "config", *GPR],
-    "estimation": ["base", "config"],
-    "estimation/graph": ["base", "config", "estimation"],
-    "input": BEFORE_MOTION,
-    "motion": BEFORE_MOTION,
-    "map": BEFORE_MOTION,
-    "persist": [*BEFORE_MOTION, "motion", "map"],
-    "pipeline": [*BEFORE_MOTION, "input", "motion", "map", "persist"],
-    "live": ["base", "config", "pipeline"],
-    "io": ["base", "config", "input"],
-    "io/ros1": ["base", "config", "input", "io"],
-    "apps": ["base", "config", "pipeline", "live", "io"],
-    "apps/ros1": ["base", "config", "pipeline", "live", "io", "io/ros1", "apps"],
-    "python": ["base", "config", "gpr", *GPR, "estimation", "pipeline"],
+    "base": Room(
+        "plain values, errors, sealed bytes, whole files, work that takes effect at a data time",
+        "settings, algorithms",
+        [],
+    ),
+    "config": Room("every setting: key, unit, default, check", "what a setting does", ["base"]),
+    "gpr/kernels": Room("sums and products that fill vector units", "traces", ["base", "config"]),
+    "gpr/filter": Room(
+        "what is done to one trace before anything is read from it",
+        "peaks, windows, distances",
+        ["base", "config", "gpr/kernels"],
+    ),
+    "gpr/peaks": Room(
+        "reflections in one trace, as damped sinusoids",
+        "other traces",
+        ["base", "config", *GPR[:2]],
+    ),
+    "gpr/sequential": Room(
+        "displacement from one window of traces to the next",
+        "the wheel, ground seen before",
+        ["base", "config", *GPR[:3]],
+    ),
+    "gpr/motion": Room(
+        "standstill and path length from the similarity of traces",
+        "the wheel, metres",
+        ["base", "config", *GPR[:3]],
+    ),
+    "gpr/revisit": Room(
+        "the memory of ground by distance, and the search in it",
+        "poses, the map",
+        ["base", "config", *GPR[:3]],
+    ),
+    "gpr": Room("the front end that a setting names", "states, factors", ["base", "config", *GPR]),
+    "estimation": Room(
+        "the first state, IMU preintegration, factors, fixed-lag smoother",
+        "traces, messages, channels",
+        ["base", "config"],
+    ),
+    "estimation/graph": Room(
+        "the pose graph of a track in the plane",
+        "the smoother and its factors",
+        ["base", "config", "estimation"],
+    ),
+    "input": Room(
+        "which messages can be used: time guard, plausibility, sensor and clock watch, health",
+        "motion, map",
+        BEFORE_MOTION,
+    ),
+    "motion": Room(
+        "one judge: does the robot stand, does the wheel slip, which noise holds",
+        "input, map",
+        BEFORE_MOTION,
+    ),
+    "map": Room(
+        "ground driven over: passes, search, merging, the map frame, the map's file",
+        "input, motion",
+        BEFORE_MOTION,
+    ),
+    "persist": Room(
+        "what one run leaves to the next: pose, wheel scale, ground",
+        "when it is saved or taken up",
+        [*BEFORE_MOTION, "motion", "map"],
+    ),
+    "pipeline": Room(
+        "the facade: step() on one screen, prediction, radar task, going on from a saved pose",
+        "threads of its own, clocks, LCM, ROS",
+        [*BEFORE_MOTION, "input", "motion", "map", "persist"],
+    ),
+    "live": Room(
+        "threads, queues, commands, latencies",
+        "how anything is estimated, LCM, ROS",
+        ["base", "config", "pipeline"],
+    ),
+    "io": Room(
+        "LCM packets and logs to values and back, and nothing else",
+        "the estimator",
+        ["base", "config", "input"],
+    ),
+    "io/ros1": Room(
+        "the same for ROS 1 messages",
+        "the estimator",
+        ["base", "config", "input", "io"],
+    ),
+    "apps": Room(
+        "gprodomd and gprodom-replay, a page each",
+        "how anything is estimated",
+        ["base", "config", "pipeline", "live", "io"],
+    ),
+    "apps/ros1": Room(
+        "gprodom_node",
+        "how anything is estimated",
+        ["base", "config", "pipeline", "live", "io", "io/ros1", "apps"],
+    ),
+    "python": Room(
+        "the Python module of the same classes and functions",
+        "LCM, ROS",
+        ["base", "config", "gpr", *GPR, "estimation", "pipeline"],
+    ),
 }
 
 # include/gprodom/NAME.h: the room that it is the public face of.
@@ -92,7 +179,7 @@ def faults_of(path: Path) -> list[str]:
         header = include[1]
         place = f"{relative}:{number}: {header}"
         other = room_of(header)
-        if other is not None and other != room and other not in ROOMS[room]:
+        if other is not None and other != room and other not in ROOMS[room].includes:
             faults.append(f"{place}: {room} must not include {other}")
         # The factors know the geometry of the plane, and the graph knows no more of them.
         if room == "estimation/graph" and other == "estimation" and "planar_geometry" not in header:
@@ -103,8 +190,29 @@ def faults_of(path: Path) -> list[str]:
     return faults
 
 
+def table() -> str:
+    """The rooms as docs/architecture.md shows them."""
+    lines = [
+        "| folder of `src/` | holds | knows nothing of | may include |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, room in ROOMS.items():
+        whole = set(GPR) <= set(room.includes)
+        includes = [other for other in room.includes if not (whole and other in GPR)]
+        includes = ["gpr/*" if whole and other == "gpr" else other for other in includes]
+        if name == "gpr":
+            includes.append("gpr/*")
+        lines.append(
+            f"| `{name}` | {room.holds} | {room.knows_nothing_of} | {' '.join(includes)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def main() -> int:
     """Every source under src/ and include/, as git knows them."""
+    if sys.argv[1:] == ["--table"]:
+        print(table(), end="")
+        return 0
     listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "src", "include"]
     names = subprocess.run(listed, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
     sources = [CHECKOUT / name for name in names.split() if name.endswith((".cpp", ".h"))]
@@ -116,6 +224,9 @@ def main() -> int:
         for folder, count in counts.items()
         if count > MOST_SOURCES
     ]
+    faults += [f"src/{name}: no such folder" for name in ROOMS if not (SOURCES / name).is_dir()]
+    if table() not in ARCHITECTURE.read_text():
+        faults.append(f"docs/{ARCHITECTURE.name}: its rooms are not those of {sys.argv[0]} --table")
     print("\n".join(faults) or f"{len(sources)} sources in {len(counts)} folders: in order")
     return 1 if faults else 0
 
