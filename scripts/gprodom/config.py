@@ -60,7 +60,7 @@ def read_channels(config: Path | None = None, overrides: Sequence[str] = ()) -> 
         try:
             config = default_config()
         except Error:  # the package alone, without the programs
-            return _named(STANDARD, _overridden(overrides), "--set")
+            return _named(STANDARD, _overridden(overrides), "--set channels.")
     try:
         content = yaml.safe_load(config.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
