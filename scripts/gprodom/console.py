@@ -68,6 +68,11 @@ class Progress:
         self._drawn = True
 
 
+def warn(text: str) -> None:
+    """One line on stderr about something doubtful that does not end the command."""
+    print(f"gprodom: warning: {text}", file=sys.stderr)
+
+
 def add_json_flag(parser: argparse.ArgumentParser) -> None:
     """``--json``, for commands that print figures."""
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +135,64 @@ def test_survey_errors(tmp_path: Path, changes: dict[str, str], said: str) -> No
     path = write_mala(tmp_path / "l.rd3", np.zeros((10, 64)), **changes)
     with pytest.raises(Error, match=said):
         read_line(path)
+
+
+def test_survey_that_is_cut_short(tmp_path: Path) -> None:
+    """Fewer traces than the header counts, or a part of one; more than it counts are all read."""
+    traces = np.zeros((10, 64), np.int16)
+    with pytest.raises(Error, match="header counts 11 traces, the file holds 10"):
+        read_line(write_mala(tmp_path / "l.rd3", traces, **{"LAST TRACE": "11"}))
+    assert (
+        len(read_line(write_mala(tmp_path / "l.rd3", traces, **{"LAST TRACE": "9"})).traces) == 10
+    )
+    with (tmp_path / "l.rd3").open("ab") as file:
+        file.write(b"abc")
+    with pytest.raises(Error, match="after 10 traces of 128 bytes there are 3 bytes more"):
+        read_line(tmp_path / "l.rd3")
+    (tmp_path / "l.iprb").write_bytes(traces.tobytes())
+    text = (tmp_path / "l.rad").read_text()
+    (tmp_path / "l.iprh").write_text(text.replace("LAST TRACE:9", "LAST TRACE: 12"))
+    with pytest.raises(Error, match="header counts 12 traces"):
+        read_line(tmp_path / "l.iprb")
+    head = "NUMBER OF TRACES = 7\nNUMBER OF PTS/TRC = 64\nTOTAL TIME WINDOW = 50\n"
+    (tmp_path / "l.hd").write_text(head + "STEP SIZE USED = 0.1\n")
+    (tmp_path / "l.dt1").write_bytes(bytes(6 * (128 + 128)))
+    with pytest.raises(Error, match="header counts 7 traces"):
+        read_line(tmp_path / "l.dt1")
+
+
+def write_dzt(path: Path, body: bytes, samples: int = 64) -> Path:
+    """A GSSI file of 16 bits, one channel, 20 traces a metre, 50 ns."""
+    head = bytearray(1024)
+    struct.pack_into("<4Hh", head, 0, 255, 1024, samples, 16, 0)
+    struct.pack_into("<5f", head, 10, 0.0, 20.0, 0.0, 0.0, 50.0)
+    struct.pack_into("<H", head, 52, 1)
+    path.write_bytes(bytes(head) + body)
+    return path
+
+
+def test_dzt_with_a_part_of_a_trace(tmp_path: Path) -> None:
+    assert len(read_line(write_dzt(tmp_path / "l.dzt", bytes(5 * 128))).traces) == 5
+    with pytest.raises(Error, match="cut short"):
+        read_line(write_dzt(tmp_path / "l.dzt", bytes(5 * 128 + 60)))
+
+
+def test_survey_too_coarse_for_its_wavelength(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Echoes of 500 MHz, 20 cm long in the ground: said at 10 cm between traces, not at 2 cm."""
+    rng = np.random.default_rng(1)
+    wave = np.sin(2 * np.pi * 500e6 * np.arange(64) * 2e-10)
+    traces = 3000 * rng.standard_normal((50, 1)) * wave
+    for spacing, said in (("0.10", True), ("0.02", False)):
+        path = write_mala(tmp_path / "l.rd3", traces, **{"DISTANCE INTERVAL": spacing})
+        assert main(["convert", "survey", str(path), "-o", str(tmp_path / "g.npz")]) == 0
+        assert ("wavelength of 0.2 m" in capsys.readouterr().err) is said
+
+
+def test_survey_traces_are_no_longer_than_the_estimator_takes(tmp_path: Path) -> None:
+    with pytest.raises(Error, match="expected 2 to 16384"):
+        read_line(write_mala(tmp_path / "l.rd3", np.zeros((2, 20_000)), SAMPLES="20000"))
 
 
 def test_survey_wants_its_header(tmp_path: Path) -> None:

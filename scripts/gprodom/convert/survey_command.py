@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Ints
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import add_json_flag, format_table, print_json, warn
 from gprodom.convert.survey_files import Line, read_line
 from gprodom.errors import Error, UsageError
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
 from gprodom.options import Subparsers, add_command
+
+WAVE_SPEED = 1e8  # m/s, in dry ground; a third of it in wet
 
 EXAMPLES = """\
   gprodom convert survey beach_0001_0.iprb -o beach.npz
@@ -61,6 +63,13 @@ def run(args: argparse.Namespace) -> int:
     lines = [read_line(path) for path in args.files]
     survey = join(lines, args.output.stem, args.aside, args.samples, args.spacing)
     write_survey(args.output, survey)
+    apart, wavelength = survey.spacing, wavelength_m(survey.lines, survey.sample_interval)
+    if apart > wavelength / 4:
+        warn(
+            f"traces {apart:.3g} m apart at a wavelength of {wavelength:.2g} m in the ground: more "
+            "than a quarter of it from trace to trace, so that motion cannot be told from them; a "
+            "drive over this ground is no test of the radar"
+        )
     facts = {
         "lines": survey.lines.shape[0],
         "traces": survey.lines.shape[1],
@@ -99,6 +108,16 @@ def join(
         first.time_zero,
         closed=False,
     )
+
+
+def wavelength_m(lines: Ints, sample_interval: float) -> float:
+    """Of the echoes of (k, n, samples): the mean trace taken out, at their mean frequency by
+    energy, at the speed of a wave in dry ground."""
+    echoes = lines - lines.mean(axis=1, keepdims=True)
+    energy = (np.abs(np.fft.rfft(echoes, axis=2)) ** 2).mean(axis=(0, 1))
+    frequency = np.fft.rfftfreq(lines.shape[2], sample_interval)
+    mean = float(energy @ frequency / max(energy.sum(), 1e-300))
+    return WAVE_SPEED / mean if mean > 0 else float("inf")
 
 
 def _as_int16(traces: np.ndarray) -> Ints:

@@ -1,8 +1,9 @@
 """Survey files of radar makers: lines of traces at even spacing.
 
 Read here: Sensors & Software (DT1 with HD), GSSI (DZT), MALA (RD3 or RD7 with RAD) and Impulse
-(IPRB with IPRH); the layouts are the makers' published ones. Headers are taken at their word but
-for the count of traces, which is what the file holds.
+(IPRB with IPRH); the layouts are the makers' published ones. Headers are taken at their word. A
+file that holds fewer traces than its header counts, or a part of one, was cut short and is refused;
+one that holds more was written on after its header, and all of it is read.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from gprodom.arrays import Ints
 from gprodom.errors import Error
 
 _FOOT = 0.3048  # m
-_MAX_SAMPLES = 100_000
+_MAX_SAMPLES = 16_384  # of a trace; the estimator takes no more
 
 
 @dataclass(frozen=True)
@@ -99,11 +100,29 @@ class _Header:
         return int(value)
 
 
-def _rows(path: Path, kind: str, samples: int, header_bytes: int = 0) -> Ints:
+def _whole_traces(path: Path, size: int, width: int, counted: float = 0) -> int:
+    """How many traces of `width` bytes lie in `size` bytes, of which the header counts `counted`.
+
+    Refuses a file that ends before its last trace does.
+    """
+    count, rest = divmod(size, width)
+    if count < counted:
+        raise Error(
+            f"{path}: cut short: the header counts {counted:.0f} traces, the file holds {count}; "
+            "copy it anew, or correct the count in the header"
+        )
+    if count and rest:
+        raise Error(
+            f"{path}: cut short: after {count} traces of {width} bytes there are {rest} bytes more"
+        )
+    return count
+
+
+def _rows(path: Path, kind: str, samples: int, counted: float = 0, header_bytes: int = 0) -> Ints:
     """Traces (n, samples) as they lie in the file, each after `header_bytes`."""
     width = header_bytes + samples * np.dtype(kind).itemsize
     data = path.read_bytes()
-    count = len(data) // width
+    count = _whole_traces(path, len(data), width, counted)
     table = np.frombuffer(data[: count * width], np.uint8).reshape(count, width)
     values = np.ascontiguousarray(table[:, header_bytes:]).view(kind)
     return np.asarray(values, np.int64).astype(np.int32)
@@ -115,7 +134,7 @@ def _read_dt1(path: Path) -> Line:
     unit = _FOOT if header.text("POSITION UNITS").lower().startswith("f") else 1.0
     interval = header.number("TOTAL TIME WINDOW") * 1e-9 / samples
     return Line(
-        _rows(path, "<i2", samples, header_bytes=128),
+        _rows(path, "<i2", samples, header.number("NUMBER OF TRACES", 0), header_bytes=128),
         abs(header.number("STEP SIZE USED")) * unit,
         interval,
         header.number("TIMEZERO AT POINT", 0.0) * interval,
@@ -129,7 +148,8 @@ def _read_mala(path: Path) -> Line:
     interval = 1e-6 / header.positive("FREQUENCY")  # of sampling, MHz
     zero = header.number("SIGNAL POSITION", 0.0) * interval
     spacing = header.number("DISTANCE INTERVAL")
-    return Line(_rows(path, kind, samples), spacing, interval, zero)
+    traces = _rows(path, kind, samples, header.number("LAST TRACE", 0))
+    return Line(traces, spacing, interval, zero)
 
 
 def _read_impulse(path: Path) -> Line:
@@ -139,7 +159,8 @@ def _read_impulse(path: Path) -> Line:
     interval = 1e-6 / header.positive("FREQUENCY")
     zero = header.number("ZERO LEVEL", 0.0) * interval
     spacing = header.number("DISTANCE INTERVAL")
-    return Line(_rows(path, kind, samples), spacing, interval, zero)
+    traces = _rows(path, kind, samples, header.number("LAST TRACE", 0))
+    return Line(traces, spacing, interval, zero)
 
 
 def _read_dzt(path: Path) -> Line:
@@ -159,7 +180,7 @@ def _read_dzt(path: Path) -> Line:
     if start > len(data):
         raise Error(f"{path}: the header says that traces begin beyond the end of the file")
     width = samples * bits // 8 * channels
-    count = (len(data) - start) // width
+    count = _whole_traces(path, len(data) - start, width)
     body = np.frombuffer(data, kinds[bits], count * width * 8 // bits, start)
     traces = body.reshape(count, channels, samples)[:, 0].astype(np.int64)
     if bits < 32:
