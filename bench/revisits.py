@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
 from gprodom.odometry.estimate import as_log, estimate

@@ -38,7 +38,8 @@ from pathlib import Path
 
 from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.cmu import read_recording
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import EventLog

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 import gprodom
 from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
 from gprodom.benchmark.pairs import compare_methods, interval
+from gprodom.benchmark.schedule import others_of
 from gprodom.benchmark.simulated import drives
 from gprodom.calibrate.k import Shifts, fit_k
 from gprodom.cli import main
@@ -266,6 +267,15 @@ def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
     assert fit.k == pytest.approx(0.03, rel=0.02)
     with pytest.raises(Error, match="no other sequence"):
         fit_on_others(sequences[0], METHODS["sfm"], [])
+
+
+def test_k_of_a_lone_scene_comes_from_the_others(tmp_path: Path) -> None:
+    """Two simulated drives are of two scenes: each has its K from the other."""
+    names = ("1-0-yard-cmu-gpr", "2-0-hall-cmu-gpr", "3-0-hall-cmu-gpr")
+    yard, hall, again = (Sequence(name, tmp_path, tmp_path / name, None) for name in names)
+    assert others_of(yard, [yard, hall]) == [hall]
+    assert others_of(hall, [yard, hall, again]) == [again]
+    assert others_of(yard, [yard]) == []
 
 
 def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,6 +16,7 @@ from gprodom.cli import main
 from gprodom.convert import source
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.quantum import find_quantum
+from gprodom.ground.survey import Survey, write_survey
 from gprodom.lcm import EventLog
 from gprodom.lcm.logs import read
 from gprodom.times import to_microseconds
@@ -345,3 +346,46 @@ def test_all_shared_sequences(shared: Path, tmp_path: Path) -> None:
                 else:
                     field = "samples" if channel == "GPR_TRACE" else "position"
                     np.testing.assert_array_equal(row[field], middle)
+
+
+def simulated(folder: Path, *arguments: str) -> Path:
+    """A short simulated drive."""
+    made = folder / "1700000000-0-yard-cmu-gpr.zip"
+    short = ["simulate", "--distance", "2", "--standstill", "1", "-o", str(made)]
+    assert main([*short, *arguments]) == 0
+    return made
+
+
+def test_sample_interval_comes_with_the_sequence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ground of another interval than the dataset's: no option is needed to convert it."""
+    lines = np.random.default_rng(1).integers(-900, 900, (1, 300, 16)).astype(np.int16)
+    ground = Survey("g", lines, 0.05, np.zeros(1), 3.125e-10, 0.0, closed=False)
+    write_survey(tmp_path / "g.npz", ground)
+    made = simulated(tmp_path, "--ground", str(tmp_path / "g.npz"))
+    assert set(read(convert(made))["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
+    assert set(
+        read(convert(made, "--sample-interval", "1e-10"))["GPR_TRACE"]["sample_interval"]
+    ) == {1e-10}
+    # Without the file in the zip, what stands beside it is taken, and said.
+    with zipfile.ZipFile(made) as archive:
+        files = {Path(name).name: archive.read(name) for name in archive.namelist()}
+    del files["gpr_meas.json"]
+    older = tmp_path / "1700000001-0-yard-cmu-gpr.zip"
+    with zipfile.ZipFile(older, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    assert set(read(convert(older))["GPR_TRACE"]["sample_interval"]) == {2e-10}
+    beside = older.with_suffix(".json")
+    beside.write_text('{"gpr_sample_interval": 3.125e-10, "scale": "of no concern"}')
+    capsys.readouterr()
+    assert set(read(convert(older))["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
+    assert f"3.125e-10 s taken from {beside.name}" in capsys.readouterr().err
+    beside.write_text('{"gpr_sample_interval": "soon"}')
+    fails(older, "gpr_sample_interval: expected seconds", capsys)
+
+
+def test_a_drive_without_radar_is_read(tmp_path: Path) -> None:
+    log = read(convert(simulated(tmp_path, "--ground", "none")))
+    assert set(log) == {"IMU", "WHEEL", "TOTAL_STATION"}

@@ -16,7 +16,6 @@ from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
 from gprodom.ground.survey import shipped
 from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
@@ -37,10 +36,10 @@ sequences' own truth, and writes
                                      published figures, and every score; fetches nothing
 
 The scene is read off a sequence's name (TIME-0-SCENE-cmu-gpr). Methods with a K (displacement per
-unit of shift) have it fitted on the other sequences of the scene. A second run with the same
-arguments goes on where the first stopped; what changed is run again. A failure leaves the other
-rows going and ends with exit code 1. From {MIN_SEQUENCES} sequences on every two methods are
-compared by paired differences with bootstrap intervals.
+unit of shift) have it fitted on the other sequences of the scene, or of all scenes where it has no
+other. A second run with the same arguments goes on where the first stopped; what changed is run
+again. A failure leaves the other rows going and ends with exit code 1. From {MIN_SEQUENCES}
+sequences on every two methods are compared by paired differences with bootstrap intervals.
 
 --simulate N makes N sequences, kept in DIR/simulated (some 4 MB each): sequence i from seed S + i
 alone, grounds and routes taking turns. The same arguments give the same sequences, and a larger N
@@ -114,8 +113,8 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         metavar="[SCENE=]S",
         type=parse_interval,
-        help=f"seconds between radar samples, of all sequences or of a scene's (default "
-        f"{SAMPLE_INTERVAL:g}); may be repeated",
+        help="seconds between radar samples, of all sequences or of a scene's (default: as "
+        "each sequence says, else 2e-10); may be repeated",
     )
     add_json_flag(parser)
     parser.set_defaults(run=run)
@@ -144,7 +143,7 @@ def name_sequences(
         if name in sequences:
             raise UsageError(f"{source}: a second sequence of the name {name}")
         scene = scene_of(name)
-        interval = intervals.get(scene, intervals.get("", SAMPLE_INTERVAL))
+        interval = intervals.get(scene, intervals.get(""))
         sequences[name] = Sequence(name, source.resolve(), output / name, interval)
     return list(sequences.values())
 

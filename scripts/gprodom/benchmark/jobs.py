@@ -42,7 +42,7 @@ class Sequence:
     name: str
     source: Path
     folder: Path
-    sample_interval: float
+    sample_interval: float | None  # s, of the radar; None: what the sequence says
 
     @property
     def scene(self) -> str:
@@ -168,12 +168,12 @@ def load_shifts(sequence: Sequence, front_end: str) -> Shifts:
 
 
 def fit_on_others(sequence: Sequence, method: Method, others: list[Sequence]) -> Fit:
-    """K for `sequence` from `others`, the other sequences of its scene."""
+    """K for `sequence` from `others`."""
     found = [other for other in others if shifts_path(other, method.front_end).exists()]
     if not found:
         raise Error(
-            f"no other sequence of scene {sequence.scene!r} with {method.front_end} shifts to fit "
-            "K on: give more sequences of the scene"
+            f"no other sequence with {method.front_end} shifts to fit K on: give more sequences, "
+            "best of the same scene"
         )
     return fit_k([load_shifts(other, method.front_end) for other in found])
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from gprodom import gpr
 from gprodom.arrays import Bools, Floats, Ints
-from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.cmu import read_recording
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag, kind

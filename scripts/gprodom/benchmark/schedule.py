@@ -72,11 +72,7 @@ def run_all(
                         method,
                         settings,
                         unmeasured.get((method.front_end, each.name), ""),
-                        [
-                            other
-                            for other in sequences
-                            if other.scene == each.scene and other != each
-                        ],
+                        others_of(each, sequences),
                     )
                     for method in methods
                     for each in sequences
@@ -88,6 +84,13 @@ def run_all(
         finally:
             for sequence in sequences:
                 clean(sequence)
+
+
+def others_of(sequence: Sequence, sequences: list[Sequence]) -> list[Sequence]:
+    """Those that K is fitted on for `sequence`: of its scene, or of any where its scene has no
+    other."""
+    others = [other for other in sequences if other != sequence]
+    return [other for other in others if other.scene == sequence.scene] or others
 
 
 class _Measure:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, sequential
@@ -130,8 +129,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--sample-interval",
         type=float,
         metavar="S",
-        default=SAMPLE_INTERVAL,
-        help="seconds between radar samples of sequences (default %(default)s)",
+        help="seconds between radar samples of sequences (default: as each says, else 2e-10)",
     )
     add_output_option(k)
     add_json_flag(k)

@@ -9,7 +9,7 @@ from gprodom.arrays import Ints
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
-from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.options import Subparsers, add_command, add_config_options

@@ -21,11 +21,11 @@ import numpy as np
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.console import Progress
 from gprodom.convert.quantum import find_quantum
-from gprodom.convert.source import GPR, IMU, TRUTH, WHEEL, File, read_files
+from gprodom.convert.sampling import SAMPLE_INTERVAL, find_sample_interval
+from gprodom.convert.source import GPR, IMU, RADAR_FACTS, TRUTH, WHEEL, File, read_files
 from gprodom.convert.table import Table, parse
 from gprodom.errors import Error
 
-SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
 VOLTS_PER_COUNT = 0.05 / 32767
 FALLBACK_QUANTUM = 1e-6  # m per tick where the wheel's values lie on no grid
 
@@ -48,16 +48,14 @@ class Recording:
     ticks: Ints  # (w,)
     metres_per_tick: float
     gpr_utime: Ints  # (g,)
-    traces: Ints  # (g, samples), counts
+    traces: Ints  # (g, samples), counts; g = 0 where the sequence has no radar
     truth_utime: Ints  # (t,)
     truth: Floats  # (t, 3), m, in the instrument's frame; t = 0 where there is none
     out_of_order: dict[str, int]  # rows sorted into place, by sensor
+    sample_interval: float = SAMPLE_INTERVAL  # s, of the radar; see `find_sample_interval`
 
     def messages(self, since: int = 0, until: int = 2**63 - 1) -> dict[str, Any]:
-        """The arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us).
-
-        Its `sample_interval` is not among them: the files do not tell it.
-        """
+        """Arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us)."""
 
         def part(time: Ints) -> slice:
             return slice(*np.searchsorted(time, [since, until], side="right"))
@@ -71,6 +69,7 @@ class Recording:
             "wheel_distance": self.ticks[wheel] * self.metres_per_tick,
             "gpr_time": self.gpr_utime[gpr] * 1000,
             "traces": self.traces[gpr],
+            "sample_interval": self.sample_interval,
         }
 
 
@@ -121,10 +120,12 @@ def read_recording(sequence: Path) -> Recording:
             "gpr": gpr.out_of_order,
             "truth": truth.out_of_order,
         },
+        sample_interval=find_sample_interval(sequence, files.get(RADAR_FACTS)),
     )
 
 
 _NO_TRUTH = Table(np.zeros(0, np.int64), np.zeros((0, 3)), 0, 0)
+_NO_RADAR = Table(np.zeros(0, np.int64), np.zeros((0, 0)), 0, 0)
 
 
 def _parse_imu(file: File) -> Table:
@@ -137,7 +138,9 @@ def _parse_wheel(file: File) -> Table:
 
 
 def _parse_gpr(file: File) -> Table:
-    return _not_empty(parse(file, range(9, 100_000), "time, samples", integers=True), file)
+    """Traces; none where the file is only a header, as of a drive simulated without radar."""
+    table = parse(file, range(9, 100_000), "time, samples", integers=True)
+    return table if len(table.utime) else _NO_RADAR
 
 
 def parse_truth(file: File) -> Table:

@@ -9,7 +9,8 @@ from pathlib import Path
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
-from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.cmu import read_recording
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.errors import Error
@@ -26,6 +27,9 @@ Converts a sequence of the CMU-GPR dataset to an LCM log with the channels GPR_T
 and, where there is truth, TOTAL_STATION, in order of time (at equal times: IMU, WHEEL, GPR_TRACE,
 TOTAL_STATION). SEQ is a directory or the dataset's zip. Rows that are out of order are sorted into
 place and counted; a malformed row ends the conversion, and no log is left behind.
+
+The dataset's files do not tell the time between radar samples. A sequence of `gprodom simulate`
+holds it in gpr_meas.json; else it is --sample-interval.
 """
 
 
@@ -48,8 +52,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "--sample-interval",
         metavar="S",
         type=_positive,
-        default=SAMPLE_INTERVAL,
-        help="seconds between radar samples (default: %(default)s)",
+        help="seconds between radar samples (default: what the sequence says of them, else "
+        f"{SAMPLE_INTERVAL:g})",
     )
     add_config_options(cmu)
     add_json_flag(cmu)
@@ -73,8 +77,9 @@ def run(args: argparse.Namespace) -> int:
         raise Error(f"{output}: expected a file to write, got a directory or the sequence itself")
     channels = read_channels(args.config, args.overrides)
     recording = read_recording(args.sequence)
-    write_log(output, streams(recording, args.sample_interval, channels))
-    summary = summarise(recording, args.sample_interval)
+    interval = args.sample_interval or recording.sample_interval
+    write_log(output, streams(recording, interval, channels))
+    summary = summarise(recording, interval)
     if args.json:
         print_json({"log": str(output), **summary})
     else:

@@ -20,7 +20,8 @@ GPR = "gpr_meas.csv"
 IMU = "imu_meas.csv"
 WHEEL = ("we_odom_meas.csv", "we_odom.csv")
 TRUTH = "ts_meas.csv"
-_KNOWN = (GPR, IMU, *WHEEL, TRUTH)
+RADAR_FACTS = "gpr_meas.json"  # of ours, not of the dataset: {"sample_interval_s": S}
+_KNOWN = (GPR, IMU, *WHEEL, TRUTH, RADAR_FACTS)
 
 
 @dataclass(frozen=True)

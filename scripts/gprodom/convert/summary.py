@@ -71,13 +71,14 @@ def as_text(summary: dict[str, Any]) -> str:
         ]
         for name, sensor in summary["sensors"].items()
     ]
-    window = (summary["samples_per_trace"] - 1) * summary["sample_interval_s"] * 1e9
+    samples = summary["samples_per_trace"]
+    window_ns = (samples - 1) * summary["sample_interval_s"] * 1e9
+    radar = f"radar {samples} samples, {window_ns:.1f} ns" if samples else "no radar"
     return "\n".join(
         [
             format_table(header, rows),
             f"duration {summary['duration_s']:.3f} s, wheel {summary['wheel_distance_m']:.3f} m "
             f"in ticks of {summary['metres_per_tick']:.9g} m",
-            f"radar {summary['samples_per_trace']} samples, {window:.1f} ns; "
-            f"IMU columns: {summary['imu_columns']}",
+            f"{radar}; IMU columns: {summary['imu_columns']}",
         ]
     )

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import UsageError
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
@@ -61,8 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--sample-interval",
         type=float,
         metavar="S",
-        default=SAMPLE_INTERVAL,
-        help="seconds between radar samples of a sequence (default %(default)s)",
+        help="seconds between radar samples of a sequence (default: what it says, else 2e-10)",
     )
     add_json_flag(parser)
     parser.set_defaults(run=run)

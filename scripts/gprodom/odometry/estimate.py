@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gprodom.config import STANDARD, Channels, read_channels
-from gprodom.convert.cmu import SAMPLE_INTERVAL, read_recording
+from gprodom.convert.cmu import read_recording
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import logs
@@ -41,17 +41,21 @@ class Estimate:
 def as_log(
     source: Path,
     folder: Path,
-    sample_interval: float = SAMPLE_INTERVAL,
+    sample_interval: float | None = None,
     channels: Channels = STANDARD,
 ) -> Path:
-    """`source` itself where it is a log; a sequence is converted into `folder`, to `channels`."""
+    """`source` itself where it is a log; a sequence is converted into `folder`, to `channels`.
+
+    sample_interval: s, of the radar; None: what the sequence says.
+    """
     kind = kind_of(source)
     if kind == "log":
         return source
     if kind != "sequence":
         raise Error(f"{source}: expected a sequence (directory or zip) or an LCM log")
     log = folder / "input.lcmlog"
-    write_log(log, streams(read_recording(source), sample_interval, channels))
+    recording = read_recording(source)
+    write_log(log, streams(recording, sample_interval or recording.sample_interval, channels))
     return log
 
 
@@ -64,7 +68,7 @@ def read_sensors(
     `sample_interval`.
     """
     channels = read_channels(args.config, args.overrides)
-    interval = getattr(args, "sample_interval", SAMPLE_INTERVAL)
+    interval = getattr(args, "sample_interval", None)
     return logs.read_roles(as_log(source, folder, interval, channels), channels.of(*roles))
 
 

@@ -11,7 +11,6 @@ from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
@@ -108,8 +107,7 @@ def _add_observability(subjects: Subparsers) -> None:
         "--sample-interval",
         type=float,
         metavar="S",
-        default=SAMPLE_INTERVAL,
-        help="seconds between radar samples of sequences (default %(default)s)",
+        help="seconds between radar samples of sequences (default: as each says, else 2e-10)",
     )
     add_json_flag(parser)
     parser.set_defaults(run=run_observability)

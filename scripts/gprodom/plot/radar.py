@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import canvas
-from gprodom.convert.cmu import SAMPLE_INTERVAL
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import read_sensors
@@ -169,7 +168,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"
     )
     parser.add_argument(
-        "--sample-interval", metavar="S", type=float, default=SAMPLE_INTERVAL, help="of sequences"
+        "--sample-interval", metavar="S", type=float, help="of sequences (default: as each says)"
     )
     add_config_options(parser)
     parser.set_defaults(run=run)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.convert.sampling import radar_facts
+from gprodom.convert.source import RADAR_FACTS
 from gprodom.files import write_bytes, write_npz, zip_bytes
 from gprodom.simulate.sequence import Simulated
 
@@ -23,6 +25,8 @@ def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
     """
     name = output.name.removesuffix(".zip")
     files = {file: content.encode() for file, content in _tables(simulated).items()}
+    if simulated.sample_interval is not None:
+        files[RADAR_FACTS] = radar_facts(simulated.sample_interval)
     if output.suffix == ".zip":
         write_bytes(output, zip_bytes({f"{name}/{file}": data for file, data in files.items()}))
     else:
@@ -70,8 +74,6 @@ def _tables(simulated: Simulated) -> dict[str, str]:
             (",".join(f"{value:.5f}" for value in row) for row in simulated.station.tolist()),
         ),
     }
-    if not len(simulated.gpr_utime):
-        del tables["gpr_meas.csv"]
     return tables
 
 

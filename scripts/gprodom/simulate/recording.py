@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gprodom.convert.cmu import Recording
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.simulate.sequence import Simulated
 
 
@@ -26,4 +27,5 @@ def as_recording(simulated: Simulated) -> Recording:
         truth_utime=simulated.station_utime,
         truth=simulated.station,
         out_of_order={},
+        sample_interval=simulated.sample_interval or SAMPLE_INTERVAL,
     )

@@ -1,0 +1,52 @@
+"""The time between a sequence's radar samples: its CSV files do not tell it.
+
+A simulated sequence holds it in a small file of its own (`RADAR_FACTS`). Older ones have it in the
+JSON beside them, which else holds the truth: of that file nothing else is looked at.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from gprodom.console import warn
+from gprodom.convert.source import File
+from gprodom.errors import Error
+
+SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
+_KEY = "sample_interval_s"
+_KEY_BESIDE = "gpr_sample_interval"
+_TOLD_BESIDE = re.compile(rb'"gpr_sample_interval"\s*:(?!\s*null)')
+
+
+def radar_facts(sample_interval: float) -> bytes:
+    """What `RADAR_FACTS` holds."""
+    return (json.dumps({_KEY: sample_interval}) + "\n").encode()
+
+
+def find_sample_interval(sequence: Path, facts: File | None) -> float:
+    """Seconds: as `facts` says, else the file beside the sequence (with a word), else 0.2 ns."""
+    if facts is not None:
+        return _interval(facts.data, _KEY, facts.label)
+    beside = sequence.with_name(sequence.name.removesuffix(".zip") + ".json")
+    data = beside.read_bytes() if beside.is_file() else b""
+    if _TOLD_BESIDE.search(data) is None:
+        return SAMPLE_INTERVAL
+    interval = _interval(data, _KEY_BESIDE, str(beside))
+    if interval != SAMPLE_INTERVAL:
+        warn(f"{sequence}: radar sample interval {interval:g} s taken from {beside.name}")
+    return interval
+
+
+def _interval(data: bytes, key: str, label: str) -> float:
+    try:
+        content: Any = json.loads(data)
+        interval = float(content[key])
+    except (ValueError, TypeError, KeyError, RecursionError):
+        interval = math.nan
+    if not 0 < interval < 1e-6:
+        raise Error(f"{label}: {key}: expected seconds between radar samples, such as 2e-10")
+    return interval
