@@ -66,7 +66,7 @@ BENCHMARK(step_time_zero)->Unit(benchmark::kMicrosecond);
 
 void step_wavelet(benchmark::State& state) {
   const std::vector<GprTrace> traces = drive();
-  DetailDenoiser<float> denoiser(make_wavelet("sym4"), 4, 1.0);
+  DetailDenoiser<float> denoiser(make_wavelet(WaveletKind::kSym4), 4, 1.0);
   std::vector<float> out(kSamples);
   std::size_t i = 0;
   for (auto _ : state) {

@@ -4,7 +4,6 @@
 #include <benchmark/benchmark.h>
 
 #include <random>
-#include <string>
 #include <vector>
 
 #include "gpr/filter/details_retention.h"
@@ -23,7 +22,7 @@ constexpr double kTracePeriod = 0.05;  // s
 // The front end's whole work per trace of 201 samples, filter, peaks,
 // a feature matrix and a match every tenth trace. Over ground with a reflector every 10 cm, at 0.4
 // m/s; `peaks` tells how many a trace has.
-void per_trace(benchmark::State& state, const std::string& method, bool fit, int max_joint) {
+void per_trace(benchmark::State& state, FrontEndKind method, bool fit, int max_joint) {
   GprConfig config;
   config.front_end = method;
   config.peaks.fit = fit;
@@ -53,16 +52,18 @@ void per_trace(benchmark::State& state, const std::string& method, bool fit, int
     front_end->add_trace(trace);
     if (i % 10 == 0) benchmark::DoNotOptimize(front_end->tick(trace.time));
   }
-  if (method == "sfm") {
+  if (method == FrontEndKind::kSfm) {
     state.counters["peaks"] = static_cast<double>(extractor.counts().accepted) /
                               static_cast<double>(extractor.counts().traces);
   }
 }
-BENCHMARK_CAPTURE(per_trace, sfm_fit, "sfm", true, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, sfm_joint_fit, "sfm", true, 3)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, sfm_no_fit, "sfm", false, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, bscan, "bscan", false, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, dec, "dec", false, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_fit, FrontEndKind::kSfm, true, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_joint_fit, FrontEndKind::kSfm, true, 3)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_no_fit, FrontEndKind::kSfm, false, 1)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, bscan, FrontEndKind::kBscan, false, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, dec, FrontEndKind::kDec, false, 1)->Unit(benchmark::kMicrosecond);
 
 LevelMatrix random_levels(int rows, int columns) {
   std::mt19937 random(1);

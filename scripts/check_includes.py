@@ -134,7 +134,7 @@ ROOMS = {
 # include/gprodom/NAME.h: the room that it is the public face of.
 PUBLIC = {
     "base": "duration_histogram error execution front_end input outputs types version",
-    "config": "config",
+    "config": "choices config",
     "pipeline": "odometry",
     "io": "lcm_io",
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gprodom/choices.h"
+
 namespace gprodom {
 
 struct ChannelConfig {
@@ -44,11 +46,10 @@ struct ImuConfig {
 
 struct WheelConfig {
   bool enabled = true;
-  std::string form =
-      "increment";             // increment (signed, with the gyro) | distance (the paper's norm)
-  double scale = 1.0;          // reported over true distance
-  double scale_sigma = 0.02;   // prior of the scale; 0 holds it fixed
-  double scale_walk = 1.0e-6;  // 1/sqrt(s); random walk of the scale
+  WheelForm form = WheelForm::kIncrement;  // signed, with the gyro; or the paper's norm
+  double scale = 1.0;                      // reported over true distance
+  double scale_sigma = 0.02;               // prior of the scale; 0 holds it fixed
+  double scale_walk = 1.0e-6;              // 1/sqrt(s); random walk of the scale
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; wheel contact point in body
   double noise = 0.005;           // m/sqrt(m); random error that grows with distance
   double noise_floor = 0.0005;    // m; of an increment, from the encoder's resolution
@@ -89,19 +90,19 @@ struct SmootherConfig {
 
 // Details retention, on each trace in this order.
 struct GprFilterConfig {
-  double dewow_window = 8e-9;          // s of the running mean that is taken out; 0: none
-  double time_zero_max = 1e-9;         // s by which a trace may start early or late; 0: not tracked
-  std::string background = "running";  // running | window | none
-  int background_memory = 400;         // traces
-  std::string wavelet = "sym4";        // db1 .. db8 | sym4 | sym5 | sym6 | sym8 | none
-  int wavelet_levels = 4;              // the approximation of the last one is zeroed
-  double wavelet_threshold = 1.0;      // of noise sigma sqrt(2 ln n)
-  double band_low = 1.5e8;             // Hz
-  double band_high = 9.0e8;            // Hz
-  double band_length = 1.0e-8;         // s of the filter that is run both ways; 0: no band-pass
-  double gain_rate = 0.0;              // 1/sample
-  double gain_power = 0.0;             // of the sample number
-  int gain_flat_after = 80;            // samples
+  double dewow_window = 8e-9;   // s of the running mean that is taken out; 0: none
+  double time_zero_max = 1e-9;  // s by which a trace may start early or late; 0: not tracked
+  Background background = Background::kRunning;
+  int background_memory = 400;  // traces
+  WaveletKind wavelet = WaveletKind::kSym4;
+  int wavelet_levels = 4;          // the approximation of the last one is zeroed
+  double wavelet_threshold = 1.0;  // of noise sigma sqrt(2 ln n)
+  double band_low = 1.5e8;         // Hz
+  double band_high = 9.0e8;        // Hz
+  double band_length = 1.0e-8;     // s of the filter that is run both ways; 0: no band-pass
+  double gain_rate = 0.0;          // 1/sample
+  double gain_power = 0.0;         // of the sample number
+  int gain_flat_after = 80;        // samples
 };
 
 // Reflections in a filtered trace, which the subsurface feature matrix is made of.
@@ -115,18 +116,18 @@ struct PeaksConfig {
 
 // Displacement from one B-scan window to the next (front ends sfm, bscan, dec and trace_count).
 struct SequentialConfig {
-  int window_traces = 100;          // L, traces in a window
-  int rows = 50;                    // D_S, of the feature matrix
-  int columns = 50;                 // L_S, of the feature matrix; shifts are in these columns
-  double max_depth = 0.0;           // m, depth of the last row; 0: what the trace reaches
-  double step = 0.5;                // s, Delta t between windows compared; whole ticks
-  double k = 0.04;                  // m per column: u = K |l*|
-  double sigma = 0.05;              // m, error of K times the shift over one step
-  double min_overlap = 0.3;         // w_min / L_S
-  std::string distance = "cosine";  // cosine | printed
-  double scale_duration = 20.0;     // s from the start that fix the amplitude scale of the levels
-  double scale_quantile = 0.99;     // of the peak amplitudes then: pixel value 255
-  bool publish_sfm = false;         // each window's feature matrix beside the displacement
+  int window_traces = 100;   // L, traces in a window
+  int rows = 50;             // D_S, of the feature matrix
+  int columns = 50;          // L_S, of the feature matrix; shifts are in these columns
+  double max_depth = 0.0;    // m, depth of the last row; 0: what the trace reaches
+  double step = 0.5;         // s, Delta t between windows compared; whole ticks
+  double k = 0.04;           // m per column: u = K |l*|
+  double sigma = 0.05;       // m, error of K times the shift over one step
+  double min_overlap = 0.3;  // w_min / L_S
+  DistanceForm distance = DistanceForm::kCosine;
+  double scale_duration = 20.0;  // s from the start that fix the amplitude scale of the levels
+  double scale_quantile = 0.99;  // of the peak amplitudes then: pixel value 255
+  bool publish_sfm = false;      // each window's feature matrix beside the displacement
 };
 
 // The dominant energy curve (front end dec).
@@ -139,24 +140,23 @@ struct DecConfig {
 
 // Distance from the decay of trace similarity (front end motion).
 struct CoherenceConfig {
-  std::string use = "contradicted";  // contradicted | always | never: when it enters the estimate
-  double span = 1.0;                 // s of one distance
-  double scale_distance = 5.0;       // m driven over which the ground's scale is learned
-  double min_sigma = 0.05;           // least relative standard deviation
+  CoherenceUse use = CoherenceUse::kContradicted;  // when it enters the estimate
+  double span = 1.0;                               // s of one distance
+  double scale_distance = 5.0;  // m driven over which the ground's scale is learned
+  double min_sigma = 0.05;      // least relative standard deviation
 };
 
 struct GprConfig {
   bool enabled = true;
-  // motion | stationarity | sfm | bscan | dec | trace_count | none
-  std::string front_end = "motion";
-  double tick = 0.1;               // s of data time between answers
-  double latency_budget = 0.05;    // s of data time from tick to effect
-  double wave_speed = 1.0e8;       // m/s in the ground
-  double max_gap = 1.0;            // s; traces further apart: the front end starts afresh
-  double time_offset = 0.0;        // s; added to every stamp
-  double stationary_window = 0.6;  // s of traces compared
-  std::string fusion = "signed";   // signed | norm (the paper's): how a displacement enters
-  double robust_threshold = 2.5;   // standard deviations at which it loses weight; 0: none
+  FrontEndKind front_end = FrontEndKind::kMotion;
+  double tick = 0.1;                // s of data time between answers
+  double latency_budget = 0.05;     // s of data time from tick to effect
+  double wave_speed = 1.0e8;        // m/s in the ground
+  double max_gap = 1.0;             // s; traces further apart: the front end starts afresh
+  double time_offset = 0.0;         // s; added to every stamp
+  double stationary_window = 0.6;   // s of traces compared
+  Fusion fusion = Fusion::kSigned;  // how a displacement enters; the norm is the paper's
+  double robust_threshold = 2.5;    // standard deviations at which it loses weight; 0: none
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; antenna centre in body
   GprFilterConfig filter;
   PeaksConfig peaks;
@@ -194,7 +194,7 @@ struct StateConfig {
 };
 
 struct LoggingConfig {
-  std::string level = "info";    // debug | info | warning | error
+  LogLevel level = LogLevel::kInfo;
   double warning_period = 10.0;  // s between repeated warnings of one kind
 };
 

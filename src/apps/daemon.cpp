@@ -48,7 +48,7 @@ std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
   auto log = std::make_shared<spdlog::logger>(
       "gprodomd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
   log->set_formatter(make_formatter());
-  log->set_level(spdlog::level::from_str(config.level));
+  log->set_level(spdlog::level::from_str(name_of(config.level)));
   log->flush_on(spdlog::level::trace);
   return log;
 }
@@ -132,7 +132,7 @@ void Daemon::reread_config() {
     log_->error("config not applied, the old one stays: {}", error.what());
     return;
   }
-  const auto level = spdlog::level::from_str(config.logging.level);
+  const auto level = spdlog::level::from_str(name_of(config.logging.level));
   log_->set_level(std::min(level, log_->level()));  // so that the change of level shows
   log_->info("config reread: {} keys changed", changes.size());
   for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);

@@ -58,7 +58,7 @@ void add_imu(Keys& keys, ImuConfig& c) {
 void add_wheel(Keys& keys, WheelConfig& c) {
   keys.insert(keys.end(), {
     {"wheel.enabled", &c.enabled, "", kAny, "use the wheel encoder"},
-    {"wheel.form", &c.form, "", Choices{"increment", "distance"}, "signed increment with the gyro, or the paper's distance norm"},
+    {"wheel.form", &c.form, "", kAny, "signed increment with the gyro, or the paper's distance norm"},
     {"wheel.scale", &c.scale, "", between(0.1, 10), "reported distance over true distance"},
     {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior of the scale; 0 holds it fixed"},
     {"wheel.scale_walk", &c.scale_walk, "1/sqrt(s)", kNotNegative, "random walk of the scale"},
@@ -110,14 +110,14 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
 void add_gpr(Keys& keys, GprConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
-    {"gpr.front_end", &c.front_end, "", Choices{"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"}, "what makes displacements of traces"},
+    {"gpr.front_end", &c.front_end, "", kAny, "what makes displacements of traces"},
     {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
     {"gpr.max_gap", &c.max_gap, "s", kPositive, "traces further apart: the front end starts afresh"},
     {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
     {"gpr.stationary_window", &c.stationary_window, "s", between(0.05, 10), "of traces compared to see a standstill"},
-    {"gpr.fusion", &c.fusion, "", Choices{"signed", "norm"}, "how a displacement enters: with its sign, or as the paper's norm"},
+    {"gpr.fusion", &c.fusion, "", kAny, "how a displacement enters: with its sign, or as the paper's norm"},
     {"gpr.robust_threshold", &c.robust_threshold, "", kNotNegative, "standard deviations at which a displacement loses weight; 0: none"},
     {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
   });
@@ -127,9 +127,9 @@ void add_gpr_filter(Keys& keys, GprFilterConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.filter.dewow_window", &c.dewow_window, "s", between(0, 1e-6), "of the running mean that is taken out; 0: none"},
     {"gpr.filter.time_zero_max", &c.time_zero_max, "s", between(0, 1e-7), "by which a trace may start early or late; 0: not tracked"},
-    {"gpr.filter.background", &c.background, "", Choices{"running", "window", "none"}, "mean trace that is taken out"},
+    {"gpr.filter.background", &c.background, "", kAny, "mean trace that is taken out"},
     {"gpr.filter.background_memory", &c.background_memory, "traces", between(1, 100000), "in the background"},
-    {"gpr.filter.wavelet", &c.wavelet, "", Choices{"db1", "db2", "db3", "db4", "db5", "db6", "db7", "db8", "sym4", "sym5", "sym6", "sym8", "none"}, "of the stationary transform"},
+    {"gpr.filter.wavelet", &c.wavelet, "", kAny, "of the stationary transform"},
     {"gpr.filter.wavelet_levels", &c.wavelet_levels, "", between(1, 6), "the approximation of the last one is zeroed"},
     {"gpr.filter.wavelet_threshold", &c.wavelet_threshold, "", between(0, 100), "of the details, times noise sigma sqrt(2 ln n)"},
     {"gpr.filter.band_low", &c.band_low, "Hz", kPositive, "lower edge of the band-pass"},
@@ -161,7 +161,7 @@ void add_sequential(Keys& keys, SequentialConfig& c) {
     {"gpr.sequential.k", &c.k, "m", between(0, 10), "K, displacement per column of shift; gprodom calibrate k fits it"},
     {"gpr.sequential.sigma", &c.sigma, "m", between(0, 10), "error of K times the shift over one step"},
     {"gpr.sequential.min_overlap", &c.min_overlap, "", between(0.05, 1), "w_min / L_S, least share of columns in common"},
-    {"gpr.sequential.distance", &c.distance, "", Choices{"cosine", "printed"}, "cosine, or as the paper prints it (without the square root)"},
+    {"gpr.sequential.distance", &c.distance, "", kAny, "cosine, or as the paper prints it (without the square root)"},
     {"gpr.sequential.scale_duration", &c.scale_duration, "s", between(0, 3600), "from the start, fixes the amplitude scale of the levels"},
     {"gpr.sequential.scale_quantile", &c.scale_quantile, "", between(0, 1), "of the peak amplitudes then: pixel value 255"},
     {"gpr.sequential.publish_sfm", &c.publish_sfm, "", kAny, "each window's feature matrix beside the displacement"},
@@ -170,7 +170,7 @@ void add_sequential(Keys& keys, SequentialConfig& c) {
 
 void add_coherence(Keys& keys, CoherenceConfig& c) {
   keys.insert(keys.end(), {
-    {"gpr.coherence.use", &c.use, "", Choices{"contradicted", "always", "never"}, "enters the estimate where the wheel is contradicted or missing; always; never"},
+    {"gpr.coherence.use", &c.use, "", kAny, "enters the estimate where the wheel is contradicted or missing; always; never"},
     {"gpr.coherence.span", &c.span, "s", between(0.2, 4), "over which a distance is told"},
     {"gpr.coherence.scale_distance", &c.scale_distance, "m", between(0.1, 1000), "driven, over which the ground's scale is learned"},
     {"gpr.coherence.min_sigma", &c.min_sigma, "", between(0.001, 10), "least relative standard deviation"},
@@ -218,7 +218,7 @@ void add_state(Keys& keys, StateConfig& c) {
 
 void add_logging(Keys& keys, LoggingConfig& c) {
   keys.insert(keys.end(), {
-    {"logging.level", &c.level, "", Choices{"debug", "info", "warning", "error"}, "what the daemon writes to its log"},
+    {"logging.level", &c.level, "", kAny, "what the daemon writes to its log"},
     {"logging.warning_period", &c.warning_period, "s", kNotNegative, "between repeated warnings of one kind"},
   });
 }

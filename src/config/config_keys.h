@@ -26,16 +26,17 @@ struct Range {
   bool above_minimum = false;
 };
 
-using Choices = std::vector<std::string>;
-
-// For strings that name something: text of this length at most, never empty.
+// For strings: text of this length at most, never empty.
 struct Text {
   std::size_t max_length = 0;
   bool may_be_empty = false;
 };
 
-using Allowed = std::variant<Range, Choices, Text>;
-using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*>;
+using Allowed = std::variant<Range, Text>;
+// The enums are those of gprodom/choices.h, which has the names that they go by.
+using FieldPointer =
+    std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, WheelForm*, FrontEndKind*,
+                 Fusion*, Background*, WaveletKind*, DistanceForm*, CoherenceUse*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <type_traits>
 
 namespace gprodom {
 namespace {
@@ -81,28 +82,48 @@ std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& nod
 }
 
 std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
-  const auto* limit = std::get_if<Text>(&key.allowed);
-  const bool may_be_empty = limit != nullptr && limit->may_be_empty;
-  if (!node.IsScalar() || (node.Scalar().empty() && !may_be_empty)) return std::nullopt;
-  const auto* choices = std::get_if<Choices>(&key.allowed);
-  const std::string& text = node.Scalar();
-  if (choices && std::find(choices->begin(), choices->end(), text) == choices->end()) {
-    return std::nullopt;
-  }
-  if (limit && text.size() > limit->max_length) return std::nullopt;
-  return text;
+  const auto& limit = std::get<Text>(key.allowed);
+  if (!node.IsScalar() || (node.Scalar().empty() && !limit.may_be_empty)) return std::nullopt;
+  if (node.Scalar().size() > limit.max_length) return std::nullopt;
+  return node.Scalar();
 }
 
-std::string kind_name(const FieldPointer& field) {
-  struct Namer {
-    std::string operator()(const bool*) const { return "true or false"; }
-    std::string operator()(const int*) const { return "an integer"; }
-    std::string operator()(const double*) const { return "a number"; }
-    std::string operator()(const std::string*) const { return "text"; }
-    std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
-  };
-  return std::visit(Namer(), field);
+template <class Choice>
+std::optional<Choice> parse(const ConfigKey&, const YAML::Node& node, const Choice*) {
+  if (!node.IsScalar()) return std::nullopt;
+  return find_choice<Choice>(node.Scalar());
 }
+
+// The names of an enum's values; empty for any other type of field.
+template <class Field>
+std::string choices_of(const Field*) {
+  if constexpr (std::is_enum_v<Field>) return all_names<Field>();
+  return {};
+}
+
+struct KindName {
+  std::string operator()(const bool*) const { return "true or false"; }
+  std::string operator()(const int*) const { return "an integer"; }
+  std::string operator()(const double*) const { return "a number"; }
+  std::string operator()(const std::string*) const { return "text"; }
+  std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
+  template <class Choice>
+  std::string operator()(const Choice*) const {
+    return "one of";
+  }
+};
+
+struct ValueText {
+  std::string operator()(const bool* field) const { return *field ? "true" : "false"; }
+  std::string operator()(const int* field) const { return std::to_string(*field); }
+  std::string operator()(const double* field) const { return to_text(*field); }
+  std::string operator()(const std::string* field) const { return quoted(*field); }
+  std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
+  template <class Choice>
+  std::string operator()(const Choice* field) const {
+    return name_of(*field);
+  }
+};
 
 }  // namespace
 
@@ -117,11 +138,8 @@ bool assign(const ConfigKey& key, const YAML::Node& node) {
 }
 
 std::string short_range(const ConfigKey& key) {
-  if (const auto* choices = std::get_if<Choices>(&key.allowed)) {
-    std::string text;
-    for (const auto& choice : *choices) text += (text.empty() ? "" : " | ") + choice;
-    return text;
-  }
+  const std::string choices = std::visit([](auto* field) { return choices_of(field); }, key.field);
+  if (!choices.empty()) return choices;
   const auto* range = std::get_if<Range>(&key.allowed);
   if (!range) return "";
   const bool low = std::isfinite(range->minimum);
@@ -139,8 +157,7 @@ std::string short_range(const ConfigKey& key) {
 
 std::string expectation(const ConfigKey& key) {
   const std::string range = short_range(key);
-  if (std::holds_alternative<Choices>(key.allowed)) return "one of " + range;
-  std::string text = kind_name(key.field);
+  std::string text = std::visit(KindName(), key.field);
   if (const auto* limit = std::get_if<Text>(&key.allowed)) {
     text += " of at most " + std::to_string(limit->max_length) + " characters";
   }
@@ -149,16 +166,7 @@ std::string expectation(const ConfigKey& key) {
   return text;
 }
 
-std::string value_text(const ConfigKey& key) {
-  struct Writer {
-    std::string operator()(const bool* field) const { return *field ? "true" : "false"; }
-    std::string operator()(const int* field) const { return std::to_string(*field); }
-    std::string operator()(const double* field) const { return to_text(*field); }
-    std::string operator()(const std::string* field) const { return quoted(*field); }
-    std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
-  };
-  return std::visit(Writer(), key.field);
-}
+std::string value_text(const ConfigKey& key) { return std::visit(ValueText(), key.field); }
 
 std::string node_text(const YAML::Node& node) {
   if (node.IsNull()) return "nothing";

@@ -176,7 +176,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
                                       FixedLagSmoother::StateId b) {
   const WheelConfig& c = config_.wheel;
   const bool turns_with_ground = input.has_wheel && !input.wheel_contradicted;
-  if (!turns_with_ground && c.form == "distance") return;
+  if (!turns_with_ground && c.form == WheelForm::kDistance) return;
   // A wheel that slips, or says nothing, still does not move sideways or upwards. Along what path
   // it does not is then told by the speed at the beginning.
   const NavState& x = smoother_.state(a);
@@ -189,7 +189,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
       increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   std::shared_ptr<const Factor> factor;
-  if (c.form == "distance")
+  if (c.form == WheelForm::kDistance)
     factor = std::make_shared<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
                                                    c.lever_arm, c.robust_threshold);
   else
@@ -217,7 +217,8 @@ bool StateEstimator::add_displacement(const Displacement& d) {
   m.sigma_m = d.sigma_m;
   m.offset_a_s = to_seconds(offset_a);
   m.offset_b_s = to_seconds(offset_b);
-  const bool is_unsigned = d.kind == DisplacementKind::kMotion || config_.gpr.fusion == "norm";
+  const bool is_unsigned =
+      d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
   m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
   m.robust_threshold = config_.gpr.robust_threshold;
   return tie(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));

@@ -1,4 +1,4 @@
-// The front end that a configuration names.
+// The front end that a configuration asks for.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace gprodom::gpr {
 
-// nullptr for "none". Throws ConfigError on an unknown name.
+// nullptr for kNone. Throws ConfigError where settings contradict each other.
 std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config);
 
 }  // namespace gprodom::gpr

@@ -125,8 +125,9 @@ std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
 // Beside a wheel that can be used the coherence has nothing to add: it learns from it.
 bool MotionJudge::enters_estimate(const Displacement& displacement) const {
   if (displacement.kind != DisplacementKind::kMotion) return true;
-  const std::string& use = config_.gpr.coherence.use;
-  return use == "always" || (use == "contradicted" && displacement.from < wheel_doubted_);
+  const CoherenceUse use = config_.gpr.coherence.use;
+  return use == CoherenceUse::kAlways ||
+         (use == CoherenceUse::kContradicted && displacement.from < wheel_doubted_);
 }
 
 void MotionJudge::forget_old_standing() {

@@ -13,6 +13,7 @@
 
 #include "gpr/filter/details_retention.h"
 #include "gpr/front_end_factory.h"
+#include "python/choice_argument.h"
 
 namespace py = pybind11;
 using namespace py::literals;
@@ -110,7 +111,8 @@ std::tuple<py::array_t<double>, py::array_t<double>> swt(const Doubles& trace,
                                                          const std::string& wavelet, int levels) {
   require_shape(trace, 1, "(samples,)");
   const py::ssize_t n = trace.size();
-  StationaryWavelet<double> transform(make_wavelet(wavelet), levels);
+  StationaryWavelet<double> transform(
+      make_wavelet(choice_argument<WaveletKind>("wavelet", wavelet)), levels);
   py::array_t<double> details({static_cast<py::ssize_t>(levels), n}), approximation(n);
   transform.forward(trace.data(), static_cast<int>(n), details.mutable_data(),
                     approximation.mutable_data());
@@ -125,7 +127,9 @@ py::array_t<double> iswt(const Doubles& details, const Doubles& approximation,
   if (details.shape(1) != n) {
     throw std::invalid_argument("details and approximation must have the same number of samples");
   }
-  StationaryWavelet<double> transform(make_wavelet(wavelet), static_cast<int>(details.shape(0)));
+  StationaryWavelet<double> transform(
+      make_wavelet(choice_argument<WaveletKind>("wavelet", wavelet)),
+      static_cast<int>(details.shape(0)));
   py::array_t<double> trace(n);
   transform.inverse(details.data(), approximation.data(), static_cast<int>(n),
                     trace.mutable_data());
@@ -134,7 +138,8 @@ py::array_t<double> iswt(const Doubles& details, const Doubles& approximation,
 
 py::array_t<double> keep_details(const Doubles& traces, const std::string& wavelet, int levels,
                                  double threshold) {
-  DetailDenoiser<double> denoiser(make_wavelet(wavelet), levels, threshold);
+  DetailDenoiser<double> denoiser(make_wavelet(choice_argument<WaveletKind>("wavelet", wavelet)),
+                                  levels, threshold);
   return each_trace<double>(
       traces, [&denoiser](const double* x, int n, double* out) { denoiser.apply(x, n, out); });
 }
@@ -173,7 +178,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     throw std::invalid_argument("window and tick: expected seconds above 0");
   }
   GprConfig config;
-  config.front_end = "stationarity";
+  config.front_end = FrontEndKind::kStationarity;
   config.stationary_window = window;
   const auto front_end = make_front_end(config);
   std::vector<std::int64_t> spans;
@@ -242,15 +247,15 @@ void bind_wavelet(py::module_& module) {
 void bind_gpr_filter(py::module_& module) {
   bind_steps(module);
   bind_wavelet(module);
-  py::class_<GprFilterConfig>(module, "FilterConfig",
-                              "Settings of DetailsRetention: the keys gpr.filter.* of the "
-                              "configuration, with their units and defaults.")
-      .def(py::init<>())
+  py::class_<GprFilterConfig> config(module, "FilterConfig",
+                                     "Settings of DetailsRetention: the keys gpr.filter.* of the "
+                                     "configuration, with their units and defaults.");
+  def_choice(config, "background", &GprFilterConfig::background);
+  def_choice(config, "wavelet", &GprFilterConfig::wavelet);
+  config.def(py::init<>())
       .def_readwrite("dewow_window", &GprFilterConfig::dewow_window)
       .def_readwrite("time_zero_max", &GprFilterConfig::time_zero_max)
-      .def_readwrite("background", &GprFilterConfig::background)
       .def_readwrite("background_memory", &GprFilterConfig::background_memory)
-      .def_readwrite("wavelet", &GprFilterConfig::wavelet)
       .def_readwrite("wavelet_levels", &GprFilterConfig::wavelet_levels)
       .def_readwrite("wavelet_threshold", &GprFilterConfig::wavelet_threshold)
       .def_readwrite("band_low", &GprFilterConfig::band_low)

@@ -11,18 +11,19 @@
 #include "gpr/sequential/alignment.h"
 #include "gpr/sequential/dec.h"
 #include "gpr/sequential/sfm.h"
+#include "python/choice_argument.h"
 
 namespace py = pybind11;
 
 namespace {
 
+using gprodom::DistanceForm;
 using gprodom::gpr::Aligner;
 using gprodom::gpr::Alignment;
 using gprodom::gpr::AlignmentOptions;
 using gprodom::gpr::CurveAligner;
 using gprodom::gpr::CurveOptions;
 using gprodom::gpr::CurveRefiner;
-using gprodom::gpr::DistanceForm;
 using gprodom::gpr::EnergyPoints;
 using gprodom::gpr::FeaturePoint;
 using gprodom::gpr::LevelMatrix;
@@ -32,11 +33,7 @@ using Traces = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 AlignmentOptions options_from(const std::string& form, double min_overlap, int max_shift) {
   AlignmentOptions options;
-  if (form == "printed") {
-    options.form = DistanceForm::kPrinted;
-  } else if (form != "cosine") {
-    throw std::invalid_argument("form: expected 'cosine' or 'printed'");
-  }
+  options.form = choice_argument<DistanceForm>("form", form);
   if (!(min_overlap >= 0.0 && min_overlap <= 1.0) || max_shift < 0) {
     throw std::invalid_argument("expected min_overlap from 0 to 1 and max_shift of 0 or more");
   }

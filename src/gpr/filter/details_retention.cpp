@@ -10,19 +10,14 @@ namespace {
 constexpr float kStandingWeight = 0.02f;  // of a standing antenna's trace in the background
 
 std::optional<RunningBackground> make_background(const GprFilterConfig& config) {
-  if (config.background == "none") return std::nullopt;
-  if (config.background == "running") {
-    return RunningBackground(RunningBackground::Mode::kRunning, config.background_memory);
-  }
-  if (config.background == "window") {
-    return RunningBackground(RunningBackground::Mode::kWindow, config.background_memory);
-  }
-  throw std::invalid_argument("background \"" + config.background +
-                              "\": expected running, window or none");
+  if (config.background == Background::kNone) return std::nullopt;
+  const auto mode = config.background == Background::kRunning ? RunningBackground::Mode::kRunning
+                                                              : RunningBackground::Mode::kWindow;
+  return RunningBackground(mode, config.background_memory);
 }
 
 std::optional<DetailDenoiser<float>> make_denoiser(const GprFilterConfig& config) {
-  if (config.wavelet == "none") return std::nullopt;
+  if (config.wavelet == WaveletKind::kNone) return std::nullopt;
   return DetailDenoiser<float>(make_wavelet(config.wavelet), config.wavelet_levels,
                                config.wavelet_threshold);
 }

@@ -8,8 +8,9 @@
 //   a_{l-1}[i] = 1/2 sum_j (h[j] a_l[(i - (L/2 - j) s) mod n] + g[j] d_l[(i - (L/2 - j) s) mod n]).
 #pragma once
 
-#include <string>
 #include <vector>
+
+#include "gprodom/choices.h"
 
 namespace gprodom::gpr {
 
@@ -21,8 +22,8 @@ struct Wavelet {
 };
 
 // Daubechies' "db1" to "db8", of extremal phase, and "sym4", "sym5", "sym6" and "sym8", nearest to
-// linear phase: found by spectral factorisation, to 1e-11. Throws std::invalid_argument on others.
-Wavelet make_wavelet(const std::string& name);
+// linear phase: found by spectral factorisation, to 1e-11. Throws std::invalid_argument on kNone.
+Wavelet make_wavelet(WaveletKind kind);
 
 // T is float or double. Buffers are kept: no allocation after the first call of a length.
 template <typename T>

@@ -126,19 +126,12 @@ std::vector<double> extremal_phase(int order) {
 
 }  // namespace
 
-Wavelet make_wavelet(const std::string& name) {
-  const bool daubechies = name.rfind("db", 0) == 0, symlet = name.rfind("sym", 0) == 0;
-  const std::string number = name.substr(daubechies ? 2 : symlet ? 3 : name.size());
-  const int order = number.size() == 1 ? number[0] - '0' : 0;
-  std::vector<double> synthesis;
-  if (daubechies && order >= 1 && order <= 8) {
-    synthesis = extremal_phase(order);
-  } else if (symlet && order >= 4 && order <= 8 && order != 7) {
-    synthesis = least_asymmetric(order);
-  } else {
-    throw std::invalid_argument("wavelet \"" + name +
-                                "\": expected db1 to db8, sym4, sym5, sym6 or sym8");
-  }
+Wavelet make_wavelet(WaveletKind kind) {
+  if (kind == WaveletKind::kNone) throw std::invalid_argument("wavelet: expected one, got none");
+  const std::string name = name_of(kind);  // its last letter is the order
+  const int order = name.back() - '0';
+  const std::vector<double> synthesis =
+      kind < WaveletKind::kSym4 ? extremal_phase(order) : least_asymmetric(order);
   Wavelet wavelet;
   wavelet.low.assign(synthesis.rbegin(), synthesis.rend());
   for (std::size_t j = 0; j < synthesis.size(); ++j) {

@@ -20,8 +20,8 @@ constexpr TimeNs kBlock = 1'000'000'000;
 constexpr int kMinBlock = 4;  // traces
 
 GprFilterConfig filter_for_coherence(GprFilterConfig config) {
-  config.background = "none";
-  config.wavelet = "none";
+  config.background = Background::kNone;
+  config.wavelet = WaveletKind::kNone;
   config.time_zero_max = 0.0;
   config.gain_rate = config.gain_power = 0.0;
   return config;

@@ -17,10 +17,9 @@
 #include <vector>
 
 #include "gpr/sequential/sfm.h"
+#include "gprodom/choices.h"
 
 namespace gprodom::gpr {
-
-enum class DistanceForm { kCosine, kPrinted };
 
 struct AlignmentOptions {
   DistanceForm form = DistanceForm::kCosine;

@@ -52,7 +52,7 @@ Displacement SequentialFrontEnd::to_displacement(const Alignment& alignment, Tim
   Displacement result;
   result.from = from;
   result.to = to;
-  result.source = config_.front_end;
+  result.source = name_of(config_.front_end);
   result.kind = DisplacementKind::kSequential;
   result.valid = alignment.valid;
   result.distance_m = -config.k * alignment.subcolumn;

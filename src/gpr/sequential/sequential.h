@@ -16,7 +16,7 @@
 
 namespace gprodom::gpr {
 
-// Names of gpr.front_end that it serves: sfm, bscan, dec, trace_count.
+// Of gpr.front_end it serves sfm, bscan, dec and trace_count.
 class SequentialFrontEnd : public FrontEnd {
  public:
   explicit SequentialFrontEnd(const GprConfig& config);

@@ -1,14 +1,13 @@
 #include "gpr/sequential/window_matcher.h"
 
 #include <cmath>
-
-#include "gprodom/error.h"
+#include <stdexcept>
 
 namespace gprodom::gpr {
 
 AlignmentOptions alignment_options(const SequentialConfig& config) {
   AlignmentOptions options;
-  options.form = config.distance == "printed" ? DistanceForm::kPrinted : DistanceForm::kCosine;
+  options.form = config.distance;
   options.min_overlap = config.min_overlap;
   return options;
 }
@@ -62,12 +61,19 @@ class TraceCountMatcher : public WindowMatcher {
 }  // namespace
 
 std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config) {
-  if (config.front_end == "sfm") return make_sfm_matcher(config);
-  if (config.front_end == "bscan") return make_bscan_matcher(config);
-  if (config.front_end == "dec") return make_dec_matcher(config);
-  if (config.front_end == "trace_count") return std::make_unique<TraceCountMatcher>(config);
-  throw ConfigError("gpr.front_end: " + config.front_end +
-                    " compares no windows; expected sfm, bscan, dec or trace_count");
+  switch (config.front_end) {
+    case FrontEndKind::kSfm:
+      return make_sfm_matcher(config);
+    case FrontEndKind::kBscan:
+      return make_bscan_matcher(config);
+    case FrontEndKind::kDec:
+      return make_dec_matcher(config);
+    case FrontEndKind::kTraceCount:
+      return std::make_unique<TraceCountMatcher>(config);
+    default:
+      throw std::invalid_argument("gpr.front_end: " + name_of(config.front_end) +
+                                  " compares no windows; expected sfm, bscan, dec or trace_count");
+  }
 }
 
 }  // namespace gprodom::gpr

@@ -78,7 +78,7 @@ AlignmentOptions alignment_options(const SequentialConfig& config);
 double columns_per_trace(const SequentialConfig& config);
 Alignment in_grid_columns(Alignment alignment, double columns_per_trace);
 
-// Throws ConfigError on an unknown name. Names: sfm, bscan, dec, trace_count.
+// Of kSfm, kBscan, kDec or kTraceCount; throws std::invalid_argument on another front end.
 std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config);
 
 }  // namespace gprodom::gpr

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "config/config_keys.h"
+#include "config/config_value.h"
 #include "gprodom/error.h"
 
 namespace gprodom {
@@ -62,7 +63,7 @@ TEST(Config, FileThenOverridesInOrder) {
   const Config config =
       load_config(file.path(), {"wheel.scale=0.97", "wheel.form=distance", "wheel.scale=0.98"});
   EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
-  EXPECT_EQ(config.wheel.form, "distance");
+  EXPECT_EQ(config.wheel.form, WheelForm::kDistance);
   EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0.1, -0.2, 3.0));
   EXPECT_FALSE(config.wheel.enabled);
   EXPECT_EQ(config.smoother.max_iterations, 7);
@@ -113,6 +114,30 @@ TEST(Config, UnknownKeysAreErrorsWithSuggestion) {
   EXPECT_EQ(error_of_override("whele.scale=1"),
             "--set whele.scale=1: unknown key; did you mean wheel.scale?");
   EXPECT_EQ(error_of_override("wheel=1"), "--set wheel=1: expected a section of keys below it");
+}
+
+// Every setting that is an enum: each of its names is read and written back, any other refused.
+TEST(Config, ChoicesAreNamed) {
+  int choices = 0;
+  Config defaults;
+  for (const auto& key : config_keys(defaults)) {
+    const std::string names = short_range(key);
+    if (names.find(" | ") == std::string::npos) continue;
+    ++choices;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) {
+      if (name == "|") continue;
+      Config config = default_config({key.name + "=" + name});
+      for (const auto& set : config_keys(config)) {
+        if (set.name == key.name) {
+          EXPECT_EQ(value_text(set), name) << key.name;
+        }
+      }
+    }
+    EXPECT_EQ(error_of_override(key.name + "=nonsense"),
+              "--set " + key.name + "=nonsense: expected one of " + names + ", got \"nonsense\"");
+  }
+  EXPECT_EQ(choices, 8);
 }
 
 TEST(Config, OverrideErrorsQuoteTheOverride) {

@@ -10,7 +10,7 @@
 namespace gprodom::gpr {
 namespace {
 
-GprFilterConfig config_with(const std::string& background) {
+GprFilterConfig config_with(Background background) {
   GprFilterConfig config;
   config.background = background;
   config.gain_rate = 0.03;
@@ -25,7 +25,7 @@ TEST(DetailsRetention, KeepsReflectorsAndDropsTheRest) {
   SyntheticRadar radar(9, 10.0);
   DetailsRetention noisy{GprFilterConfig()};
   GprFilterConfig linear;
-  linear.wavelet = "none";
+  linear.wavelet = WaveletKind::kNone;
   linear.time_zero_max = 0.0;
   DetailsRetention clean(linear);
   double noise = 0.0, both = 0.0, energy = 0.0, clean_energy = 0.0;
@@ -73,22 +73,20 @@ TEST(DetailsRetention, AllocatesNothingOnceWarm) {
   std::vector<GprTrace> traces;
   for (int i = 0; i < 40; ++i) traces.push_back(radar.measure(ground, 1.0 + 0.03 * i, 0.05 * i));
   std::fill(traces[30].samples.begin(), traces[30].samples.end(), 0.0f);
-  for (const char* background : {"running", "window", "none"}) {
+  for (const Background background :
+       {Background::kRunning, Background::kWindow, Background::kNone}) {
     DetailsRetention filter(config_with(background));
     filter.filter(traces[0]);
     filter.filter(traces[1]);
     const std::size_t before = allocation_count();
     for (const GprTrace& trace : traces) filter.filter(trace);
-    EXPECT_EQ(allocation_count(), before) << background;
+    EXPECT_EQ(allocation_count(), before) << name_of(background);
   }
 }
 
 TEST(DetailsRetention, RefusesSettingsThatContradict) {
   GprFilterConfig config;
-  config.background = "mean";
-  EXPECT_THROW(DetailsRetention{config}, std::invalid_argument);
-  config = GprFilterConfig();
-  config.wavelet = "db99";
+  config.background_memory = 0;
   EXPECT_THROW(DetailsRetention{config}, std::invalid_argument);
   config = GprFilterConfig();
   config.band_low = 1e9;

@@ -182,7 +182,8 @@ TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReac
 }
 
 TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
-  for (const std::string use : {"contradicted", "always", "never"}) {
+  for (const char* name : names_like(CoherenceUse{})) {
+    const CoherenceUse use = *find_choice<CoherenceUse>(name);
     for (const bool wheel_speaks : {true, false}) {
       Config config;
       config.gpr.coherence.use = use;
@@ -192,8 +193,9 @@ TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
       Displacement d = radar(kStart, kStart + 0.2, 0.1);
       d.kind = DisplacementKind::kMotion;
       robot.judge.add_radar(d);
-      const bool expected = use == "always" || (use == "contradicted" && !wheel_speaks);
-      EXPECT_EQ(robot.next().displacements.size(), expected ? 1u : 0u) << use << wheel_speaks;
+      const bool expected = use == CoherenceUse::kAlways ||
+                            (use == CoherenceUse::kContradicted && !wheel_speaks);
+      EXPECT_EQ(robot.next().displacements.size(), expected ? 1u : 0u) << name << wheel_speaks;
     }
   }
 }

@@ -1,0 +1,89 @@
+// Settings that are one of a few: enums, each with the names that its values have in the
+// configuration and wherever people read or write them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace gprodom {
+
+enum class WheelForm { kIncrement, kDistance };
+enum class FrontEndKind { kMotion, kStationarity, kSfm, kBscan, kDec, kTraceCount, kNone };
+enum class Fusion { kSigned, kNorm };
+enum class Background { kRunning, kWindow, kNone };
+enum class WaveletKind {
+  kDb1,
+  kDb2,
+  kDb3,
+  kDb4,
+  kDb5,
+  kDb6,
+  kDb7,
+  kDb8,
+  kSym4,
+  kSym5,
+  kSym6,
+  kSym8,
+  kNone
+};
+enum class DistanceForm { kCosine, kPrinted };
+enum class CoherenceUse { kContradicted, kAlways, kNever };
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
+
+// In the order of the enum, whose value selects the overload and is not looked at.
+constexpr std::array<const char*, 2> names_like(WheelForm) { return {"increment", "distance"}; }
+constexpr std::array<const char*, 7> names_like(FrontEndKind) {
+  return {"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"};
+}
+constexpr std::array<const char*, 2> names_like(Fusion) { return {"signed", "norm"}; }
+constexpr std::array<const char*, 3> names_like(Background) {
+  return {"running", "window", "none"};
+}
+constexpr std::array<const char*, 13> names_like(WaveletKind) {
+  return {"db1", "db2",  "db3",  "db4",  "db5",  "db6", "db7",
+          "db8", "sym4", "sym5", "sym6", "sym8", "none"};
+}
+constexpr std::array<const char*, 2> names_like(DistanceForm) { return {"cosine", "printed"}; }
+constexpr std::array<const char*, 3> names_like(CoherenceUse) {
+  return {"contradicted", "always", "never"};
+}
+constexpr std::array<const char*, 4> names_like(LogLevel) {
+  return {"debug", "info", "warning", "error"};
+}
+
+static_assert(names_like(WheelForm{}).size() == std::size_t(WheelForm::kDistance) + 1);
+static_assert(names_like(FrontEndKind{}).size() == std::size_t(FrontEndKind::kNone) + 1);
+static_assert(names_like(Fusion{}).size() == std::size_t(Fusion::kNorm) + 1);
+static_assert(names_like(Background{}).size() == std::size_t(Background::kNone) + 1);
+static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone) + 1);
+static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
+static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);
+static_assert(names_like(LogLevel{}).size() == std::size_t(LogLevel::kError) + 1);
+
+template <class Choice>
+std::string name_of(Choice choice) {
+  return names_like(choice).at(static_cast<std::size_t>(choice));
+}
+
+// "increment | distance"
+template <class Choice>
+std::string all_names() {
+  std::string text;
+  for (const char* name : names_like(Choice{}))
+    text += (text.empty() ? "" : " | ") + std::string(name);
+  return text;
+}
+
+// Nothing where no value has that name.
+template <class Choice>
+std::optional<Choice> find_choice(std::string_view name) {
+  const auto names = names_like(Choice{});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (name == names[i]) return static_cast<Choice>(i);
+  return std::nullopt;
+}
+
+}  // namespace gprodom
