@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/radar_finding.h"
+
 namespace gprodom {
 
 namespace {
@@ -38,13 +40,12 @@ void CoherenceScale::add(const OdometryEstimate& estimate, bool speed_known) {
   while (!unsound_.empty() && unsound_.front() < estimate.time - kept) unsound_.pop_front();
 }
 
-void CoherenceScale::learn(const Displacement& lengths) {
-  if (lengths.from - kSettle < track_.begin() ||
-      !sound(lengths.from - kSettle, lengths.to + kSettle))
+void CoherenceScale::learn(const gpr::PathLength& path) {
+  if (path.from - kSettle < track_.begin() || !sound(path.from - kSettle, path.to + kSettle))
     return;
-  const double metres = track_.path(lengths.to) - track_.path(lengths.from);
-  if (metres < kMinSpeed * to_seconds(lengths.to - lengths.from)) return;
-  const double x = std::log(metres / lengths.distance_m);
+  const double metres = track_.path(path.to) - track_.path(path.from);
+  if (metres < kMinSpeed * to_seconds(path.to - path.from)) return;
+  const double x = std::log(metres / path.lengths);
   if (weight_ > 0.0) {
     const double off = x - sum_ / weight_;
     const double keep = std::exp(-metres / (4 * config_.scale_distance));
@@ -58,13 +59,11 @@ void CoherenceScale::learn(const Displacement& lengths) {
   blind_m_ = 0.0;
 }
 
-Displacement CoherenceScale::to_metres(const Displacement& lengths) {
-  if (lengths.valid) waiting_.push_back(lengths);
-  Displacement d = lengths;
-  d.scale = metres_per_length();
-  d.distance_m = lengths.distance_m * d.scale;
+Displacement CoherenceScale::to_metres(const gpr::PathLength& path) {
+  if (path.valid) waiting_.push_back(path);
+  Displacement d = to_displacement(path, metres_per_length());
   d.sigma_m = d.distance_m * relative_sigma();
-  d.valid = lengths.valid && learned_m_ > 0.5 * config_.scale_distance;
+  d.valid = path.valid && learned_m_ > 0.5 * config_.scale_distance;
   return d;
 }
 

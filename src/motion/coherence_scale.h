@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "gprodom/config.h"
+#include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/path_history.h"
 
@@ -22,21 +23,21 @@ class CoherenceScale {
   // Every estimate published, in time order. `speed_known`: it can be learnt from.
   void add(const OdometryEstimate& estimate, bool speed_known);
 
-  // A span in decorrelation lengths -> the same in metres, with `scale` the metres per length; not
-  // valid before half of `scale_distance` has been learned from.
-  Displacement to_metres(const Displacement& lengths);
+  // The same in metres, as a kMotion displacement, with `scale` the metres per length; not valid
+  // before half of `scale_distance` has been learned from.
+  Displacement to_metres(const gpr::PathLength& path);
 
   double metres_per_length() const;  // 0 while unknown
   double relative_sigma() const;     // of a span's distance
 
  private:
   bool sound(TimeNs from, TimeNs to) const;
-  void learn(const Displacement& lengths);
+  void learn(const gpr::PathLength& path);
 
   CoherenceConfig config_;
-  PathHistory track_;                 // unsigned, as published
-  std::deque<TimeNs> unsound_;        // estimates not to be learned from, oldest first
-  std::deque<Displacement> waiting_;  // spans to learn from
+  PathHistory track_;                    // unsigned, as published
+  std::deque<TimeNs> unsound_;           // estimates not to be learned from, oldest first
+  std::deque<gpr::PathLength> waiting_;  // spans to learn from
   double learned_m_ = 0.0, blind_m_ = 0.0;
   double weight_ = 0.0, sum_ = 0.0;  // m; of x
   double variance_weight_ = 0.0, variance_sum_ = 0.0;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "motion/imu_noise.h"
+#include "motion/radar_finding.h"
 
 namespace gprodom {
 
@@ -45,17 +46,23 @@ void MotionJudge::add_external(Displacement displacement) {
   if (displacements_.size() < kMostWaiting) displacements_.push_back(std::move(displacement));
 }
 
-Displacement MotionJudge::in_metres(Displacement radar) {
-  return radar.source == "coherence" ? coherence_.to_metres(radar) : radar;
+Displacement MotionJudge::in_metres(const gpr::Finding& finding) {
+  if (const auto* path = std::get_if<gpr::PathLength>(&finding)) return coherence_.to_metres(*path);
+  if (const auto* standstill = std::get_if<gpr::Standstill>(&finding))
+    return to_displacement(*standstill);
+  return to_displacement(std::get<gpr::TrackDisplacement>(finding));
 }
 
-void MotionJudge::add_radar(const Displacement& radar) {
-  if (!radar.valid) return;
-  if (radar.source == "coherence")
-    slip_.compare_with_radar(radar, wheel_, newest_.state.wheel_scale);
-  const bool standing = radar.kind == DisplacementKind::kMotion && radar.distance_m == 0.0;
-  (standing ? radar_standing_ : displacements_).push_back(radar);
-  forget_old_standing();
+void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_metres) {
+  if (!in_metres.valid) return;
+  if (const auto* standstill = std::get_if<gpr::Standstill>(&finding)) {
+    radar_standing_.push_back(*standstill);
+    forget_old_standing();
+    return;
+  }
+  if (std::holds_alternative<gpr::PathLength>(finding))
+    slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
+  displacements_.push_back(in_metres);
 }
 
 Initialization MotionJudge::initialize() {
@@ -133,7 +140,7 @@ bool MotionJudge::enters_estimate(const Displacement& displacement) const {
 void MotionJudge::forget_old_standing() {
   const TimeNs old = imu_now_ - kStandingKept;
   radar_standing_.erase(std::remove_if(radar_standing_.begin(), radar_standing_.end(),
-                                       [old](const Displacement& d) { return d.to < old; }),
+                                       [old](const gpr::Standstill& s) { return s.to < old; }),
                         radar_standing_.end());
 }
 

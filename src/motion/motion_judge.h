@@ -12,6 +12,7 @@
 #include "estimation/initializer.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
+#include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/sensor_history.h"
@@ -34,12 +35,12 @@ class MotionJudge {
   // From another process, in effect at once. Dropped where too many wait for a first state.
   void add_external(Displacement displacement);
 
-  // What the radar front end says: a coherence in metres instead of decorrelation lengths, anything
-  // else as it is.
-  Displacement in_metres(Displacement radar);
+  // What the radar front end says, as it is published: lengths in metres, a standstill as a
+  // distance of 0.
+  Displacement in_metres(const gpr::Finding& finding);
 
-  // The radar's word in metres, once it is in effect.
-  void add_radar(const Displacement& radar);
+  // The same once it is in effect, with what in_metres() made of it. Ignored where not valid.
+  void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
 
   // The first state and its noise, from the last initializer.duration of standstill; or why not.
   // Forgets the IMU's samples before that.
@@ -83,9 +84,9 @@ class MotionJudge {
 
   ImuHistory imu_;
   WheelHistory wheel_;
-  TimeNs imu_now_ = 0, wheel_now_ = 0;        // newest stamps
-  std::vector<Displacement> radar_standing_;  // newest last
-  std::vector<Displacement> displacements_;   // not handed out yet
+  TimeNs imu_now_ = 0, wheel_now_ = 0;           // newest stamps
+  std::vector<gpr::Standstill> radar_standing_;  // newest last
+  std::vector<Displacement> displacements_;      // not handed out yet
 
   ImuNoise noise_at_standstill_;
   StateResult newest_;   // in effect

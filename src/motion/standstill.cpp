@@ -44,7 +44,7 @@ Stillness stillness(const StandstillConfig& c, const ImuNoise& reference, const 
 StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
                                    const Vector3d& gyro_bias, const ImuHistory& imu,
                                    const WheelHistory& wheel,
-                                   const std::vector<Displacement>& radar_standing, TimeNs from,
+                                   const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to) {
   const StandstillConfig& c = config.standstill;
   if (!c.enabled) return {};
@@ -55,7 +55,7 @@ StandstillVerdict judge_standstill(const Config& config, const ImuNoise& referen
                            wheel.path(from - margin, to + margin) <= 2 * config.wheel.noise_floor;
   const bool radar_still =
       std::any_of(radar_standing.begin(), radar_standing.end(),
-                  [&](const Displacement& d) { return d.from <= from && d.to >= to; });
+                  [&](const gpr::Standstill& s) { return s.from <= from && s.to >= to; });
   const Stillness longer =
       stillness(c, reference, gyro_bias, imu.between(from - margin, to + margin));
   StandstillVerdict verdict;

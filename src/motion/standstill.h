@@ -7,6 +7,7 @@
 
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
+#include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/sensor_history.h"
 
@@ -31,7 +32,7 @@ struct StandstillVerdict {
 StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
                                    const Eigen::Vector3d& gyro_bias, const ImuHistory& imu,
                                    const WheelHistory& wheel,
-                                   const std::vector<Displacement>& radar_standing, TimeNs from,
+                                   const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to);
 
 // A gyro bias that has moved by more than its walk is seen at the next standstill, where a steady

@@ -142,11 +142,11 @@ void Pipeline::take_radar_answers() {
     for (const std::string& note : due->result->notes)
       health_.count(config_.channels.gpr_trace, note);
     if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
-    for (Displacement& d : due->result->displacements) {
-      d = motion_.in_metres(std::move(d));
+    for (const gpr::Finding& finding : due->result->findings) {
+      Displacement d = motion_.in_metres(finding);
       if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
-      motion_.add_radar(d);
+      motion_.add_radar(finding, d);
       out_.displacements.push_back(std::move(d));
     }
   }

@@ -12,7 +12,6 @@ RadarTask::RadarTask(const GprConfig& config)
 
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
   RadarAnswer answer;
-  answer.tick = tick;
   for (const GprTrace& trace : traces) {
     std::string note;
     if (last_time_ > 0) {
@@ -32,7 +31,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
     sample_interval_s_ = trace.sample_interval_s;
     front_end_->add_trace(trace);
   }
-  answer.displacements = front_end_->tick(tick);
+  answer.findings = front_end_->tick(tick);
   answer.sfm = front_end_->sfm();
   return answer;
 }

@@ -13,8 +13,7 @@
 namespace gprodom {
 
 struct RadarAnswer {
-  TimeNs tick = 0;
-  std::vector<Displacement> displacements;
+  std::vector<gpr::Finding> findings;
   std::optional<SubsurfaceFeatureMatrix> sfm;  // where the front end made one and is asked for it
   std::vector<std::string> notes;              // why the front end started afresh, if it did
 };

@@ -9,6 +9,7 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "gpr/filter/details_retention.h"
@@ -191,9 +192,10 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     const TimeNs time = end ? next + 1 : times.data()[i];
     if (i == 0) next = time + step;
     for (; next < time; next += step) {
-      for (const Displacement& d : front_end->tick(next)) {
-        spans.push_back(d.from);
-        spans.push_back(d.to);
+      for (const Finding& finding : front_end->tick(next)) {
+        const Standstill& standstill = std::get<Standstill>(finding);
+        spans.push_back(standstill.from);
+        spans.push_back(standstill.to);
       }
     }
     if (end) break;

@@ -181,7 +181,7 @@ CoherenceFrontEnd::Place CoherenceFrontEnd::at(TimeNs time) const {
   return place;
 }
 
-std::vector<Displacement> CoherenceFrontEnd::tick(TimeNs tick) {
+std::vector<Finding> CoherenceFrontEnd::tick(TimeNs tick) {
   if (places_.empty()) return {};
   const TimeNs newest = places_.back().time;
   if (from_ == 0 || newest < from_) {
@@ -190,26 +190,26 @@ std::vector<Displacement> CoherenceFrontEnd::tick(TimeNs tick) {
   }
   if (newest - from_ < span_) return {};
   const TimeNs to = std::min(newest, tick);
-  Displacement d;
-  d.kind = DisplacementKind::kMotion;
-  d.source = "coherence";
-  d.from = std::max(from_, places_.front().time);
-  d.to = to;
-  const Place a = at(d.from), b = at(d.to);
-  d.distance_m = b.length - a.length;
+  PathLength path;
+  path.source = "coherence";
+  path.from = std::max(from_, places_.front().time);
+  path.to = to;
+  const Place a = at(path.from), b = at(path.to);
+  path.lengths = b.length - a.length;
   // Moving all through: in no third of the span did the antenna rest.
   const int kParts = 3;
-  double least = d.distance_m;
+  double least = path.lengths;
+  const TimeNs span = path.to - path.from;
   for (int i = 0; i < kParts; ++i)
-    least = std::min(least, at(d.from + (d.to - d.from) * (i + 1) / kParts).length -
-                                at(d.from + (d.to - d.from) * i / kParts).length);
-  d.score = d.distance_m > 0.0 ? kParts * least / d.distance_m : 0.0;
-  d.valid = path_.sees_ground() && least > 0.0 && b.steps - a.steps >= kParts &&
-            2 * (b.too_long - a.too_long) < b.steps - a.steps;
+    least = std::min(least, at(path.from + span * (i + 1) / kParts).length -
+                                at(path.from + span * i / kParts).length);
+  path.score = path.lengths > 0.0 ? kParts * least / path.lengths : 0.0;
+  path.valid = path_.sees_ground() && least > 0.0 && b.steps - a.steps >= kParts &&
+               2 * (b.too_long - a.too_long) < b.steps - a.steps;
   from_ = to;
   while (places_.size() > 1 && places_[1].time <= from_) places_.pop_front();
-  if (d.distance_m <= 0.0) return {};
-  return {d};
+  if (path.lengths <= 0.0) return {};
+  return {path};
 }
 
 }  // namespace gprodom::gpr

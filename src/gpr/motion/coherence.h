@@ -62,17 +62,17 @@ class DecorrelationPath {
   double base_ = 0.0, length_ = 0.0;
 };
 
-// Spans of the way as kMotion displacements of source "coherence", whose distance and sigma are in
-// decorrelation lengths: what one is in metres is for the caller to find out.
+// Spans of the way as PathLength.
 class CoherenceFrontEnd : public FrontEnd {
  public:
   explicit CoherenceFrontEnd(const GprConfig& config);
 
   void add_trace(const GprTrace& trace) override;
 
-  // At every tick that closes a span one displacement over that span. Valid where the antenna moved
-  // all through it, at a speed at which neighbouring traces are still alike. Never of distance 0.
-  std::vector<Displacement> tick(TimeNs tick) override;
+  // At every tick that closes a span one PathLength over that span, unless nothing moved. Valid
+  // where the antenna moved all through it, at a speed at which neighbouring traces are still
+  // alike. `score` is how evenly: 0 where it rested for a third of the span, 1 at constant speed.
+  std::vector<Finding> tick(TimeNs tick) override;
   void reset() override;
 
  private:

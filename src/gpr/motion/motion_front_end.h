@@ -16,9 +16,9 @@ class MotionFrontEnd : public FrontEnd {
     stationarity_.add_trace(trace);
     coherence_.add_trace(trace);
   }
-  std::vector<Displacement> tick(TimeNs tick) override {
-    std::vector<Displacement> all = stationarity_.tick(tick);
-    for (Displacement& d : coherence_.tick(tick)) all.push_back(std::move(d));
+  std::vector<Finding> tick(TimeNs tick) override {
+    std::vector<Finding> all = stationarity_.tick(tick);
+    for (Finding& finding : coherence_.tick(tick)) all.push_back(std::move(finding));
     return all;
   }
   void reset() override {

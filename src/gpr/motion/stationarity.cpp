@@ -174,21 +174,15 @@ void StationarityFrontEnd::claim(const Span& span) {
   }
 }
 
-std::vector<Displacement> StationarityFrontEnd::tick(TimeNs tick) {
-  std::vector<Displacement> result;
+std::vector<Finding> StationarityFrontEnd::tick(TimeNs tick) {
+  std::vector<Finding> result;
   while (!spans_.empty()) {
     Span& span = spans_.front();
     if (span.to > told_) {
-      Displacement d;
-      d.kind = DisplacementKind::kMotion;
-      d.source = "stationarity";
-      d.valid = true;
-      d.from = std::max(span.from, std::min(told_, span.to) - window_);
-      d.to = std::min(span.to, tick);
-      d.sigma_m = kSigma;
-      d.score = span.score;
-      if (d.to > d.from) result.push_back(d);
-      told_ = d.to;
+      const TimeNs from = std::max(span.from, std::min(told_, span.to) - window_);
+      const TimeNs to = std::min(span.to, tick);
+      if (to > from) result.push_back(Standstill{from, to, "stationarity", kSigma, span.score});
+      told_ = to;
     }
     if (spans_.size() == 1) break;  // may still grow
     spans_.erase(spans_.begin());

@@ -10,8 +10,8 @@
 
 namespace gprodom::gpr {
 
-// Says when the antenna stands, whatever the wheel does. Each claim is a kMotion displacement of
-// distance 0 from `from` to `to`; where the antenna moves, or nothing can be said, there is none.
+// Says when the antenna stands, whatever the wheel does. Each claim is a Standstill; where the
+// antenna moves, or nothing can be said, there is none.
 //
 // A window of traces `stationary_window` long is tested at each trace:
 //  1. its residual variance is that of the noise (chi-square about 1), and
@@ -34,8 +34,8 @@ class StationarityFrontEnd : public FrontEnd {
   explicit StationarityFrontEnd(double window);
 
   void add_trace(const GprTrace& trace) override;
-  // At most one displacement: `score` is the residual variance over that of the noise.
-  std::vector<Displacement> tick(TimeNs tick) override;
+  // Standstills; `score` is the residual variance over that of the noise.
+  std::vector<Finding> tick(TimeNs tick) override;
   void reset() override;
 
   // Learned noise variance of smoothed traces, counts^2; 0 while unknown.

@@ -32,7 +32,7 @@ void SequentialFrontEnd::add_trace(const GprTrace& trace) {
   matcher_->add(in_window);
 }
 
-std::vector<Displacement> SequentialFrontEnd::tick(TimeNs tick) {
+std::vector<Finding> SequentialFrontEnd::tick(TimeNs tick) {
   closed_step_.reset();
   // Half a tick of slack: a step is a whole number of ticks but for rounding.
   const double due = config_.sequential.step - 0.5 * config_.tick;
@@ -46,14 +46,13 @@ std::vector<Displacement> SequentialFrontEnd::tick(TimeNs tick) {
   return {to_displacement(*alignment, *from, tick)};
 }
 
-Displacement SequentialFrontEnd::to_displacement(const Alignment& alignment, TimeNs from,
-                                                 TimeNs to) const {
+TrackDisplacement SequentialFrontEnd::to_displacement(const Alignment& alignment, TimeNs from,
+                                                      TimeNs to) const {
   const SequentialConfig& config = config_.sequential;
-  Displacement result;
+  TrackDisplacement result;
   result.from = from;
   result.to = to;
   result.source = name_of(config_.front_end);
-  result.kind = DisplacementKind::kSequential;
   result.valid = alignment.valid;
   result.distance_m = -config.k * alignment.subcolumn;
   result.sigma_m = std::hypot(config.sigma, config.k * std::sqrt(alignment.variance));

@@ -24,17 +24,17 @@ class SequentialFrontEnd : public FrontEnd {
 
   void add_trace(const GprTrace& trace) override;
 
-  // At every tick that closes a step one kSequential displacement from the step's begin to the
-  // tick, signed, forwards positive; not valid where the shift search found no minimum. Nothing
-  // until two windows are full.
-  std::vector<Displacement> tick(TimeNs tick) override;
+  // At every tick that closes a step one TrackDisplacement from the step's begin to the tick; not
+  // valid where the shift search found no minimum. `score` is 1 less the distance of the two
+  // windows at the best shift. Nothing until two windows are full.
+  std::vector<Finding> tick(TimeNs tick) override;
 
   void reset() override;
 
   std::optional<SubsurfaceFeatureMatrix> sfm() const override;
 
  private:
-  Displacement to_displacement(const Alignment& alignment, TimeNs from, TimeNs to) const;
+  TrackDisplacement to_displacement(const Alignment& alignment, TimeNs from, TimeNs to) const;
 
   GprConfig config_;
   DetailsRetention filter_;

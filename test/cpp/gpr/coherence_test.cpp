@@ -31,9 +31,11 @@ std::vector<Span> drive(unsigned seed, double seconds,
     const double t = i / kRate;
     front_end.add_trace(radar.measure(ground, position(std::max(0.0, t - still)), 100 + t));
     if (i % 2 == 1)
-      for (const Displacement& d : front_end.tick(from_seconds(100 + t)))
-        spans.push_back({to_seconds(d.from) - 100 - still, to_seconds(d.to) - 100 - still,
-                         d.distance_m, d.valid});
+      for (const Finding& finding : front_end.tick(from_seconds(100 + t))) {
+        const auto& path = std::get<PathLength>(finding);
+        spans.push_back({to_seconds(path.from) - 100 - still, to_seconds(path.to) - 100 - still,
+                         path.lengths, path.valid});
+      }
   }
   return spans;
 }
@@ -104,8 +106,8 @@ TEST(Coherence, SaysNothingWithoutGround) {
   CoherenceFrontEnd front_end{GprConfig()};
   for (int i = 0; i < 400; ++i) {
     front_end.add_trace(radar.measure(bare, 0.02 * i, 100 + i / kRate));
-    for (const Displacement& d : front_end.tick(from_seconds(100 + i / kRate)))
-      EXPECT_FALSE(d.valid);
+    for (const Finding& finding : front_end.tick(from_seconds(100 + i / kRate)))
+      EXPECT_FALSE(std::get<PathLength>(finding).valid);
   }
 }
 

@@ -24,7 +24,7 @@ GprConfig config_of(FrontEndKind front_end) {
 }
 
 struct Answers {
-  std::vector<Displacement> displacements;
+  std::vector<TrackDisplacement> displacements;
   std::vector<SubsurfaceFeatureMatrix> sfm;
 };
 
@@ -43,7 +43,8 @@ Answers drive(const GprConfig& config, double duration,
     if (spoil) spoil(i, trace);
     front_end->add_trace(trace);
     if (i % 2 == 1) {
-      for (const Displacement& d : front_end->tick(trace.time)) run.displacements.push_back(d);
+      for (const Finding& finding : front_end->tick(trace.time))
+        run.displacements.push_back(std::get<TrackDisplacement>(finding));
       if (const auto sfm = front_end->sfm()) run.sfm.push_back(*sfm);
     }
   }
@@ -58,8 +59,7 @@ TEST_P(SequentialMethods, StepOfTenTracesIsFiveColumns) {
   const Answers run = drive(config_of(GetParam()), 20.0, steady);
   int valid = 0, close = 0;
   TimeNs end = 0;
-  for (const Displacement& d : run.displacements) {
-    EXPECT_EQ(d.kind, DisplacementKind::kSequential);
+  for (const TrackDisplacement& d : run.displacements) {
     EXPECT_EQ(d.source, name_of(GetParam()));
     EXPECT_NEAR(to_seconds(d.to - d.from), 0.5, 1e-9);
     EXPECT_TRUE(end == 0 || d.from == end) << "steps follow one another";
@@ -79,7 +79,7 @@ TEST_P(SequentialMethods, StandsForGapsAndBadTraces) {
   };
   const Answers run = drive(config_of(GetParam()), 15.0, steady, spoil);
   int close = 0;
-  for (const Displacement& d : run.displacements) {
+  for (const TrackDisplacement& d : run.displacements) {
     close += d.valid && std::abs(d.distance_m - 0.2) < 0.02 ? 1 : 0;
   }
   EXPECT_GE(close, 15);
@@ -96,7 +96,7 @@ TEST(Sequential, ShiftCountsTracesWhateverTheRobotDid) {
   const auto there_and_back = [](double t) { return 5.0 + 2.5 * std::sin(0.4 * t); };
   const Answers run = drive(config_of(FrontEndKind::kSfm), 30.0, there_and_back);
   int same = 0, valid = 0, backwards = 0;
-  for (const Displacement& d : run.displacements) {
+  for (const TrackDisplacement& d : run.displacements) {
     if (!d.valid) continue;
     ++valid;
     same += std::abs(d.distance_m - 0.2) < 0.02 ? 1 : 0;
@@ -125,7 +125,7 @@ TEST(Sequential, FeatureMatricesComeOncePerStepAndOnlyWhenAskedFor) {
 TEST(Sequential, NothingIsValidBeforeTheAmplitudeScaleIsFixed) {
   GprConfig config = config_of(FrontEndKind::kSfm);
   config.sequential.scale_duration = 10.0;
-  for (const Displacement& d : drive(config, 15.0, steady).displacements) {
+  for (const TrackDisplacement& d : drive(config, 15.0, steady).displacements) {
     EXPECT_EQ(d.valid, to_seconds(d.to) > 10.5) << to_seconds(d.to);
   }
 }

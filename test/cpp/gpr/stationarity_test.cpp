@@ -37,23 +37,21 @@ struct Scene {
 };
 
 // The claims of a run with a tick every 0.1 s; checks what every claim must hold.
-std::vector<Displacement> run(const Scene& scene, StationarityFrontEnd& front_end) {
+std::vector<Standstill> run(const Scene& scene, StationarityFrontEnd& front_end) {
   const SyntheticGround ground(3);
   SyntheticRadar radar(11, scene.noise, scene.gain);
-  std::vector<Displacement> claims;
+  std::vector<Standstill> claims;
   double tick = scene.start;
   const int count = static_cast<int>((scene.end - scene.start) / scene.step);
   for (int i = 0; i < count; ++i) {
     const double t = scene.start + i * scene.step;
     for (; tick < t; tick += 0.1) {
-      for (const Displacement& d : front_end.tick(from_seconds(tick))) {
-        EXPECT_TRUE(d.valid);
-        EXPECT_EQ(d.kind, DisplacementKind::kMotion);
-        EXPECT_EQ(d.distance_m, 0.0);
-        EXPECT_GT(d.sigma_m, 0.0);
-        EXPECT_LT(d.from, d.to);
-        EXPECT_LE(d.to, from_seconds(tick));
-        claims.push_back(d);
+      for (const Finding& finding : front_end.tick(from_seconds(tick))) {
+        const auto& claim = std::get<Standstill>(finding);
+        EXPECT_GT(claim.sigma_m, 0.0);
+        EXPECT_LT(claim.from, claim.to);
+        EXPECT_LE(claim.to, from_seconds(tick));
+        claims.push_back(claim);
       }
     }
     GprTrace trace = radar.measure(ground, position_at(t), t);
@@ -63,8 +61,8 @@ std::vector<Displacement> run(const Scene& scene, StationarityFrontEnd& front_en
   return claims;
 }
 
-bool claimed(const std::vector<Displacement>& claims, double t) {
-  return std::any_of(claims.begin(), claims.end(), [t](const Displacement& d) {
+bool claimed(const std::vector<Standstill>& claims, double t) {
+  return std::any_of(claims.begin(), claims.end(), [t](const Standstill& d) {
     return d.from <= from_seconds(t) && from_seconds(t) <= d.to;
   });
 }
@@ -74,7 +72,7 @@ bool claimed(const std::vector<Displacement>& claims, double t) {
 struct Outcome {
   double recall = 0.0, unseen_motion = 0.0;
 };
-Outcome judge(const std::vector<Displacement>& claims, double known = 0.0, double end = 23.0) {
+Outcome judge(const std::vector<Standstill>& claims, double known = 0.0, double end = 23.0) {
   Outcome outcome;
   int standing = 0, found = 0;
   for (double t = known; t < end - 0.6; t += 0.01) {
@@ -84,7 +82,7 @@ Outcome judge(const std::vector<Displacement>& claims, double known = 0.0, doubl
     found += claimed(claims, t) ? 1 : 0;
   }
   outcome.recall = static_cast<double>(found) / standing;
-  for (const Displacement& d : claims) {
+  for (const Standstill& d : claims) {
     for (double t = to_seconds(d.from); t <= to_seconds(d.to); t += 0.01) {
       outcome.unseen_motion = std::max(outcome.unseen_motion,
                                        std::abs(position_at(t) - position_at(to_seconds(d.from))));
@@ -118,7 +116,7 @@ TEST(Stationarity, FindsStandstillsAfterAMovingStart) {
   Scene scene;
   scene.start = 5.0;
   StationarityFrontEnd front_end(kWindow);
-  const std::vector<Displacement> claims = run(scene, front_end);
+  const std::vector<Standstill> claims = run(scene, front_end);
   const Outcome outcome = judge(claims, scene.start);
   EXPECT_GT(outcome.recall, 0.95);
   EXPECT_LT(outcome.unseen_motion, 2e-3);
@@ -136,7 +134,7 @@ TEST(Stationarity, FollowsANoiseThatRose) {
     for (float& sample : trace.samples) sample += 170.0f * normal(random);
   };
   StationarityFrontEnd front_end(kWindow);
-  const std::vector<Displacement> claims = run(scene, front_end);
+  const std::vector<Standstill> claims = run(scene, front_end);
   EXPECT_LT(judge(claims).unseen_motion, 4e-3);
   EXPECT_TRUE(claimed(claims, 28.0));
 }

@@ -39,12 +39,12 @@ std::vector<Answer> drive(unsigned seed, int seconds, double spread,
     estimate.flags = flags(t);
     scale.add(estimate, speed_known(t));
     if (i == 0 || i % 200 != 0) continue;
-    Displacement d;
-    d.from = from_seconds(10 + t - 1);
-    d.to = from_seconds(10 + t);
-    d.valid = true;
-    d.distance_m = kSpeed / metres_per_length(t) * std::exp(spread * normal(random));
-    const Displacement metres = scale.to_metres(d);
+    gpr::PathLength path;
+    path.from = from_seconds(10 + t - 1);
+    path.to = from_seconds(10 + t);
+    path.valid = true;
+    path.lengths = kSpeed / metres_per_length(t) * std::exp(spread * normal(random));
+    const Displacement metres = scale.to_metres(path);
     answers.push_back({t, metres.distance_m, metres.sigma_m, metres.valid});
   }
   return answers;

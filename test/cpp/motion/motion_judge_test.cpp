@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "motion/radar_finding.h"
+
 namespace gprodom {
 namespace {
 
@@ -16,14 +18,16 @@ constexpr double kStart = 1000.0;                  // s
 constexpr double kSpeed = 0.5;                     // m/s
 const Eigen::Vector3d kBias(1e-3, -2e-3, 3e-3);
 
-Displacement radar(double from, double to, double metres) {
-  Displacement d;
-  d.from = from_seconds(from);
-  d.to = from_seconds(to);
-  d.valid = true;
-  d.distance_m = metres;
-  d.sigma_m = 0.02;
-  return d;
+gpr::TrackDisplacement moved(double from, double to) {
+  return {from_seconds(from), from_seconds(to), "radar", true, 0.1, 0.02, 1.0};
+}
+
+gpr::PathLength went(double from, double to, double lengths) {
+  return {from_seconds(from), from_seconds(to), "radar", true, lengths, 1.0};
+}
+
+gpr::Standstill stood(double from, double to) {
+  return {from_seconds(from), from_seconds(to), "radar", 1e-3, 1.0};
 }
 
 // A robot whose sensors say what the test sets, and whose states and estimates are exact.
@@ -38,6 +42,8 @@ class Robot {
   }
 
   MotionJudge judge;
+
+  void hear(const gpr::Finding& finding) { judge.add_radar(finding, judge.in_metres(finding)); }
   double speed = 0.0, wheel_speed = 0.0;  // m/s
   double vibration = 1.0;                 // of the noise at standstill
   double extra_rate = 0.0;                // rad/s about z, beyond the bias
@@ -142,7 +148,7 @@ TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
   Robot robot(config);
   robot.wheel_speed = 0.3;
   robot.drive(5);
-  robot.judge.add_radar(radar(robot.now() - 0.1, robot.now() + 0.3, 0.0));
+  robot.hear(stood(robot.now() - 0.1, robot.now() + 0.3));
   const StateInput input = robot.next();
   EXPECT_TRUE(input.standing);
   EXPECT_TRUE(input.wheel_contradicted);
@@ -152,26 +158,23 @@ TEST(MotionJudge, WhatTheRadarSaidOfAnotherTimeMakesNoStandstill) {
   Robot robot;
   robot.wheel_speed = 0.3;
   robot.drive(5);
-  robot.judge.add_radar(radar(robot.now() - 0.3, robot.now() + 0.1, 0.0));
+  robot.hear(stood(robot.now() - 0.3, robot.now() + 0.1));
   EXPECT_FALSE(robot.next().standing);
 }
 
 TEST(MotionJudge, AnInvalidMeasurementIsNotUsed) {
-  Robot robot;
-  robot.wheel_speed = 0.3;
-  Displacement standing = radar(kStart, kStart + 0.3, 0.0), moved = radar(kStart, kStart + 0.1, 1);
-  moved.kind = DisplacementKind::kSequential;
-  standing.valid = moved.valid = false;
-  robot.judge.add_radar(standing);
-  robot.judge.add_radar(moved);
-  const StateInput input = robot.next();
-  EXPECT_FALSE(input.standing);
-  EXPECT_TRUE(input.displacements.empty());
+  for (const bool valid : {true, false}) {
+    Robot robot;
+    gpr::TrackDisplacement measured = moved(kStart, kStart + 0.1);
+    measured.valid = valid;
+    robot.hear(measured);
+    EXPECT_EQ(robot.next().displacements.size(), valid ? 1u : 0u);
+  }
 }
 
 TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReachBeyond) {
   Robot robot;
-  Displacement d = radar(kStart, kStart + 0.3, 0.1);
+  Displacement d = to_displacement(moved(kStart, kStart + 0.3));
   d.kind = DisplacementKind::kExternal;
   robot.judge.add_external(d);
   EXPECT_TRUE(robot.next().displacements.empty());
@@ -190,11 +193,12 @@ TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
       Robot robot(config);
       robot.speed = robot.wheel_speed = kSpeed;
       robot.wheel_speaks = wheel_speaks;
-      Displacement d = radar(kStart, kStart + 0.2, 0.1);
-      d.kind = DisplacementKind::kMotion;
-      robot.judge.add_radar(d);
-      const bool expected = use == CoherenceUse::kAlways ||
-                            (use == CoherenceUse::kContradicted && !wheel_speaks);
+      const gpr::PathLength path = went(kStart, kStart + 0.2, 2.0);
+      Displacement in_metres = to_displacement(path, 0.05);  // as if that had been learnt
+      in_metres.sigma_m = 0.02;
+      robot.judge.add_radar(path, in_metres);
+      const bool expected =
+          use == CoherenceUse::kAlways || (use == CoherenceUse::kContradicted && !wheel_speaks);
       EXPECT_EQ(robot.next().displacements.size(), expected ? 1u : 0u) << name << wheel_speaks;
     }
   }
@@ -274,10 +278,10 @@ TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
   for (int i = 1; i < 40 && !input.speed_correction; ++i) {
     input = robot.next();
     if (i % 5 != 0) continue;
-    Displacement coherence = radar(robot.now() - 1.15, robot.now() - 0.05, 1.1 * kSpeed);
-    coherence.source = "coherence";
-    coherence.sigma_m = 0.2 * coherence.distance_m;
-    robot.judge.add_radar(coherence);
+    const gpr::PathLength path = went(robot.now() - 1.15, robot.now() - 0.05, 1.1 * kSpeed);
+    Displacement in_metres = to_displacement(path, 1.0);
+    in_metres.sigma_m = 0.2 * in_metres.distance_m;
+    robot.judge.add_radar(path, in_metres);
   }
   ASSERT_TRUE(input.speed_correction);
   EXPECT_NEAR(input.speed_correction->speed, kSpeed, 0.01);
@@ -301,23 +305,21 @@ TEST(MotionJudge, WhatADecorrelationLengthIsIsLearntFromWhatIsPublished) {
     Displacement metres;
     for (int i = 0; i < 6; ++i) {
       robot.drive(5);
-      Displacement lengths = radar(robot.now() - 1.0, robot.now(), kSpeed / kMetresPerLength);
-      lengths.source = "coherence";
-      metres = robot.judge.in_metres(lengths);
+      metres =
+          robot.judge.in_metres(went(robot.now() - 1.0, robot.now(), kSpeed / kMetresPerLength));
     }
     EXPECT_EQ(metres.valid, wheel_speaks);
     if (wheel_speaks) {
       EXPECT_NEAR(metres.distance_m, kSpeed, 0.01);
     }
   }
-  const Displacement other = radar(kStart, kStart + 1, 0.7);
-  EXPECT_EQ(Robot().judge.in_metres(other).distance_m, 0.7);
+  EXPECT_EQ(Robot().judge.in_metres(moved(kStart, kStart + 1)).distance_m, 0.1);
 }
 
 TEST(MotionJudge, TooManyExternalDisplacementsBeforeTheStartAreDropped) {
   Robot robot;
   for (int i = 0; i < 3000; ++i) {
-    Displacement d = radar(kStart, kStart + 0.1, 0.1);
+    Displacement d = to_displacement(moved(kStart, kStart + 0.1));
     d.kind = DisplacementKind::kExternal;
     robot.judge.add_external(d);
   }

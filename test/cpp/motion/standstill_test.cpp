@@ -52,8 +52,8 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   WheelHistory wheel(config.wheel.max_speed);
   for (int i = 0; i < 10 * kWheelRate; ++i)
     wheel.insert({from_seconds(i / kWheelRate), robot.speed * i / kWheelRate});
-  std::vector<Displacement> radar(robot.radar_stands ? 1 : 0);
-  for (Displacement& d : radar) d.to = from_seconds(10.0);
+  std::vector<gpr::Standstill> radar(robot.radar_stands ? 1 : 0);
+  for (gpr::Standstill& standstill : radar) standstill.to = from_seconds(10.0);
 
   Judged judged{true, true, std::nullopt};
   BiasWatch watch;
