@@ -36,6 +36,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from gprodom import RESET_ALL, CommandName
 from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import read_recording
@@ -55,11 +56,11 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 FULL = METHODS["gprodom_full"].overrides
 ROUND_S = 90.0  # from one beginning of the sample to the next, where it is repeated
 COMMANDS = (  # seconds after the first message, name, argument
-    (60.0, "save_map", "first"),
-    (ROUND_S + 1.0, "reset", ""),  # the sample begins with a standstill
-    (ROUND_S + 2.0, "load_map", "first"),
-    (ROUND_S + 60.0, "save_map", "second"),
-    (ROUND_S + 70.0, "reset", "all"),
+    (60.0, CommandName.save_map, "first"),
+    (ROUND_S + 1.0, CommandName.reset, ""),  # the sample begins with a standstill
+    (ROUND_S + 2.0, CommandName.load_map, "first"),
+    (ROUND_S + 60.0, CommandName.save_map, "second"),
+    (ROUND_S + 70.0, CommandName.reset, RESET_ALL),
 )
 STOPPED_S, RESUMED_S = 60.0, 61.0  # of the sample, where a run ends and the next begins
 
@@ -138,7 +139,7 @@ def with_commands(sample: Path, folder: Path) -> Path:
     for seconds, name, argument in COMMANDS:
         command = message("command_t")()
         command.utime = first + round(seconds * 1e6)
-        command.name, command.argument = name, argument
+        command.name, command.argument = name.name, argument
         events.append((command.utime, STANDARD.command, command.encode()))
     events.sort(key=lambda event: event[0])
     return write_events(events, folder / "commands.lcmlog")

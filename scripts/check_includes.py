@@ -133,8 +133,8 @@ ROOMS = {
 
 # include/gprodom/NAME.h: the room that it is the public face of.
 PUBLIC = {
-    "base": "duration_histogram error execution front_end input outputs types version",
-    "config": "choices config",
+    "base": "choices duration_histogram error execution front_end input outputs types version",
+    "config": "config",
     "pipeline": "odometry",
     "io": "lcm_io",
 }

@@ -1,5 +1,5 @@
-// Settings that are one of a few: enums, each with the names that its values have in the
-// configuration and wherever people read or write them.
+// What is one of a few: enums, each with the names that its values have in the configuration, in
+// messages and wherever people read or write them.
 #pragma once
 
 #include <array>
@@ -32,6 +32,7 @@ enum class WaveletKind {
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
+enum class CommandName { kReset, kSaveMap, kLoadMap };  // of command_t
 
 // In the order of the enum, whose value selects the overload and is not looked at.
 constexpr std::array<const char*, 2> names_like(WheelForm) { return {"increment", "distance"}; }
@@ -53,6 +54,9 @@ constexpr std::array<const char*, 3> names_like(CoherenceUse) {
 constexpr std::array<const char*, 4> names_like(LogLevel) {
   return {"debug", "info", "warning", "error"};
 }
+constexpr std::array<const char*, 3> names_like(CommandName) {
+  return {"reset", "save_map", "load_map"};
+}
 
 static_assert(names_like(WheelForm{}).size() == std::size_t(WheelForm::kDistance) + 1);
 static_assert(names_like(FrontEndKind{}).size() == std::size_t(FrontEndKind::kNone) + 1);
@@ -62,18 +66,20 @@ static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone
 static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
 static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);
 static_assert(names_like(LogLevel{}).size() == std::size_t(LogLevel::kError) + 1);
+static_assert(names_like(CommandName{}).size() == std::size_t(CommandName::kLoadMap) + 1);
 
 template <class Choice>
 std::string name_of(Choice choice) {
   return names_like(choice).at(static_cast<std::size_t>(choice));
 }
 
-// "increment | distance"
+// "running | window | none", or with another text between two names, and before the last.
 template <class Choice>
-std::string all_names() {
-  std::string text;
-  for (const char* name : names_like(Choice{}))
-    text += (text.empty() ? "" : " | ") + std::string(name);
+std::string all_names(const char* between = " | ", const char* before_last = " | ") {
+  constexpr auto names = names_like(Choice{});
+  std::string text = names.front();
+  for (std::size_t i = 1; i < names.size(); ++i)
+    text += std::string(i + 1 < names.size() ? between : before_last) + names[i];
   return text;
 }
 

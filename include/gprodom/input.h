@@ -4,16 +4,20 @@
 #include <string>
 #include <variant>
 
+#include "gprodom/choices.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
 
-// An operator's wish: "reset".
+// An operator's wish, as it came: `name` should be one of CommandName. Argument of reset: empty, or
+// kResetAll, which forgets the ground too; of save_map and load_map: the map's name.
 struct Command {
   TimeNs time = 0;
   std::string name;
   std::string argument;
 };
+
+constexpr char kResetAll[] = "all";
 
 // A message that could not be used, and why.
 struct Rejection {

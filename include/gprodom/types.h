@@ -46,8 +46,8 @@ struct GprTrace {
   std::vector<float> samples;
 };
 
-// What a radar front end, or another process, says about motion along the track. The values are
-// those of displacement_t.kind.
+// What a radar front end, or another process, says about motion along the track. The values of this
+// enum and of the other two here are those of lcmtypes/, which src/io/lcm_constants.cpp holds.
 enum class DisplacementKind : std::int8_t {
   kSequential = 0,
   kMotion = 1,
@@ -56,7 +56,7 @@ enum class DisplacementKind : std::int8_t {
 };
 
 // From when to when, how far along the track (m), how sure (standard deviation, m).
-// kMotion is unsigned: a distance of 0 says that the robot stood from `from` to `to`.
+// kMotion is unsigned: a valid distance of 0 says that the robot stood from `from` to `to`.
 struct Displacement {
   TimeNs time = 0;  // when it takes effect
   TimeNs from = 0;
@@ -73,7 +73,7 @@ struct Displacement {
   double score = 0.0;
 };
 
-// odometry_t.flags
+// Bits of odometry_t.flags.
 enum OdometryFlags : std::int32_t {
   kStanding = 1,       // the robot does not move
   kSlipping = 2,       // the wheel turns otherwise than the robot moves; also one of the last two
@@ -114,7 +114,10 @@ struct Correction {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-// A subsurface feature matrix: rows of depth, columns along the track, 11 levels (0: no feature).
+constexpr int kMaxFeatureLevel = 10;
+
+// A subsurface feature matrix: rows of depth, columns along the track, levels from 0 (no feature)
+// to kMaxFeatureLevel.
 struct SubsurfaceFeatureMatrix {
   TimeNs time = 0;
   Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> level;

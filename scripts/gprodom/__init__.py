@@ -30,9 +30,19 @@ if _build is not None:
 
 
 # What of the extension is offered here. Other names are modules, which need no extension.
-_OFFERED = {"ConfigError", "FileError", "Odometry", "Outputs", "describe_config"}
+_OFFERED = {
+    "RESET_ALL",
+    "CommandName",
+    "ConfigError",
+    "FileError",
+    "Odometry",
+    "Outputs",
+    "describe_config",
+}
 
 if TYPE_CHECKING:
+    from gprodom._core import RESET_ALL as RESET_ALL
+    from gprodom._core import CommandName as CommandName
     from gprodom._core import ConfigError as ConfigError
     from gprodom._core import FileError as FileError
     from gprodom._core import Odometry as Odometry

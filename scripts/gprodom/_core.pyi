@@ -11,6 +11,7 @@ import typing
 
 __all__: list[str] = [
     "Alignment",
+    "CommandName",
     "ConfigError",
     "DetailsRetention",
     "FileError",
@@ -27,6 +28,7 @@ __all__: list[str] = [
     "PeakCounts",
     "PeakExtractor",
     "PeakOptions",
+    "RESET_ALL",
     "RevisitMatch",
     "RevisitOptions",
     "RevisitSearch",
@@ -618,6 +620,44 @@ class GlobalSearch:
     @property
     def bytes(self) -> int: ...
 
+class CommandName:
+    """
+    Names of what command_t can ask for.
+
+    Members:
+
+      reset
+
+      save_map
+
+      load_map
+    """
+
+    __members__: typing.ClassVar[dict[str, CommandName]]
+    load_map: typing.ClassVar[CommandName]
+    reset: typing.ClassVar[CommandName]
+    save_map: typing.ClassVar[CommandName]
+    @typing.overload
+    def __eq__(self, other: CommandName) -> bool: ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool: ...
+    def __getstate__(self) -> int: ...
+    def __hash__(self) -> int: ...
+    def __index__(self) -> int: ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def __int__(self) -> int: ...
+    @typing.overload
+    def __ne__(self, other: CommandName) -> bool: ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool: ...
+    def __repr__(self) -> str: ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def __str__(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+
 class ConfigError(ValueError):
     pass
 
@@ -981,3 +1021,5 @@ def travel_time(
     """
     Two-way travel time (s) of a sub-sample index.
     """
+
+RESET_ALL: str = "all"

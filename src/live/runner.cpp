@@ -53,21 +53,34 @@ std::string Runner::map_path(const std::string& name) const {
   return state_directory_ + "/" + name + ".map";
 }
 
+void Runner::reset(bool all) {
+  if (all) {
+    odometry_.forget();
+    notices_.emplace_back("reset by command: all is forgotten; starting at the initialiser");
+  } else {
+    odometry_.reset();
+    notices_.emplace_back("reset by command: starting at the initialiser; the ground is kept");
+  }
+}
+
 void Runner::obey(const Command& command) {
+  const auto name = find_choice<CommandName>(command.name);
+  if (!name) {
+    reject(command_channel_, "unknown command, expected " + all_names<CommandName>(", ", " or "));
+    return;
+  }
   try {
-    if (command.name == "reset" && command.argument == "all") {
-      odometry_.forget();
-      notices_.emplace_back("reset by command: all is forgotten; starting at the initialiser");
-    } else if (command.name == "reset") {
-      odometry_.reset();
-      notices_.emplace_back("reset by command: starting at the initialiser; the ground is kept");
-    } else if (command.name == "save_map") {
-      odometry_.begin_saving_map(map_path(command.argument));
-    } else if (command.name == "load_map") {
-      odometry_.load_map(map_path(command.argument));
-      notices_.push_back("map " + command.argument + " loaded: its ground is looked for");
-    } else {
-      reject(command_channel_, "unknown command, expected reset, save_map or load_map");
+    switch (*name) {
+      case CommandName::kReset:
+        reset(command.argument == kResetAll);
+        break;
+      case CommandName::kSaveMap:
+        odometry_.begin_saving_map(map_path(command.argument));
+        break;
+      case CommandName::kLoadMap:
+        odometry_.load_map(map_path(command.argument));
+        notices_.push_back("map " + command.argument + " loaded: its ground is looked for");
+        break;
     }
   } catch (const FileError& error) {
     reject(command_channel_, command.name + ": " + error.what());

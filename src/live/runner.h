@@ -46,6 +46,7 @@ class Runner {
 
  private:
   void obey(const Command& command);
+  void reset(bool all);
   std::string map_path(const std::string& name) const;
   Results place(Outputs outputs);
 

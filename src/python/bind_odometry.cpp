@@ -12,6 +12,7 @@
 
 #include "gprodom/config.h"
 #include "gprodom/error.h"
+#include "gprodom/input.h"
 #include "gprodom/odometry.h"
 
 namespace py = pybind11;
@@ -149,6 +150,10 @@ void bind_odometry(py::module_& m) {
       [](const std::vector<std::string>& set) { return describe_config(default_config(set)); },
       py::arg("set") = std::vector<std::string>{},
       "Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.");
+  py::enum_<CommandName> command(m, "CommandName", "Names of what command_t can ask for.");
+  for (const char* name : names_like(CommandName{}))
+    command.value(name, *find_choice<CommandName>(name));
+  m.attr("RESET_ALL") = kResetAll;
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
   py::register_exception<FileError>(m, "FileError", PyExc_OSError);
   py::class_<Outputs>(m, "Outputs", "What one step produced, each in time order.")

@@ -20,7 +20,6 @@ _FLAGS = {
     "WHEEL_FAST": "wheel fast",
     "WHEEL_SLOW": "wheel slow",
 }
-_SENT = {"WHEEL_FAST": 64, "WHEEL_SLOW": 128}  # sent, but not named in odometry_t.lcm
 
 
 @cache
@@ -31,13 +30,13 @@ def constants(name: str) -> dict[str, int]:
 
 def flag_bits() -> dict[str, int]:
     """The bits of odometry_t.flags by what they are called, the lowest first."""
-    bits = _SENT | constants("odometry_t")
+    bits = constants("odometry_t")
     return {text: bits[key] for key, text in sorted(_FLAGS.items(), key=lambda item: bits[item[0]])}
 
 
 def flag(name: str) -> int:
     """One bit of odometry_t.flags, by its name in the type, such as SLIPPING."""
-    return (_SENT | constants("odometry_t"))[name]
+    return constants("odometry_t")[name]
 
 
 def kind(name: str) -> int:

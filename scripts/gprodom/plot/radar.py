@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gprodom import canvas
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
+from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -103,8 +104,9 @@ def radar_figure(
     points = [(i + 0.5, peak.sample * metres) for i, row in enumerate(one.peaks) for peak in row]
     axes[1].plot(*np.array(points).T, ".", color=canvas.COLOURS[1], ms=2.5)
     _draw_trace(axes[2], one, metres)
+    highest = constants("sfm_t")["MAX_LEVEL"]
     for axis, window, name in ((axes[3], one, "S"), (axes[4], two, f"S, {step} traces later")):
-        axis.imshow(window.matrix, aspect="auto", cmap="viridis", vmin=0, vmax=10, extent=extent)
+        axis.imshow(window.matrix, aspect="auto", vmin=0, vmax=highest, extent=extent)
         axis.set_title(name)
     for axis in (axes[0], axes[1], axes[3], axes[4]):
         axis.grid(False)

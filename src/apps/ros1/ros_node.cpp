@@ -36,8 +36,8 @@ RosNode::RosNode() : private_("~") {
   live_ = std::make_unique<Live>(configuration(private_),
                                  [this](const Results& results) { publish(results); });
   subscribe();
-  serve("reset", "");
-  serve("save_map", "saved");  // <state.directory>/saved.map
+  serve(name_of(CommandName::kReset), "");
+  serve(name_of(CommandName::kSaveMap), "saved");  // <state.directory>/saved.map
 }
 
 void RosNode::serve(const std::string& name, const std::string& argument) {

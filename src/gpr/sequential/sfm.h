@@ -13,12 +13,13 @@
 #include <optional>
 #include <vector>
 
+#include "gprodom/types.h"
+
 namespace gprodom::gpr {
 
 // Rows of depth (D_S) by columns along the track (L_S), oldest column first.
 using LevelMatrix = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr int kMaxFeatureLevel = 10;
 constexpr double kMaxPixel = 255.0;
 
 // A peak in the window: depth and position in the units of SfmGrid::depth_range and ::length,

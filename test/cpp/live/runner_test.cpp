@@ -57,6 +57,19 @@ class RunnerTest : public ::testing::Test {
   std::string kept_;
 };
 
+TEST_F(RunnerTest, EveryCommandNameIsKnownAndAnotherIsRefusedWithThem) {
+  const std::string unknown = "unknown command, expected reset, save_map or load_map";
+  for (const char* name : names_like(CommandName{}))
+    EXPECT_FALSE(has(told({}, {{0, name, ""}}), unknown)) << name;
+  EXPECT_TRUE(has(told({}, {{0, "rset", ""}}), unknown));
+}
+
+TEST_F(RunnerTest, AResetTellsWhetherTheGroundIsKept) {
+  const std::string reset = name_of(CommandName::kReset);
+  EXPECT_TRUE(has(told({}, {{0, reset, ""}}), "the ground is kept"));
+  EXPECT_TRUE(has(told({}, {{0, reset, kResetAll}}), "all is forgotten"));
+}
+
 TEST_F(RunnerTest, AMapOfTheNetworkIsAFileOfTheStateFolder) {
   const std::string longest(100, 'n');
   for (const std::string& name : {std::string("Yard-2.north_1"), longest}) {

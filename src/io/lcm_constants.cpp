@@ -1,0 +1,35 @@
+// The constants of the message types stand in lcmtypes/; those of gprodom/types.h are the same.
+#include "gprodom/types.h"
+#include "lcmtypes/gprodom/displacement_t.hpp"
+#include "lcmtypes/gprodom/odometry_t.hpp"
+#include "lcmtypes/gprodom/sfm_t.hpp"
+#include "lcmtypes/gprodom/status_t.hpp"
+
+namespace gprodom {
+
+template <class Enum>
+constexpr bool is(Enum ours, int sent) {
+  return static_cast<int>(ours) == sent;
+}
+
+static_assert(is(DisplacementKind::kSequential, displacement_t::SEQUENTIAL));
+static_assert(is(DisplacementKind::kMotion, displacement_t::MOTION));
+static_assert(is(DisplacementKind::kRevisit, displacement_t::REVISIT));
+static_assert(is(DisplacementKind::kExternal, displacement_t::EXTERNAL));
+
+static_assert(is(kStanding, odometry_t::STANDING));
+static_assert(is(kSlipping, odometry_t::SLIPPING));
+static_assert(is(kNoWheel, odometry_t::NO_WHEEL));
+static_assert(is(kNoRadar, odometry_t::NO_RADAR));
+static_assert(is(kImuGap, odometry_t::IMU_GAP));
+static_assert(is(kSolverFailed, odometry_t::SOLVER_FAILED));
+static_assert(is(kWheelFast, odometry_t::WHEEL_FAST));
+static_assert(is(kWheelSlow, odometry_t::WHEEL_SLOW));
+
+static_assert(is(kMaxFeatureLevel, sfm_t::MAX_LEVEL));
+
+static_assert(is(HealthLevel::kOk, status_t::OK));
+static_assert(is(HealthLevel::kDegraded, status_t::DEGRADED));
+static_assert(is(HealthLevel::kFailed, status_t::FAILED));
+
+}  // namespace gprodom
