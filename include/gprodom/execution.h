@@ -23,7 +23,6 @@ struct WorkTime {
 struct Timing {
   WorkTime solver;  // one job a state
   WorkTime radar;   // one job a tick
-  WorkTime map;     // one job each half second
 };
 
 }  // namespace gprodom

@@ -15,11 +15,6 @@ namespace {
 // A scale held fixed still needs a finite weight: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
-bool is_finite(const NavState& x) {
-  return x.p_odom.allFinite() && x.v_odom.allFinite() && x.q_odom_body.coeffs().allFinite() &&
-         x.gyro_bias.allFinite() && x.accel_bias.allFinite() && std::isfinite(x.wheel_scale);
-}
-
 // Of biases that have moved by more than their walk: rad/s, m/s^2.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 
@@ -101,7 +96,7 @@ StateResult StateEstimator::add(const StateInput& input) {
 void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicted,
                            StateResult& result) {
   result.solve = smoother_.solve();
-  result.solve.usable = result.solve.usable && is_finite(smoother_.newest());
+  result.solve.usable = result.solve.usable && smoother_.newest().finite();
   if (batch_)  // where the batch solution starts from
     for (auto id = smoother_.oldest_id(); id <= b; ++id)
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));

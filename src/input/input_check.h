@@ -12,7 +12,7 @@
 #include "input/health.h"
 #include "input/sensor_watch.h"
 #include "input/time_guard.h"
-#include "input/trace_format.h"
+#include "input/trace_format_watch.h"
 
 namespace gprodom {
 
@@ -51,7 +51,7 @@ class InputCheck {
   const Config& config_;
   Health& health_;
   TimeGuard time_guard_;
-  TraceFormat trace_format_;
+  TraceFormatWatch trace_format_;
   ImuWatch imu_watch_;
   TraceWatch trace_watch_;
   std::array<GapWatch, 4> gaps_;      // by the message's index

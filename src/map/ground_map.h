@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/trace_format.h"
 #include "estimation/graph/pose_graph.h"
 #include "gpr/revisit/trace_memory.h"
 
@@ -22,8 +23,7 @@ struct GroundMap {
   explicit GroundMap(const gpr::TraceMemoryOptions& options) : memory(options) {}
 
   gpr::TraceMemory memory;
-  std::size_t samples = 0;  // of a trace in the memory; 0: none was seen
-  double sample_interval_s = 0.0;
+  TraceFormat format;              // of the traces in the memory
   std::vector<KnownPlace> places;  // in the order of their columns
 
   struct At {

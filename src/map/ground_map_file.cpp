@@ -100,8 +100,8 @@ std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& pla
   const TraceMemory& memory = ground.memory;
   ByteWriter out;
   out.put(memory.spacing());
-  out.put(static_cast<std::uint64_t>(ground.samples));
-  out.put(ground.sample_interval_s);
+  out.put(static_cast<std::uint64_t>(ground.format.samples));
+  out.put(ground.format.sample_interval_s);
   out.put(static_cast<std::uint8_t>(memory.filter().has_value()));
   if (!memory.filter()) return out.sealed(kTitle);
   put(*memory.filter(), out);
@@ -126,8 +126,8 @@ GroundMap ground_map_from(const std::string& name, std::string_view bytes,
   ByteReader in(name, bytes, kTitle);
   GroundMap ground(options);
   if (in.get<double>() != options.spacing_m) in.refuse("its columns have another spacing");
-  ground.samples = in.get<std::uint64_t>();
-  ground.sample_interval_s = in.get<double>();
+  ground.format.samples = in.get<std::uint64_t>();
+  ground.format.sample_interval_s = in.get<double>();
   if (in.get<std::uint8_t>() == 0) return ground;
   try {
     const PatchFilter filter = get_filter(in);

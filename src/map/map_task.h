@@ -46,7 +46,6 @@ class MapTask {
   // worker's thread). Only where enabled().
   void save_ground(TimeNs now, std::function<void(std::string)> take);
 
-  WorkTime work_time() { return worker_.work_time(); }
   void drain() { worker_.drain(); }
 
   // The ground, with all that was submitted so far: waits for it. Taking it ends the mapper.

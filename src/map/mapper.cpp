@@ -85,11 +85,8 @@ void Mapper::follow(const std::vector<PathState>& states) {
 }
 
 void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
-  const bool changed =
-      ground_.samples != 0 && (trace.samples.size() != ground_.samples ||
-                               std::abs(trace.sample_interval_s - ground_.sample_interval_s) >
-                                   1e-6 * ground_.sample_interval_s);
-  if (changed) {
+  const TraceFormat format = format_of(trace);
+  if (ground_.format.samples != 0 && !same_format(ground_.format, format)) {
     ground_.memory.clear();
     ground_.places.clear();
     end_of_before_ = 0;
@@ -98,8 +95,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     last_query_.reset();
     answer.notes.push_back("traces of another length or interval: the ground seen is forgotten");
   }
-  ground_.samples = trace.samples.size();
-  ground_.sample_interval_s = trace.sample_interval_s;
+  ground_.format = format;
   ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
                      path_.distance_at(trace.time));
 }
@@ -237,7 +233,8 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, std::size_t column, double
   window.run = run.first;
   window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
   window.bound_m = gate;
-  const double reach = (gate + 1.0 + 0.6 * config_.patch_length) / memory.spacing() + 4.0;
+  const double reach =
+      (gate + search_->surround_m() + 0.6 * config_.patch_length) / memory.spacing() + 4.0;
   const auto clamped = [&](double number) {
     return static_cast<std::size_t>(
         std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));

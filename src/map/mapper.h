@@ -129,7 +129,7 @@ class Mapper {
   double hypothesis_until_m_ = 0.0;       // travelled
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
-  std::optional<gpr::MemoryColumn> last_query_, last_tied_;
+  std::optional<gpr::MemoryColumn> last_query_;
   std::deque<Displacement> external_;  // their end is not settled yet
 };
 

@@ -48,7 +48,7 @@ class Pipeline {
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
   std::vector<NavState> smoothed() const;
-  Timing timing() { return {solver_.work_time(), radar_worker_.work_time(), map_->work_time()}; }
+  Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
   // For the next pipeline, or run. What is known now; nothing before the start, or while no solve
   // is usable. correction: in force.

@@ -1,7 +1,5 @@
 #include "pipeline/radar_task.h"
 
-#include <cmath>
-
 #include "gpr/front_end_factory.h"
 
 namespace gprodom {
@@ -13,11 +11,12 @@ RadarTask::RadarTask(const GprConfig& config)
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
   RadarAnswer answer;
   for (const GprTrace& trace : traces) {
+    const TraceFormat format = format_of(trace);
     std::string note;
     if (last_time_ > 0) {
-      if (trace.samples.size() != num_samples_)
+      if (format.samples != format_.samples)
         note = "trace length changed";
-      else if (std::abs(trace.sample_interval_s - sample_interval_s_) > 1e-6 * sample_interval_s_)
+      else if (!same_interval(format_, format))
         note = "sample interval changed";
       else if (trace.time - last_time_ > max_gap_)
         note = "gap in traces";
@@ -27,8 +26,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
       answer.notes.push_back(note + ": the radar front end starts afresh");
     }
     last_time_ = trace.time;
-    num_samples_ = trace.samples.size();
-    sample_interval_s_ = trace.sample_interval_s;
+    format_ = format;
     front_end_->add_trace(trace);
   }
   answer.findings = front_end_->tick(tick);

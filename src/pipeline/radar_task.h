@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/trace_format.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
@@ -32,8 +33,7 @@ class RadarTask {
   TimeNs max_gap_;
   std::unique_ptr<gpr::FrontEnd> front_end_;
   TimeNs last_time_ = 0;
-  size_t num_samples_ = 0;
-  double sample_interval_s_ = 0.0;
+  TraceFormat format_;
 };
 
 }  // namespace gprodom

@@ -68,12 +68,12 @@ std::string ground() {
   gprodom::GroundMap ground{gprodom::gpr::TraceMemoryOptions()};
   std::mt19937 random(1);
   std::normal_distribution<float> normal;
-  ground.samples = 40;
-  ground.sample_interval_s = 4e-10;
+  ground.format.samples = 40;
+  ground.format.sample_interval_s = 4e-10;
   for (int i = 0; i < 250; ++i) {
-    std::vector<float> samples(ground.samples);
+    std::vector<float> samples(ground.format.samples);
     for (float& sample : samples) sample = normal(random);
-    ground.memory.add(gprodom::TimeNs{i}, samples, ground.sample_interval_s, 0.02 * i);
+    ground.memory.add(gprodom::TimeNs{i}, samples, ground.format.sample_interval_s, 0.02 * i);
   }
   ground.memory.end_run();
   return to_bytes(ground, {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}});

@@ -49,6 +49,8 @@ class RevisitSearch {
   RevisitSearch(const PatchFilter& filter, double spacing, RevisitSearchOptions options = {});
 
   int patch_columns() const { return patch_columns_; }
+  // Ground that look() compares beyond a window's bound, and so wants in its features.
+  double surround_m() const { return options_.matcher.surround_m; }
 
   // newest: (columns, rows), the newest ground in the order driven, at least patch_columns() of it;
   // the last patch_columns() are the query. moved_m: from the last query's centre to this one's,

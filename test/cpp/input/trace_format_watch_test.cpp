@@ -1,4 +1,4 @@
-#include "input/trace_format.h"
+#include "input/trace_format_watch.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@ GprTrace trace(std::size_t samples, double interval_s) {
   return t;
 }
 
-TEST(TraceFormat, OneOddTraceIsDroppedAndANewSettingFollowed) {
-  TraceFormat format;
+TEST(TraceFormatWatch, OneOddTraceIsDroppedAndANewSettingFollowed) {
+  TraceFormatWatch format;
   EXPECT_EQ(format.check(trace(201, 2e-10)), "");
   for (int i = 0; i < 20; ++i) {
     EXPECT_NE(format.check(trace(181, 2e-10)), "");

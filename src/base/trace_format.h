@@ -1,0 +1,30 @@
+// The setting of a radar, as its traces show it.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "gprodom/types.h"
+
+namespace gprodom {
+
+struct TraceFormat {
+  std::size_t samples = 0;  // of a trace; 0: no trace was seen
+  double sample_interval_s = 0.0;
+};
+
+inline TraceFormat format_of(const GprTrace& trace) {
+  return {trace.samples.size(), trace.sample_interval_s};
+}
+
+// Intervals that went through decimal numbers differ in their last digits.
+inline bool same_interval(const TraceFormat& a, const TraceFormat& b) {
+  return std::abs(b.sample_interval_s - a.sample_interval_s) <= 1e-6 * a.sample_interval_s;
+}
+
+// Traces of the two can be compared with each other.
+inline bool same_format(const TraceFormat& a, const TraceFormat& b) {
+  return a.samples == b.samples && same_interval(a, b);
+}
+
+}  // namespace gprodom
