@@ -13,31 +13,21 @@ import numpy.typing as npt
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.console import Progress
+from gprodom.convert.bag_reader import JOINTS, NEEDED, TRACE_FIELDS, choose_topics, open_bag
 from gprodom.convert.cmu import VOLTS_PER_COUNT
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.errors import Error
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
+_RADAR_FACTS = ("sample_interval", "time_zero", "volts_per_count")
 _EARTH = (6378137.0, 6.69437999014e-3)  # WGS 84: half axis in m, eccentricity squared
-
-IMU_TYPES = ("sensor_msgs/msg/Imu",)
-WHEEL_TYPES = (
-    "nav_msgs/msg/Odometry",
-    "geometry_msgs/msg/TwistStamped",
-    "sensor_msgs/msg/JointState",
-)
-TRUTH_TYPES = (
-    "sensor_msgs/msg/NavSatFix",
-    "geometry_msgs/msg/PointStamped",
-    "geometry_msgs/msg/PoseStamped",
-    "geometry_msgs/msg/PoseWithCovarianceStamped",
-)
 
 
 @dataclass(frozen=True)
 class Topics:
-    """Which topic is what; None: the bag's only one of a fitting type, or none (gpr, truth)."""
+    """Which topic is what; None: the bag's only one of a fitting type. See `choose_topics`."""
 
     imu: str | None = None
     wheel: str | None = None
@@ -45,7 +35,7 @@ class Topics:
     truth: str | None = None
     wheel_radius: float = 0.0  # m, for a wheel of sensor_msgs/JointState
     joint: str | None = None  # its name in the JointState; None: the first
-    sample_interval: float = 2e-10  # s, of the radar
+    sample_interval: float | None = None  # s, of the radar; None: what its messages say, else 2e-10
     channels: Channels = STANDARD  # of the log to be written
 
 
@@ -57,67 +47,28 @@ class _Rows:
 
 def read_streams(path: Path, topics: Topics) -> list[Stream]:
     """The bag's messages as those of our logs, in order of stamps within each channel."""
-    reader = _open(path)
-    with reader:
-        found = _choose(path, reader.connections, topics)
+    with open_bag(path) as bag:
+        asked = {what: getattr(topics, what) for what in ("imu", "wheel", "truth", "gpr")}
+        found = choose_topics(path, bag, asked)
+        if bag.topics[found["wheel"]] == JOINTS and not topics.wheel_radius > 0:
+            raise Error(
+                f"{path}: {found['wheel']} tells the angle of a joint: give the wheel's radius in "
+                "metres, --wheel-radius M"
+            )
         rows: dict[str, _Rows] = {what: _Rows() for what in found}
         by_topic = {topic: what for what, topic in found.items()}
-        wanted = [c for c in reader.connections if c.topic in by_topic]
-        with Progress("reading", sum(c.msgcount for c in wanted)) as progress:
-            for connection, logged, raw in reader.messages(wanted):
-                what = by_topic[connection.topic]
-                message = reader.deserialize(raw, connection.msgtype)
-                value = _VALUES[what](message, connection.msgtype, topics)
+        with Progress("reading", bag.count(by_topic)) as progress:
+            for message in bag.messages(by_topic):
+                what = by_topic[message.topic]
+                value = _VALUES[what](message.content, message.kind, topics)
                 if value is not None:
-                    rows[what].time.append(_stamp(message, logged))
+                    rows[what].time.append(_stamp(message.content, message.logged))
                     rows[what].values.append(value)
                 progress.advance()
-    for what in ("imu", "wheel"):
+    for what in NEEDED:
         if not rows[what].time:
             raise Error(f"{path}: topic {found[what]} holds no messages that can be used")
     return [_stream(what, *_ordered(each), topics) for what, each in rows.items() if each.time]
-
-
-def _open(path: Path) -> Any:
-    try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
-    except ImportError:
-        raise Error(
-            "the rosbags library is not installed: pip install 'gprodom[bag]' (in a checkout: "
-            ".venv/bin/pip install -e 'scripts[bag]')"
-        ) from None
-    if not path.exists():
-        raise Error(f"{path}: no such bag")
-    try:
-        return AnyReader([path])
-    except AnyReaderError as error:
-        raise Error(f"{path}: expected a ROS bag: {error}") from None
-
-
-def _choose(path: Path, connections: Any, topics: Topics) -> dict[str, str]:
-    """Topic of each channel, as asked for or by type."""
-    types = {c.topic: c.msgtype for c in connections}
-    chosen: dict[str, str] = {}
-    for what, kinds in (("imu", IMU_TYPES), ("wheel", WHEEL_TYPES), ("truth", TRUTH_TYPES)):
-        asked = getattr(topics, what)
-        fitting = sorted(topic for topic, kind in types.items() if kind in kinds)
-        if asked is not None:
-            if asked not in types:
-                raise Error(f"{path}: no topic {asked}; it has {', '.join(sorted(types))}")
-            # A pose of any kind will do for truth: the odometry of another system, too.
-            if types[asked] not in (*kinds, *(WHEEL_TYPES[:1] if what == "truth" else ())):
-                raise Error(f"{path}: {asked} is {types[asked]}; expected {' or '.join(kinds)}")
-            chosen[what] = asked
-        elif len(fitting) == 1:
-            chosen[what] = fitting[0]
-        elif fitting or what != "truth":
-            having = ", ".join(fitting) or f"none of {', '.join(kinds)}"
-            raise Error(f"{path}: which topic is --{what}? It has {having}")
-    if topics.gpr is not None:
-        if topics.gpr not in types:
-            raise Error(f"{path}: no topic {topics.gpr}; it has {', '.join(sorted(types))}")
-        chosen["gpr"] = topics.gpr
-    return chosen
 
 
 def _stamp(message: Any, logged: int) -> int:
@@ -164,7 +115,11 @@ def _wheel(message: Any, kind: str, topics: Topics) -> Any:
     if kind.endswith("TwistStamped"):
         return (message.twist.linear.x,)
     names = list(message.name)
+    if topics.joint is not None and topics.joint not in names:
+        return None  # joints may be told in turns
     index = 0 if topics.joint is None else names.index(topics.joint)
+    if index >= len(message.position):
+        return None
     return message.position[index] * topics.wheel_radius, 0.0
 
 
@@ -180,10 +135,12 @@ def _truth(message: Any, kind: str, _topics: Topics) -> Any:
 
 
 def _gpr(message: Any, _kind: str, _topics: Topics) -> Any:
-    for name in ("samples", "data"):
+    """Samples, and what the message says of them as our own GprTrace.msg does; NaN: nothing."""
+    facts = [float(getattr(message, name, np.nan)) for name in _RADAR_FACTS]
+    for name in TRACE_FIELDS:
         if hasattr(message, name):
-            return np.asarray(getattr(message, name), np.float64)
-    raise Error("--gpr: expected messages with an array of samples or data")
+            return np.asarray(getattr(message, name), np.float64), facts
+    raise Error(f"--gpr: expected messages with an array {' or '.join(TRACE_FIELDS)}")
 
 
 _VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
@@ -268,16 +225,22 @@ def _stream(what: str, time: Ints, values: list[Any], topics: Topics) -> Stream:
     if what == "truth":
         table = np.array([value[1:] for value in values], np.float64)
         return truth_stream(time, local_positions(table) if values[0][0] == "fix" else table)
-    lengths = {len(value) for value in values}
+    return _gpr_stream(time, values, topics)
+
+
+def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:
+    lengths = {len(samples) for samples, _ in values}
     if len(lengths) > 1:
         raise Error(f"--gpr: traces of {len(lengths)} different lengths")
+    told, zero, volts = np.array([facts for _, facts in values], np.float64).T
+    interval = topics.sample_interval or np.where(told > 0, told, SAMPLE_INTERVAL)
     fields: dict[str, npt.ArrayLike] = {
         "utime": time,
         "seq": np.arange(len(time)),
         "antenna_id": 0,
-        "sample_interval": topics.sample_interval,
-        "time_zero": 0.0,
-        "volts_per_count": VOLTS_PER_COUNT,
-        "samples": np.rint(np.stack(values)).astype(np.int32),
+        "sample_interval": interval,
+        "time_zero": np.where(np.isnan(zero), 0.0, zero),
+        "volts_per_count": np.where(np.isnan(volts), VOLTS_PER_COUNT, volts),
+        "samples": np.rint(np.stack([samples for samples, _ in values])).astype(np.int32),
     }
     return Stream(topics.channels.gpr_trace, time, encode("gpr_trace_t", fields, len(time)))

@@ -31,6 +31,9 @@ where the bag has just one of a fitting type:
            PoseWithCovarianceStamped of geometry_msgs
   --gpr    any message with an array `samples` or `data`: a trace
 
+Where it has several, they are named, and one must be; `--gpr none` and `--truth none` leave them
+out. A ROS 2 bag is its folder, or its one .mcap or .db3 file.
+
 Stamps are the headers', or the time of recording where they have none. An IMU that is not mounted
 along the robot's axes wants imu.rpy_body_imu in the configuration.
 """
@@ -51,8 +54,8 @@ def add_parser(formats: Subparsers) -> None:
         "--sample-interval",
         metavar="S",
         type=float,
-        default=SAMPLE_INTERVAL,
-        help="seconds between radar samples (default: %(default)s)",
+        help="seconds between radar samples (default: what the messages say, else "
+        f"{SAMPLE_INTERVAL:g})",
     )
     add_config_options(parser)
     add_json_flag(parser)
