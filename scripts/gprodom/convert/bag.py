@@ -208,6 +208,27 @@ def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
     return Stream(channel, time, encode("wheel_t", fields, len(time)))
 
 
+def gpr_stream(
+    channel: str,
+    time: Ints,
+    traces: Floats,
+    sample_interval: npt.ArrayLike,
+    time_zero: npt.ArrayLike,
+    volts_per_count: npt.ArrayLike = 0.0,
+) -> Stream:
+    """Radar messages of traces (n, samples), counts; the rest (n,) or one for all, s and V."""
+    fields: dict[str, npt.ArrayLike] = {
+        "utime": time,
+        "seq": np.arange(len(time)),
+        "antenna_id": 0,
+        "sample_interval": sample_interval,
+        "time_zero": time_zero,
+        "volts_per_count": volts_per_count,
+        "samples": np.rint(traces).astype(np.int32),
+    }
+    return Stream(channel, time, encode("gpr_trace_t", fields, len(time)))
+
+
 def truth_stream(time: Ints, position: Floats) -> Stream:
     """The truth, of positions (n, 3), m."""
     fields = {"utime": time, "position": position}
@@ -233,14 +254,11 @@ def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:
     if len(lengths) > 1:
         raise Error(f"--gpr: traces of {len(lengths)} different lengths")
     told, zero, volts = np.array([facts for _, facts in values], np.float64).T
-    interval = topics.sample_interval or np.where(told > 0, told, SAMPLE_INTERVAL)
-    fields: dict[str, npt.ArrayLike] = {
-        "utime": time,
-        "seq": np.arange(len(time)),
-        "antenna_id": 0,
-        "sample_interval": interval,
-        "time_zero": np.where(np.isnan(zero), 0.0, zero),
-        "volts_per_count": np.where(np.isnan(volts), VOLTS_PER_COUNT, volts),
-        "samples": np.rint(np.stack([samples for samples, _ in values])).astype(np.int32),
-    }
-    return Stream(topics.channels.gpr_trace, time, encode("gpr_trace_t", fields, len(time)))
+    return gpr_stream(
+        topics.channels.gpr_trace,
+        time,
+        np.stack([samples for samples, _ in values]),
+        topics.sample_interval or np.where(told > 0, told, SAMPLE_INTERVAL),
+        np.where(np.isnan(zero), 0.0, zero),
+        np.where(np.isnan(volts), VOLTS_PER_COUNT, volts),
+    )

@@ -9,6 +9,7 @@ from gprodom.arrays import Ints
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
+from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
 from gprodom.lcm.log_writer import Stream, write_log
@@ -79,7 +80,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write_and_tell(streams: list[Stream], output: Path, as_json: bool) -> None:
-    """Writes the log and prints counts, rates and gaps of its channels."""
+    """Checks, writes the log and prints counts, rates and gaps of its channels."""
+    check_streams(streams)
     write_log(output, streams)
     facts = {stream.channel: _describe(stream.utime) for stream in streams}
     if as_json:

@@ -20,6 +20,7 @@ import numpy as np
 
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.console import Progress
+from gprodom.convert.plausible import GRAVITY, GRAVITY_TOLERANCE
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.sampling import SAMPLE_INTERVAL, find_sample_interval
 from gprodom.convert.source import GPR, IMU, RADAR_FACTS, TRUTH, WHEEL, File, read_files
@@ -29,8 +30,6 @@ from gprodom.errors import Error
 VOLTS_PER_COUNT = 0.05 / 32767
 FALLBACK_QUANTUM = 1e-6  # m per tick where the wheel's values lie on no grid
 
-_GRAVITY = 9.81  # m/s^2
-_GRAVITY_TOLERANCE = 1.5  # m/s^2; a standing MEMS triad is well within, a turning gyro never
 _UNIT_NORM_TOLERANCE = 0.01
 
 
@@ -159,11 +158,11 @@ def _find_gravity(values: Floats, label: str) -> tuple[Floats, Floats, bool]:
     """Acceleration and angular rate (n, 3), and whether the angular rate stands first."""
     triads = values[:, 0:3], values[:, 3:6]
     norms = [float(np.median(np.linalg.norm(triad, axis=1))) for triad in triads]
-    shows = [abs(norm - _GRAVITY) < _GRAVITY_TOLERANCE for norm in norms]
+    shows = [abs(norm - GRAVITY) < GRAVITY_TOLERANCE for norm in norms]
     if shows[0] == shows[1]:
         raise Error(
             f"{label}: expected one of columns 2-4 and 5-7 to show gravity (norm near "
-            f"{_GRAVITY} m/s^2), got median norms {norms[0]:.3g} and {norms[1]:.3g}"
+            f"{GRAVITY} m/s^2), got median norms {norms[0]:.3g} and {norms[1]:.3g}"
         )
     gyro_first = shows[1]
     return triads[gyro_first], triads[not gyro_first], gyro_first

@@ -10,6 +10,7 @@ from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import read_recording
+from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
@@ -78,7 +79,9 @@ def run(args: argparse.Namespace) -> int:
     channels = read_channels(args.config, args.overrides)
     recording = read_recording(args.sequence)
     interval = args.sample_interval or recording.sample_interval
-    write_log(output, streams(recording, interval, channels))
+    made = streams(recording, interval, channels)
+    check_streams(made)
+    write_log(output, made)
     summary = summarise(recording, interval)
     if args.json:
         print_json({"log": str(output), **summary})

@@ -197,3 +197,4 @@ _READERS: dict[str, Callable[[Path], Line]] = {
     ".rd7": _read_mala,
     ".iprb": _read_impulse,
 }
+SUFFIXES = frozenset(_READERS)  # of files that `read_line` reads

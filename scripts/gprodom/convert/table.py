@@ -24,7 +24,8 @@ class Table:
     decimals: int  # most digits after the point in the first value column
 
 
-def _is_number(text: bytes) -> bool:
+def is_number(text: bytes) -> bool:
+    """Whether Python reads it as one."""
     try:
         float(text)
     except ValueError:
@@ -38,7 +39,7 @@ def _rows(file: File) -> Iterator[tuple[int, list[bytes]]]:
         if not line.strip():
             continue
         cells = line.split(b",")
-        if number == 1 and not _is_number(cells[0]):
+        if number == 1 and not is_number(cells[0]):
             continue
         yield number, cells
 
@@ -48,11 +49,18 @@ def _shown(text: bytes) -> str:
     return repr(shown if len(shown) <= 40 else shown[:37] + "...")
 
 
-def parse(file: File, columns: Sequence[int], what: str, integers: bool = False) -> Table:
+def parse(
+    file: File,
+    columns: Sequence[int],
+    what: str,
+    integers: bool = False,
+    per_second: int = 1,
+) -> Table:
     """Reads `file`, whose rows have one of the numbers of columns in `columns`, time included.
 
     All rows have as many as the first. `what` describes a row in errors. With `integers`, values
-    must be whole numbers of 32 bits. Rows whose time goes back are sorted into place and counted.
+    must be whole numbers of 32 bits. `per_second`: of the unit of time. Rows whose time goes back
+    are sorted into place and counted.
     """
     times: list[int] = []
     values: list[list[float]] = []
@@ -68,9 +76,10 @@ def parse(file: File, columns: Sequence[int], what: str, integers: bool = False)
         if len(cells) != width:
             raise Error(f"{where}: expected {width} columns ({what}), got {len(cells)}")
         try:
-            times.append(to_microseconds(cells[0]))
+            times.append(to_microseconds(cells[0], per_second))
         except ValueError:
-            expected = "a time in seconds since 1970"
+            unit = "seconds" if per_second == 1 else f"1/{per_second} s"
+            expected = f"a time in {unit} since 1970"
             raise Error(f"{where}: expected {expected}, got {_shown(cells[0])}") from None
         values.append(_numbers(cells[1:], where, integers))
         decimals = max(decimals, len(cells[1].strip().partition(b".")[2]))
@@ -97,7 +106,7 @@ def _numbers(cells: list[bytes], where: str, integers: bool) -> list[float]:
             return row
     for position, cell in enumerate(cells, start=2):
         expected = "a whole number of 32 bits" if integers else "a finite number"
-        value = float(cell) if _is_number(cell) and b"_" not in cell else math.nan
+        value = float(cell) if is_number(cell) and b"_" not in cell else math.nan
         whole = value.is_integer() and -(2**31) <= value < 2**31
         if not math.isfinite(value) or (integers and not whole):
             raise Error(f"{where}: expected {expected} in column {position}, got {_shown(cell)}")

@@ -1,44 +1,100 @@
-"""``gprodom convert tables``: tables of a vehicle's sensors to an LCM log."""
+"""``gprodom convert tables``: a robot's own tables to an LCM log."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.config import read_channels
-from gprodom.console import add_json_flag
-from gprodom.convert.bag import imu_stream, truth_stream, wheel_distance, wheel_stream
+from gprodom.config import Channels, read_channels
+from gprodom.console import add_json_flag, warn
+from gprodom.convert.any_table import read_source
+from gprodom.convert.bag import (
+    gpr_stream,
+    imu_stream,
+    local_positions,
+    truth_stream,
+    wheel_distance,
+    wheel_stream,
+)
 from gprodom.convert.bag_command import write_and_tell
-from gprodom.convert.source import File
-from gprodom.convert.table import Table, parse
-from gprodom.errors import Error
+from gprodom.convert.layout import CHOICES, SOURCES, TIME_UNITS, Layout, Source, read_layout
+from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.convert.survey_files import SUFFIXES, read_line
+from gprodom.convert.table import Table
+from gprodom.errors import Error, UsageError
+from gprodom.lcm.log_writer import Stream
 from gprodom.options import Subparsers, add_command, add_config_options
 
 EXAMPLES = """\
   gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
     --wheel-speed wheel_speed.csv --position position.csv -o car.lcmlog
+  gprodom convert tables drive.csv --imu-columns stamp,ax,ay,az,gx,gy,gz --acceleration-unit g \\
+    --rate-unit deg/s --wheel-counts-columns stamp,left,right --counts-per-metre 5200 -o d.lcmlog
+  gprodom convert tables --layout robot.yaml drive.csv -o drive.lcmlog
 """
 
-DESCRIPTION = """\
-Converts tables of one sensor each to an LCM log. Each has a header line, then lines of time
-(seconds) and values: accelerometer (3, m/s^2), gyroscope (3, rad/s), wheel speed (one column a
-wheel, m/s; their mean is taken and added up), position (3, m; optional). Acceleration is brought to
-the gyroscope's times.
+DESCRIPTION = (
+    """\
+Converts tables (CSV) of a robot's sensors to an LCM log. All may be in one TABLE, or each in a file
+of its own. --imu-columns and so on say which columns are what, by name or by number from 1, the
+time first; 2-202 is a range of numbers. Where nothing is said they are the first, in this order:
+
 """
+    + "\n".join(f"  --{name.replace('_', '-'):<15} time, {what}" for name, what in SOURCES.items())
+    + """
+
+A wheel and either --imu or both --accelerometer and --gyroscope are wanted; acceleration is then
+brought to the gyroscope's times, where both are there. Of several wheels the mean is taken. The
+radar (--gpr) is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with
+--gpr-times. Positions in degrees (--position-unit degrees) become metres from the first.
+
+--layout takes the same from a YAML file, with the same names and underscores:
+
+  acceleration_unit: g
+  rate_unit: deg/s
+  counts_per_metre: 5200
+  imu: {columns: [stamp, ax, ay, az, gx, gy, gz]}
+  wheel_counts: {columns: [stamp, left, right]}
+  gpr: {file: radar.csv, columns: [t, 2-202], time_unit: ms}
+
+What is plainly not a robot's (g for m/s^2, degrees, counts for a speed, stamps in another unit,
+sensors without a time in common) is refused; what is doubtful is said.
+"""
+)
+_MAX_GAP = 5.0  # times its median interval, across which the accelerometer is not interpolated
+_WHEELS = ("wheel_speed", "wheel_distance", "wheel_counts")
 
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
-    parser = add_command(
-        formats, "tables", "tables of accelerometer, gyroscope, wheels", DESCRIPTION, EXAMPLES
-    )
-    for name in ("accelerometer", "gyroscope", "wheel-speed"):
-        parser.add_argument(f"--{name}", metavar="CSV", type=Path, required=True)
-    parser.add_argument("--position", metavar="CSV", type=Path, help="the truth")
+    parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES)
+    parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
     parser.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    parser.add_argument("--layout", metavar="YAML", type=Path, help="see above")
+    for name in SOURCES:
+        option = "--" + name.replace("_", "-")
+        parser.add_argument(option, metavar="FILE", type=Path, help="see above")
+        parser.add_argument(f"{option}-columns", metavar="TIME,A,..", help=argparse.SUPPRESS)
+    parser.add_argument("--time-unit", choices=list(TIME_UNITS), help="default s")
+    for key, choices in CHOICES.items():
+        default = next(iter(choices))
+        parser.add_argument(
+            "--" + key.replace("_", "-"), choices=list(choices), help=f"default {default}"
+        )
+    parser.add_argument("--counts-per-metre", metavar="N", type=float, help="of --wheel-counts")
+    parser.add_argument(
+        "--sample-interval",
+        metavar="S",
+        type=float,
+        help=f"seconds between radar samples (default {SAMPLE_INTERVAL:g}, or the survey file's)",
+    )
+    parser.add_argument(
+        "--delimiter", metavar="C", help="default: semicolon or tab where there is one, else comma"
+    )
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
@@ -46,31 +102,132 @@ def add_parser(formats: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Converts and prints what there is."""
-    force = _read(args.accelerometer, range(4, 5), "time, acceleration x, y, z")
-    rate = _read(args.gyroscope, range(4, 5), "time, angular rate x, y, z")
-    wheel = _read(args.wheel_speed, range(2, 20), "time, speeds")
+    layout = read_layout(args.layout, _options(args), args.table)
     channels = read_channels(args.config, args.overrides)
-    streams = [
-        imu_stream(channels.imu, rate.utime, _at(rate.utime, force), rate.values),
-        wheel_stream(channels.wheel, wheel.utime, _travelled(wheel)),
-    ]
-    if args.position is not None:
-        position = _read(args.position, range(4, 5), "time, x, y, z")
-        streams.append(truth_stream(position.utime, position.values))
+    streams = [_imu(layout, channels), _wheel(layout, channels)]
+    if "gpr" in layout.sources:
+        streams.append(_gpr(layout, channels))
+    if "position" in layout.sources:
+        streams.append(_position(layout))
     write_and_tell(streams, args.output, args.json)
     return 0
 
 
-def _read(path: Path, columns: range, what: str) -> Table:
-    table = parse(File(str(path), path.read_bytes()), columns, what)
-    if len(table.utime) < 2:
-        raise Error(f"{path}: expected rows of {what}")
-    return table
+def _options(args: argparse.Namespace) -> dict[str, Any]:
+    """What was given on the command line, with the keys of a layout."""
+    keys = ("time_unit", *CHOICES, "counts_per_metre", "sample_interval", "delimiter")
+    options: dict[str, Any] = {key: getattr(args, key) for key in keys}
+    for name in SOURCES:
+        file, columns = getattr(args, name), getattr(args, f"{name}_columns")
+        given: dict[str, Any] = {} if file is None else {"file": file}
+        if columns is not None:
+            given["columns"] = columns.split(",")
+        if given:
+            options[name] = given
+    return options
 
 
-def _at(time: Ints, table: Table) -> Floats:
-    return np.column_stack([np.interp(time, table.utime, column) for column in table.values.T])
+def _imu(layout: Layout, channels: Channels) -> Stream:
+    sources = layout.sources
+    if "imu" in sources:
+        table = read_source(sources["imu"], (7,), f"time, {SOURCES['imu']}")
+        time, force, rate = table.utime, table.values[:, :3], table.values[:, 3:]
+    elif "accelerometer" in sources and "gyroscope" in sources:
+        felt = read_source(sources["accelerometer"], (4,), f"time, {SOURCES['accelerometer']}")
+        turned = read_source(sources["gyroscope"], (4,), f"time, {SOURCES['gyroscope']}")
+        kept = covered(turned.utime, felt.utime)
+        if not kept.any():
+            raise Error(
+                "accelerometer and gyroscope have no time in common: are their stamps alike?"
+            )
+        if not kept.all():
+            warn(
+                f"IMU: {np.count_nonzero(~kept)} of {len(kept)} rows of the gyroscope are left "
+                "out: the accelerometer has none there"
+            )
+        time, rate = turned.utime[kept], turned.values[kept]
+        force = np.column_stack([np.interp(time, felt.utime, axis) for axis in felt.values.T])
+    else:
+        raise UsageError(
+            "give --imu, or --accelerometer and --gyroscope (or name them in --layout)"
+        )
+    force, rate = force * layout.factor("acceleration_unit"), rate * layout.factor("rate_unit")
+    return imu_stream(channels.imu, time, force, rate)
 
 
-def _travelled(wheel: Table) -> Floats:
-    return wheel_distance(wheel.utime, [(value,) for value in wheel.values.mean(axis=1).tolist()])
+def covered(time: Ints, by: Ints) -> Floats:
+    """Which of `time` (n,) lie between two stamps of `by` (m,) that are no gap apart."""
+    right = np.searchsorted(by, time, side="left")
+    exact = (right < len(by)) & (by[np.minimum(right, len(by) - 1)] == time)
+    inside = (right > 0) & (right < len(by))
+    step = by[np.minimum(right, len(by) - 1)] - by[np.maximum(right - 1, 0)]
+    return np.asarray(exact | (inside & (step <= _MAX_GAP * max(np.median(np.diff(by)), 1))))
+
+
+def _wheel(layout: Layout, channels: Channels) -> Stream:
+    given = [name for name in _WHEELS if name in layout.sources]
+    if len(given) != 1:
+        options = ", ".join("--" + name.replace("_", "-") for name in _WHEELS)
+        raise UsageError(f"one of {options} is wanted, got {len(given)}")
+    (name,) = given
+    source = layout.sources[name]
+    table = read_source(source, range(2, 20), f"time, {SOURCES[name]}")
+    mean = table.values.mean(axis=1)
+    if name == "wheel_speed":
+        _check_speed(source, table)
+        speed = mean * layout.factor("speed_unit")
+        mean = wheel_distance(table.utime, [(value,) for value in speed.tolist()])
+    elif name == "wheel_counts":
+        if "counts_per_metre" not in layout.settings:
+            raise UsageError("--wheel-counts: how many make a metre? Give --counts-per-metre N")
+        mean = mean / float(layout.settings["counts_per_metre"])
+    return wheel_stream(channels.wheel, table.utime, mean - mean[0])
+
+
+def _check_speed(source: Source, table: Table) -> None:
+    """A speed that never falls is a distance, or counts."""
+    lasts = float(table.utime[-1] - table.utime[0]) * 1e-6
+    for column in table.values.T:
+        steps = np.diff(column)
+        if lasts > 10 and np.all(steps >= 0) and np.count_nonzero(steps) > 0.2 * len(steps):
+            raise Error(
+                f"{source.file}: the wheel's speed grows for {lasts:.0f} s and never falls: is it "
+                "a distance or a count (--wheel-distance, --wheel-counts with --counts-per-metre)?"
+            )
+
+
+def _gpr(layout: Layout, channels: Channels) -> Stream:
+    source = layout.sources["gpr"]
+    interval = layout.settings.get("sample_interval")
+    assert source.file is not None
+    if source.file.suffix.lower() not in SUFFIXES:
+        widths = range(9, 16_385)
+        table = read_source(source, widths, f"time, {SOURCES['gpr']}", integers=True)
+        interval = interval or SAMPLE_INTERVAL
+        return gpr_stream(channels.gpr_trace, table.utime, table.values, interval, 0.0)
+    line = read_line(source.file)
+    if "gpr_times" not in layout.sources:
+        raise UsageError(f"{source.file}: holds no times: give --gpr-times, a row for each trace")
+    times = read_source(layout.sources["gpr_times"], (2,), "time")
+    if len(times.utime) != len(line.traces):
+        raise Error(
+            f"{source.file}: {len(line.traces)} traces, but {len(times.utime)} rows in "
+            f"{layout.sources['gpr_times'].file}"
+        )
+    interval = interval or line.sample_interval
+    return gpr_stream(channels.gpr_trace, times.utime, line.traces, interval, line.time_zero)
+
+
+def _position(layout: Layout) -> Stream:
+    table = read_source(layout.sources["position"], (4, 3), f"time, {SOURCES['position']}")
+    position = table.values
+    if position.shape[1] == 2:
+        position = np.column_stack([position, np.zeros(len(position))])
+    if layout.settings.get("position_unit") == "degrees":
+        if np.abs(position[:, 0]).max() > 90 or np.abs(position[:, 1]).max() > 180:
+            raise Error(
+                f"{layout.sources['position'].file}: expected latitude and longitude in degrees, "
+                "in this order"
+            )
+        position = local_positions(position)
+    return truth_stream(table.utime, position)

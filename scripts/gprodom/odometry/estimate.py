@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gprodom.config import STANDARD, Channels, read_channels
 from gprodom.convert.cmu import read_recording
+from gprodom.convert.plausible import check_streams
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import logs
@@ -55,7 +56,9 @@ def as_log(
         raise Error(f"{source}: expected a sequence (directory or zip) or an LCM log")
     log = folder / "input.lcmlog"
     recording = read_recording(source)
-    write_log(log, streams(recording, sample_interval or recording.sample_interval, channels))
+    made = streams(recording, sample_interval or recording.sample_interval, channels)
+    check_streams(made)
+    write_log(log, made)
     return log
 
 

@@ -1,0 +1,252 @@
+"""A robot's own tables: in any order and unit, refused where they are plainly something else."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gprodom.cli import main
+from gprodom.lcm.logs import read
+
+START = 1_700_000_000.0
+SPAN = 40.0  # s
+COUNTS = 5200.0  # per metre
+G = 9.80665
+
+
+def drive() -> dict[str, np.ndarray]:
+    """Back and forth at up to 1 m/s with turns: columns of time and values, SI."""
+    rng = np.random.default_rng(3)
+    t = np.arange(0, SPAN, 0.01)
+    speed = np.sin(2 * np.pi * t / 10)
+    force = np.column_stack([np.gradient(speed, t), 0 * t, 0 * t + 9.81])
+    rate = np.column_stack([0 * t, 0 * t, 0.5 * np.cos(2 * np.pi * t / 7)])
+    distance = 10 / (2 * np.pi) * (1 - np.cos(2 * np.pi * t / 10))
+    return {
+        "time": START + t,
+        "force": force + rng.normal(0, 0.02, force.shape),
+        "rate": rate + rng.normal(0, 0.001, rate.shape),
+        "speed": speed,
+        "distance": distance,
+        "traces": rng.integers(-900, 900, (len(t) // 5, 12)),
+    }
+
+
+def table(path: Path, header: str, *columns: Any, mark: str = ",") -> Path:
+    """A CSV of columns (n,) or (n, m); times with microseconds."""
+    rows = np.column_stack(columns)
+    lines = [mark.join(f"{value:.6f}" for value in row) for row in rows]
+    path.write_text("\n".join([*([header] if header else []), *lines]) + "\n")
+    return path
+
+
+def three(folder: Path, **changes: np.ndarray) -> list[str]:
+    """Tables of one sensor each, and the arguments that convert them."""
+    made = drive() | changes
+    t = made["time"]
+    force = made.get("force_time", t)
+    table(folder / "a.csv", "t,x,y,z", force, made["force"])
+    table(folder / "g.csv", "t,x,y,z", made.get("rate_time", t), made["rate"])
+    table(folder / "w.csv", "t,v", made.get("speed_time", t)[::3], made["speed"][::3])
+    names = (("accelerometer", "a"), ("gyroscope", "g"), ("wheel-speed", "w"))
+    return [text for name, file in names for text in (f"--{name}", str(folder / f"{file}.csv"))]
+
+
+def convert(folder: Path, *arguments: str) -> dict[str, Any]:
+    """The log that comes of it."""
+    log = folder / "out.lcmlog"
+    assert main(["convert", "tables", *arguments, "-o", str(log)]) == 0
+    return read(log)
+
+
+def refused(folder: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """What is said of tables that make no log."""
+    log = folder / "none.lcmlog"
+    capsys.readouterr()
+    assert main(["convert", "tables", *arguments, "-o", str(log)]) != 0
+    assert not log.exists()
+    return capsys.readouterr().err
+
+
+def test_tables_as_they_were(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, made = convert(tmp_path, *three(tmp_path)), drive()
+    np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-6)
+    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
+    np.testing.assert_allclose(wheel, made["distance"][::3], atol=5e-3)
+    assert capsys.readouterr().err == ""
+
+
+def test_nothing_is_extrapolated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the accelerometer ends or pauses there is no IMU; where it has a fifth, no log."""
+    made = drive()
+    n = len(made["time"])
+    part = np.r_[0:1000, 1500 : int(0.9 * n)]
+    arguments = three(tmp_path, force=made["force"][part], force_time=made["time"][part])
+    log = convert(tmp_path, *arguments)
+    time = log["IMU"]["utime"] * 1e-6 - START
+    assert time[-1] == pytest.approx(0.9 * SPAN, abs=0.02)
+    assert not np.any((time > 10.0) & (time < 14.99))
+    assert "rows of the gyroscope are left out" in capsys.readouterr().err
+    fifth = slice(0, n // 5)
+    arguments = three(tmp_path, force=made["force"][fifth], force_time=made["time"][fifth])
+    assert "8.0 s in common, of 40.0 s" in refused(tmp_path, capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (lambda d: {"force": d["force"] / G}, "--acceleration-unit g"),
+        (lambda d: {"force": d["force"] - [0, 0, 9.81]}, "expected gravity"),
+        (lambda d: {"rate": np.degrees(d["rate"])}, "--rate-unit deg/s"),
+        (lambda d: {"speed": 3000 * d["speed"]}, "in counts"),
+        (lambda d: {"speed": 40 * d["speed"]}, "where the accelerometer feels"),
+        (lambda d: {"speed": np.linspace(0, 50, len(d["time"]))}, "is it a distance or a count"),
+        (lambda d: {"time": d["time"] * 1e3}, "--time-unit"),
+        (lambda d: {"force_time": d["time"] * 1e3}, "no time in common"),
+        (lambda d: {"speed_time": d["time"] * 1e3}, "wheel: 0.0333 messages a second"),
+        (lambda d: {"speed_time": d["time"] + 100}, "0.0 s in common"),
+    ],
+)
+def test_what_is_plainly_wrong_is_refused(
+    changes: Any, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said in refused(tmp_path, capsys, *three(tmp_path, **changes(drive())))
+
+
+def test_what_is_doubtful_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = drive()
+    convert(tmp_path, *three(tmp_path, speed=0 * made["speed"]))
+    assert "wheel: it never turns" in capsys.readouterr().err
+    stuck = made["force"].copy()
+    stuck[1000:2500] = stuck[1000]
+    convert(tmp_path, *three(tmp_path, force=stuck))
+    assert "acceleration does not change at all for 15.0 s" in capsys.readouterr().err
+    convert(tmp_path, *three(tmp_path, speed_time=made["time"] + 4))
+    assert "36.0 s in common, of 40.0 s" in capsys.readouterr().err
+
+
+def test_a_first_line_that_is_no_header(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = three(tmp_path)
+    rows = (tmp_path / "w.csv").read_text().splitlines()[1:]
+    for first, said in (
+        ("0,1,2", None),
+        (rows[0].replace("1700000000.000000", "start"), "both numbers and words"),
+    ):
+        (tmp_path / "w.csv").write_text("\n".join([first, *rows]) + "\n")
+        if said is not None:
+            assert said in refused(tmp_path, capsys, *arguments)
+    (tmp_path / "w.csv").write_text("\n".join(rows) + "\n")  # none at all: every row is data
+    assert len(convert(tmp_path, *arguments)["WHEEL"]["utime"]) == len(rows)
+    for numbers in ("0,1,2,3", "1,2,3,4"):
+        rows = (tmp_path / "a.csv").read_text().splitlines()[1:]
+        (tmp_path / "a.csv").write_text("\n".join([numbers, *rows]) + "\n")
+        assert "the numbers of columns" in refused(tmp_path, capsys, *arguments)
+        (tmp_path / "a.csv").write_text("\n".join(["t,x,y,z", *rows]) + "\n")
+    rows = (tmp_path / "w.csv").read_text().splitlines()
+    (tmp_path / "w.csv").write_text("\n".join(["0,1", *rows]) + "\n")
+    assert "days between messages 1 and 2" in refused(tmp_path, capsys, *arguments)
+
+
+def own(folder: Path) -> tuple[Path, Path]:
+    """One table with semicolons, decimal commas, other order and units, and one of a radar."""
+    made = drive()
+    ms = (made["time"] - START) * 1e3
+    counts = np.rint(made["distance"][:, None] * COUNTS * [1.01, 0.99])
+    header = "wl;wr;gz;gy;gx;az;ay;ax;ms"
+    columns = counts, np.degrees(made["rate"][:, ::-1]), made["force"][:, ::-1] / G, ms
+    all_in_one = table(folder / "drive.csv", header, *columns, mark=";")
+    all_in_one.write_text(all_in_one.read_text().replace(".", ","))
+    radar = folder / "radar.csv"
+    stamps = [datetime.fromtimestamp(t, UTC).isoformat() for t in made["time"][::5] - START]
+    lines = [
+        ",".join([*map(str, trace), stamp])
+        for stamp, trace in zip(stamps, made["traces"].tolist(), strict=True)
+    ]
+    radar.write_text("\n".join(lines) + "\n")
+    return all_in_one, radar
+
+
+LAYOUT = """\
+delimiter: ";"
+time_unit: ms
+acceleration_unit: g
+rate_unit: deg/s
+counts_per_metre: 5200
+sample_interval: 3.125e-10
+imu: {columns: [ms, ax, ay, az, gx, gy, gz]}
+wheel_counts: {columns: [ms, wl, wr]}
+gpr: {file: radar.csv, columns: [13, 1-12], time_unit: iso, delimiter: ","}
+"""
+
+
+def test_own_tables_by_a_layout_and_by_options(tmp_path: Path) -> None:
+    """Both ways make the same log, which is the drive."""
+    one, _ = own(tmp_path)
+    (tmp_path / "robot.yaml").write_text(LAYOUT)
+    log, made = convert(tmp_path, str(one), "--layout", str(tmp_path / "robot.yaml")), drive()
+    np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-5)
+    np.testing.assert_allclose(log["IMU"]["angular_velocity"], made["rate"], atol=1e-7)
+    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
+    np.testing.assert_allclose(wheel, made["distance"], atol=3e-4)
+    np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
+    assert set(log["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
+    assert log["GPR_TRACE"]["utime"][1] == 50_000
+    first = (tmp_path / "out.lcmlog").read_bytes()
+    by_number = ["--imu-columns", "9,8,7,6,5,4,3", "--wheel-counts-columns", "ms,1-2"]
+    units = ["--time-unit", "ms", "--acceleration-unit", "g", "--rate-unit", "deg/s"]
+    rest = ["--counts-per-metre", "5200", "--sample-interval", "3.125e-10"]
+    (tmp_path / "gpr.yaml").write_text(LAYOUT.splitlines()[-1] + "\n")
+    convert(tmp_path, str(one), *by_number, *units, *rest, "--layout", str(tmp_path / "gpr.yaml"))
+    assert (tmp_path / "out.lcmlog").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("wl, wr", "wl, left"), "no column 'left'; it has wl, wr, gz"),
+        (("ms, wl, wr", "ms, 12"), "no column 12; it has 9"),
+        (("unit: g", "unit: gees"), "acceleration_unit: 'gees': expected one of m/s2, g"),
+        (("counts_per_metre: 5200\n", ""), "--counts-per-metre"),
+        (("counts_per_metre", "counts_a_metre"), "unknown key counts_a_metre"),
+        (("gx, gy, gz", "gx, gy"), "expected 7 columns"),
+        (("{columns: [ms, wl, wr]}", "[ms, wl, wr]"), "wheel_counts: expected {file"),
+    ],
+)
+def test_layouts_that_do_not_fit(
+    change: tuple[str, str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, _ = own(tmp_path)
+    layout = tmp_path / "robot.yaml"
+    layout.write_text(LAYOUT.replace(*change))
+    assert said in refused(tmp_path, capsys, str(one), "--layout", str(layout))
+
+
+def test_positions_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    time = drive()["time"][::100]
+    north = np.arange(len(time)) * 1e-5
+    fixes = table(tmp_path / "p.csv", "t,lat,lon", time, 45 + north, 7 + 0 * north)
+    arguments = [*three(tmp_path), "--position", str(fixes), "--position-unit", "degrees"]
+    log = convert(tmp_path, *arguments)
+    step = 1.1113  # m, of 1e-5 degrees of latitude at 45 degrees
+    expected = np.column_stack([0 * north, step * np.arange(len(time)), 0 * north])
+    np.testing.assert_allclose(log["TOTAL_STATION"]["position"], expected, atol=0.02)
+    table(tmp_path / "p.csv", "t,lon,lat", time, 145 + north, 7 + 0 * north)
+    assert "latitude and longitude" in refused(tmp_path, capsys, *arguments)
+
+
+def test_traces_of_a_survey_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = drive()
+    (tmp_path / "l.rad").write_text("SAMPLES:12\nFREQUENCY:5000\nDISTANCE INTERVAL:0.05\n")
+    made["traces"].astype("<i2").tofile(tmp_path / "l.rd3")
+    times = table(tmp_path / "t.csv", "t", made["time"][::5])
+    arguments = [*three(tmp_path), "--gpr", str(tmp_path / "l.rd3")]
+    assert "--gpr-times" in refused(tmp_path, capsys, *arguments)
+    log = convert(tmp_path, *arguments, "--gpr-times", str(times))
+    np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
+    table(tmp_path / "t.csv", "t", made["time"][:50:5])
+    said = refused(tmp_path, capsys, *arguments, "--gpr-times", str(times))
+    assert "800 traces, but 10 rows" in said
