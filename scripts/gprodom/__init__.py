@@ -29,6 +29,21 @@ if _build is not None:
     __path__.append(str(_build / "python" / "gprodom"))
 
 
+def _find_version() -> str:
+    """The version, which stands once, in scripts/pyproject.toml; the build and pip carry it on."""
+    metadata = _Path(__file__).resolve().parents[1] / "pyproject.toml"
+    if metadata.is_file():
+        import tomllib
+
+        return str(tomllib.loads(metadata.read_text(encoding="utf-8"))["project"]["version"])
+    try:
+        return str(_import_module("gprodom._version").VERSION)  # the Debian package's
+    except ModuleNotFoundError:
+        from importlib.metadata import version
+
+        return version("gprodom")
+
+
 # What of the extension is offered here. Other names are modules, which need no extension.
 _OFFERED = {
     "RESET_ALL",
@@ -41,6 +56,7 @@ _OFFERED = {
 }
 
 if TYPE_CHECKING:
+    __version__: str
     from gprodom._core import RESET_ALL as RESET_ALL
     from gprodom._core import CommandName as CommandName
     from gprodom._core import ConfigError as ConfigError
@@ -52,6 +68,8 @@ else:
 
     def __getattr__(name: str) -> _Any:
         """``gprodom.Odometry`` and the like: the extension is loaded when first asked for."""
+        if name == "__version__":
+            return _find_version()
         if name not in _OFFERED:
             raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
         try:

@@ -83,6 +83,36 @@ def test_status_without_a_daemon() -> None:
     assert "is gprodomd running" in result.stderr
 
 
+def test_status_into_a_pipe_is_lines() -> None:
+    """No screen is drawn where there is none: lines that can be read by cat and grep."""
+    code = """
+import subprocess, sys, time
+from gprodom.lcm import LCM
+from gprodom.lcm.messages import message
+status = message("status_t")()
+lcm = LCM("udpm://239.255.76.67:7667?ttl=0")
+command = [sys.executable, "-m", "gprodom", "status"]
+with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    def told():
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            lcm.publish("STATUS", status.encode())
+            time.sleep(0.1)
+            if process.poll() is not None:
+                break
+    import threading
+    threading.Thread(target=told, daemon=True).start()
+    lines = [process.stdout.readline() for _ in range(2)]
+    process.terminate()
+print("".join(lines))
+"""
+    result = run_isolated(code)
+    assert result.returncode == 0, result.stderr
+    assert "\x1b" not in result.stdout
+    lines = result.stdout.split("\n")
+    assert lines[1].startswith("ok: IMU 0 Hz"), result.stdout + result.stderr
+
+
 def test_status(tmp_path: Path) -> None:
     result = run_isolated(SCENARIOS.read_text(), "status", str(tmp_path))
     assert result.returncode == 0, result.stderr

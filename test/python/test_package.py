@@ -12,7 +12,7 @@ import pytest
 
 import gprodom
 from conftest import CHECKOUT
-from gprodom.cli import COMMANDS, build_parser
+from gprodom.cli import COMMANDS, build_parser, main
 from gprodom.odometry.replay import find_program
 
 
@@ -47,6 +47,16 @@ def test_man_page_tells_of_every_option(program: str, section: int) -> None:
     described = [line for line in page.splitlines() if line.startswith((".BR -", ".B --"))]
     assert [o for o in options if not any(o[1] in line.split() for line in described)] == []
     assert len(described) == len(options)
+
+
+def test_the_version_stands_once(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (CHECKOUT / "scripts" / "pyproject.toml").read_text()
+    (version,) = re.findall(r'^version = "(.*)"$', text, re.M)
+    assert gprodom.__version__ == version
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"gprodom {version}\n"
 
 
 def test_man_page_tells_of_every_command() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ Shows what a running gprodomd is doing, until interrupted: health and its reason
 its uncertainty, standstill, slip, revisits, rates and delays of all channels, and the daemon's own
 counts and times.
 
+Where the output is no terminal (`gprodom status | cat`) it is a line a second.
+
 --once prints one line and ends, with exit code 0 where the daemon is healthy, else 1: degraded,
 failed, or not heard of within --timeout.
 """
@@ -29,6 +32,7 @@ EXAMPLES = """\
   gprodom status --once --json
 """
 
+LINE_S = 1.0  # between lines, where the output is no terminal
 SETTLE_S = 1.2  # after the first message, so that rates are worth something
 
 
@@ -71,7 +75,9 @@ def run(args: argparse.Namespace) -> int:
         ) from None
     heard = Heard()
     lcm.subscribe(".*", heard.take).set_queue_capacity(1000)
-    return _once(args, lcm, heard) if args.once else _watch(args, lcm, heard)
+    if args.once:
+        return _once(args, lcm, heard)
+    return _watch(args, lcm, heard) if sys.stdout.isatty() else _print_lines(lcm, heard)
 
 
 def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
@@ -91,6 +97,18 @@ def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
     else:
         print(line(heard))
     return 0 if heard.status.health == heard.status.OK else 1
+
+
+def _print_lines(lcm: LCM, heard: Heard) -> int:
+    """A line a second, for what is no terminal: a pipe, a file, a journal."""
+    from gprodom.status.view import line
+
+    due = time.monotonic() + SETTLE_S
+    while True:
+        lcm.handle_timeout(100)
+        if time.monotonic() >= due:
+            due = time.monotonic() + LINE_S
+            print("no STATUS yet" if heard.status is None else line(heard), flush=True)
 
 
 def _watch(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
