@@ -12,7 +12,9 @@ import yaml
 from matplotlib.figure import Figure
 
 from gprodom import Odometry, describe_config
+from gprodom.calibrate.fragment import Found, fragment
 from gprodom.calibrate.imu import measure_noise
+from gprodom.calibrate.offset import Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.cli import main
@@ -83,6 +85,32 @@ def test_imu_noise() -> None:
     assert still.density == pytest.approx(density, rel=0.03)
 
 
+def test_a_walk_is_no_surer_than_its_few_long_averages() -> None:
+    """Twenty minutes hold some ten averages of two minutes on each axis: no "+- 0 %"."""
+    rng = np.random.default_rng(1)
+    rate, walks = 20.0, []
+    for _ in range(12):
+        steps = rng.normal(0, 4e-4 / np.sqrt(rate), (24_000, 3))
+        found = measure_noise(
+            rng.normal(0, 2e-3 * np.sqrt(rate), steps.shape) + steps.cumsum(0), rate
+        )
+        walks.append(found)
+    scatter = np.std([found.walk for found in walks]) / 4e-4
+    told = np.median([found.walk_sigma for found in walks])
+    assert 0.5 * scatter < told < 3 * scatter
+    assert 0.05 < told < 0.5
+
+
+def test_what_is_not_significant_is_a_comment() -> None:
+    sure = Found("imu.time_offset", "0.0100", "+- 0.0010 s")
+    unsure = Found("gpr.time_offset", "0.0001", "+- 0.0010 s", Offset(1e-4, 1e-3, 0.5).significant)
+    text = fragment([sure, unsure])
+    assert yaml.safe_load(text) == {"imu": {"time_offset": 0.01}}
+    assert "# not significant: gpr.time_offset: 0.0001  # +- 0.0010 s" in text
+    assert yaml.safe_load(fragment([unsure])) == {}
+    assert Offset(2.1e-3, 1e-3, 0.5).significant
+
+
 def test_imu_fragment(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
 ) -> None:
@@ -145,6 +173,10 @@ def test_radar_time_offset(
     assert found["gpr"]["sigma_s"] < 0.02
     assert abs(found["gpr"]["offset_s"] + late * 1e-6) < max(3 * found["gpr"]["sigma_s"], 0.01)
     assert abs(found["imu"]["offset_s"]) < 0.02
+    if abs(found["gpr"]["offset_s"]) <= 2 * found["gpr"]["sigma_s"]:
+        assert late == 0
+        assert "# not significant: gpr.time_offset" in out.read_text()
+        return
     offset = yaml.safe_load(out.read_text())["gpr"]["time_offset"]
     config = yaml.safe_load(describe_config([f"gpr.time_offset={offset}"]))
     written = config["gpr"]["time_offset"]

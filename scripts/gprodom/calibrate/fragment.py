@@ -12,11 +12,16 @@ from gprodom.files import replacing
 
 @dataclass(frozen=True)
 class Found:
-    """A configuration key, its value as YAML, and how sure that is."""
+    """A configuration key, its value as YAML, and how sure that is.
+
+    significant: the data tell it from nothing; else it is written as a comment, which changes no
+    configuration.
+    """
 
     key: str
     value: str
     sureness: str
+    significant: bool = True
 
 
 def add_output_option(parser: argparse.ArgumentParser) -> None:
@@ -31,17 +36,22 @@ def add_output_option(parser: argparse.ArgumentParser) -> None:
 
 
 def fragment(found: Sequence[Found]) -> str:
-    """YAML of one nesting; sections in the order they come."""
+    """YAML of one nesting; sections in the order they come, what is not significant as comments."""
     sections: dict[str, list[str]] = {}
+    lines = ["# Found by gprodom calibrate."]
     for item in found:
         section, _, key = item.key.rpartition(".")
-        sections.setdefault(section, []).append(f"{key}: {item.value}  # {item.sureness}")
-    lines = ["# Found by gprodom calibrate."]
+        if item.significant:
+            sections.setdefault(section, []).append(f"{key}: {item.value}  # {item.sureness}")
+        else:
+            lines.append(f"# not significant: {item.key}: {item.value}  # {item.sureness}")
     for section, entries in sections.items():
         parts = section.split(".")
         for depth, part in enumerate(parts):
             lines.append("  " * depth + f"{part}:")
         lines += ["  " * len(parts) + entry for entry in entries]
+    if not sections:
+        lines.append("{}")  # a configuration all the same
     return "\n".join(lines) + "\n"
 
 

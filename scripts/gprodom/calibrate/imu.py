@@ -59,6 +59,11 @@ class Noise:
     walk_is_bound: bool
     instability: float
 
+    @property
+    def walk_is_known(self) -> bool:
+        """More than two standard deviations above none."""
+        return not self.walk_is_bound and self.walk_sigma < 0.5
+
 
 def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
     """Averaging times (m,), s, overlapping Allan deviation (m,) and its standard error (m,)."""
@@ -85,15 +90,19 @@ def measure_noise(values: Array, rate: float) -> Noise:
     density = float(np.sqrt(np.mean(deviation[white] ** 2 * tau[white])))
     # The longest averaging times: what is left there over white noise is a walk or less.
     long = tau >= tau[-1] / 4
-    excess = deviation[long] ** 2 - density**2 / tau[long]
-    walks = np.sqrt(np.maximum(excess, 0) * 3 / tau[long])
-    walk = float(np.median(walks))
+    excess = np.maximum(deviation[long] ** 2 - density**2 / tau[long], 0)
+    walk = float(np.median(np.sqrt(excess * 3 / tau[long])))
+    # The error of overlapping averages is told as if they were independent. As many are as there
+    # are stretches of that length, on each axis; the walk's square is what is over white noise.
+    independent = np.maximum(len(values) / rate / tau[long] - 1, 1) * len(curves)
+    share = np.maximum(excess / deviation[long] ** 2, 1e-6)
+    walk_sigma = float(np.median(1 / np.sqrt(2 * independent) / share))
     slope = np.polyfit(np.log(tau[long]), np.log(deviation[long]), 1)[0]
     return Noise(
         density=density,
         density_sigma=float(1 / np.sqrt(len(values) * len(curves)) + relative[white][0]),
         walk=walk if slope > 0.2 else float(np.median(deviation[long] * np.sqrt(3 / tau[long]))),
-        walk_sigma=float(relative[long].mean()),
+        walk_sigma=walk_sigma,
         walk_is_bound=bool(slope <= 0.2),
         instability=float(deviation.min() / FLOOR),
     )
@@ -179,5 +188,5 @@ def _as_found(name: str, noise: Noise) -> Sequence[Found]:
     walk += f"; bias instability {noise.instability:.2g}"
     return (
         Found(f"imu.{name}_noise_density", f"{noise.density:.4g}", sure),
-        Found(f"imu.{name}_bias_walk", f"{noise.walk:.4g}", walk),
+        Found(f"imu.{name}_bias_walk", f"{noise.walk:.4g}", walk, noise.walk_is_known),
     )

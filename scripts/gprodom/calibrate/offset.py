@@ -20,6 +20,11 @@ class Offset:
     sigma_s: float
     explained: float
 
+    @property
+    def significant(self) -> bool:
+        """More than two standard deviations from none."""
+        return abs(self.offset_s) > 2 * self.sigma_s
+
 
 def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:
     """Index of the greatest share, with its fraction by a parabola, and that share."""

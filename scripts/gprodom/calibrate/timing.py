@@ -130,6 +130,7 @@ def run(args: argparse.Namespace) -> int:
             f"{sensor}.time_offset",
             f"{offset.offset_s:.4f}",
             f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained",
+            offset.significant,
         )
         for sensor, offset in offsets.items()
     ]

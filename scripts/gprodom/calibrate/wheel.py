@@ -269,5 +269,6 @@ def _as_found(found: WheelFit) -> list[Found]:
     if found.lever_m is not None:
         arm = f"[0, {found.lever_m:.3f}, 0]"
         sure = f"to the left +- {found.lever_sigma:.3f} m; forwards is not observable"
-        lines.append(Found("wheel.lever_arm", arm, sure))
+        far = abs(found.lever_m) > 2 * (found.lever_sigma or 0.0)
+        lines.append(Found("wheel.lever_arm", arm, sure, far))
     return lines
