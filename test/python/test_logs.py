@@ -51,6 +51,24 @@ def test_arrays_equal_the_generated_classes(name: str, ragged: bool) -> None:
         assert wire.encode(name, arrays, 10) == payloads
 
 
+def test_a_foreign_message_costs_only_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another type's message and bytes of no type, in the middle of a channel."""
+    generator = np.random.default_rng(5)
+    log = EventLog(tmp_path / "log", "w")
+    for utime in range(5):
+        log.write_event(utime, "IMU", fill("imu_t", generator, 0).encode())
+        if utime == 2:
+            log.write_event(20, "IMU", fill("wheel_t", generator, 0).encode())
+            log.write_event(21, "IMU", b"who knows what")
+    log.close()
+    imu = logs.read(tmp_path / "log")["IMU"]
+    assert (imu["type"], imu["log_utime"].tolist()) == ("imu_t", [0, 1, 2, 3, 4])
+    assert imu["linear_acceleration"].shape == (5, 3)
+    assert "channel IMU: 2 messages that are no imu_t" in capsys.readouterr().err
+
+
 def test_log_by_channel(tmp_path: Path) -> None:
     generator = np.random.default_rng(5)
     status = message("status_t")()

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping
+from itertools import compress
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gprodom.console import warn
 from gprodom.errors import Error
 from gprodom.lcm import EventLog, wire
 from gprodom.lcm.messages import by_fingerprint, message
@@ -23,7 +26,8 @@ def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> 
 
     ``read(path)["IMU"]["angular_velocity"]`` is (n, 3). Times (``utime``) are int64 microseconds.
     Messages of variable structure (status_t, sfm_t, command_t) come decoded as a list in
-    ``"messages"``. Channels of foreign types are left out.
+    ``"messages"``. Channels of foreign types are left out; of a channel with messages of several
+    types those of the type that most have of ours are read, and the rest is counted in a warning.
     """
     if not Path(path).is_file():
         raise Error(f"{path}: no such log")
@@ -42,15 +46,19 @@ def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> 
     known = by_fingerprint()
     result: dict[str, Channel] = {}
     for channel, messages in payloads.items():
-        kinds = {data[:8] for data in messages}
-        if kinds.isdisjoint(known):
+        kinds = Counter(data[:8] for data in messages if data[:8] in known)
+        if not kinds:
             continue
-        if len(kinds) > 1:
-            raise Error(f"{path}: channel {channel} holds messages of {len(kinds)} types")
-        name = known[kinds.pop()]
+        [(kind, _)] = kinds.most_common(1)
+        name = known[kind]
+        ours = [data[:8] == kind for data in messages]
+        foreign = ours.count(False)
+        if foreign:
+            warn(f"{path}: channel {channel}: {foreign} messages that are no {name} are left out")
+        messages = list(compress(messages, ours))
         result[channel] = _decode(name, messages, f"{path}: channel {channel}")
         result[channel]["type"] = name
-        result[channel]["log_utime"] = np.array(stamps[channel], np.int64)
+        result[channel]["log_utime"] = np.array(list(compress(stamps[channel], ours)), np.int64)
     return result
 
 
