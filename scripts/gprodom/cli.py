@@ -35,6 +35,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.score.command",
     "gprodom.benchmark.command",
     "gprodom.calibrate.command",
+    "gprodom.export.command",
     "gprodom.plot.command",
     "gprodom.status.command",
 )

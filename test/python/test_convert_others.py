@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from gprodom.cli import main
-from gprodom.convert.bag import local_positions, wheel_distance
+from gprodom.convert.bag import wheel_distance
 from gprodom.convert.survey_files import read_line
 from gprodom.errors import Error
+from gprodom.geodesy import local_positions
 from gprodom.ground.survey import read_survey
 
 HUSKY = ("--imu", "/imu/data", "--wheel", "/husky_velocity_controller/odom", "--truth", "/fix")
@@ -69,6 +70,7 @@ def test_wheel_distance_of_poses_speeds_and_joints() -> None:
 
 def test_local_positions() -> None:
     """An arc second of latitude at the equator and at the pole; longitude by its parallel."""
+    pytest.importorskip("pyproj")
     second = 1 / 3600
     near = local_positions(np.array([[0.0, 10.0, 5.0], [second, 10.0 + second, 6.0]]))
     np.testing.assert_allclose(near[1], [30.922, 30.715, 1.0], atol=2e-3)

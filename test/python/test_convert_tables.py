@@ -226,6 +226,7 @@ def test_layouts_that_do_not_fit(
 
 
 def test_positions_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pyproj")
     time = drive()["time"][::100]
     north = np.arange(len(time)) * 1e-5
     fixes = table(tmp_path / "p.csv", "t,lat,lon", time, 45 + north, 7 + 0 * north)

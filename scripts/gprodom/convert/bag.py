@@ -17,12 +17,12 @@ from gprodom.convert.bag_reader import JOINTS, NEEDED, TRACE_FIELDS, choose_topi
 from gprodom.convert.cmu import VOLTS_PER_COUNT
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.errors import Error
+from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
 _RADAR_FACTS = ("sample_interval", "time_zero", "volts_per_count")
-_EARTH = (6378137.0, 6.69437999014e-3)  # WGS 84: half axis in m, eccentricity squared
 
 
 @dataclass(frozen=True)
@@ -164,21 +164,6 @@ def wheel_distance(time: Ints, values: list[tuple[float, ...]]) -> Floats:
         dx, dy = np.diff(table[:, 0]), np.diff(table[:, 1])
         steps = dx * np.cos(middle) + dy * np.sin(middle)
     return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def local_positions(fixes: Floats) -> Floats:
-    """East, north, up (n, 3), m, from the first of latitude, longitude (degrees), height (m)."""
-    latitude, longitude = np.radians(fixes[:, 0]), np.radians(fixes[:, 1])
-    axis, flat = _EARTH
-    bend = 1 - flat * np.sin(latitude[0]) ** 2
-    north_radius, east_radius = axis * (1 - flat) / bend**1.5, axis / np.sqrt(bend)
-    return np.column_stack(
-        [
-            (longitude - longitude[0]) * east_radius * np.cos(latitude[0]),
-            (latitude - latitude[0]) * north_radius,
-            fixes[:, 2] - fixes[0, 2],
-        ]
-    )
 
 
 def imu_stream(channel: str, time: Ints, acceleration: Floats, rate: Floats) -> Stream:

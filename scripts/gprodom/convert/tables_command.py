@@ -15,7 +15,6 @@ from gprodom.convert.any_table import read_source
 from gprodom.convert.bag import (
     gpr_stream,
     imu_stream,
-    local_positions,
     truth_stream,
     wheel_distance,
     wheel_stream,
@@ -26,6 +25,7 @@ from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.survey_files import SUFFIXES, read_line
 from gprodom.convert.table import Table
 from gprodom.errors import Error, UsageError
+from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.options import Subparsers, add_command, add_config_options
 

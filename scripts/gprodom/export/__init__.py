@@ -1,0 +1,1 @@
+"""The estimate in the formats of other programs."""

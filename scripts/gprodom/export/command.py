@@ -1,0 +1,130 @@
+"""``gprodom export``: an estimate in the formats of other programs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.arrays import Bools
+from gprodom.config import read_channels
+from gprodom.console import add_json_flag, print_json
+from gprodom.errors import Error, UsageError
+from gprodom.geodesy import Datum
+from gprodom.lcm import logs
+from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.score.sources import FRAMES, read_estimate
+from gprodom.trajectory import Trajectory, interpolate
+
+EXAMPLES = """\
+  gprodom export out.lcmlog --datum 52.3906,13.0645,40 --geojson path.geojson --gpx path.gpx
+  gprodom export out.lcmlog --radar in.lcmlog --traces traces.csv --segy survey.sgy
+"""
+
+DESCRIPTION = """\
+Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
+
+  --geojson  the path as a line of longitude, latitude and height
+  --gpx      the path as a track
+  --csv      a row for each pose; with --datum latitude, longitude and height, too
+  --traces   a row for each radar trace: time, x, y, z, sigma
+  --segy     the traces with their coordinates
+  --mcap     all of it for ROS 2 tools and Foxglove: odometry, path, transforms, status, radar
+  --rosbag   the same as a ROS 1 bag
+
+The first two want --datum: where the frame's origin lies, in degrees and metres, and the angle from
+east to its x axis, in degrees. Traces outside the estimate's time are left out and counted; --radar
+names the log that holds them, where OUT does not. pyproj, gpxpy and segyio are wanted for what they
+write (the extra `export`; Debian has them), rosbags for the last two (the extra `bag`).
+"""
+
+OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", "mcap", "rosbag")
+
+
+def parse_datum(text: str) -> Datum:
+    """LAT,LON[,HEIGHT[,YAW]]."""
+    try:
+        values = [float(part) for part in text.split(",")]
+        if not 2 <= len(values) <= 4 or not abs(values[0]) <= 90 or not abs(values[1]) <= 180:
+            raise ValueError
+        if not np.all(np.isfinite(values)):
+            raise ValueError
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected LAT,LON[,HEIGHT[,YAW]] in degrees, m and degrees"
+        ) from None
+    return Datum(*values)
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``export``."""
+    parser = add_command(
+        subparsers, "export", "write the estimate for other programs", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
+    for name in OUTPUTS:
+        parser.add_argument(f"--{name}", metavar="FILE", type=Path, help="see above")
+    parser.add_argument("--frame", choices=FRAMES, default="map", help="default %(default)s")
+    parser.add_argument(
+        "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
+    )
+    parser.add_argument("--radar", metavar="LOG", type=Path, help="log with the radar's traces")
+    add_config_options(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Writes what is asked for."""
+    wanted = [name for name in OUTPUTS if getattr(args, name) is not None]
+    if not wanted:
+        raise UsageError(f"nothing to do: give some of {', '.join('--' + n for n in OUTPUTS)}")
+    if args.datum is None and (args.geojson or args.gpx):
+        raise UsageError("--geojson and --gpx want --datum LAT,LON: where the frame's origin lies")
+    from gprodom.export.paths import write_csv, write_geojson, write_gpx, write_traces
+    from gprodom.export.ros import write_ros
+    from gprodom.export.segy import write_segy
+
+    channels = read_channels(args.config, args.overrides)
+    trajectory = read_estimate(args.log, args.frame, channels).trajectory
+    facts: dict[str, object] = {"poses": len(trajectory)}
+    if args.geojson:
+        write_geojson(args.geojson, trajectory, args.datum, args.log.stem)
+    if args.gpx:
+        write_gpx(args.gpx, trajectory, args.datum, args.log.stem)
+    if args.csv:
+        write_csv(args.csv, trajectory, args.datum)
+    if args.mcap or args.rosbag:
+        roles = channels.of("odometry", "odometry_map", "correction", "status", "gpr_trace")
+        found = logs.read_roles(args.log, roles)
+        if args.radar:
+            found |= logs.read_roles(args.radar, channels.of("gpr_trace"))
+        for path, one in ((args.mcap, False), (args.rosbag, True)):
+            if path:
+                facts["messages"] = write_ros(path, found, one)
+    if args.traces or args.segy:
+        radar = logs.need(
+            logs.read_roles(args.radar or args.log, channels.of("gpr_trace")), "gpr_trace"
+        )
+        poses, kept = poses_of_traces(trajectory, radar)
+        facts |= {"traces": len(poses), "traces_without_pose": int(np.count_nonzero(~kept))}
+        if args.traces:
+            write_traces(args.traces, poses)
+        if args.segy:
+            interval = float(radar["sample_interval"][0])
+            write_segy(args.segy, poses, np.stack(list(radar["samples"][kept])), interval)
+    if args.json:
+        print_json(facts)
+    else:
+        print(", ".join(f"{value} {name.replace('_', ' ')}" for name, value in facts.items()))
+    return 0
+
+
+def poses_of_traces(trajectory: Trajectory, radar: logs.Channel) -> tuple[Trajectory, Bools]:
+    """Poses at the traces' times, and which traces have one: those within the estimate's time."""
+    time = radar["utime"]
+    kept = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
+    if not kept.any():
+        raise Error("none of the traces was taken while there was an estimate")
+    return interpolate(trajectory, time[kept]), kept

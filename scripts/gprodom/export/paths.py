@@ -1,0 +1,98 @@
+"""A trajectory as GeoJSON, GPX and CSV, and a row for each radar trace."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.errors import Error
+from gprodom.files import write_bytes
+from gprodom.geodesy import Datum
+from gprodom.trajectory import Trajectory
+
+
+def moment(utime: int) -> datetime:
+    """The time of a stamp (us since 1970), exactly."""
+    return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=int(utime))
+
+
+def position_sigma(trajectory: Trajectory) -> Floats:
+    """Standard deviation of the position (n,), m, root of the covariance's trace; NaN: unknown."""
+    if trajectory.covariance is None:
+        return np.full(len(trajectory), np.nan)
+    variance = trajectory.covariance[:, [0, 1, 2], [0, 1, 2]].sum(axis=1)
+    return np.asarray(np.sqrt(np.maximum(variance, 0)))
+
+
+def write_geojson(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> None:
+    """One line of longitude, latitude, height (RFC 7946), with the times of its points."""
+    fixes = datum.to_geographic(trajectory.position)
+    feature = {
+        "type": "Feature",
+        "geometry": {
+            "type": "LineString",
+            "coordinates": [
+                [round(lon, 9), round(lat, 9), round(h, 4)] for lat, lon, h in fixes.tolist()
+            ],
+        },
+        "properties": {
+            "name": name,
+            "times": [moment(t).isoformat() for t in trajectory.time.tolist()],
+        },
+    }
+    content = {"type": "FeatureCollection", "features": [feature]}
+    write_bytes(path, (json.dumps(content) + "\n").encode())
+
+
+def write_gpx(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> None:
+    """A track of one segment."""
+    try:
+        from gpxpy import gpx
+    except ImportError:
+        raise Error(
+            "gpxpy is not installed: apt install python3-gpxpy, or pip install 'gprodom[export]'"
+        ) from None
+    document, track, segment = gpx.GPX(), gpx.GPXTrack(name=name), gpx.GPXTrackSegment()
+    for (lat, lon, height), time in zip(
+        datum.to_geographic(trajectory.position).tolist(), trajectory.time.tolist(), strict=True
+    ):
+        segment.points.append(gpx.GPXTrackPoint(lat, lon, elevation=height, time=moment(time)))
+    track.segments.append(segment)
+    document.tracks.append(track)
+    write_bytes(path, document.to_xml().encode())
+
+
+def write_csv(path: Path, trajectory: Trajectory, datum: Datum | None) -> None:
+    """Time (s), position (m), quaternion w x y z, sigma (m), and with a datum latitude, longitude
+    (degrees) and height (m)."""
+    q = trajectory.orientation
+    if q is None:
+        q = np.full((len(trajectory), 4), np.nan)
+    columns = [trajectory.position, q, position_sigma(trajectory)[:, None]]
+    header = "time,x,y,z,qw,qx,qy,qz,sigma"
+    if datum is not None:
+        columns.append(datum.to_geographic(trajectory.position))
+        header += ",latitude,longitude,height"
+    _write_rows(path, header, trajectory.time, np.hstack(columns))
+
+
+def write_traces(path: Path, poses: Trajectory) -> None:
+    """A row for each radar trace: time (s), x, y, z and sigma (m), to grid a survey by."""
+    rows = np.column_stack([poses.position, position_sigma(poses)])
+    _write_rows(path, "time,x,y,z,sigma", poses.time, rows)
+
+
+def _write_rows(path: Path, header: str, time: Ints, rows: Floats) -> None:
+    def lines() -> Iterable[str]:
+        yield header
+        for t, row in zip(time.tolist(), rows.tolist(), strict=True):
+            seconds, micro = divmod(int(t), 1_000_000)
+            cells = ("" if np.isnan(value) else f"{value:.10g}" for value in row)
+            yield f"{seconds}.{micro:06d},{','.join(cells)}"
+
+    write_bytes(path, ("\n".join(lines()) + "\n").encode())

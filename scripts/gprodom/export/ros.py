@@ -1,0 +1,220 @@
+"""An estimate as a recording for ROS tools: MCAP (ROS 2) or a ROS 1 bag, by rosbags; needs no ROS.
+
+Topics, as the ROS 1 node has them where it has them: gprodom/odometry and gprodom/odometry_map with
+covariances, gprodom/path, tf (map to odom to base_link), diagnostics, and gprodom/bscan, the last
+traces of the radar as a picture.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom.arrays import Ints
+from gprodom.errors import Error
+from gprodom.files import replacing
+from gprodom.lcm.logs import Channel
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+BODY, MAP, ODOM = "base_link", "map", "odom"
+SCAN_TRACES = 200  # of a picture of the radar
+SCAN_EVERY = 40  # traces from one picture to the next
+
+Entry = tuple[int, str, str, Any]  # time (us), topic, type, message
+
+
+class _Messages:
+    """ROS messages of what a log holds; `one`: ROS 1, whose headers have a number."""
+
+    def __init__(self, types: Any, one: bool) -> None:
+        self._types, self._one = types, one
+
+    def _make(self, kind: str, /, **fields: Any) -> Any:
+        return self._types[kind](**fields)
+
+    def _header(self, utime: int, frame: str) -> Any:
+        seconds, micro = divmod(int(utime), 1_000_000)
+        stamp = self._make("builtin_interfaces/msg/Time", sec=seconds, nanosec=micro * 1000)
+        more = {"seq": 0} if self._one else {}
+        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **more)
+
+    def _point(self, kind: str, xyz: Any) -> Any:
+        x, y, z = (float(value) for value in xyz)
+        return self._make(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+
+    def _quaternion(self, wxyz: Any) -> Any:
+        w, x, y, z = (float(value) for value in wxyz)
+        return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def _pose(self, position: Any, orientation: Any) -> Any:
+        return self._make(
+            "geometry_msgs/msg/Pose",
+            position=self._point("Point", position),
+            orientation=self._quaternion(orientation),
+        )
+
+    def odometry(self, content: Channel, frame: str, topic: str) -> Iterator[Entry]:
+        """nav_msgs/Odometry of a channel of odometry_t."""
+        for i, utime in enumerate(content["utime"].tolist()):
+            pose = self._make(
+                "geometry_msgs/msg/PoseWithCovariance",
+                pose=self._pose(content["position"][i], content["orientation"][i]),
+                covariance=np.array(content["pose_covariance"][i], np.float64),
+            )
+            spread = np.zeros((6, 6))
+            spread[:3, :3] = content["velocity_covariance"][i].reshape(3, 3)
+            twist = self._make(
+                "geometry_msgs/msg/Twist",
+                linear=self._point("Vector3", content["velocity"][i]),
+                angular=self._point("Vector3", content["angular_velocity"][i]),
+            )
+            twist = self._make(
+                "geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=spread.ravel()
+            )
+            message = self._make(
+                "nav_msgs/msg/Odometry",
+                header=self._header(utime, frame),
+                child_frame_id=BODY,
+                pose=pose,
+                twist=twist,
+            )
+            yield utime, topic, "nav_msgs/msg/Odometry", message
+
+    def transforms(self, content: Channel, parent: str, child: str) -> Iterator[Entry]:
+        """tf2_msgs/TFMessage of a channel with position and orientation of `child` in `parent`."""
+        for i, utime in enumerate(content["utime"].tolist()):
+            transform = self._make(
+                "geometry_msgs/msg/Transform",
+                translation=self._point("Vector3", content["position"][i]),
+                rotation=self._quaternion(content["orientation"][i]),
+            )
+            stamped = self._make(
+                "geometry_msgs/msg/TransformStamped",
+                header=self._header(utime, parent),
+                child_frame_id=child,
+                transform=transform,
+            )
+            yield utime, "/tf", TRANSFORMS, self._make(TRANSFORMS, transforms=[stamped])
+
+    def path(self, content: Channel, frame: str) -> Iterator[Entry]:
+        """The whole way in one nav_msgs/Path, at its end."""
+        poses = [
+            self._make(
+                "geometry_msgs/msg/PoseStamped",
+                header=self._header(utime, frame),
+                pose=self._pose(content["position"][i], content["orientation"][i]),
+            )
+            for i, utime in enumerate(content["utime"].tolist())
+        ]
+        end = int(content["utime"][-1])
+        message = self._make("nav_msgs/msg/Path", header=self._header(end, frame), poses=poses)
+        yield end, "/gprodom/path", "nav_msgs/msg/Path", message
+
+    def diagnostics(self, content: Channel) -> Iterator[Entry]:
+        """diagnostic_msgs/DiagnosticArray of status_t."""
+        array = "diagnostic_msgs/msg/DiagnosticArray"
+        for status in content["messages"]:
+            values = [
+                self._make("diagnostic_msgs/msg/KeyValue", key=key, value=f"{value:g}")
+                for key, value in zip(status.names, status.values, strict=True)
+            ]
+            one = self._make(
+                "diagnostic_msgs/msg/DiagnosticStatus",
+                level=int(status.health),
+                name="gprodom",
+                message="; ".join(status.reasons) or "ok",
+                hardware_id="",
+                values=values,
+            )
+            header = self._header(status.utime, "")
+            yield (
+                status.utime,
+                "/diagnostics",
+                array,
+                self._make(array, header=header, status=[one]),
+            )
+
+    def scans(self, radar: Channel) -> Iterator[Entry]:
+        """sensor_msgs/Image, mono8: a column a trace, the mean trace of each picture taken out."""
+        samples = np.stack(list(radar["samples"])).astype(np.float64)
+        for end in range(SCAN_TRACES, len(samples) + 1, SCAN_EVERY):
+            grey = as_grey(samples[end - SCAN_TRACES : end])
+            utime = int(radar["utime"][end - 1])
+            message = self._make(
+                "sensor_msgs/msg/Image",
+                header=self._header(utime, BODY),
+                height=grey.shape[0],
+                width=grey.shape[1],
+                encoding="mono8",
+                is_bigendian=0,
+                step=grey.shape[1],
+                data=grey.ravel(),
+            )
+            yield utime, "/gprodom/bscan", "sensor_msgs/msg/Image", message
+
+
+def as_grey(traces: Any) -> Ints:
+    """(samples, n) uint8 of traces (n, samples): 128 is none, the strongest hundredth is full."""
+    echoes = (traces - traces.mean(axis=0)).T
+    reach = max(float(np.quantile(np.abs(echoes), 0.99)), 1e-9)
+    return np.asarray(np.clip(np.rint(127.5 + 127.5 * echoes / reach), 0, 255), np.uint8)
+
+
+def write_ros(path: Path, channels: dict[str, Channel], one: bool) -> int:
+    """Writes a ROS 1 bag (`one`) or an MCAP file; returns how many messages it holds.
+
+    channels: of a log, by role; what is not there is left out.
+    """
+    try:
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    except ImportError:
+        raise Error("the rosbags library is not installed: pip install 'gprodom[bag]'") from None
+    store = get_typestore(Stores.ROS1_NOETIC if one else Stores.ROS2_HUMBLE)
+    if TRANSFORMS not in store.types:  # no part of what rosbags knows of ROS 1
+        transforms = "geometry_msgs/TransformStamped[] transforms"
+        store.register(get_types_from_msg(transforms, TRANSFORMS))
+    entries = sorted(_entries(_Messages(store.types, one), channels), key=lambda entry: entry[0])
+    with replacing(path) as part, tempfile.TemporaryDirectory(dir=path.parent) as name:
+        made = Path(name) / "bag"
+        _write(made, store, entries, one)
+        (file,) = [made] if one else made.glob("*.mcap")
+        file.replace(part)
+    return len(entries)
+
+
+def _entries(make: _Messages, channels: dict[str, Channel]) -> Iterator[Entry]:
+    if "odometry" in channels:
+        yield from make.odometry(channels["odometry"], ODOM, "/gprodom/odometry")
+        yield from make.transforms(channels["odometry"], ODOM, BODY)
+    if "odometry_map" in channels:
+        yield from make.odometry(channels["odometry_map"], MAP, "/gprodom/odometry_map")
+        yield from make.path(channels["odometry_map"], MAP)
+        if "odometry" not in channels:
+            yield from make.transforms(channels["odometry_map"], MAP, BODY)
+    if "correction" in channels:
+        yield from make.transforms(channels["correction"], MAP, ODOM)
+    if "status" in channels:
+        yield from make.diagnostics(channels["status"])
+    if "gpr_trace" in channels:
+        yield from make.scans(channels["gpr_trace"])
+
+
+def _write(path: Path, store: Any, entries: list[Entry], one: bool) -> None:
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+
+    made: Any = (
+        Writer1(path) if one else Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP)
+    )
+    serialize = store.serialize_ros1 if one else store.serialize_cdr
+    known: dict[str, Any] = {}
+    with made as writer:
+        for utime, topic, kind, message in entries:
+            if topic not in known:
+                known[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(known[topic], utime * 1000, serialize(message, kind))

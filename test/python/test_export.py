@@ -1,0 +1,206 @@
+"""What other programs read of an estimate, read back by their own libraries."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gprodom.cli import main
+from gprodom.convert.bag import gpr_stream
+from gprodom.geodesy import Datum
+from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.lcm.messages import message
+
+START = 1_700_000_000_000_000
+COUNT = 50  # poses, ten a second
+DATUM = "52.3906,13.0645,40,90"  # x points north
+INTERVAL = 3.125e-10  # s
+
+
+def position(seconds: np.ndarray) -> np.ndarray:
+    """The path (n, 3), m: straight ahead at 2 m/s, up by 0.1 m/s."""
+    return np.column_stack([2.0 * seconds, 0.0 * seconds, 0.1 * seconds])
+
+
+def more() -> list[Stream]:
+    """A status, an estimate in odom a bit off the one in map, and a correction."""
+    status, pose = message("status_t")(), message("odometry_t")()
+    status.utime, status.health, status.num_reasons, status.reasons = START, 1, 1, ["no radar"]
+    status.num_values, status.names, status.values = 1, ["solver.mean_ms"], [1.5]
+    pose.utime, pose.frame, pose.position = START + 1, "odom", [1 / 3, -2 / 7, 0.125]
+    pose.orientation, pose.velocity = [0.8, 0.0, 0.0, 0.6], [0.5, 0.0, 0.0]
+    correction = message("correction_t")()
+    correction.utime, correction.position = START + 2, [0.1, 0.2, 0.3]
+    correction.orientation = [0.6, 0.0, 0.0, 0.8]
+    sent = (("STATUS", status), ("ODOMETRY", pose), ("CORRECTION", correction))
+    return [Stream(name, np.array([each.utime]), [each.encode()]) for name, each in sent]
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """An estimate, and traces at 20 Hz that begin a second before it."""
+    time = START + 100_000 * np.arange(COUNT)
+    poses = []
+    for t, place in zip(time.tolist(), position((time - START) * 1e-6).tolist(), strict=True):
+        pose = message("odometry_t")()
+        pose.utime, pose.frame, pose.position, pose.orientation = t, "map", place, [1, 0, 0, 0]
+        pose.pose_covariance = np.diag([0.01, 0.02, 0.06, 0, 0, 0]).ravel().tolist()
+        poses.append(pose.encode())
+    traces = START - 1_000_000 + 50_000 * np.arange(60)
+    samples = np.random.default_rng(1).integers(-30000, 30000, (60, 16))
+    radar = gpr_stream("GPR_TRACE", traces, samples, INTERVAL, 0.0)
+    write_log(tmp_path / "out.lcmlog", [Stream("ODOMETRY_MAP", time, poses), radar, *more()])
+    return tmp_path / "out.lcmlog"
+
+
+def export(log: Path, option: str, *more: str) -> Path:
+    """The file that the option makes."""
+    path = log.parent / f"made.{option}"
+    assert main(["export", str(log), f"--{option}", str(path), *more]) == 0
+    return path
+
+
+def check_fixes(fixes: np.ndarray) -> None:
+    """Longitude and latitude of the first and the last pose: 9.8 m to the north."""
+    np.testing.assert_allclose(fixes[0, :2], [13.0645, 52.3906], atol=1e-8)
+    metre = 1 / 111_271.0  # degrees of latitude there
+    np.testing.assert_allclose(fixes[-1, :2], [13.0645, 52.3906 + 9.8 * metre], atol=1e-8)
+
+
+def test_geojson(log: Path) -> None:
+    pytest.importorskip("pyproj")
+    content = json.loads(export(log, "geojson", "--datum", DATUM).read_text())
+    (feature,) = content["features"]
+    assert (content["type"], feature["geometry"]["type"]) == ("FeatureCollection", "LineString")
+    fixes = np.array(feature["geometry"]["coordinates"])
+    assert fixes.shape == (COUNT, 3)
+    check_fixes(fixes)
+    assert fixes[-1, 2] - fixes[0, 2] == pytest.approx(0.49, abs=1e-3)
+    assert feature["properties"]["times"][1] == "2023-11-14T22:13:20.100000+00:00"
+
+
+def test_gpx(log: Path) -> None:
+    pytest.importorskip("pyproj")
+    gpxpy = pytest.importorskip("gpxpy")
+    (track,) = gpxpy.parse(export(log, "gpx", "--datum", DATUM).read_text()).tracks
+    points = track.segments[0].points
+    check_fixes(np.array([[p.longitude, p.latitude] for p in points]))
+    assert points[1].time.timestamp() == pytest.approx(START * 1e-6 + 0.1)
+
+
+def test_csv(log: Path) -> None:
+    with export(log, "csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["time", "x", "y", "z", "qw", "qx", "qy", "qz", "sigma"]
+    np.testing.assert_allclose([float(row["x"]) for row in rows], 0.2 * np.arange(COUNT))
+    assert rows[3]["time"] == "1700000000.300000"
+    assert float(rows[0]["sigma"]) == pytest.approx(0.3)
+
+
+def test_csv_with_a_datum(log: Path) -> None:
+    pytest.importorskip("pyproj")
+    with export(log, "csv", "--datum", DATUM).open() as file:
+        rows = list(csv.DictReader(file))
+    check_fixes(np.array([[float(row["longitude"]), float(row["latitude"])] for row in rows]))
+
+
+def test_a_row_for_each_trace(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The traces before the first pose are left out, and counted."""
+    with export(log, "traces").open() as file:
+        rows = list(csv.DictReader(file))
+    assert "40 traces, 20 traces without pose" in capsys.readouterr().out
+    np.testing.assert_allclose([float(row["x"]) for row in rows], 0.1 * np.arange(40), atol=1e-9)
+    assert rows[1]["time"] == "1700000000.050000"
+
+
+def test_segy(log: Path) -> None:
+    segyio = pytest.importorskip("segyio")
+    from gprodom.lcm.logs import read
+
+    with segyio.open(str(export(log, "segy")), ignore_geometry=True) as file:
+        assert file.tracecount == 40
+        samples = read(log)["GPR_TRACE"]["samples"][20:]
+        np.testing.assert_array_equal(file.trace.raw[:], samples)
+        header = file.header[21]
+        assert header[segyio.TraceField.SourceGroupScalar] == -100
+        assert header[segyio.TraceField.SourceX] == 210  # cm, after 1.05 s
+        assert header[segyio.TraceField.ReceiverGroupElevation] == 10  # 10.5, rounded to even
+        assert header[segyio.TraceField.TRACE_SAMPLE_INTERVAL] == 312  # ps
+        assert header[segyio.TraceField.SecondOfMinute] == 21
+        assert file.bin[segyio.BinField.Interval] == 312
+        assert b"3.125e-10 s" in bytes(file.text[0])
+
+
+def test_mcap_by_another_reader(log: Path) -> None:
+    """The same poses to the last bit, with stamps, frames and covariances."""
+    pytest.importorskip("rosbags")
+    pytest.importorskip("mcap_ros2")
+    from mcap_ros2.reader import read_ros2_messages
+
+    found: dict[str, list] = {}
+    for each in read_ros2_messages(str(export(log, "mcap"))):
+        found.setdefault(each.channel.topic, []).append(each.ros_msg)
+    assert {topic: len(each) for topic, each in found.items()} == {
+        "/gprodom/odometry_map": COUNT, "/gprodom/odometry": 1, "/gprodom/path": 1, "/tf": 2,
+        "/diagnostics": 1,
+    }  # fmt: skip
+    poses = found["/gprodom/odometry_map"]
+    places = np.array([[p.pose.pose.position.x, p.pose.pose.position.z] for p in poses])
+    expected = position((100_000 * np.arange(COUNT)) * 1e-6)[:, [0, 2]]
+    np.testing.assert_allclose(places, expected, atol=1e-12)
+    assert poses[1].header.stamp.nanosec == 100_000_000
+    assert (poses[0].header.frame_id, poses[0].child_frame_id) == ("map", "base_link")
+    assert poses[0].pose.covariance[7] == 0.02
+    (odom,) = found["/gprodom/odometry"]
+    assert (odom.pose.pose.position.x, odom.pose.pose.orientation.z) == (1 / 3, 0.6)
+    assert odom.twist.twist.linear.x == 0.5
+    assert [t.transforms[0].header.frame_id for t in found["/tf"]] == ["odom", "map"]
+    assert len(found["/gprodom/path"][0].poses) == COUNT
+    assert found["/diagnostics"][0].status[0].message == "no radar"
+
+
+@pytest.mark.parametrize("kind", ["mcap", "rosbag"])
+def test_recordings_for_ros(kind: str, log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read back by rosbags; the radar is a picture."""
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    monkeypatch.setattr("gprodom.export.ros.SCAN_TRACES", 20)
+    made = export(log, kind)
+    if kind == "rosbag":
+        made = made.rename(made.with_suffix(".bag"))
+    with highlevel.AnyReader([made]) as reader:
+        found = {c.topic: reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()}
+    assert found["/gprodom/odometry_map"].pose.pose.position.x == pytest.approx(9.8)
+    assert found["/diagnostics"].status[0].level == 1
+    scan = found["/gprodom/bscan"]
+    assert (scan.height, scan.width, scan.encoding) == (16, 20, "mono8")
+    assert len(scan.data) == 320
+
+
+def test_there_and_back() -> None:
+    pytest.importorskip("pyproj")
+    datum = Datum(-33.9, 151.2, 12.0, 30.0)
+    places = np.random.default_rng(1).normal(0, 500, (20, 3))
+    np.testing.assert_allclose(datum.to_local(datum.to_geographic(places)), places, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "nothing to do"),
+        (["--gpx", "a.gpx"], "want --datum"),
+        (["--geojson", "a", "--datum", "95,0"], "expected LAT,LON"),
+    ],
+)
+def test_bad_usage(
+    arguments: list[str], said: str, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        code = main(["export", str(log), *arguments])
+    except SystemExit as ended:
+        code = ended.code
+    assert code == 2
+    assert said in capsys.readouterr().err
