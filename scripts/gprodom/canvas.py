@@ -56,7 +56,8 @@ h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
 th, td { padding: 0.25rem 0.7rem; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child { text-align: left; white-space: nowrap; }
+td.prose { text-align: left; }
 tr.mean td { font-weight: 600; border-top: 2px solid #999; }
 img { max-width: 100%; height: auto; } figure { margin: 1rem 0; }
 figcaption, .note { color: #555; font-size: 0.9rem; }
@@ -83,13 +84,24 @@ def picture(data: bytes, caption: str) -> str:
     )
 
 
+def is_prose(text: str) -> bool:
+    """Whether a cell holds words: two or more, the first no figure."""
+    words = text.split()
+    return len(words) > 1 and not any(c.isdigit() for c in words[0]) and words[0] not in "-±"
+
+
 def table(
     header: Sequence[str], rows: Sequence[Sequence[str]], emphasised: Sequence[int] = ()
 ) -> str:
-    """A table of ready-made texts; rows listed in `emphasised` stand out."""
+    """A table of ready-made texts; rows listed in `emphasised` stand out. Figures stand to the
+    right, prose to the left."""
 
     def line(cells: Sequence[str], tag: str) -> str:
-        return "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells)
+        kinds = [" class=prose" if tag == "td" and is_prose(cell) else "" for cell in cells]
+        return "".join(
+            f"<{tag}{kind}>{html.escape(cell)}</{tag}>"
+            for cell, kind in zip(cells, kinds, strict=True)
+        )
 
     body = "".join(
         f"<tr{' class=mean' if i in emphasised else ''}>{line(row, 'td')}</tr>\n"

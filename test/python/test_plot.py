@@ -10,11 +10,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from conftest import CHECKOUT, line
+from gprodom import canvas
 from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.convert.cmu import read_recording
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.messages import message
+from gprodom.plot.log import log_figure
 from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import find_revisits
 
@@ -107,3 +109,31 @@ def test_revisits_are_the_valid_ones(
         np.testing.assert_allclose(line(pairs, label), [[now], [then]])
     gaps = [float(each.get_ydata()[0]) for each in apart.get_lines()]
     assert gaps == pytest.approx([2 * np.sin(50 / 16)] * 2, abs=1e-9)
+
+
+def test_lines_of_a_log_differ_without_colour_and_have_their_legend_aside() -> None:
+    """Printed in grey the lines are told apart, and no legend lies on them."""
+    n = 200
+    time = 1_000_000 + 100_000 * np.arange(n)
+    covariance = np.tile(np.diag([0.1] * 6).ravel(), (n, 1))
+    odometry = {
+        "utime": time,
+        "velocity": np.ones((n, 3)),
+        "pose_covariance": covariance,
+        "flags": np.zeros(n, np.int32),
+    }
+    wheel = {"utime": time, "ticks": np.arange(n), "metres_per_tick": np.full(n, 0.1)}
+    figure = log_figure({"odometry": odometry, "wheel": wheel}, "a log")
+    figure.draw_without_rendering()
+    for axis in figure.axes[:2]:
+        styles = [line.get_linestyle() for line in axis.get_lines()]
+        assert len(styles) == len(set(styles)) == 2
+        legend = axis.get_legend()
+        assert legend is not None
+        assert legend.get_window_extent().x0 >= axis.get_window_extent().x1 - 1
+
+
+def test_prose_of_a_table_stands_left_and_names_in_one_line() -> None:
+    page = canvas.table(["name", "m", "why"], [["a-b", "0.3 m", "no pose at all"]])
+    assert "<td>0.3 m</td><td class=prose>no pose at all</td>" in page
+    assert "td:first-child { text-align: left; white-space: nowrap; }" in canvas.STYLE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# A legend right of its axes, where no data lie.
+BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
@@ -52,11 +54,12 @@ def _draw_speed(
         ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
         behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
         colour = canvas.COLOURS[1]
-        axis.plot(clock, (ahead - behind) / SPEED_SPAN_S, color=colour, lw=0.8, label="wheel")
+        speed = (ahead - behind) / SPEED_SPAN_S
+        axis.plot(clock, speed, color=colour, lw=0.8, ls="--", label="wheel")
     speed = log["odometry"]["velocity"][:, 0]
     axis.plot(seconds, speed, color=canvas.COLOURS[0], lw=0.8, label="estimate")
     axis.set_ylabel("forward speed (m/s)")
-    axis.legend(loc="upper right", frameon=False, ncols=2)
+    axis.legend(**BESIDE)
 
 
 def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]) -> None:
@@ -64,10 +67,10 @@ def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]
     position = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
     yaw = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
     axis.plot(seconds, position, color=canvas.COLOURS[0], lw=1.0, label="position (m)")
-    axis.plot(seconds, yaw, color=canvas.COLOURS[2], lw=1.0, label="yaw (degrees)")
+    axis.plot(seconds, yaw, color=canvas.COLOURS[2], lw=1.0, ls="--", label="yaw (degrees)")
     axis.set_ylabel("standard deviation")
     axis.set_ylim(bottom=0)
-    axis.legend(loc="upper left", frameon=False, ncols=2)
+    axis.legend(**BESIDE)
 
 
 def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:
