@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gprodom.cli import main
+from gprodom.convert.layout import read_layout
 from gprodom.lcm.logs import read
 
 START = 1_700_000_000.0
@@ -251,3 +252,13 @@ def test_traces_of_a_survey_file(tmp_path: Path, capsys: pytest.CaptureFixture[s
     table(tmp_path / "t.csv", "t", made["time"][:50:5])
     said = refused(tmp_path, capsys, *arguments, "--gpr-times", str(times))
     assert "800 traces, but 10 rows" in said
+
+
+def test_the_layout_in_the_docs_is_one(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text()
+    (tmp_path / "robot.yaml").write_text(text.split("```yaml\n")[1].split("```")[0])
+    layout = read_layout(tmp_path / "robot.yaml", {}, Path("drive.csv"))
+    assert set(layout.sources) == {"imu", "wheel_counts", "gpr", "position"}
+    assert layout.sources["imu"].file == Path("drive.csv")
+    assert layout.sources["gpr"].file == tmp_path / "radar.csv"
+    assert layout.factor("acceleration_unit") == pytest.approx(9.80665)
