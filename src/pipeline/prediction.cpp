@@ -3,12 +3,18 @@
 namespace gprodom {
 
 void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu) {
+  const bool was_lost = lost();
   base_ = base;
   noise_ = noise;
   since_ = ImuPreintegration(noise, base.state.gyro_bias, base.state.accel_bias);
   bridged_s_ = 0.0;
-  if (time_ == 0) time_ = base.state.time;
+  if (time_ == 0) {
+    time_ = base.state.time;
+    p_counted_odom_ = base.state.p_odom;
+  }
   integrate(imu, base.state.time, time_);
+  // The way across the gap is known now: its straight line is the least that was driven.
+  if (was_lost && !lost()) distance_m_ += (position() - p_counted_odom_).norm();
 }
 
 void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
@@ -24,6 +30,7 @@ OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {
   integrate(imu, time_, now);
   OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, gravity_);
   if (!base_.standing && !lost()) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
+  if (!lost()) p_counted_odom_ = estimate.p_odom_body;
   time_ = now;
   estimate.time = now;
   estimate.omega_body = omega_body_;

@@ -40,6 +40,8 @@ class Prediction {
   TimeNs time_ = 0;
   Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();
   double distance_m_ = 0.0;  // published so far
+  // How far the distance is counted: the newest estimate that rests on no state before a gap.
+  Eigen::Vector3d p_counted_odom_ = Eigen::Vector3d::Zero();
 };
 
 // The first state as if a solve had ended with it.

@@ -179,5 +179,21 @@ TEST_F(ResumeTest, APoseOfTheFutureIsNot) {  // the clock was set back meanwhile
   EXPECT_FALSE(after(-20.0, {}).has("resumed"));
 }
 
+// Of a robot whose IMU is silent from 8 s to 10 s, while it drives 1.2 m.
+TEST(DistanceTest, WhatIsDrivenInAGapOfTheImuCounts) {
+  const Config config = default_config();
+  std::vector<Input> inputs = there_and_back(1);
+  Odometry whole(config);
+  const double driven_m = run(whole, inputs).odometry.back().distance_m;
+  const auto silent = [](const Input& input) {
+    const auto* imu = std::get_if<ImuSample>(&input);
+    const double t = imu ? to_seconds(imu->time - kDriveStart) : 0.0;
+    return t > 8.0 && t < 10.0;
+  };
+  inputs.erase(std::remove_if(inputs.begin(), inputs.end(), silent), inputs.end());
+  Odometry with_gap(config);
+  EXPECT_NEAR(run(with_gap, inputs).odometry.back().distance_m, driven_m, 0.3);
+}
+
 }  // namespace
 }  // namespace gprodom
