@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "estimation/block_products.h"
 
@@ -32,6 +33,11 @@ double total_cost(const Factor& factor, const Residual& r) {
   for (int i = 0; i < r.size(); ++i) sum += robust_cost(r[i], factor.robust_threshold(i));
   return sum;
 }
+
+// Heading and position, in the order of common_information().
+constexpr int kCommonRows[] = {row::kTheta + 2, row::kP, row::kP + 1, row::kP + 2};
+
+constexpr double kRounding = 1.1;  // of an information
 
 // Columns in row units.
 void scale_columns(Jacobian& J) {
@@ -70,6 +76,30 @@ void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb) 
 FixedLagSmoother::FixedLagSmoother(const SmootherOptions& options, const NavState& first,
                                    MarginalPrior prior)
     : options_(options), states_{first}, prior_(std::move(prior)) {}
+
+// The errors that nothing measures are the same directions for every state (nav_state.h).
+Eigen::Vector4d FixedLagSmoother::common_information(const MarginalPrior& prior) {
+  Eigen::Vector4d information;
+  for (int i = 0; i < 4; ++i) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(prior.A.rows());
+    for (int k = 0; k < prior.states(); ++k) sum += prior.A.col(k * kStateDim + kCommonRows[i]);
+    information[i] = sum.squaredNorm();
+  }
+  return information;
+}
+
+// What is known of the newest state's heading and place cannot be more than of all of the window's
+// in common, and that is the prior's.
+bool FixedLagSmoother::claims_too_much() const {
+  const Eigen::Vector4d known = common_information(prior_);
+  static const StateVector units = row_units();
+  const auto L = block(L_, g_.size() - 1, g_.size() - 1).triangularView<Eigen::Lower>();
+  for (int i = 0; i < 4; ++i) {
+    const StateVector direction = StateVector::Unit(kCommonRows[i]) / units[kCommonRows[i]];
+    if ((L.transpose() * direction).squaredNorm() > kRounding * known[i]) return true;
+  }
+  return false;
+}
 
 FixedLagSmoother::StateId FixedLagSmoother::add_state(const NavState& predicted) {
   if (predicted.time <= newest().time)
@@ -190,11 +220,37 @@ double FixedLagSmoother::solve_step(std::vector<StateVector>& step) const {
   return decrease;
 }
 
+// The states in a frame whose origin lies `by` further on, and the prior in the chart there, which
+// turns about that origin: rho there is rho + theta x by.
+void FixedLagSmoother::shift_origin(const Eigen::Vector3d& by) {
+  for (NavState& x : states_) x.p_odom -= by;
+  for (NavState& x : prior_.x0) x.p_odom -= by;
+  for (int i = 0; i < prior_.states(); ++i) {
+    const Eigen::MatrixXd turned = prior_.A.middleCols<3>(i * kStateDim + row::kP) * so3::skew(by);
+    prior_.A.middleCols<3>(i * kStateDim + row::kTheta) += turned;
+  }
+}
+
+// Far from the origin a small turn of one state against the next is a long way, to second order
+// further than wheel and IMU allow. So the solution is made where the robot is.
 SolveSummary FixedLagSmoother::solve() {
+  const Eigen::Vector3d here = newest().p_odom;
+  shift_origin(here);
+  const SolveSummary summary = solve_at_origin();
+  shift_origin(-here);
+  if (summary.usable) {
+    StateMatrix to_odom = StateMatrix::Identity();
+    to_odom.block<3, 3>(row::kP, row::kTheta) = so3::skew(here);
+    newest_covariance_ = (to_odom * newest_covariance_ * to_odom.transpose()).eval();
+  }
+  return summary;
+}
+
+SolveSummary FixedLagSmoother::solve_at_origin() {
   SolveSummary summary;
   std::vector<StateVector> step;
   States trial(states_.size());
-  double damping = 0, expected = 0;
+  double damping = 0, damping_of_factor = 0, expected = 0;
   summary.cost = linearise(states_);
   while (summary.steps < options_.max_iterations) {
     if (!std::isfinite(summary.cost)) return summary;
@@ -203,6 +259,7 @@ SolveSummary FixedLagSmoother::solve() {
       ++summary.steps;
       continue;
     }
+    damping_of_factor = damping;
     expected = solve_step(step);
     std::transform(states_.begin(), states_.end(), step.begin(), trial.begin(), retract);
     const double trial_cost = cost(trial);
@@ -211,6 +268,7 @@ SolveSummary FixedLagSmoother::solve() {
     if (std::isfinite(trial_cost) && trial_cost <= summary.cost * (1 + 1e-12) + 1e-9) {
       ++summary.accepted;
       states_.swap(trial);
+      prior_.move_to(states_.data());
       summary.cost = trial_cost;
       summary.usable = true;
       damping = 0;
@@ -221,7 +279,9 @@ SolveSummary FixedLagSmoother::solve() {
     }
   }
   if (!summary.usable) return summary;
-  if (damping > 0 && !eliminate(0)) return summary;
+  // Damping is no knowledge: the covariance comes from the equations without it, also where the
+  // last step that was accepted needed some.
+  if (damping_of_factor > 0 && !eliminate(0)) return summary;
   static const StateVector units = row_units();
   const StateMatrix L_inverse = block(L_, g_.size() - 1, g_.size() - 1)
                                     .triangularView<Eigen::Lower>()
@@ -229,12 +289,14 @@ SolveSummary FixedLagSmoother::solve() {
   const StateMatrix inverse =
       units.asDiagonal() * (L_inverse.transpose() * L_inverse) * units.asDiagonal();
   newest_covariance_ = 0.5 * (inverse + inverse.transpose());
+  summary.unfounded = std::exchange(prior_gained_, false) || claims_too_much();
   return summary;
 }
 
 void FixedLagSmoother::marginalise() {
   const TimeNs horizon = newest().time - from_seconds(options_.lag_s);
   while (states_.size() > 1 && states_.front().time < horizon) {
+    const Eigen::Vector4d known = common_information(prior_);
     // The prior on the states 1..n that the oldest is tied to, and the rows that go into it.
     const auto end = std::find_if(links_.begin(), links_.end(),
                                   [this](const Link& link) { return link.a > first_id_; });
@@ -265,6 +327,8 @@ void FixedLagSmoother::marginalise() {
     }
     eliminate_first_state(std::move(J), std::move(r), prior_.A, prior_.b);
     prior_.x0.assign(states_.begin() + 1, states_.begin() + static_cast<long>(held));
+    const Eigen::Array4d now_known = common_information(prior_);
+    prior_gained_ |= (now_known > kRounding * known.array()).any();
     links_.erase(links_.begin(), end);
     states_.erase(states_.begin());
     ++first_id_;

@@ -28,6 +28,9 @@ struct SolveSummary {
   int steps = 0;        // tried
   int accepted = 0;
   double cost = 0.0;  // half the sum of squared (robust) residuals
+  // The covariance claims to know place or heading better than the prior did. No factor measures
+  // them, so this is a fault of the solver or of a factor.
+  bool unfounded = false;
 };
 
 class FixedLagSmoother {
@@ -64,6 +67,11 @@ class FixedLagSmoother {
   };
   using States = std::vector<NavState>;
 
+  // Of heading and position (x, y, z) of the whole window, 1/rad^2 and 1/m^2.
+  static Eigen::Vector4d common_information(const MarginalPrior& prior);
+  bool claims_too_much() const;
+  void shift_origin(const Eigen::Vector3d& by);
+  SolveSummary solve_at_origin();
   double cost(const States& x) const;
   double linearise(const States& x);  // fills H_ and g_ in units of their own, returns the cost
   bool eliminate(double damping);     // H_ -> L_; false where not positive definite
@@ -81,6 +89,7 @@ class FixedLagSmoother {
   States states_;
   std::vector<Link> links_;  // ordered by a
   MarginalPrior prior_;
+  bool prior_gained_ = false;  // by marginalising
   StateMatrix newest_covariance_ = StateMatrix::Zero();
 
   // Workspace, kept between solves. Of blocks on the diagonal only the lower triangle counts.

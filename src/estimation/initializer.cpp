@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 namespace gprodom {
 
@@ -29,16 +30,45 @@ std::string refuse(const char* format, double value, double limit) {
   return text;
 }
 
-std::string reason_against(const Config& config, const Moments& gyro, const Moments& accel,
-                           double wheel_moved_m) {
+// Deviation of the means over four parts of the samples' time, the largest of the axes.
+double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*field) {
+  constexpr size_t kParts = 4;
+  std::vector<Vector3d> means;
+  for (size_t i = 0; i < kParts; ++i) {
+    const auto part = [&](size_t k) {
+      return samples.begin() + static_cast<long>(k * samples.size() / kParts);
+    };
+    Vector3d sum = Vector3d::Zero();
+    for (auto s = part(i); s != part(i + 1); ++s) sum += (*s).*field;
+    means.emplace_back(sum / static_cast<double>(part(i + 1) - part(i)));
+  }
+  Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero();
+  for (const Vector3d& m : means) mean += m / kParts;
+  for (const Vector3d& m : means) square += (m - mean).cwiseAbs2() / (kParts - 1.0);
+  return std::sqrt(square.maxCoeff());
+}
+
+// A wheel speed without a sign shows its noise at rest (a car's, by a gyro on the wheel: 0.011).
+constexpr double kRestingWheel = 0.02;  // m/s
+// Of the IMU's means over half a second, where the wheel stands: a robot that is pushed, or rolls,
+// turns or speeds up by more than this.
+constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
+
+std::string reason_against(const Config& config, const std::vector<ImuSample>& samples,
+                           const Moments& gyro, const Moments& accel, const WheelAtStart& wheel) {
   const InitializerConfig& c = config.initializer;
-  if (std::abs(wheel_moved_m) > 2 * config.wheel.noise_floor + 1e-3)
+  const double seconds = to_seconds(samples.back().time - samples.front().time);
+  const double limit = 2 * config.wheel.noise_floor + 1e-3 + kRestingWheel * seconds;
+  if (wheel.path_m > limit)
     return refuse("the wheel turned %.3f m (limit %.3f): hold the robot still to start",
-                  std::abs(wheel_moved_m), 2 * config.wheel.noise_floor + 1e-3);
-  if (gyro.deviation > c.max_gyro_std)
+                  wheel.path_m, limit);
+  const bool quiet = gyro.deviation <= c.max_gyro_std && accel.deviation <= c.max_accel_std;
+  const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
+                      unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
+  if (gyro.deviation > c.max_gyro_std && !(wheel.heard && steady))
     return refuse("gyro deviation %.4f rad/s (initializer.max_gyro_std %.4f): hold the robot still",
                   gyro.deviation, c.max_gyro_std);
-  if (accel.deviation > c.max_accel_std)
+  if (!quiet && !(wheel.heard && steady))
     return refuse(
         "accelerometer deviation %.3f m/s^2 (initializer.max_accel_std %.3f): hold the "
         "robot still",
@@ -54,12 +84,16 @@ std::string reason_against(const Config& config, const Moments& gyro, const Mome
   return {};
 }
 
+// How well a first state is known, one standard deviation.
+struct FirstSigmas {
+  double velocity;  // m/s
+  double rate;      // rad/s: of the gyro's bias
+  double force;     // m/s^2: of the mean specific force, for tilt and accelerometer bias together
+};
+
 // Rows in the chart at the first state x, sigma apart: see docs/estimation.md, "Start".
-MarginalPrior first_prior(const Config& config, const NavState& x, const ImuNoise& noise,
-                          double duration) {
+MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSigmas& sigmas) {
   const InitializerConfig& c = config.initializer;
-  const double gyro_sigma = noise.gyro_density / std::sqrt(duration);
-  const double accel_sigma = noise.accel_density / std::sqrt(duration);
   const double scale_sigma = std::max(config.wheel.scale_sigma, 1e-7);
   MarginalPrior prior;
   prior.x0 = {x};
@@ -67,8 +101,8 @@ MarginalPrior first_prior(const Config& config, const NavState& x, const ImuNois
   prior.b = Eigen::VectorXd::Zero(17);
   prior.A(0, row::kTheta + 2) = 1 / c.yaw_sigma;
   prior.A.block<3, 3>(1, row::kP).diagonal().setConstant(1 / c.position_sigma);
-  prior.A.block<3, 3>(4, row::kV).diagonal().setConstant(1 / config.standstill.velocity_sigma);
-  prior.A.block<3, 3>(7, row::kBg).diagonal().setConstant(1 / gyro_sigma);
+  prior.A.block<3, 3>(4, row::kV).diagonal().setConstant(1 / sigmas.velocity);
+  prior.A.block<3, 3>(7, row::kBg).diagonal().setConstant(1 / sigmas.rate);
   // The accelerometer's bias, zero-mean: x holds the part of it that gravity's size shows.
   prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / config.imu.accel_bias_sigma);
   prior.b.segment<3>(10) = x.accel_bias / config.imu.accel_bias_sigma;
@@ -78,44 +112,93 @@ MarginalPrior first_prior(const Config& config, const NavState& x, const ImuNois
   Eigen::Matrix<double, 3, kStateDim> force = Eigen::Matrix<double, 3, kStateDim>::Zero();
   force.block<3, 3>(0, row::kTheta) = RT * so3::skew(up);
   force.block<3, 3>(0, row::kBa).setIdentity();
-  prior.A.block<3, kStateDim>(13, 0) = force / accel_sigma;
+  prior.A.block<3, kStateDim>(13, 0) = force / sigmas.force;
   prior.A(16, row::kScale) = 1 / scale_sigma;
   return prior;
 }
 
-}  // namespace
-
-Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
-                          double wheel_moved_m) {
-  const InitializerConfig& c = config.initializer;
-  if (samples.size() < 10)
-    return {std::nullopt, refuse("%.0f IMU samples in %.1f s: waiting for IMU data",
-                                 static_cast<double>(samples.size()), c.duration)};
-  const double duration = to_seconds(samples.back().time - samples.front().time);
-  if (duration < 0.9 * c.duration)
-    return {std::nullopt,
-            refuse("%.2f s of standstill seen (initializer.duration %.2f)", duration, c.duration)};
-  const Moments gyro = moments(samples, &ImuSample::angular_velocity);
-  const Moments accel = moments(samples, &ImuSample::acceleration);
-  if (std::string why = reason_against(config, gyro, accel, wheel_moved_m); !why.empty())
-    return {std::nullopt, why};
-
-  InitialState initial;
-  const double root_dt = std::sqrt(duration / static_cast<double>(samples.size() - 1));
-  initial.noise.gyro_density = std::max(config.imu.gyro_noise_density, gyro.deviation * root_dt);
-  initial.noise.accel_density = std::max(config.imu.accel_noise_density, accel.deviation * root_dt);
-
-  NavState& x = initial.state;
-  x.time = samples.back().time;
-  const Vector3d up_body = accel.mean.normalized();
+// Roll, pitch and accelerometer bias of a mean specific force at rest (body); the rest is zero.
+NavState level_state(const Config& config, TimeNs time, const Vector3d& force) {
+  NavState x;
+  x.time = time;
+  const Vector3d up_body = force.normalized();
   const double roll = std::atan2(up_body.y(), up_body.z());
   const double pitch = std::atan2(-up_body.x(), std::hypot(up_body.y(), up_body.z()));
   x.q_odom_body =
       Eigen::AngleAxisd(pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Vector3d::UnitX());
-  x.gyro_bias = gyro.mean;
-  x.accel_bias = accel.mean - up_body * c.gravity;
+  x.accel_bias = force - up_body * config.initializer.gravity;
   x.wheel_scale = config.wheel.scale;
-  initial.prior = first_prior(config, x, initial.noise, duration);
+  return x;
+}
+
+std::string too_few(const Config& config, const std::vector<ImuSample>& samples) {
+  const double wanted = config.initializer.duration;
+  if (samples.size() < 10)
+    return refuse("%.0f IMU samples in %.1f s: waiting for IMU data",
+                  static_cast<double>(samples.size()), wanted);
+  const double duration = to_seconds(samples.back().time - samples.front().time);
+  if (duration < 0.9 * wanted)
+    return refuse("%.2f s of standstill seen (initializer.duration %.2f)", duration, wanted);
+  return {};
+}
+
+// Of a robot on the move.
+constexpr double kGyroBias = 0.002;  // rad/s; of a gyro of which nothing is known
+constexpr double kLeastForce = 0.2;  // m/s^2: ground of 0.02 rad
+constexpr double kLeastSpeed = 0.1;  // m/s
+constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, side slip
+
+}  // namespace
+
+Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
+                          const WheelAtStart& wheel) {
+  if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
+  const Moments gyro = moments(samples, &ImuSample::angular_velocity);
+  const Moments accel = moments(samples, &ImuSample::acceleration);
+  if (std::string why = reason_against(config, samples, gyro, accel, wheel); !why.empty())
+    return {std::nullopt, why};
+
+  InitialState initial;
+  const double duration = to_seconds(samples.back().time - samples.front().time);
+  const double root_dt = std::sqrt(duration / static_cast<double>(samples.size() - 1));
+  initial.noise.gyro_density = std::max(config.imu.gyro_noise_density, gyro.deviation * root_dt);
+  initial.noise.accel_density = std::max(config.imu.accel_noise_density, accel.deviation * root_dt);
+  initial.state = level_state(config, samples.back().time, accel.mean);
+  initial.state.gyro_bias = gyro.mean;
+  initial.prior = first_prior(config, initial.state,
+                              {std::max(config.standstill.velocity_sigma, wheel.path_m / duration),
+                               initial.noise.gyro_density / std::sqrt(duration),
+                               initial.noise.accel_density / std::sqrt(duration)});
+  return {initial, {}};
+}
+
+Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
+                                 const WheelAtStart& wheel) {
+  if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
+  if (!wheel.heard) return {std::nullopt, "no wheel: hold the robot still to start"};
+  const Moments gyro = moments(samples, &ImuSample::angular_velocity);
+  const Moments accel = moments(samples, &ImuSample::acceleration);
+  const double duration = to_seconds(samples.back().time - samples.front().time);
+  const double scale = config.wheel.scale;
+  const double sign = wheel.begin_mps + wheel.end_mps < 0 ? -1.0 : 1.0;
+  const double speed = sign * wheel.path_m / scale / duration;
+  const double faster = (wheel.end_mps - wheel.begin_mps) / scale / duration;
+  const Vector3d force =
+      accel.mean - Vector3d(faster, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
+  const InitializerConfig& c = config.initializer;
+  if (std::abs(force.norm() - c.gravity) > 0.1 * c.gravity)
+    return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
+                                 force.norm(), c.gravity)};
+  InitialState initial;
+  initial.on_the_move = true;
+  initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
+  initial.state = level_state(config, samples.back().time, force);
+  initial.state.accel_bias.setZero();  // the size of the force is not known so well
+  initial.state.v_odom = initial.state.q_odom_body * Vector3d(wheel.end_mps / scale, 0, 0);
+  const double spread = unsteadiness(samples, &ImuSample::acceleration);
+  initial.prior = first_prior(config, initial.state,
+                              {kLeastSpeed + kSpeedShare * std::abs(wheel.end_mps), kGyroBias,
+                               std::max(kLeastForce, spread)});
   return {initial, {}};
 }
 

@@ -16,6 +16,12 @@ void MarginalPrior::evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::Matri
   }
 }
 
+void MarginalPrior::move_to(const NavState* x) {
+  for (int i = 0; i < states(); ++i)
+    b.noalias() += A.middleCols<kStateDim>(i * kStateDim) * local(x0[i], x[i]);
+  x0.assign(x, x + states());
+}
+
 void eliminate_first_state(Eigen::MatrixXd J, Eigen::VectorXd r, Eigen::MatrixXd& A,
                            Eigen::VectorXd& b) {
   const Eigen::Index columns = J.cols() - kStateDim;

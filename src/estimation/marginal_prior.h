@@ -20,6 +20,11 @@ struct MarginalPrior {
 
   // x points to the n states. Where J is not null it receives d residual / d (charts at x).
   void evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::MatrixXd* J) const;
+
+  // Takes x for x0, with the residual at it, and keeps A: to first order the same prior, with
+  // the null space that it had. Where d local / d x were used instead, what is known well (tilt,
+  // velocity), times how far it has moved, would count as information on yaw and position.
+  void move_to(const NavState* x);
 };
 
 // Removes the first 16 columns of the least-squares problem |J d + r|^2 by QR: what is left of it

@@ -182,6 +182,8 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
                         turns_with_ground ? step.wheel_m : speed * step.dt);
   Vector3d variance =
       increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
+  variance[0] = std::max(
+      variance[0], std::pow(c.noise, 2) * increment.path() + std::pow(input.wheel_sigma_m, 2));
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   std::shared_ptr<const Factor> factor;
   if (c.form == WheelForm::kDistance)

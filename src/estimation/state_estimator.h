@@ -43,6 +43,7 @@ struct StateInput {
   std::vector<MotionStep> steps;
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
+  double wheel_sigma_m = 0.0;       // of the wheel's distance, beside wheel.noise; as learnt
   bool standing = false;            // proven: the robot did not move
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
@@ -68,6 +69,7 @@ struct InitialState {
   NavState state;
   MarginalPrior prior;
   ImuNoise noise;
+  bool on_the_move = false;  // no standstill: what the IMU is like at rest is not known
 };
 
 // A prior that knows a state with a covariance, which must be positive definite.

@@ -1,6 +1,7 @@
 #include "motion/motion_judge.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -12,6 +13,16 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
+
+// A start on the move: after that time without a standstill, if the wheel turned so far in
+// initializer.duration; with speeds over this time.
+constexpr TimeNs kStartOnTheMove = 4 * kSecond;
+constexpr double kMoving_m = 0.1;
+constexpr TimeNs kSpeedOver = kSecond / 2;
+
+// Of the noise of seconds, which driving shows, over that from sample to sample: beyond (real
+// robots and cars have 1 to 8) it is a slip that goes on.
+constexpr double kMostSlow = 10.0;
 
 // Kept while no state is made: before the start, or without an IMU.
 constexpr TimeNs kLongestSilence = 100 * kSecond;
@@ -28,10 +39,12 @@ MotionJudge::MotionJudge(const Config& config)
       imu_gap_(from_seconds(config.time.imu_gap)),
       lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
+      drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
       coherence_(config.gpr.coherence) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
+  if (first_imu_ == 0) first_imu_ = sample.time;
   imu_now_ = std::max(imu_now_, sample.time);
   return imu_.insert(sample);
 }
@@ -68,12 +81,29 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
 Initialization MotionJudge::initialize() {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   imu_.forget_before(from);
-  return gprodom::initialize(config_, imu_.between(from, imu_now_), wheel_.path(from, imu_now_));
+  const auto samples = imu_.between(from, imu_now_);
+  const auto speed = [&](TimeNs around) {
+    const TimeNs to = std::min(around + kSpeedOver / 2, wheel_now_), since = to - kSpeedOver;
+    const auto a = wheel_.distance(since), b = wheel_.distance(to);
+    return a && b ? (*b - *a) / to_seconds(kSpeedOver) : 0.0;
+  };
+  const bool heard = wheel_now_ > from && config_.wheel.enabled;
+  const WheelAtStart wheel{heard, wheel_.path(from, imu_now_), speed(from), speed(imu_now_)};
+  Initialization found = gprodom::initialize(config_, samples, wheel);
+  if (found.initial) {
+    const double duration = to_seconds(samples.back().time - samples.front().time);
+    resting_wheel_mps_ = wheel.path_m / duration;
+  } else if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
+    Initialization moving = initialize_moving(config_, samples, wheel);
+    if (moving.initial) return moving;
+  }
+  return found;
 }
 
-void MotionJudge::begin(const StateResult& first, const ImuNoise& noise) {
+void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
   newest_ = first;
-  noise_at_standstill_ = noise;
+  noise_at_standstill_ = initial.noise;
+  rest_known_ = !initial.on_the_move;
   asked_to_ = first.state.time;
 }
 
@@ -85,7 +115,36 @@ void MotionJudge::adopt(const StateResult& newest) {
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   if (!config_.imu.adaptive_noise) return noise_at_standstill_;
-  return prevailing_noise(imu_.between(from, to), noise_at_standstill_);
+  ImuNoise noise = prevailing_noise(imu_.between(from, to), noise_at_standstill_);
+  if (newest_.standing) return noise;
+  noise.accel_density = std::max(
+      noise.accel_density, std::min(kMostSlow * noise.accel_density, drive_noise_.accel_density()));
+  return noise;
+}
+
+AtRest MotionJudge::at_rest() const {
+  const double variance = newest_.covariance.diagonal().segment<3>(row::kBg).mean();
+  return {noise_at_standstill_, resting_wheel_mps_, newest_.state.gyro_bias, std::sqrt(variance)};
+}
+
+// After a start on the move: the first second in which the wheel stands and the IMU shakes much
+// less than it did shows what a standstill is like.
+void MotionJudge::learn_rest(TimeNs to) {
+  if (rest_known_) return;
+  const TimeNs from = to - kSecond;
+  const auto samples = imu_.between(from, to);
+  const ImuNoise now = measured_noise(samples);
+  if (wheel_.path(from, to) > 2 * config_.wheel.noise_floor) {
+    constexpr double kLearningRate = 0.1;
+    moving_accel_ += kLearningRate * (now.accel_density - moving_accel_);
+    return;
+  }
+  if (!wheel_.distance(from) || !wheel_.distance(to) || samples.size() < 4) return;
+  if (now.accel_density > 0.5 * moving_accel_) return;
+  const ImuNoise& least = noise_at_standstill_;
+  noise_at_standstill_ = {std::max(least.gyro_density, now.gyro_density),
+                          std::max(least.accel_density, now.accel_density)};
+  rest_known_ = true;
 }
 
 StateInput MotionJudge::judge(TimeNs to) {
@@ -99,15 +158,19 @@ StateInput MotionJudge::judge(TimeNs to) {
   const bool across_gaps = imu_silent(from - state_period_, to);
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
+  input.wheel_sigma_m = drive_noise_.increment_sigma();
+  slip_.set_wheel_error(input.wheel_sigma_m, wheel_.held_s());
+  learn_rest(to);
+
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
   if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   const StandstillVerdict verdict =
-      judge_standstill(config_, noise_at_standstill_, newest_.state.gyro_bias, imu_, wheel_,
-                       radar_standing_, from, to);
+      judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
   input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
   input.displacements = take_displacements(to);
   return input;

@@ -15,6 +15,7 @@
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
+#include "motion/drive_noise.h"
 #include "motion/sensor_history.h"
 #include "motion/slip_watch.h"
 #include "motion/standstill.h"
@@ -42,12 +43,13 @@ class MotionJudge {
   // The same once it is in effect, with what in_metres() made of it. Ignored where not valid.
   void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
 
-  // The first state and its noise, from the last initializer.duration of standstill; or why not.
-  // Forgets the IMU's samples before that.
+  // The first state and its noise, from the last initializer.duration of standstill, or, of a robot
+  // that has been on the move for some seconds, from those; or why not. Forgets the IMU's samples
+  // before that.
   Initialization initialize();
 
   // The first state, from the initialiser or from a run before. `noise`: of the IMU at standstill.
-  void begin(const StateResult& first, const ImuNoise& noise);
+  void begin(const StateResult& first, const InitialState& initial);
 
   // Of a run before: the wheel's count at a time before the first sample. It is believed to have
   // counted on meanwhile.
@@ -73,6 +75,8 @@ class MotionJudge {
   const WheelHistory& wheel() const { return wheel_; }
 
  private:
+  AtRest at_rest() const;
+  void learn_rest(TimeNs to);
   bool imu_silent(TimeNs from, TimeNs to) const;
   std::vector<Displacement> take_displacements(TimeNs to);
   bool enters_estimate(const Displacement& displacement) const;
@@ -88,7 +92,12 @@ class MotionJudge {
   std::vector<gpr::Standstill> radar_standing_;  // newest last
   std::vector<Displacement> displacements_;      // not handed out yet
 
+  TimeNs first_imu_ = 0;
   ImuNoise noise_at_standstill_;
+  bool rest_known_ = false;         // that noise is of a standstill that was seen
+  double resting_wheel_mps_ = 0.0;  // what the wheel shows at rest nevertheless
+  double moving_accel_ = 0.0;       // m/s^2/sqrt(Hz), of late while the wheel turned
+  DriveNoise drive_noise_;
   StateResult newest_;   // in effect
   TimeNs asked_to_ = 0;  // the newest state asked about
   SlipWatch slip_;

@@ -20,6 +20,7 @@ void forget(Entries& entries, TimeNs time) {
   if (keep - entries.begin() > 1) entries.erase(entries.begin(), keep - 1);
 }
 
+constexpr double kStampError_s = 0.02;
 constexpr TimeNs kBridgeStep = 20'000'000;  // ns
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
@@ -92,11 +93,52 @@ bool WheelHistory::insert(const WheelSample& sample) {
   const Entry& before = *(next - 1);
   const double moved = sample.distance_m - before.reported;
   const double dt = to_seconds(sample.time - before.time);
+  const bool newest = next == entries_.end();
   // A stamp may be off by some milliseconds; 20 ms more than measured are granted.
-  const bool jumped = std::abs(moved) > max_speed_ * (dt + 0.02);
+  const bool jumped = newest ? !plausible(std::abs(moved) / (dt + kStampError_s))
+                             : std::abs(moved) > fastest() * (dt + kStampError_s);
+  if (newest && !jumped) watch_repeats(before, sample.time, moved / dt);
   entries_.insert(
       next, {sample.time, sample.distance_m, before.distance_m + (jumped ? 0.0 : moved), jumped});
   return !jumped;
+}
+
+double WheelHistory::fastest() const { return std::max(max_speed_, 2 * usual_speed_); }
+
+// wheel.max_speed is where a wheel of which nothing is known becomes implausible. A vehicle that
+// is faster gets there gradually, or drives so from the first sample on.
+bool WheelHistory::plausible(double speed) {
+  constexpr double kLearningRate = 0.5, kAgrees = 0.2;
+  constexpr int kEnough = 5;
+  if (speed <= fastest()) {
+    usual_speed_ += kLearningRate * (speed - usual_speed_);
+    fast_in_a_row_ = 0;
+    return true;
+  }
+  const bool agrees = std::abs(speed - fast_speed_) < kAgrees * fast_speed_;
+  fast_in_a_row_ = agrees ? fast_in_a_row_ + 1 : 1;
+  fast_speed_ = speed;
+  if (fast_in_a_row_ >= kEnough) usual_speed_ = speed;
+  return false;
+}
+
+// Repeated values come with the same speed, to rounding.
+void WheelHistory::watch_repeats(const Entry& before, TimeNs time, double speed) {
+  constexpr double kSame = 0.005, kSlowest = 0.05, kLongest_s = 1.0, kStep = 0.05;
+  if (std::abs(speed) < kSlowest) {
+    changed_at_ = 0;
+    return;
+  }
+  // Towards the median, step by step.
+  const auto learn = [](double& usual, double seen) {
+    usual += seen > usual ? kStep * seen : -kStep * usual;
+  };
+  learn(period_s_, to_seconds(time - before.time));
+  if (std::abs(speed - changed_to_) < kSame * std::abs(speed)) return;
+  const double every = to_seconds(time - changed_at_);
+  if (changed_at_ > 0 && every < kLongest_s) learn(changes_every_s_, every);
+  changed_at_ = time;
+  changed_to_ = speed;
 }
 
 void WheelHistory::forget_before(TimeNs time) { forget(entries_, time); }

@@ -1,6 +1,7 @@
 // The last seconds of each sensor, ordered by stamp, and what they say between two times.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -46,6 +47,10 @@ class WheelHistory {
   // The encoder's own count at a time, under the same conditions.
   std::optional<double> reported(TimeNs time) const;
 
+  // For how long a value is usually repeated while the wheel turns, s: some drivers hold it until
+  // the next one comes.
+  double held_s() const { return std::max(0.0, changes_every_s_ - period_s_); }
+
   // Unsigned distance over the samples of [from, to]; 0 where there are none.
   double path(TimeNs from, TimeNs to) const;
 
@@ -56,9 +61,19 @@ class WheelHistory {
     double reported, distance_m;
     bool jumped;  // since the entry before
   };
+  void watch_repeats(const Entry& before, TimeNs time, double speed);
   std::optional<double> value(TimeNs time, double Entry::*member, bool across_gaps) const;
 
+  double fastest() const;
+  bool plausible(double speed);
+
   double max_speed_;
+  double usual_speed_ = 0.0;                       // m/s, of late; twice that is plausible
+  int fast_in_a_row_ = 0;                          // increments beyond what is plausible that agree
+  double fast_speed_ = 0.0;                        // m/s, theirs
+  TimeNs changed_at_ = 0;                          // when the speed last changed
+  double changed_to_ = 0.0;                        // m/s
+  double changes_every_s_ = 0.0, period_s_ = 0.0;  // usual times between changes, samples
   TimeNs resumed_at_ = -1;  // time of the entry behind which a gap is covered
   std::deque<Entry> entries_;
 };

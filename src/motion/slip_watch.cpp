@@ -23,7 +23,15 @@ double deviations_off(const Displacement& radar, double m) {
 }  // namespace
 
 SlipWatch::SlipWatch(const WheelConfig& config)
-    : config_(config), window_(from_seconds(config.slip_window)) {}
+    : config_(config),
+      window_(from_seconds(config.slip_window)),
+      wheel_sigma_m_(config.noise_floor) {}
+
+void SlipWatch::set_wheel_error(double sigma_m, double held_s) {
+  wheel_sigma_m_ = std::max(config_.noise_floor, sigma_m);
+  window_ = from_seconds(std::max(config_.slip_window, 2 * held_s));
+  late_ = from_seconds(held_s);
+}
 
 void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,
                     bool speed_known) {
@@ -64,7 +72,7 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& mo
   const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
                           std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
                           config_.noise * config_.noise * std::abs(moved.ground_m) +
-                          2 * config_.noise_floor * config_.noise_floor;
+                          2 * wheel_sigma_m_ * wheel_sigma_m_ + moved.by_delay_m * moved.by_delay_m;
   const double threshold = back_from_silence_
                                ? std::min(kThresholdAfterSilence, config_.slip_threshold)
                                : config_.slip_threshold;
@@ -77,7 +85,9 @@ std::optional<SlipWatch::Distances> SlipWatch::distances(TimeNs from, TimeNs to,
                                                          double wheel_scale) const {
   const auto wheel_from = wheel.distance(from), wheel_to = wheel.distance(to);
   if (track_.empty() || from < track_.begin() || !wheel_from || !wheel_to) return std::nullopt;
-  return Distances{(*wheel_to - *wheel_from) / wheel_scale, track_.path(to) - track_.path(from)};
+  const double ground_m = track_.path(to) - track_.path(from);
+  const double earlier_m = track_.path(to - late_) - track_.path(from - late_);
+  return Distances{(*wheel_to - *wheel_from) / wheel_scale, ground_m, ground_m - earlier_m};
 }
 
 // A driven wheel seldom turns more slowly than the robot moves. Where the speed is only the wheel's

@@ -50,6 +50,10 @@ class SlipWatch {
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
+  // What has been learnt of the wheel: standard deviation (m) of a distance, and how long (s) its
+  // values are held. The window reaches over two of them at least.
+  void set_wheel_error(double sigma_m, double held_s);
+
   // Whether any window that showed slip reaches into (from, to).
   bool between(TimeNs from, TimeNs to) const;
 
@@ -60,6 +64,7 @@ class SlipWatch {
 
   struct Distances {
     double wheel_m, ground_m;  // signed; ground as published
+    double by_delay_m;         // what the ground's would be off by if the wheel is late
   };
 
   // The published velocity was found wrong while the speed is not known.
@@ -79,6 +84,8 @@ class SlipWatch {
 
   WheelConfig config_;
   TimeNs window_;
+  double wheel_sigma_m_;
+  TimeNs late_ = 0;               // by which the wheel's distance may trail
   PathHistory track_;             // of the wheel's contact point, signed, as published
   std::deque<Interval> slipped_;  // apart from each other, oldest first
   TimeNs judged_ = 0;             // the wheel sample that now_ is about

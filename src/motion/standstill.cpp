@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kLargestBiasStep = 0.02;  // rad/s; a robot that turns is faster, or not so even
 
+constexpr double kRestSpread = 1.5;  // of what the wheel shows at rest
+
 struct Stillness {
   bool quiet = false;                       // no vibration
   Vector3d rate = Vector3d::Zero();         // mean
@@ -23,41 +25,43 @@ struct Stillness {
   bool turns() const { return rate_beyond.norm() > 6 * rate_sigma; }
 };
 
-Stillness stillness(const StandstillConfig& c, const ImuNoise& reference, const Vector3d& gyro_bias,
+Stillness stillness(const StandstillConfig& c, const AtRest& at_rest,
                     const std::vector<ImuSample>& samples) {
   if (samples.size() < 4) return {};
   Stillness s;
   const ImuNoise noise = measured_noise(samples);
+  const ImuNoise& reference = at_rest.noise;
   const double ratio = std::sqrt(c.imu_ratio);
   s.quiet = noise.accel_density < ratio * reference.accel_density &&
             noise.gyro_density < ratio * reference.gyro_density;
   for (const auto& sample : samples) s.rate += sample.angular_velocity;
   s.rate /= static_cast<double>(samples.size());
-  s.rate_beyond = s.rate - gyro_bias;
-  s.rate_sigma =
-      reference.gyro_density / std::sqrt(to_seconds(samples.back().time - samples.front().time));
+  s.rate_beyond = s.rate - at_rest.gyro_bias;
+  const double seconds = to_seconds(samples.back().time - samples.front().time);
+  s.rate_sigma = std::hypot(reference.gyro_density / std::sqrt(seconds), at_rest.bias_sigma);
   return s;
 }
 
 }  // namespace
 
-StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
-                                   const Vector3d& gyro_bias, const ImuHistory& imu,
-                                   const WheelHistory& wheel,
+StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
+                                   const ImuHistory& imu, const WheelHistory& wheel,
                                    const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to) {
   const StandstillConfig& c = config.standstill;
   if (!c.enabled) return {};
-  const Stillness now = stillness(c, reference, gyro_bias, imu.between(from, to));
+  const Stillness now = stillness(c, at_rest, imu.between(from, to));
   if (!now.quiet) return {};
   const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
-  const bool wheel_still = config.wheel.enabled && wheel.distance(to) &&
-                           wheel.path(from - margin, to + margin) <= 2 * config.wheel.noise_floor;
+  const bool wheel_still =
+      config.wheel.enabled && wheel.distance(to) &&
+      wheel.path(from - margin, to + margin) <=
+          2 * config.wheel.noise_floor +
+              kRestSpread * at_rest.wheel_mps * to_seconds(to - from + 2 * margin);
   const bool radar_still =
       std::any_of(radar_standing.begin(), radar_standing.end(),
                   [&](const gpr::Standstill& s) { return s.from <= from && s.to >= to; });
-  const Stillness longer =
-      stillness(c, reference, gyro_bias, imu.between(from - margin, to + margin));
+  const Stillness longer = stillness(c, at_rest, imu.between(from - margin, to + margin));
   StandstillVerdict verdict;
   if (now.turns()) {
     if (wheel_still && (radar_still || !config.gpr.enabled) && longer.quiet &&

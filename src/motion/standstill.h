@@ -25,13 +25,20 @@ struct StandstillVerdict {
   std::optional<Rate> steady_rate;
 };
 
+// What is known of this robot at rest, and of the gyro.
+struct AtRest {
+  ImuNoise noise;
+  double wheel_mps = 0.0;  // unsigned, that the wheel shows nevertheless
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
+  double bias_sigma = 0.0;  // rad/s, per axis
+};
+
 // Over [from, to], the interval between two states.
 //  - The IMU is still: noise within imu_ratio of the reference, no turning beyond it.
 //  - Either the wheel stands as well, or the radar saw standing ground over the whole interval.
 // The wheel alone proves nothing.
-StandstillVerdict judge_standstill(const Config& config, const ImuNoise& reference,
-                                   const Eigen::Vector3d& gyro_bias, const ImuHistory& imu,
-                                   const WheelHistory& wheel,
+StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
+                                   const ImuHistory& imu, const WheelHistory& wheel,
                                    const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to);
 

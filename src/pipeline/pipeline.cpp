@@ -126,7 +126,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
     estimator_->record();
     map_->record();
   }
-  motion_.begin(first, initial.noise);
+  motion_.begin(first, initial);
   prediction_.rebase(first, initial.noise, motion_.imu());
   // The first interval is a half to one and a half periods long, or reaches to now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
@@ -191,6 +191,8 @@ void Pipeline::adopt(const StateResult& result, TimeNs effective) {
   health_.add("displacements.used", result.displacements_used);
   health_.add("displacements.dropped", result.displacements_dropped);
   health_.maximum("odom.largest_jump_m", (prediction_.position() - before).norm());
+  if (result.solve.unfounded)
+    health_.count("smoother", "information gained that no measurement could bring");
   health_.set("smoother", HealthLevel::kDegraded,
               result.solve.usable ? "" : "the last solve failed; the last good state stands");
 }

@@ -43,7 +43,7 @@ StateResult initial_result(const InitialState& initial) {
   result.state = initial.state;
   result.covariance = (initial.prior.A.transpose() * initial.prior.A).inverse();
   result.solve.usable = true;
-  result.standing = true;
+  result.standing = !initial.on_the_move;
   return result;
 }
 

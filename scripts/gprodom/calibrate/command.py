@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from gprodom.calibrate import imu, k, timing, wheel
+from gprodom.calibrate import imu, k, mount, timing, wheel
 from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
   gprodom calibrate wheel drive.lcmlog -o wheel.yaml
   gprodom calibrate imu standstill.lcmlog -o imu.yaml
+  gprodom calibrate mount drive.lcmlog -o mount.yaml
   gprodom calibrate time drive.lcmlog
   gprodom calibrate k 1700001000-0-gates_g-cmu-gpr.zip 1700002000-0-gates_g-cmu-gpr.zip
 """
@@ -23,5 +24,5 @@ def add_parser(subparsers: Subparsers) -> None:
         EXAMPLES,
     )
     subjects = parser.add_subparsers(metavar="WHAT", required=True)
-    for subject in (wheel, imu, timing, k):
+    for subject in (wheel, imu, mount, timing, k):
         subject.add_parser(subjects)

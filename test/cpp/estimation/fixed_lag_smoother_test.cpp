@@ -144,6 +144,90 @@ TEST(FixedLagSmoother, PriorGainsNothingOnGlobalPositionAndYaw) {
   EXPECT_GT(information.minCoeff(), 1.0);  // and not all of the origin's is lost
 }
 
+// Of the wheel's scale alone. Its tangent overshoots far, so that only a damped step is accepted.
+class BentFactor final : public Factor {
+ public:
+  int dimension() const override { return 1; }
+  void evaluate(const NavState&, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override {
+    const double x = 500 * (b.wheel_scale - 1.1);
+    r.resize(1);
+    r[0] = 1e3 * std::atan(x);
+    if (!Ja) return;
+    Ja->setZero(1, kStateDim);
+    Jb->setZero(1, kStateDim);
+    (*Jb)(0, row::kScale) = 1e3 * 500 / (1 + x * x);
+  }
+};
+
+// What no sensor here measures: where the robot is in odom.
+class PlaceFactor final : public Factor {
+ public:
+  int dimension() const override { return 1; }
+  void evaluate(const NavState&, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override {
+    r.resize(1);
+    r[0] = b.p_odom.x() / 0.1;
+    if (!Ja) return;
+    Ja->setZero(1, kStateDim);
+    Jb->setZero(1, kStateDim);
+    Jb->row(0).segment<3>(row::kP).setUnit(3, 0);
+    Jb->row(0) /= 0.1;
+  }
+};
+
+StateVector loose_origin() {
+  StateVector sigma;
+  sigma << 0.01, 0.01, 0.1, Vector3d::Constant(3.0), Vector3d::Constant(0.1),
+      Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.2;
+  return sigma;
+}
+
+TEST(FixedLagSmoother, DampingOfTheLastStepIsNoKnowledge) {
+  for (const bool bent : {false, true}) {
+    Drive drive;
+    // So early is it content that the first step accepted is the last.
+    const SmootherOptions options{10.0, 40, 1e12};
+    FixedLagSmoother smoother(options, drive.start(), origin_prior(drive.start(), loose_origin()));
+    for (int k = 0; k < 5; ++k) drive.extend(smoother);
+    if (bent) smoother.add_factor(3, 4, std::make_shared<BentFactor>());
+    const SolveSummary summary = smoother.solve();
+    EXPECT_EQ(summary.accepted, 1);
+    EXPECT_EQ(summary.steps > 1, bent);
+    EXPECT_FALSE(summary.unfounded);
+    EXPECT_GE(smoother.newest_covariance()(row::kTheta + 2, row::kTheta + 2), 0.99 * 0.01);
+    EXPECT_GE(smoother.newest_covariance()(row::kP, row::kP), 0.99 * 9.0);
+  }
+}
+
+TEST(FixedLagSmoother, KnowledgeThatNothingMeasuredIsToldAsAFault) {
+  Drive drive;
+  FixedLagSmoother smoother({1.0, 4}, drive.start(), origin_prior(drive.start(), loose_origin()));
+  for (int k = 0; k < 60; ++k) {
+    drive.extend(smoother);
+    if (k == 50) smoother.add_factor(49, 50, std::make_shared<PlaceFactor>());
+    const SolveSummary summary = smoother.solve();
+    EXPECT_EQ(summary.unfounded, k >= 50) << "state " << k;
+    smoother.marginalise();
+  }
+}
+
+// A step that moves velocity and tilt by much does not make the heading known.
+TEST(FixedLagSmoother, PriorThatHasMovedFarGainsNothing) {
+  Drive drive;
+  NavState start = drive.start();
+  FixedLagSmoother smoother({1.0, 4}, start, origin_prior(start, loose_origin()));
+  for (int k = 0; k < 30; ++k) {
+    drive.extend(smoother);
+    if (k == 15)  // a word that the whole window gives way to
+      for (int back = 0; back < 4; ++back)
+        smoother.add_factor(k - back - 1, k - back,
+                            std::make_shared<StandstillFactor>(StandstillSigmas{1e-5, 1e-4, 2e-3}));
+    EXPECT_FALSE(smoother.solve().unfounded) << "state " << k;
+    smoother.marginalise();
+  }
+}
+
 TEST(FixedLagSmoother, CovarianceEqualsTheDenseInverse) {
   Drive drive;
   StateVector sigma;

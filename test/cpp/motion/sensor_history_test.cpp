@@ -161,5 +161,38 @@ TEST(WheelDistances, AreAllZeroWhereTheWheelDoesNotCoverThemAll) {
   EXPECT_FALSE(set_wheel_distances(none, wheel, from_seconds(100), true));
 }
 
+// A car that drives faster than a wheel of which nothing is known may turn: gradually, or so from
+// its first sample on. One sample alone is a jump all the same.
+TEST(WheelHistory, AFastVehicleIsBelieved) {
+  WheelHistory wheel(kMaxSpeed);
+  double metres = 0, speed = 0;
+  int dropped = 0;
+  for (int i = 0; i < 200; ++i) {
+    metres += kPeriod * speed;
+    dropped += !wheel.insert({from_seconds(100 + i * kPeriod), metres});
+    speed = std::min(20.0, speed + kPeriod * 3.0);
+  }
+  EXPECT_EQ(dropped, 0);
+  EXPECT_FALSE(wheel.insert({from_seconds(120.0), metres + 100}));
+
+  WheelHistory late(kMaxSpeed);
+  dropped = 0;
+  for (int i = 0; i < 50; ++i)
+    dropped += !late.insert({from_seconds(100 + i * kPeriod), 20 * i * kPeriod});
+  EXPECT_LE(dropped, 6);
+}
+
+TEST(WheelHistory, TellsForHowLongAValueIsRepeated) {
+  for (const int repeats : {1, 5}) {
+    WheelHistory wheel(5.0);
+    double metres = 0;
+    for (int i = 0; i < 1000; ++i) {
+      metres += 0.05 * (1.0 + 0.5 * std::sin(0.3 * (i / repeats)));
+      wheel.insert({from_seconds(100 + i * 0.05), metres});
+    }
+    EXPECT_NEAR(wheel.held_s(), 0.05 * (repeats - 1), 0.03) << repeats;
+  }
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -20,6 +20,8 @@ struct Robot {
   double vibration = 1.0;  // of the noise at standstill
   double speed = 0.0;      // m/s, of the wheel
   bool radar_stands = true;
+  double resting_wheel = 0.0;  // m/s, that is known of its wheel
+  double bias_sigma = 0.0;     // rad/s, of the gyro's known bias
 };
 
 struct Judged {
@@ -58,9 +60,9 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   Judged judged{true, true, std::nullopt};
   BiasWatch watch;
   for (int i = 5; i < 45; ++i) {
-    const auto verdict =
-        judge_standstill(config, kReference, known_bias, imu, wheel, radar,
-                         from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
+    const auto verdict = judge_standstill(
+        config, {kReference, robot.resting_wheel, known_bias, robot.bias_sigma}, imu, wheel, radar,
+        from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
     judged.standing &= verdict.standing;
     judged.steady &= verdict.steady_rate.has_value();
     const auto bias = watch.moved(verdict, kInterval_s);
@@ -115,6 +117,28 @@ TEST(BiasWatch, NothingElseIs) {
   Config without_radar;
   without_radar.gpr.enabled = false;
   EXPECT_TRUE(judge(unseen, without_radar).bias);
+}
+
+// The wheel speed of a car, by a gyro on the wheel, has no sign and so a mean at rest.
+TEST(Standstill, AWheelWithinItsOwnNoiseStands) {
+  Robot car;
+  car.radar_stands = false;
+  car.speed = 0.011;
+  EXPECT_FALSE(judge(car).standing);
+  car.resting_wheel = 0.011;
+  EXPECT_TRUE(judge(car).standing);
+  car.speed = 0.05;
+  EXPECT_FALSE(judge(car).standing);
+}
+
+TEST(Standstill, AGyroBiasThatIsNotKnownYetIsNoTurning) {
+  Robot robot;
+  robot.rate = 0.006;
+  EXPECT_FALSE(judge(robot).standing);
+  robot.bias_sigma = 0.005;
+  EXPECT_TRUE(judge(robot).standing);
+  robot.rate = 0.05;
+  EXPECT_FALSE(judge(robot).standing);
 }
 
 }  // namespace

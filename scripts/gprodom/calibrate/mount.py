@@ -1,0 +1,151 @@
+"""``gprodom calibrate mount``: how the IMU is turned against the robot."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.calibrate.offset import BLOCKS, spread
+from gprodom.console import add_json_flag, print_json
+from gprodom.errors import Error
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.estimate import read_sensors
+from gprodom.options import Subparsers, add_command, add_config_options
+
+WINDOW_S = 0.5  # over which everything is averaged
+STILL_MPS = 0.02
+MIN_S = 10.0  # of driving
+LEAST_EXPLAINED = 0.1  # share of the horizontal acceleration
+ROUNDS = 10  # each a hundred times nearer than the one before
+
+EXAMPLES = """\
+  gprodom calibrate mount drive.lcmlog -o mount.yaml
+"""
+
+DESCRIPTION = """\
+Finds imu.rpy_body_imu: gravity tells roll and pitch, and the accelerations forwards (as the wheel's
+speed changes) and aside (speed times yaw rate) tell the yaw. No standstill is needed. Wants a drive
+with starts, stops or bends; one as level as possible, since the mean slope goes into the pitch.
+Uncertainties are the spread over parts of the recording.
+"""
+
+
+@dataclass(frozen=True)
+class Mount:
+    """rpy: roll, pitch, yaw of the IMU's axes in the body, rad; sigma of each. explained: share of
+    the horizontal accelerations that the wheel and the gyro explain."""
+
+    rpy: tuple[float, float, float]
+    sigma: tuple[float, float, float]
+    explained: float
+
+
+def find_mount(log: dict[str, logs.Channel]) -> Mount:
+    """Of a drive's log."""
+    windows = _windows(log)
+    moving = np.abs(windows[:, 6]) > STILL_MPS
+    if moving.sum() * WINDOW_S < MIN_S:
+        raise Error(f"the robot drives for less than {MIN_S:g} s")
+    R, explained = _rotation(windows)
+    if explained < LEAST_EXPLAINED:
+        raise Error(
+            f"wheel and gyro explain {100 * max(explained, 0):.0f} % of the horizontal "
+            "acceleration: give a drive with more starts, stops and bends"
+        )
+    whole = _rpy(R)
+    parts = np.array([_rpy(_rotation(part)[0]) for part in np.array_split(windows, BLOCKS)])
+    off = (parts - whole + np.pi) % (2 * np.pi) - np.pi
+    sigma = [spread(off[:, axis].tolist(), 0.0) for axis in range(3)]
+    return Mount(whole, (sigma[0], sigma[1], sigma[2]), explained)
+
+
+def _windows(log: dict[str, logs.Channel]) -> Floats:
+    """Means over windows (n, 8): force (3), rate (3), wheel speed, its change per second."""
+    wheel_time, distance = wheel_distance(log)
+    imu = logs.need(log, "imu")
+    first, last = max(wheel_time[0], imu["utime"][0]), min(wheel_time[-1], imu["utime"][-1])
+    step = round(WINDOW_S * 1e6)
+    if last - first < 10 * step:
+        raise Error("IMU and wheel overlap for too short a time")
+    edges = np.arange(first, last, step)
+    force, rate = (
+        _means(imu["utime"], imu[name], edges)
+        for name in ("linear_acceleration", "angular_velocity")
+    )
+    speed = np.diff(np.interp(edges, wheel_time, distance)) / WINDOW_S
+    return np.column_stack([force, rate, speed, np.gradient(speed, WINDOW_S)])
+
+
+def _means(time: Ints, values: Floats, edges: Ints) -> Floats:
+    seconds = (time - time[0]) * 1e-6
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(seconds)[:, None]
+    summed = np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
+    at_edges = [np.interp((edges - time[0]) * 1e-6, seconds, column) for column in summed.T]
+    return np.asarray(np.diff(np.array(at_edges), axis=1).T / WINDOW_S)
+
+
+def _rotation(windows: Floats) -> tuple[Floats, float]:
+    """R_body_imu (3, 3), and the share of the horizontal acceleration that it explains."""
+    force, rate, speed, faster = windows[:, :3], windows[:, 3:6], windows[:, 6], windows[:, 7]
+    still = np.abs(speed) < STILL_MPS
+    bias = np.median(rate[still], axis=0) if still.sum() >= 4 else np.zeros(3)
+    gravity = force.mean(axis=0)
+    for _ in range(ROUNDS):
+        up = gravity / np.linalg.norm(gravity)
+        level = np.eye(3)[np.argmin(np.abs(up))]
+        x = np.cross(level, up) / np.linalg.norm(np.cross(level, up))
+        axes = np.array([x, np.cross(up, x)])  # any two horizontal axes
+        aside = speed * ((rate - bias) @ up)
+        wanted = np.column_stack([faster, aside])
+        wanted = wanted - wanted.mean(axis=0)
+        seen = force @ axes.T - (force @ axes.T).mean(axis=0)
+        cross = np.sum(wanted[:, 0] * seen[:, 1] - wanted[:, 1] * seen[:, 0])
+        turn = np.arctan2(cross, np.sum(wanted * seen))
+        forwards = np.cos(turn) * axes[0] + np.sin(turn) * axes[1]
+        R = np.array([forwards, np.cross(up, forwards), up])
+        gravity = (force - faster[:, None] * R[0] - aside[:, None] * R[1]).mean(axis=0)
+    left = seen @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) - wanted
+    return R, 1 - float(np.sum(left**2) / np.sum(seen**2))
+
+
+def _rpy(R: Floats) -> tuple[float, float, float]:
+    """Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll)."""
+    return (
+        float(np.arctan2(R[2, 1], R[2, 2])),
+        float(-np.arcsin(np.clip(R[2, 0], -1, 1))),
+        float(np.arctan2(R[1, 0], R[0, 0])),
+    )
+
+
+def add_parser(subjects: Subparsers) -> None:
+    """Adds ``calibrate mount``."""
+    parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, EXAMPLES)
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    add_config_options(parser)
+    add_output_option(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs ``calibrate mount``."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = read_sensors(args, args.source, Path(name), "imu", "wheel")
+    mount = find_mount(log)
+    value = "[" + ", ".join(f"{angle:.4f}" for angle in mount.rpy) + "]"
+    sure = "+- " + ", ".join(f"{angle:.3f}" for angle in mount.sigma)
+    sure += f"; {100 * mount.explained:.0f} % of the accelerations explained"
+    found = [Found("imu.rpy_body_imu", value, sure)]
+    write_fragment(args.output, found)
+    if args.json:
+        print_json(asdict(mount))
+    else:
+        print(fragment(found), end="")
+    return 0

@@ -1,0 +1,57 @@
+// How well accelerations and wheel agree while the robot drives: noise that no standstill shows.
+//
+// Vibration is aliased into all bands, and its slow part, with the ground's tilt, passes for
+// changes of speed. So the IMU's change of speed is held against the wheel's over a short and a
+// long time: what grows with the time is the accelerations' noise, what does not is the wheel's.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "estimation/nav_state.h"
+#include "estimation/state_estimator.h"
+
+namespace gprodom {
+
+class DriveNoise {
+ public:
+  explicit DriveNoise(double gravity_mps2) : gravity_(gravity_mps2) {}
+
+  // Of each state interval in turn, with `at` the state that it begins with. Intervals of which the
+  // wheel tells nothing, or that begin with another state, break the sequence.
+  void add(const StateInput& input, const NavState& at);
+
+  // Whether enough has been driven to tell, some twenty seconds.
+  bool known() const { return known_; }
+
+  // m/s^2/sqrt(Hz), of the direction forwards; 0 where driving has not shown more than the wheel's
+  // own noise would.
+  double accel_density() const { return accel_density_; }
+
+  // m, one standard deviation of the wheel's distance over one state interval; 0: not known yet.
+  double increment_sigma() const { return increment_sigma_m_; }
+
+ private:
+  // Of the speed by the IMU, less that by the wheel, at state intervals: S(k + 2m) - 2 S(k + m) +
+  // S(k), which is free of a constant bias and of a constant tilt.
+  double variance(std::size_t m) const;
+  void learn();
+
+  static constexpr std::size_t kMost = 600;   // intervals kept: two minutes of driving
+  static constexpr std::size_t kFewest = 50;  // squares that say something
+  static constexpr double kSlowest = 0.05;    // m/s; below, the robot stands or nearly
+
+  double gravity_;
+  TimeNs end_ = 0;                                // of the last interval
+  double last_wheel_m_ = 0;                       // its distance, true metres
+  double last_v_ = 0, last_p_ = 0, last_dt_ = 0;  // what the IMU adds to speed and distance in it
+  struct Run {
+    std::deque<double> drift_mps;  // S, one a state interval
+  };
+  std::deque<Run> runs_;  // driven without a break, newest last
+  std::size_t kept_ = 0;
+  bool known_ = false;
+  double accel_density_ = 0.0, increment_sigma_m_ = 0.0;
+};
+
+}  // namespace gprodom
