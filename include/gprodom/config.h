@@ -58,6 +58,9 @@ struct WheelConfig {
   double robust_threshold = 1.5;  // standard deviations at which an increment loses weight; 0: none
   double slip_window = 0.3;       // s; over which wheel and IMU are compared
   double slip_threshold = 5.0;    // standard deviations between them that are slip; 0: not watched
+  double slip_share = 0.3;        // of the way on which the wheel slips gradually; 0: it never does
+  double slip_size = 0.5;         // of ln(true / reported distance) where it does
+  double slip_lasts = 20.0;       // s
   double max_speed = 5.0;         // m/s; faster increments are dropped
   double time_offset = 0.0;       // s; added to every stamp
 };

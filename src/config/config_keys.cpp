@@ -70,6 +70,9 @@ void add_wheel(Keys& keys, WheelConfig& c) {
     {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond lose weight; 0: none do"},
     {"wheel.slip_window", &c.slip_window, "s", between(0.05, 2), "over which wheel and IMU are compared"},
     {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "between wheel and IMU that are slip; 0: not watched"},
+    {"wheel.slip_share", &c.slip_share, "", between(0, 1), "of the way on which the wheel slips without a jump; 0: it never does"},
+    {"wheel.slip_size", &c.slip_size, "", between(0.01, 2), "standard deviation of ln(true / reported distance) while it slips"},
+    {"wheel.slip_lasts", &c.slip_lasts, "s", between(0.5, 600), "that such a slip is held"},
     {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
   });

@@ -103,6 +103,13 @@ void Batch::add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor)
   links_.push_back({a, b, std::move(factor)});
 }
 
+void Batch::set_slip(size_t a, double l) {
+  for (Link& link : links_) {
+    if (link.a != a) continue;
+    if (auto slipped = link.factor->with_slip(l)) link.factor = std::move(slipped);
+  }
+}
+
 std::vector<NavState> Batch::solve(const Options& options) const {
   std::vector<StateVector> corrections(states_.size(), StateVector::Zero());
   ceres::Problem problem;

@@ -137,6 +137,12 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   Jb->block<3, 3>(0, row::kP) = W * RaT;
 }
 
+std::shared_ptr<const Factor> WheelFactor::with_slip(double l) const {
+  auto slipped = std::make_shared<WheelFactor>(*this);
+  slipped->increment_ = increment_.stretched(std::exp(l));
+  return slipped;
+}
+
 WheelDistanceFactor::WheelDistanceFactor(double distance_m, double sigma_m,
                                          const Vector3d& lever_arm, double robust_threshold)
     : distance_m_(std::abs(distance_m)),

@@ -30,6 +30,8 @@ class Factor {
   // Cauchy threshold of a row in standard deviations: weight 1 / (1 + (r / threshold)^2). 0: the
   // row is quadratic.
   virtual double robust_threshold(int /*row*/) const { return 0.0; }
+  // The same, had the robot moved e^l times as far as the wheel says; null: it rests on no wheel.
+  virtual std::shared_ptr<const Factor> with_slip(double /*l*/) const { return nullptr; }
 };
 
 // [Log(dq^-1 q_a^-1 q_b); R_a^T (v_b - v_a - g dt) - dv; R_a^T (p_b - p_a - v_a dt - g dt^2/2) -
@@ -75,6 +77,7 @@ class WheelFactor final : public Factor {
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
   double robust_threshold(int row) const override { return row == 0 ? robust_threshold_ : 0.0; }
+  std::shared_ptr<const Factor> with_slip(double l) const override;
 
  private:
   WheelIncrement increment_;

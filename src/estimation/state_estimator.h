@@ -62,6 +62,10 @@ struct StateResult {
   bool bridged = false;  // IMU data were missing
   bool carried = false;  // for so long that the state rests on the wheel alone
   int displacements_used = 0, displacements_dropped = 0;
+  // Of slip that nothing has seen (motion/slip_drift.h), not part of `covariance`: the standard
+  // deviation of l over the last interval, and what it makes of the position, x and y, m^2.
+  double slip_sigma = 0.0;
+  Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
 };
 
 // The first state with its prior, from the initialiser.

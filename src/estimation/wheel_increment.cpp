@@ -22,6 +22,15 @@ void WheelIncrement::integrate(const Eigen::Vector3d& angular_velocity, double d
   path_ += std::abs(distance_m);
 }
 
+WheelIncrement WheelIncrement::stretched(double factor) const {
+  WheelIncrement result = *this;
+  result.displacement_ *= factor;
+  result.d_dbg_ *= factor;
+  result.distance_ *= factor;
+  result.path_ *= factor;
+  return result;
+}
+
 Eigen::Vector3d WheelIncrement::variance(const WheelNoise& noise) const {
   const Eigen::Array3d per_metre(noise.forward, noise.lateral, noise.vertical);
   return (per_metre.square() * path_ + noise.floor * noise.floor).matrix();

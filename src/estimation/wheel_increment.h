@@ -29,6 +29,9 @@ class WheelIncrement {
   double distance() const { return distance_; }  // signed sum, m
   double path() const { return path_; }          // unsigned sum, m
 
+  // All distances so many times as long.
+  WheelIncrement stretched(double factor) const;
+
   // Of forward, lateral and vertical displacement, m^2.
   Eigen::Vector3d variance(const WheelNoise& noise) const;
 

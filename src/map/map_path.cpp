@@ -53,6 +53,8 @@ PathState path_state(const StateResult& newest) {
   }
   const Matrix3d to_pose = at_pose(state.pose.p);
   state.pose_covariance = to_pose * state.covariance * to_pose.transpose();
+  state.pose_covariance.topLeftCorner<2, 2>() += newest.slip_covariance;
+  state.slip_sigma = newest.slip_sigma;
   const double variance = newest.covariance(row::kScale, row::kScale);
   if (variance > kHeldScaleVariance) {
     state.d_scale = with_scale / variance;
@@ -71,6 +73,7 @@ PlanarStep step_between(const PathState& a, const PathState& b) {
   into_a.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-a.pose.yaw).toRotationMatrix();
   into_a = into_a * at_pose(b.pose.p);
   PlanarStep step;
+  step.seconds = to_seconds(b.time - a.time);
   step.measured = between(with_scale(a, b.scale), b.pose);
   step.scale = b.scale;
   step.d_scale = into_a * (b.d_scale - a.d_scale);
@@ -97,6 +100,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
     const double ahead = between(last.state.pose, state.pose).p.x();
     point.distance_m = last.distance_m + ahead;
     point.travelled_m = last.travelled_m + std::abs(ahead);
+    point.slip_m = last.slip_m + state.slip_sigma * std::abs(ahead);
   }
   recent_.push_back(point);
   while (recent_.front().state.time + kRecent < state.time) recent_.pop_front();
@@ -108,8 +112,16 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
   const bool turned =
       std::abs(std::remainder(state.pose.yaw - last.state.pose.yaw, 2 * M_PI)) > kTurn;
   if (point.travelled_m - last.travelled_m < node_spacing_m_ && !turned) return std::nullopt;
-  const PlanarStep step = step_between(last.state, state);
+  const PlanarStep to_new = step(last, point);
   nodes_.push_back(point);
+  return to_new;
+}
+
+// The slip of its states is one and the same, so their deviations add up.
+PlanarStep MapPath::step(const Point& a, const Point& b) {
+  PlanarStep step = step_between(a.state, b.state);
+  const double way = b.travelled_m - a.travelled_m;
+  step.slip_sigma = way > 0 ? (b.slip_m - a.slip_m) / way : 0.0;
   return step;
 }
 

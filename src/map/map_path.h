@@ -22,6 +22,7 @@ struct PathState {
   Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();          // of the error (x, y, yaw), by scale
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       // of the error, scale known
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  // of the pose itself: x, y, yaw
+  double slip_sigma = 0.0;  // of slip not seen since the state before (slip_model.h)
 };
 
 // The uncertainty of a state as it was when it was the newest.
@@ -47,7 +48,7 @@ class MapPath {
   const PathState& first() const { return nodes_.front().state; }
   const PathState& newest() const { return recent_.back().state; }
   double travelled() const { return recent_.back().travelled_m; }
-  PlanarStep since_last_node() const { return step_between(nodes_.back().state, newest()); }
+  PlanarStep since_last_node() const { return step(nodes_.back(), recent_.back()); }
 
   // Signed metres along the track, falling when driven backwards; linear between states. Of a time
   // within the last seconds.
@@ -56,6 +57,7 @@ class MapPath {
   // Metres driven up to a node, unsigned.
   double travelled_at(std::size_t node) const { return nodes_[node].travelled_m; }
   double distance_of(std::size_t node) const { return nodes_[node].distance_m; }
+  const PlanarPose& pose_of(std::size_t node) const { return nodes_[node].state.pose; }  // in odom
   TimeNs time_of(std::size_t node) const { return nodes_[node].state.time; }
   std::size_t nodes() const { return nodes_.size(); }
 
@@ -79,8 +81,10 @@ class MapPath {
   struct Point {
     PathState state;
     double distance_m = 0.0, travelled_m = 0.0;
+    double slip_m = 0.0;     // sum of slip_sigma times way: what may have slipped, all one way
     bool after_gap = false;  // nodes before it were forgotten
   };
+  static PlanarStep step(const Point& a, const Point& b);
   std::size_t nodes_until(TimeNs time) const;
   double node_spacing_m_;
   std::vector<Point> nodes_;

@@ -58,6 +58,7 @@ class MapTask {
 
   // Of the mapper. After drain(), with no job submitted since.
   std::vector<Revisit> revisits() const { return mapper_.revisits(); }
+  std::vector<TrackPiece> track() const { return mapper_.track(); }
   PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
 
  private:

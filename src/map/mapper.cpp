@@ -30,6 +30,7 @@ gpr::TraceMemoryOptions memory_options(const Config& config) {
 
 Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start)
     : config_(config.graph),
+      slip_(slip_model(config.wheel)),
       antenna_{config.gpr.lever_arm.head<2>(), 0.0},
       path_(config.graph.node_spacing),
       ground_(before ? std::move(*before) : GroundMap(memory_options(config))),
@@ -60,7 +61,7 @@ MapAnswer Mapper::run(const MapInput& input) {
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
   const int refused = static_cast<int>(trusted_.size()) - trusted;
   if (trusted + merged_trusted_ > 0) {
-    answer.pose = MapPose{extend(newest_node_, path_.since_last_node()), path_.newest(),
+    answer.pose = MapPose{extend(newest_node_, path_.since_last_node(), slip_), path_.newest(),
                           trusted + merged_trusted_, refused + merged_refused_};
   }
   return answer;
@@ -71,6 +72,7 @@ void Mapper::follow(const std::vector<PathState>& states) {
     const std::optional<PlanarStep> step = path_.add(state);
     if (!graph_) {
       PoseGraphOptions options;
+      options.slip = slip_;
       graph_.emplace(state.pose, options);
       newest_node_.pose = state.pose;
       if (start_) {
@@ -80,7 +82,7 @@ void Mapper::follow(const std::vector<PathState>& states) {
     }
     if (!step) continue;
     graph_->add_node(*step);
-    newest_node_ = extend(newest_node_, *step);
+    newest_node_ = extend(newest_node_, *step, slip_);
   }
 }
 
@@ -151,7 +153,7 @@ void Mapper::locate() {
 void Mapper::settle_in(const Hypothesis& at) {
   graph_->move(at.map_from_track);
   newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
-  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  Matrix5d turn = Matrix5d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(at.map_from_track.yaw).toRotationMatrix();
   newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
   map_ = at.map;

@@ -52,6 +52,13 @@ struct Revisit {
   RevisitEdge edge;  // its places are in the frames of the two states
 };
 
+// From a time on, up to the next piece.
+struct TrackPiece {
+  TimeNs from = 0;
+  PlanarPose in_odom, in_map;  // of its beginning
+  double slip = 0.0;           // ln of the distance in map over that in odom
+};
+
 class Mapper {
  public:
   // before: the ground that earlier tracks have left. at: how this track lies on it, where that is
@@ -69,6 +76,9 @@ class Mapper {
 
   // Those of this track alone that the map rests on; of merged passes only where recorded.
   std::vector<Revisit> revisits() const;
+
+  // The track of odom as the map has it, in pieces from node to node, in time order.
+  std::vector<TrackPiece> track() const;
 
   // How odom lies in map at the track's beginning.
   PlanarPose map_from_odom() const;
@@ -107,6 +117,7 @@ class Mapper {
   std::vector<KnownPlace> places() const;
 
   const GraphConfig config_;
+  const SlipModel slip_;
   const PlanarPose antenna_;  // in body
 
   MapPath path_;

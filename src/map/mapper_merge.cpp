@@ -19,6 +19,16 @@ std::vector<Revisit> Mapper::revisits() const {
   return all;
 }
 
+std::vector<TrackPiece> Mapper::track() const {
+  std::vector<TrackPiece> pieces;
+  for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
+    const bool last = node + 1 == path_.nodes();
+    pieces.push_back({path_.time_of(node), path_.pose_of(node), graph_->nodes()[node],
+                      last ? newest_node_.slip : graph_->slip(node)});
+  }
+  return pieces;
+}
+
 Revisit Mapper::told(std::size_t revisit) const {
   const RevisitEdge& edge = graph_->revisits()[revisit];
   return {path_.time_of(edge.memory), path_.time_of(edge.query), edge};

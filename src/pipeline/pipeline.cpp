@@ -71,6 +71,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, StartingPoint star
       input_(config_, health_),
       motion_(config),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
+      slip_drift_(config),
       radar_(config.gpr),
       solver_(execution),
       radar_worker_(execution),
@@ -179,12 +180,17 @@ void Pipeline::take_map_answers() {
   }
 }
 
-void Pipeline::adopt(const StateResult& result, TimeNs effective) {
+void Pipeline::adopt(StateResult result, TimeNs effective) {
+  const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
+  slip_drift_.advance(result.state, noise);
+  result.slip_sigma = slip_drift_.sigma();
+  result.slip_covariance = slip_drift_.covariance();
   const Eigen::Vector3d before = prediction_.position();
-  prediction_.rebase(result, motion_.noise(result.state.time, imu_now_), motion_.imu());
+  prediction_.rebase(result, noise, motion_.imu());
   motion_.adopt(result);
   map_->add(result, effective);
 
+  health_.value("wheel.unwitnessed", result.slip_sigma);
   health_.add("states", 1);
   health_.add("solver.steps", result.solve.steps);
   health_.add("solver.steps_accepted", result.solve.accepted);

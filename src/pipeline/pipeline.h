@@ -20,6 +20,7 @@
 #include "input/input_check.h"
 #include "map/map_task.h"
 #include "motion/motion_judge.h"
+#include "motion/slip_drift.h"
 #include "persist/saved_state.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
@@ -94,7 +95,7 @@ class Pipeline {
   void publish();
   void publish_pose(OdometryEstimate estimate);
 
-  void adopt(const StateResult& result, TimeNs effective);
+  void adopt(StateResult result, TimeNs effective);
 
   const Config config_;
   const Execution execution_;
@@ -116,6 +117,7 @@ class Pipeline {
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs next_state_ = 0;
   Prediction prediction_;
+  SlipDrift slip_drift_;
 
   // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
   std::unique_ptr<StateEstimator> estimator_;

@@ -29,6 +29,7 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
 OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {
   integrate(imu, time_, now);
   OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, gravity_);
+  estimate.pose_covariance.topLeftCorner<2, 2>() += base_.slip_covariance;
   if (!base_.standing && !lost()) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
   if (!lost()) p_counted_odom_ = estimate.p_odom_body;
   time_ = now;

@@ -31,16 +31,18 @@ struct RelativePose {
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// W ([x, y, yaw](a to b) - measured - d_scale (s - s_measured)), s the wheel's scale. m, rad.
-class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1> {
+// W ([x, y, yaw](a to b) - [e^l measured (x, y); measured yaw] - d_scale (s - s_measured)), s the
+// wheel's scale, l the step's slip. m, rad.
+class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
  public:
   PlanarStepFactor(const PlanarStep& step, const Eigen::Matrix3d& whitening)
       : step_(step), whitening_(whitening) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const RelativePose relative(x[0], x[1]);
+    const Eigen::Vector2d travelled = std::exp(x[3][0]) * step_.measured.p;
     Eigen::Vector3d error = relative.value;
-    error.head<2>() -= step_.measured.p;
+    error.head<2>() -= travelled;
     error -= step_.d_scale * (x[2][0] - step_.scale);
     error[2] = wrapped(error[2] - step_.measured.yaw);
     Eigen::Map<Eigen::Vector3d>{residuals} = whitening_ * error;
@@ -48,6 +50,9 @@ class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1> {
     if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = whitening_ * relative.d_a;
     if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = whitening_ * relative.d_b;
     if (jacobians[2]) Eigen::Map<Eigen::Vector3d>{jacobians[2]} = -whitening_ * step_.d_scale;
+    if (jacobians[3]) {
+      Eigen::Map<Eigen::Vector3d>{jacobians[3]} = -whitening_.leftCols<2>() * travelled;
+    }
     return true;
   }
 

@@ -1,35 +1,32 @@
 #include "estimation/graph/pose_graph.h"
 
-#include <ceres/ceres.h>
-
 #include <Eigen/Cholesky>
-#include <Eigen/SparseCholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
 
-#include "estimation/graph/planar_factors.h"
+#include "estimation/graph/graph_problem.h"
 
 namespace gprodom {
 
 using Eigen::Matrix3d;
-using Eigen::Matrix4d;
 using Eigen::Vector2d;
 
 namespace {
 
-// A wheel's scale that is held still needs a finite weight: 0.1 ppm.
-constexpr double kHeldScaleSigma = 1e-7;
-
 // Steps that were joined are linear in their errors no further than this, rad.
 constexpr double kLooseYawSigma = 0.1;
 
+// Kernels begin so wide that the worst revisit lies within, this many times that at most, and are
+// made narrower by this factor from one solution to the next.
+constexpr double kWidest = 64.0, kNarrower = 4.0;
+
 // The pose that a step leads to, in the frame of the one it starts from.
-PlanarPose moved(const PlanarStep& step, double scale) {
+PlanarPose moved(const PlanarStep& step, double scale, double slip) {
   const Eigen::Vector3d change = step.d_scale * (scale - step.scale);
-  return {step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
+  return {std::exp(slip) * step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
 }
 
 Matrix3d whitening_of(const Matrix3d& covariance) {
@@ -40,116 +37,34 @@ Matrix3d whitening_of(const Matrix3d& covariance) {
   return llt.matrixL().solve(Matrix3d::Identity());
 }
 
-// The graph as Ceres sees it: three parameters a node, then the scale.
-class Problem {
- public:
-  struct Scale {
-    double initial, prior, prior_sigma;
-  };
-  Problem(const std::vector<PlanarPose>& initial, const Scale& scale,
-          const PoseGraphOptions& options)
-      : options_(options), scale_(scale.initial) {
-    nodes_.reserve(initial.size());
-    for (const PlanarPose& pose : initial) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
-    for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
-    problem_.AddParameterBlock(&scale_, 1);
-    problem_.AddParameterBlock(map_.data(), 3);
-    problem_.SetParameterBlockConstant(map_.data());
-    problem_.SetParameterBlockConstant(nodes_.front().data());
-    problem_.AddResidualBlock(
-        new ScalePrior(scale.prior, std::max(scale.prior_sigma, kHeldScaleSigma)), nullptr,
-        &scale_);
-  }
-
-  void add_step(std::size_t from, const PlanarStep& step, const Matrix3d& whitening) {
-    problem_.AddResidualBlock(new PlanarStepFactor(step, whitening), nullptr, nodes_[from].data(),
-                              nodes_[from + 1].data(), &scale_);
-  }
-
-  void add_revisit(const RevisitEdge& edge, bool robust) {
-    const bool in_map = edge.memory == kInMap;
-    if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
-    problem_.AddResidualBlock(new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
-                              robust ? new ceres::CauchyLoss(options_.robust_threshold) : nullptr,
-                              in_map ? map_.data() : nodes_[edge.memory].data(),
-                              nodes_[edge.query].data());
-  }
-
-  void solve() {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    options.max_num_iterations = options_.max_iterations;
-    // A chain is stiff step by step and soft as a whole: what Ceres starts with would damp the
-    // whole.
-    options.initial_trust_region_radius = 1e12;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
-    if (!summary.IsSolutionUsable()) {
-      throw std::runtime_error("pose graph: no solution: " + summary.message);
-    }
-  }
-
-  PlanarPose node(std::size_t i) const {
-    return {{nodes_[i][0], nodes_[i][1]}, wrapped(nodes_[i][2])};
-  }
-  double scale() const { return scale_; }
-
-  // Of the newest node and the scale, from the normal equations at the solution with all else
-  // eliminated.
-  Matrix4d newest_covariance() {
-    ceres::Problem::EvaluateOptions options;
-    for (auto& node : nodes_) {
-      if (!problem_.IsParameterBlockConstant(node.data())) {
-        options.parameter_blocks.push_back(node.data());
-      }
-    }
-    options.parameter_blocks.push_back(&scale_);
-    ceres::CRSMatrix crs;
-    problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
-    using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-    const Eigen::Map<const Sparse> J(crs.num_rows, crs.num_cols,
-                                     static_cast<int>(crs.values.size()), crs.rows.data(),
-                                     crs.cols.data(), crs.values.data());
-    const Eigen::SparseMatrix<double> normal = J.transpose() * J;
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factorised(normal);
-    if (factorised.info() != Eigen::Success) {
-      throw std::runtime_error("pose graph: the normal equations are singular");
-    }
-    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, 4);
-    unit.bottomRows<4>().setIdentity();
-    const Matrix4d covariance = factorised.solve(unit).bottomRows<4>();
-    return 0.5 * (covariance + covariance.transpose());
-  }
-
- private:
-  PoseGraphOptions options_;
-  std::vector<std::array<double, 3>> nodes_;
-  std::array<double, 3> map_ = {0.0, 0.0, 0.0};  // as the node of places fixed in it
-  double scale_;
-  ceres::Problem problem_;  // points into the three above
-};
-
 }  // namespace
 
-PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step) {
-  PlanarEstimate to{compose(from.pose, moved(step, from.scale)), from.scale, Matrix4d::Zero()};
+PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step, const SlipModel& model) {
+  const double slip = step.slip_sigma > 0 ? from.slip : 0.0;
+  PlanarEstimate to{compose(from.pose, moved(step, from.scale, slip)), from.scale, slip,
+                    Matrix5d::Zero()};
   // The step is in the frame of the pose it starts from, whose yaw turns it.
   Matrix3d turn = Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.pose.yaw).toRotationMatrix();
-  Matrix4d F = Matrix4d::Identity();
+  // The slip forgets what it was, and is then that of this step.
+  const double kept = step.slip_sigma > 0 ? model.correlation(step.seconds) : 0.0;
+  Matrix5d forget = Matrix5d::Identity();
+  forget(4, 4) = kept;
+  Matrix5d before = forget * from.covariance * forget;
+  before(4, 4) += step.slip_sigma * step.slip_sigma * (1 - kept * kept);
+  Matrix5d F = Matrix5d::Identity();
   const Vector2d ahead = to.pose.p - from.pose.p;
   F(0, 2) = -ahead.y();
   F(1, 2) = ahead.x();
-  F.topRightCorner<3, 1>() = turn * step.d_scale;
-  to.covariance = F * from.covariance * F.transpose();
+  F.block<3, 1>(0, 3) = turn * step.d_scale;
+  F.block<2, 1>(0, 4) = turn.topLeftCorner<2, 2>() * (std::exp(slip) * step.measured.p);
+  to.covariance = F * before * F.transpose();
   to.covariance.topLeftCorner<3, 3>() += turn * step.covariance * turn.transpose();
   return to;
 }
 
 PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
-  const PlanarPose middle = moved(first, second.scale);
+  const PlanarPose middle = moved(first, second.scale, 0.0);
   Matrix3d turn = Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(middle.yaw).toRotationMatrix();
   const Vector2d ahead = turn.topLeftCorner<2, 2>() * second.measured.p;
@@ -162,6 +77,8 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   step.d_scale = F * first.d_scale + turn * second.d_scale;
   step.covariance =
       F * first.covariance * F.transpose() + turn * second.covariance * turn.transpose();
+  step.seconds = first.seconds + second.seconds;
+  step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
     step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: anywhere
@@ -178,7 +95,8 @@ PoseGraph::PoseGraph(const PlanarPose& first, const PoseGraphOptions& options)
 
 std::size_t PoseGraph::add_node(const PlanarStep& step) {
   steps_.push_back({step, whitening_of(step.covariance)});
-  nodes_.push_back(compose(nodes_.back(), moved(step, scale_.value_or(step.scale))));
+  slips_.push_back(slips_.empty() || step.slip_sigma <= 0 ? 0.0 : slips_.back());
+  nodes_.push_back(compose(nodes_.back(), moved(step, scale_.value_or(step.scale), slips_.back())));
   return nodes_.size() - 1;
 }
 
@@ -199,15 +117,21 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   }
   std::vector<std::size_t> number(nodes.size());  // of those that stay
   std::size_t left = 0;
-  std::optional<PlanarStep> way;  // from the last node that stays
-  std::vector<Step> steps;
+  std::optional<PlanarStep> way;     // from the last node that stays
+  double slid_m = 0.0, way_m = 0.0;  // on it: slip times length, and length
+  std::vector<WhitenedStep> steps;
+  std::vector<double> slips;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (i > 0) {
       const PlanarStep& step = steps_[i - 1].odometry;
       if (way || !nodes[i]) way = way ? joined(*way, step) : step;
+      way_m += step.measured.p.norm();
+      slid_m += slips_[i - 1] * step.measured.p.norm();
       if (nodes[i]) {
-        steps.push_back(way ? Step{*way, whitening_of(way->covariance)} : steps_[i - 1]);
+        steps.push_back(way ? WhitenedStep{*way, whitening_of(way->covariance)} : steps_[i - 1]);
+        slips.push_back(way_m > 0 ? slid_m / way_m : 0.0);
         way.reset();
+        slid_m = way_m = 0.0;
       }
     }
     if (!nodes[i]) continue;
@@ -216,6 +140,7 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   }
   nodes_.resize(left);
   steps_ = std::move(steps);
+  slips_ = std::move(slips);
   const auto goes = [&](const RevisitEdge& edge) {
     return !nodes[edge.query] || (edge.memory != kInMap && !nodes[edge.memory]);
   };
@@ -242,29 +167,48 @@ std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) 
   return result;
 }
 
+// How wide the kernels begin, for all revisits to lie within.
+double PoseGraph::widest(const std::vector<double>& deviations) const {
+  double worst = 0.0;
+  for (double deviation : deviations) worst = std::max(worst, deviation);
+  double width = 1.0;
+  while (width * options_.drop_beyond < worst && width < kWidest) width *= kNarrower;
+  return width;
+}
+
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   PoseGraphSolution solution;
   solution.trusted.assign(revisits_.size(), true);
   solution.nodes = nodes_;
   solution.newest.scale = scale_.value_or(scale);
   auto& trusted = solution.trusted;
+  using SlipPrior = GraphProblem::SlipPrior;
+  const auto problem_of = [&](SlipPrior prior, bool robust) {
+    auto problem = std::make_unique<GraphProblem>(
+        solution.nodes, steps_, slips_,
+        GraphProblem::Scale{solution.newest.scale, scale, scale_sigma}, prior, options_);
+    for (std::size_t i = 0; i < revisits_.size(); ++i) {
+      if (trusted[i]) problem->add_revisit(revisits_[i], robust);
+    }
+    return problem;
+  };
+  double width = widest(deviations(nodes_));
   // A wrong revisit drags right ones with it: the worst go first, with a robust kernel, and what is
   // right then comes back. What is left is solved without a kernel.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
-    Problem problem(solution.nodes, {solution.newest.scale, scale, scale_sigma}, options_);
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      problem.add_step(i, steps_[i].odometry, steps_[i].whitening);
-    }
-    for (std::size_t i = 0; i < revisits_.size(); ++i) {
-      if (trusted[i]) problem.add_revisit(revisits_[i], stage != Stage::kFinal);
-    }
-    problem.solve();
-    for (std::size_t i = 0; i < nodes_.size(); ++i) solution.nodes[i] = problem.node(i);
-    solution.newest.scale = problem.scale();
+    const auto problem = problem_of(SlipPrior::kUsuallyNone, stage != Stage::kFinal);
+    for (; width > 1.0; width /= kNarrower) problem->solve(width);
+    problem->solve(1.0);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) solution.nodes[i] = problem->node(i);
+    for (std::size_t i = 0; i < slips_.size(); ++i) slips_[i] = problem->slip(i);
+    solution.newest.scale = problem->scale();
     if (stage == Stage::kFinal) {
       solution.newest.pose = solution.nodes.back();
-      if (nodes_.size() > 1) solution.newest.covariance = problem.newest_covariance();
+      if (nodes_.size() > 1) {
+        solution.newest.slip = slips_.back();
+        solution.newest.covariance = problem_of(SlipPrior::kGaussian, false)->newest_covariance();
+      }
       nodes_ = solution.nodes;
       scale_ = solution.newest.scale;
       return solution;

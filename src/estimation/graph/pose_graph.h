@@ -1,7 +1,7 @@
 // The track in `map`: odometry between places along it, tied together where the radar saw ground
-// again. In the plane, since gravity holds roll and pitch, and with the wheel's scale, which is one
-// unknown for the whole track and not one for each piece. Solved off the fast path.
-// docs/estimation.md, "Pose graph".
+// again. In the plane, since gravity holds roll and pitch, with the wheel's scale, which is one
+// unknown for the whole track, and with the slip of each step, which is usually none. Solved off
+// the fast path. docs/estimation.md, "Pose graph".
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimation/graph/slip_model.h"
 #include "estimation/planar_geometry.h"
 
 namespace gprodom {
@@ -19,6 +20,7 @@ struct PoseGraphOptions {
   double robust_threshold = kRevisitRobustThreshold;
   double drop_beyond = 4.0;  // standard deviations along the track at which a revisit is wrong
   int max_iterations = 30;
+  SlipModel slip;
 };
 
 // Odometry from one place to the next. The wheel's scale is one error for the whole track: a step
@@ -28,20 +30,31 @@ struct PlanarStep {
   double scale = 1.0;                                        // reported over true distance
   Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();         // of (x, y, yaw), m, rad
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of (x, y, yaw), scale known
+  double seconds = 0.0;                                      // that it took
+  // Standard deviation of the slip (slip_model.h) that no witness has seen; 0: there can be none.
+  double slip_sigma = 0.0;
 };
+
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
 struct PlanarEstimate {
   PlanarPose pose;
   double scale = 1.0;
-  // Of x, y, yaw, scale; position in map axes, errors of the pose itself.
-  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  double slip = 0.0;  // of the last step
+  // Of x, y, yaw, scale, slip; position in map axes, errors of the pose itself.
+  Matrix5d covariance = Matrix5d::Zero();
 };
 
 // Two steps, one after the other, as one.
 PlanarStep joined(const PlanarStep& first, const PlanarStep& second);
 
-// One step on, without a new solution.
-PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step);
+// One step on, without a new solution: the slip goes on as it was.
+PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step, const SlipModel& model);
+
+struct WhitenedStep {
+  PlanarStep odometry;
+  Eigen::Matrix3d whitening;
+};
 
 struct PoseGraphSolution {
   std::vector<PlanarPose> nodes;  // in map; the first is where it was, unless revisits tie to map
@@ -69,28 +82,30 @@ class PoseGraph {
   // Throws std::invalid_argument where the first or the newest node is to go.
   void keep_only(const std::vector<bool>& nodes);
 
-  // Gauss-Newton from the last solution, first with a robust kernel on the revisits. Those that the
-  // solution contradicts are left out and it is solved again; none is out for good, the next
-  // solve() asks all of them anew. scale, scale_sigma: what is known of the wheel's scale without
-  // revisits (sigma 0: held). Throws std::runtime_error where no solution is found.
+  // Gauss-Newton from the last solution, first with a robust kernel on the revisits, which is as
+  // wide at first as the worst of them asks. Those that the solution contradicts are left out and
+  // it is solved again; none is out for good, the next solve() asks all of them anew. scale,
+  // scale_sigma: what is known of the wheel's scale without revisits (sigma 0: held). Throws
+  // std::runtime_error where no solution is found.
   PoseGraphSolution solve(double scale, double scale_sigma);
 
   // In map, of the last solution; nodes since are dead reckoned from it.
   const std::vector<PlanarPose>& nodes() const { return nodes_; }
   const std::vector<RevisitEdge>& revisits() const { return revisits_; }
 
+  // Of the step from a node to the next, in the last solution.
+  double slip(std::size_t from) const { return slips_[from]; }
+
  private:
-  struct Step {
-    PlanarStep odometry;
-    Eigen::Matrix3d whitening;
-  };
   PoseGraphOptions options_;
   std::vector<PlanarPose> nodes_;
-  std::vector<Step> steps_;  // steps_[i] leads from node i to node i + 1
+  std::vector<WhitenedStep> steps_;  // steps_[i] leads from node i to node i + 1
+  std::vector<double> slips_;        // of the steps, in the last solution
   std::vector<RevisitEdge> revisits_;
   std::optional<double> scale_;  // of the last solution
 
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;
+  double widest(const std::vector<double>& deviations) const;
 };
 
 }  // namespace gprodom

@@ -95,14 +95,14 @@ TEST(PoseGraph, DerivativesAreThoseOfTheResiduals) {
   edge.mirrored = true;
   const PlanarRevisitFactor revisit(edge, 0.3);
   for (int trial = 0; trial < 20; ++trial) {
-    double x[7];
+    double x[8];
     for (double& value : x) value = uniform(engine);
-    double* blocks[] = {x, x + 3, x + 6};
+    double* blocks[] = {x, x + 3, x + 6, x + 7};
     for (const ceres::CostFunction* cost : {static_cast<const ceres::CostFunction*>(&step),
                                             static_cast<const ceres::CostFunction*>(&revisit)}) {
       const auto& sizes = cost->parameter_block_sizes();
-      double r[3], J0[9], J1[9], J2[3];
-      double* jacobians[] = {J0, J1, J2};
+      double r[3], J0[9], J1[9], J2[3], J3[3];
+      double* jacobians[] = {J0, J1, J2, J3};
       ASSERT_TRUE(cost->Evaluate(blocks, r, jacobians));
       for (std::size_t block = 0; block < sizes.size(); ++block) {
         for (int k = 0; k < sizes[block]; ++k) {
@@ -224,7 +224,8 @@ TEST(PoseGraph, ExtendingIsSolving) {
   const PlanarEstimate before = drive.solve().newest;
   const PlanarStep step = step_of({{0.4, 0.1}, 0.3});
   drive.graph.add_node(step);
-  const PlanarEstimate solved = drive.solve().newest, extended = extend(before, step);
+  const PlanarEstimate solved = drive.solve().newest;
+  const PlanarEstimate extended = extend(before, step, drive.options.slip);
   EXPECT_LT((solved.pose.p - extended.pose.p).norm(), 1e-6);
   EXPECT_NEAR(solved.pose.yaw, extended.pose.yaw, 1e-7);
   EXPECT_LT((solved.covariance - extended.covariance).norm(), 1e-5 * solved.covariance.norm());

@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Drives on which the wheel slips gradually: what IMU, coherence and revisits make of them.
+
+Each SEQUENCE may have `.json` (gpr_sample_interval) beside it; nothing else of it is read. A row a
+drive: position RMSE aligned in the plane, m, of dead reckoning and of each method, causal (c) and
+smoothed (s), and NEES of x, y of `gprodom_full` in odom and in map. Below, the mean error over the
+mean of dead reckoning, and in brackets the mean of the drives' ratios.
+
+With --without, a row each for the same with one witness left out (gprodom_full).
+
+    bench/rough.py ../shared/data/rough/*.zip [-j 2] [--json] [--without]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from statistics import fmean
+
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.odometry.estimate import as_log, estimate
+from gprodom.odometry.methods import find_method
+from gprodom.score.align import FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import Figures, compare
+from gprodom.score.sources import read_estimate, read_truth
+from gprodom.trajectory import Trajectory
+
+ALL = "gprodom_full"
+METHODS = ("imu_wheel", "gprodom", ALL)
+# What of gprodom_full is left out, and the settings that do it. The IMU cannot be: its attitude
+# carries all else, so its accelerations are made to say nothing.
+WITHOUT = {
+    "revisits": ("graph.enabled=false",),
+    "coherence": ("gpr.coherence.use=never",),
+    "accelerations": ("imu.accel_noise_density=1",),
+    "radar": ("gpr.enabled=false",),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one drive. ratios: over dead reckoning."""
+
+    sequence: str
+    method: str
+    dead_m: float
+    causal_m: float
+    smoothed_m: float
+    nees_odom: float | None
+    nees_map: float | None
+
+
+def sample_interval(sequence: Path) -> float:
+    """Of the radar, s."""
+    facts = sequence.with_suffix(".json")
+    known = json.loads(facts.read_text(encoding="utf-8")) if facts.exists() else {}
+    if "gpr_sample_interval" in known:
+        return float(known["gpr_sample_interval"])
+    return 3.125e-10 if "beach" in sequence.name else SAMPLE_INTERVAL
+
+
+def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> list[Row]:
+    """The rows of one drive: (name of the row, method, settings)."""
+    truth = read_truth(sequence).trajectory
+
+    def figures(trajectory: Trajectory) -> Figures:
+        return compare(associate(trajectory, truth), "se2", FIRST_M).figures
+
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        log = as_log(sequence, Path(folder), sample_interval(sequence))
+        output = Path(folder) / "output.lcmlog"
+        dead = figures(estimate(log, find_method("wheel"), None, (), output).trajectory)
+        for name, method, settings in methods:
+            made = estimate(log, find_method(method), None, settings, output, smooth=True)
+            assert made.smoothed is not None
+            causal = figures(made.trajectory)
+            odom = figures(read_estimate(output, "odom").trajectory)
+            rows.append(
+                Row(
+                    sequence.stem,
+                    name,
+                    dead.ate_rmse_m,
+                    causal.ate_rmse_m,
+                    figures(made.smoothed).ate_rmse_m,
+                    odom.nees_xy,
+                    causal.nees_xy,
+                )
+            )
+    return rows
+
+
+def ratio(rows: Sequence[Row], figure: str) -> str:
+    """Mean over mean of dead reckoning, and the mean of the ratios."""
+    values = [getattr(row, figure) for row in rows]
+    of_means = fmean(values) / fmean(row.dead_m for row in rows)
+    of_each = fmean(value / row.dead_m for value, row in zip(values, rows, strict=True))
+    return f"{of_means:.2f} ({of_each:.2f})"
+
+
+def nees(values: Sequence[float | None]) -> str:
+    """Mean, and the largest."""
+    known = [value for value in values if value is not None]
+    return f"{fmean(known):.1f} ({max(known):.1f})" if known else ""
+
+
+def table(rows: Sequence[Row], names: Sequence[str]) -> str:
+    """All drives, a column pair a method, and the ratios below."""
+    header = ["drive", "dead"] + [f"{name} {mode}" for name in names for mode in "cs"]
+    header += [f"NEES {names[-1]} odom", "map"]
+    lines = []
+    for sequence in dict.fromkeys(row.sequence for row in rows):
+        of = {row.method: row for row in rows if row.sequence == sequence}
+        last = of[names[-1]]
+        lines.append(
+            ["-".join(sequence.split("-")[0:3:2]), f"{last.dead_m:.3f}"]
+            + [f"{v:.3f}" for name in names for v in (of[name].causal_m, of[name].smoothed_m)]
+            + [f"{v:.1f}" if v is not None else "" for v in (last.nees_odom, last.nees_map)]
+        )
+    by_name = [[row for row in rows if row.method == name] for name in names]
+    last_rows = by_name[-1]
+    errors = [(of, figure) for of in by_name for figure in ("causal_m", "smoothed_m")]
+    means = [f"{fmean(getattr(row, figure) for row in of):.3f}" for of, figure in errors]
+    lines.append(["mean", f"{fmean(row.dead_m for row in last_rows):.3f}", *means, "", ""])
+    lines.append(
+        ["over dead", "1"]
+        + [ratio(of, figure) for of, figure in errors]
+        + [nees([r.nees_odom for r in last_rows]), nees([r.nees_map for r in last_rows])]
+    )
+    return format_table(header, lines)
+
+
+def table_without(rows: Sequence[Row], names: Sequence[str]) -> str:
+    """A line for each witness left out."""
+    lines = []
+    for name in names:
+        of = [row for row in rows if row.method == name]
+        lines.append(
+            [name, ratio(of, "causal_m"), ratio(of, "smoothed_m")]
+            + [nees([r.nees_odom for r in of]), nees([r.nees_map for r in of])]
+        )
+    return format_table(["left out", "causal", "smoothed", "NEES odom (worst)", "map"], lines)
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("--without", action="store_true", help="one witness left out at a time")
+    parser.add_argument("--only", metavar="METHOD", choices=METHODS, help="this method alone")
+    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    more = tuple(args.overrides)
+    if args.without:
+        wanted = [("nothing", ALL, more), *((k, ALL, (*v, *more)) for k, v in WITHOUT.items())]
+    else:
+        wanted = [(name, name, more) for name in METHODS if args.only in (None, name)]
+    rows: list[Row] = []
+    with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(args.sequences)) as bar:
+        for some in pool.map(run, args.sequences, [wanted] * len(args.sequences)):
+            rows += some
+            bar.advance()
+    names = [name for name, _, _ in wanted]
+    if args.json:
+        print_json([asdict(row) for row in rows])
+    else:
+        print(table_without(rows, names) if args.without else table(rows, names))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

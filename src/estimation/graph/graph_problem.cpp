@@ -1,0 +1,139 @@
+#include "estimation/graph/graph_problem.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "estimation/graph/planar_factors.h"
+#include "estimation/graph/slip_factors.h"
+
+namespace gprodom {
+namespace {
+
+// A wheel's scale that is held still needs a finite weight: 0.1 ppm.
+constexpr double kHeldScaleSigma = 1e-7;
+// A slip that changes by more than so many standard deviations of its walk begins or ends.
+constexpr double kSlipBegins = 2.0;
+constexpr double kLeastSeconds = 1e-3;  // s
+
+}  // namespace
+
+GraphProblem::GraphProblem(const std::vector<PlanarPose>& nodes,
+                           const std::vector<WhitenedStep>& steps, const std::vector<double>& slips,
+                           const Scale& scale, SlipPrior prior, const PoseGraphOptions& options)
+    : options_(options), slips_(slips), scale_(scale.initial) {
+  nodes_.reserve(nodes.size());
+  for (const PlanarPose& pose : nodes) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
+  for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
+  problem_.AddParameterBlock(&scale_, 1);
+  problem_.AddParameterBlock(map_.data(), 3);
+  problem_.SetParameterBlockConstant(map_.data());
+  problem_.SetParameterBlockConstant(nodes_.front().data());
+  problem_.AddResidualBlock(
+      new ScalePrior(scale.prior, std::max(scale.prior_sigma, kHeldScaleSigma)), nullptr, &scale_);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    problem_.AddResidualBlock(new PlanarStepFactor(steps[i].odometry, steps[i].whitening), nullptr,
+                              nodes_[i].data(), nodes_[i + 1].data(), &scale_, &slips_[i]);
+    if (steps[i].odometry.slip_sigma <= 0) problem_.SetParameterBlockConstant(&slips_[i]);
+  }
+  if (prior == SlipPrior::kGaussian)
+    add_gaussian_slip_priors(steps);
+  else
+    add_slip_priors(steps);
+}
+
+void GraphProblem::add_slip_priors(const std::vector<WhitenedStep>& steps) {
+  const SlipModel& model = options_.slip;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const PlanarStep& step = steps[i].odometry;
+    if (step.slip_sigma <= 0) continue;
+    const double seconds = std::max(step.seconds, kLeastSeconds);
+    const double root = std::sqrt(seconds / model.lasts_s);
+    const double witnessed = step.slip_sigma / model.sigma();
+    problem_.AddResidualBlock(new SlipFactor(root / std::min(model.surface, step.slip_sigma)),
+                              new WideGemanMcClureLoss(root, width_), &slips_[i]);
+    problem_.AddResidualBlock(new SlipFactor(root / (model.size * witnessed)), nullptr, &slips_[i]);
+    if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) continue;
+    problem_.AddResidualBlock(
+        new SlipChangeFactor(1.0, 1 / (model.change * witnessed * std::sqrt(seconds))),
+        new WideCauchyLoss(kSlipBegins, width_), &slips_[i - 1], &slips_[i]);
+  }
+}
+
+void GraphProblem::add_gaussian_slip_priors(const std::vector<WhitenedStep>& steps) {
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const PlanarStep& step = steps[i].odometry;
+    if (step.slip_sigma <= 0) continue;
+    if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) {
+      problem_.AddResidualBlock(new SlipFactor(1 / step.slip_sigma), nullptr, &slips_[i]);
+      continue;
+    }
+    const double kept = options_.slip.correlation(std::max(step.seconds, kLeastSeconds));
+    problem_.AddResidualBlock(
+        new SlipChangeFactor(kept, 1 / (step.slip_sigma * std::sqrt(1 - kept * kept))), nullptr,
+        &slips_[i - 1], &slips_[i]);
+  }
+}
+
+void GraphProblem::add_revisit(const RevisitEdge& edge, bool robust) {
+  const bool in_map = edge.memory == kInMap;
+  if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
+  problem_.AddResidualBlock(
+      new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
+      robust ? new WideCauchyLoss(options_.robust_threshold, width_) : nullptr,
+      in_map ? map_.data() : nodes_[edge.memory].data(), nodes_[edge.query].data());
+}
+
+void GraphProblem::solve(double width) {
+  width_ = width;
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = options_.max_iterations;
+  // A chain is stiff step by step and soft as a whole: what Ceres starts with would damp the
+  // whole.
+  options.initial_trust_region_radius = 1e12;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem_, &summary);
+  if (!summary.IsSolutionUsable()) {
+    throw std::runtime_error("pose graph: no solution: " + summary.message);
+  }
+}
+
+PlanarPose GraphProblem::node(std::size_t i) const {
+  return {{nodes_[i][0], nodes_[i][1]}, wrapped(nodes_[i][2])};
+}
+
+Matrix5d GraphProblem::newest_covariance() {
+  ceres::Problem::EvaluateOptions options;
+  const auto take = [&](double* block) {
+    if (!problem_.IsParameterBlockConstant(block)) options.parameter_blocks.push_back(block);
+  };
+  // What is asked of comes last.
+  const bool slips = !problem_.IsParameterBlockConstant(&slips_.back());
+  for (std::size_t i = 0; i + 1 < slips_.size(); ++i) take(&slips_[i]);
+  for (auto& node : nodes_) take(node.data());
+  take(&scale_);
+  take(&slips_.back());
+  ceres::CRSMatrix crs;
+  problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
+  using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const Sparse> J(crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()),
+                                   crs.rows.data(), crs.cols.data(), crs.values.data());
+  const Eigen::SparseMatrix<double> normal = J.transpose() * J;
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factorised(normal);
+  if (factorised.info() != Eigen::Success) {
+    throw std::runtime_error("pose graph: the normal equations are singular");
+  }
+  const int wanted = slips ? 5 : 4;
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, wanted);
+  unit.bottomRows(wanted).setIdentity();
+  const Eigen::MatrixXd block = factorised.solve(unit).bottomRows(wanted);
+  Matrix5d covariance = Matrix5d::Zero();
+  covariance.topLeftCorner(wanted, wanted) = 0.5 * (block + block.transpose());
+  return covariance;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,47 @@
+#include "motion/slip_drift.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+SlipDrift::SlipDrift(const Config& config)
+    : model_(slip_model(config.wheel)),
+      enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
+      wheel_noise_(config.wheel.noise),
+      lag_s_(config.smoother.lag),
+      gravity_(config.initializer.gravity) {}
+
+// The speed follows the wheel with the time constant of a Kalman filter of its noise and the
+// IMU's. Of a slip that comes on over the window's length it sees the part within that time.
+double SlipDrift::unseen_speed(double speed, const ImuNoise& noise) const {
+  const double carried_s = std::min(lag_s_, wheel_noise_ * std::sqrt(speed) / noise.accel_density);
+  const double tilt_rate = gravity_ * noise.gyro_density;
+  const double variance = noise.accel_density * noise.accel_density * carried_s +
+                          tilt_rate * tilt_rate * std::pow(carried_s, 3) / 3;
+  return std::sqrt(variance) * lag_s_ / carried_s;
+}
+
+void SlipDrift::advance(const NavState& state, const ImuNoise& noise) {
+  if (!last_) joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
+  const NavState last = last_.value_or(state);
+  last_ = state;
+  sigma_ = 0.0;
+  const double seconds = to_seconds(state.time - last.time);
+  if (!enabled_ || seconds <= 0) return;
+  const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
+  const double speed = moved.norm() / seconds;
+  const double seen = speed > 0 ? speed / unseen_speed(speed, noise) : 0.0;
+  const double variance = 1 / (1 / std::pow(model_.sigma(), 2) + seen * seen);
+  sigma_ = std::sqrt(variance);
+
+  const double kept = model_.correlation(seconds);
+  joint_.row(2) *= kept;
+  joint_.col(2) *= kept;
+  joint_(2, 2) += variance * (1 - kept * kept);
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  F.topRightCorner<2, 1>() = moved;
+  joint_ = (F * joint_ * F.transpose()).eval();
+}
+
+}  // namespace gprodom

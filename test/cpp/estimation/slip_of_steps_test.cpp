@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "estimation/graph/pose_graph.h"
+#include "estimation/graph/slip_factors.h"
+
+namespace gprodom {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kStep = 0.5;     // m between nodes, as the wheel has it
+constexpr double kSeconds = 1.5;  // that a step takes
+constexpr int kLap = 40;          // steps
+
+// A square that is driven round and round. The odometry reads e^-l times what the robot drives, l
+// the slip of each step; where `tied`, each step from the second lap on ends on a revisit.
+struct Laps {
+  std::vector<PlanarPose> truth{PlanarPose()};
+  PoseGraph graph;
+
+  Laps(const std::vector<double>& slip, bool tied, double slip_sigma, const SlipModel& model = {})
+      : graph({}, options_with(model)) {
+    for (std::size_t i = 0; i < slip.size(); ++i) {
+      const bool corner = i % (kLap / 4) == kLap / 4 - 1;
+      const PlanarPose step{{kStep, 0.0}, corner ? M_PI / 2 : 0.0};
+      truth.push_back(compose(truth.back(), step));
+      PlanarStep seen;
+      seen.measured = {std::exp(-slip[i]) * step.p, step.yaw};
+      seen.d_scale.head<2>() = -seen.measured.p;
+      seen.covariance = Vector3d(1e-5, 1e-5, 1e-8).asDiagonal();
+      seen.seconds = kSeconds;
+      seen.slip_sigma = slip_sigma;
+      const std::size_t node = graph.add_node(seen);
+      if (!tied || node <= kLap) continue;
+      RevisitEdge edge{node - kLap, node};
+      edge.sigma_m = 0.02;
+      graph.add_revisit(edge);
+    }
+  }
+
+  static PoseGraphOptions options_with(const SlipModel& model) {
+    PoseGraphOptions options;
+    options.slip = model;
+    return options;
+  }
+
+  double error(const PoseGraphSolution& solution) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      sum += (solution.nodes[i].p - truth[i].p).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(truth.size()));
+  }
+};
+
+// None, but for one slip in the second lap that is held for ten steps.
+std::vector<double> one_slip(double size, int laps) {
+  std::vector<double> slip(static_cast<std::size_t>(laps * kLap), 0.0);
+  for (std::size_t i = kLap + 5; i < kLap + 15; ++i) slip[i] = size;
+  return slip;
+}
+
+TEST(SlipOfSteps, DerivativesAreThoseOfTheResiduals) {
+  const SlipFactor none(3.0);
+  const SlipChangeFactor change(0.8, 2.0);
+  double a = 0.3, b = -0.2, r = 0.0, Ja = 0.0, Jb = 0.0;
+  double* blocks[] = {&a, &b};
+  double* jacobians[] = {&Ja, &Jb};
+  none.Evaluate(blocks, &r, jacobians);
+  EXPECT_DOUBLE_EQ(r, 0.9);
+  EXPECT_DOUBLE_EQ(Ja, 3.0);
+  change.Evaluate(blocks, &r, jacobians);
+  EXPECT_NEAR(r, 2.0 * (b - 0.8 * a), 1e-12);
+  EXPECT_DOUBLE_EQ(Ja, -1.6);
+  EXPECT_DOUBLE_EQ(Jb, 2.0);
+}
+
+TEST(SlipOfSteps, KernelsStateTheirOwnDerivatives) {
+  double width = 1.0;
+  const WideCauchyLoss cauchy(1.5, width);
+  const WideGemanMcClureLoss redescending(1.5, width);
+  for (const ceres::LossFunction* loss : {static_cast<const ceres::LossFunction*>(&cauchy),
+                                          static_cast<const ceres::LossFunction*>(&redescending)}) {
+    for (const double w : {1.0, 8.0}) {
+      width = w;
+      for (const double s : {0.1, 2.0, 50.0}) {
+        const double h = 1e-5;
+        double at[3], after[3], before[3];
+        loss->Evaluate(s, at);
+        loss->Evaluate(s + h, after);
+        loss->Evaluate(s - h, before);
+        EXPECT_NEAR((after[0] - before[0]) / (2 * h), at[1], 1e-6);
+        EXPECT_NEAR((after[1] - before[1]) / (2 * h), at[2], 1e-6);
+      }
+    }
+  }
+}
+
+// Of a slip in the second lap the first and the third, which agree with each other, know: it is put
+// where it was, and the laps without slip stay as they are.
+TEST(SlipOfSteps, RevisitsFindWhereTheWheelSlipped) {
+  for (const double size : {-0.1, -0.5, 0.1}) {
+    Laps laps(one_slip(size, 3), true, SlipModel().sigma());
+    const PoseGraphSolution solution = laps.graph.solve(1.0, 0.02);
+    EXPECT_LT(laps.error(solution), 0.05) << size;
+    EXPECT_NEAR(laps.graph.slip(kLap + 10), size, 0.03) << size;
+    EXPECT_NEAR(laps.graph.slip(kLap / 2), 0.0, 0.01) << size;
+    EXPECT_NEAR(laps.graph.slip(2 * kLap + kLap / 2), 0.0, 0.01) << size;
+    for (const bool trusted : solution.trusted) EXPECT_TRUE(trusted);
+  }
+}
+
+TEST(SlipOfSteps, WithoutSlipNothingIsLost) {
+  const std::vector<double> none(3 * kLap, 0.0);
+  Laps may_slip(none, true, SlipModel().sigma()), never(none, true, 0.0);
+  EXPECT_LT(may_slip.error(may_slip.graph.solve(1.0, 0.02)), 1e-3);
+  EXPECT_LT(never.error(never.graph.solve(1.0, 0.02)), 1e-3);
+}
+
+// Slips drawn from the model, small enough to be linear in, and nothing that sees them: the
+// covariance of the place holds.
+TEST(SlipOfSteps, CovarianceHoldsWhereNoWitnessSpeaks) {
+  SlipModel model;
+  model.size = 0.1;
+  std::mt19937 engine(4);
+  std::normal_distribution<double> normal;
+  double nees = 0.0;
+  constexpr int kRuns = 300;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<double> slip;
+    double l = model.sigma() * normal(engine);
+    const double kept = model.correlation(kSeconds);
+    for (int i = 0; i < kLap - 10; ++i) {
+      if (i > 0) l = kept * l + std::sqrt(1 - kept * kept) * model.sigma() * normal(engine);
+      slip.push_back(l);
+    }
+    Laps laps(slip, false, model.sigma(), model);
+    const PlanarEstimate newest = laps.graph.solve(1.0, 0.0).newest;
+    const Vector2d error = newest.pose.p - laps.truth.back().p;
+    nees += error.dot(newest.covariance.topLeftCorner<2, 2>().inverse() * error) / kRuns;
+  }
+  EXPECT_GT(nees, 1.2);  // two degrees of freedom; what l is not linear in is left out
+  EXPECT_LT(nees, 2.8);
+}
+
+}  // namespace
+}  // namespace gprodom

@@ -1,0 +1,77 @@
+#include "motion/slip_drift.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr ImuNoise kShaken{0.003, 0.12}, kQuiet{2e-4, 8e-4};  // densities, rad/s and m/s^2
+constexpr int kStates = 400;                                  // five a second
+constexpr double kSpeed = 0.4;                                // m/s
+
+// Along x, then along y.
+NavState state_at(int i) {
+  NavState state;
+  state.time = from_seconds(0.2 * i);
+  const double way = 0.2 * kSpeed * i, leg = 0.1 * kSpeed * kStates;
+  state.p_odom << std::min(way, leg), std::max(0.0, way - leg), 0.0;
+  return state;
+}
+
+SlipDrift driven(const Config& config, const ImuNoise& noise) {
+  SlipDrift drift(config);
+  for (int i = 0; i <= kStates; ++i) drift.advance(state_at(i), noise);
+  return drift;
+}
+
+TEST(SlipDrift, CovarianceIsThatOfSlipsDrawnFromTheModel) {
+  const Config config;
+  const SlipDrift drift = driven(config, kShaken);
+  const SlipModel model = slip_model(config.wheel);
+  const double kept = model.correlation(0.2), sigma = drift.sigma();
+  std::mt19937 engine(3);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix2d sampled = Eigen::Matrix2d::Zero();
+  constexpr int kRuns = 4000;
+  for (int run = 0; run < kRuns; ++run) {
+    double l = sigma * normal(engine);
+    Vector2d error = Vector2d::Zero();
+    for (int i = 1; i <= kStates; ++i) {
+      l = kept * l + std::sqrt(1 - kept * kept) * sigma * normal(engine);
+      error += l * (state_at(i).p_odom - state_at(i - 1).p_odom).head<2>();
+    }
+    sampled += error * error.transpose() / kRuns;
+  }
+  EXPECT_LT((drift.covariance() - sampled).norm(), 0.08 * sampled.norm());
+}
+
+TEST(SlipDrift, AnImuThatCarriesTheSpeedIsAWitness) {
+  const Config config;
+  const double prior = slip_model(config.wheel).sigma();
+  EXPECT_GT(driven(config, kShaken).sigma(), 0.8 * prior);
+  EXPECT_LT(driven(config, kQuiet).sigma(), 0.3 * prior);
+}
+
+TEST(SlipDrift, NothingSlipsThatStandsOrHasNoWheel) {
+  Config config;
+  SlipDrift drift(config);
+  NavState state;
+  for (int i = 0; i < 50; ++i) {
+    state.time = from_seconds(0.2 * i);
+    drift.advance(state, kShaken);
+  }
+  EXPECT_EQ(drift.covariance().norm(), 0.0);
+  config.wheel.slip_share = 0.0;
+  EXPECT_EQ(driven(config, kShaken).covariance().norm(), 0.0);
+  config = Config();
+  config.wheel.enabled = false;
+  EXPECT_EQ(driven(config, kShaken).sigma(), 0.0);
+}
+
+}  // namespace
+}  // namespace gprodom
