@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "estimation/factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/graph/slip_factors.h"
 
@@ -120,6 +121,28 @@ TEST(SlipOfSteps, WithoutSlipNothingIsLost) {
   Laps may_slip(none, true, SlipModel().sigma()), never(none, true, 0.0);
   EXPECT_LT(may_slip.error(may_slip.graph.solve(1.0, 0.02)), 1e-3);
   EXPECT_LT(never.error(never.graph.solve(1.0, 0.02)), 1e-3);
+}
+
+TEST(SlipOfSteps, AWheelThatSlippedMeasuredALongerWay) {
+  const double l = -0.3;
+  WheelIncrement seen(Vector3d(0.01, 0.0, -0.02)), longer(Vector3d(0.01, 0.0, -0.02));
+  for (int i = 0; i < 5; ++i) {
+    seen.integrate({0.1, 0.2, 0.5}, 0.04, 0.02);
+    longer.integrate({0.1, 0.2, 0.5}, 0.04, std::exp(l) * 0.02);
+  }
+  const Vector3d lever_arm(0.1, 0.0, -0.2), variance(1e-4, 1e-4, 1e-4);
+  const auto slipped = WheelFactor(seen, lever_arm, variance, 1.5).with_slip(l);
+  ASSERT_TRUE(slipped);
+  NavState a, b;
+  a.gyro_bias << 0.005, 0.001, 0.0;
+  b.p_odom << 0.1, 0.01, 0.0;
+  Residual r, expected;
+  Jacobian Ja, Jb, Ja_expected, Jb_expected;
+  slipped->evaluate(a, b, r, &Ja, &Jb);
+  WheelFactor(longer, lever_arm, variance, 1.5)
+      .evaluate(a, b, expected, &Ja_expected, &Jb_expected);
+  EXPECT_LT((r - expected).norm(), 1e-9 * expected.norm());
+  EXPECT_LT((Ja - Ja_expected).norm(), 1e-9 * Ja_expected.norm());
 }
 
 // Slips drawn from the model, small enough to be linear in, and nothing that sees them: the
