@@ -48,7 +48,8 @@ class MotionJudge {
   // before that.
   Initialization initialize();
 
-  // The first state, from the initialiser or from a run before. `noise`: of the IMU at standstill.
+  // The first state, from the initialiser or from a run before, with the IMU's noise at standstill
+  // (or, after a start on the move, what is known of it).
   void begin(const StateResult& first, const InitialState& initial);
 
   // Of a run before: the wheel's count at a time before the first sample. It is believed to have

@@ -38,7 +38,7 @@ class Robot {
     newest.state.gyro_bias = kBias;
     newest.solve.usable = true;
     newest.standing = true;
-    judge.begin(newest, kReference);
+    judge.begin(newest, {newest.state, {}, kReference});
   }
 
   MotionJudge judge;
