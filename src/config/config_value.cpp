@@ -138,7 +138,7 @@ bool assign(const ConfigKey& key, const YAML::Node& node) {
 }
 
 std::string short_range(const ConfigKey& key) {
-  const std::string choices = std::visit([](auto* field) { return choices_of(field); }, key.field);
+  std::string choices = std::visit([](auto* field) { return choices_of(field); }, key.field);
   if (!choices.empty()) return choices;
   const auto* range = std::get_if<Range>(&key.allowed);
   if (!range) return "";
