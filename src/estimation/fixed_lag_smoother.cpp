@@ -39,6 +39,9 @@ constexpr int kCommonRows[] = {row::kTheta + 2, row::kP, row::kP + 1, row::kP + 
 
 constexpr double kRounding = 1.1;  // of an information
 
+// Steps beyond the cap while none is accepted, each with ten times the damping of the last.
+constexpr int kMoreDamping = 8;
+
 // Columns in row units.
 void scale_columns(Jacobian& J) {
   static const StateVector units = row_units();
@@ -252,7 +255,9 @@ SolveSummary FixedLagSmoother::solve_at_origin() {
   States trial(states_.size());
   double damping = 0, damping_of_factor = 0, expected = 0;
   summary.cost = linearise(states_);
-  while (summary.steps < options_.max_iterations) {
+  // Where every step so far was refused, more damping is tried: a failure costs the whole window.
+  while (summary.steps < options_.max_iterations ||
+         (!summary.usable && summary.steps < options_.max_iterations + kMoreDamping)) {
     if (!std::isfinite(summary.cost)) return summary;
     if (!eliminate(damping)) {
       damping = std::max(1e-6, 10 * damping);
@@ -272,7 +277,7 @@ SolveSummary FixedLagSmoother::solve_at_origin() {
       summary.cost = trial_cost;
       summary.usable = true;
       damping = 0;
-      if (expected < options_.convergence || summary.steps == options_.max_iterations) break;
+      if (expected < options_.convergence || summary.steps >= options_.max_iterations) break;
       linearise(states_);
     } else {
       damping = std::max(1e-6, 10 * damping);

@@ -273,6 +273,7 @@ def killed(folder: Path) -> None:
         daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
         before = daemon.heard["ODOMETRY"][-1]
         assert before.position[0] > 1.0, before.position
+        daemon.wait_for("the pose on disk", lambda: (folder / "pose.state").exists())
         behind = robot.travelled - (robot.utime - before.utime) * 1e-6 * robot.speed
         daemon.process.send_signal(signal.SIGKILL)
         daemon.process.wait()

@@ -31,8 +31,7 @@ def convert(data: Path, name: str, log: Path) -> None:
 def test_knowledge_comes_from_measurements_alone(
     name: str, mounting: str, shared: Path, tmp_path: Path
 ) -> None:
-    """The heading's deviation once fell by a factor of thirty in one message of a driving Husky,
-    and `odom` jumped by metres."""
+    """The heading's deviation once fell by a factor of thirty in one message of a driving Husky."""
     log, out = tmp_path / "in.lcmlog", tmp_path / "out.lcmlog"
     convert(shared / "robots", name, log)
     setting = f"imu.rpy_body_imu={mounting}"
@@ -47,5 +46,3 @@ def test_knowledge_comes_from_measurements_alone(
     yaw_sigma = np.sqrt(odometry["pose_covariance"].reshape(-1, 6, 6)[:, 5, 5])
     driving = (odometry["flags"][1:] & STANDING) == 0
     assert np.all((yaw_sigma[1:] / yaw_sigma[:-1])[driving] > 0.8)
-    step = np.linalg.norm(np.diff(odometry["position"], axis=0), axis=1)
-    assert step[driving].max() < 1.0
