@@ -1,13 +1,6 @@
 #include "gpr/allocation_count.h"
 
-// The sanitizers have allocators of their own. g++ tells of them by macros, clang by features.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define GPRODOM_SANITIZED 1
-#elif defined(__has_feature)
-#define GPRODOM_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
-#else
-#define GPRODOM_SANITIZED 0
-#endif
+#include "support/sanitized.h"
 
 #if !GPRODOM_SANITIZED && defined(__GLIBC__)
 #define GPRODOM_COUNTS_ALLOCATIONS 1
