@@ -24,7 +24,6 @@ from typing import Any
 
 from rich.console import Console
 
-from gprodom import CommandName
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import find_program
@@ -175,7 +174,7 @@ def hostile(folder: Path) -> None:
         daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
 
         reset = message("command_t")()
-        reset.utime, reset.name, reset.argument = end, CommandName.reset.name, ""
+        reset.utime, reset.name, reset.argument = end, "reset", ""
         daemon.lcm.publish("COMMAND", reset.encode())
         daemon.await_log("reset by command")
         daemon.await_status("no input for")  # silence is told of, not kept
@@ -303,9 +302,9 @@ def ground(folder: Path) -> None:
         status = daemon.heard["STATUS"][-1]
         return dict(zip(status.names, status.values, strict=True)).get(name, 0.0)
 
-    def command(daemon: Daemon, name: CommandName, argument: str) -> None:
+    def command(daemon: Daemon, name: str, argument: str) -> None:
         m = message("command_t")()
-        m.utime, m.name, m.argument = START_UTIME, name.name, argument
+        m.utime, m.name, m.argument = START_UTIME, name, argument
         daemon.lcm.publish("COMMAND", m.encode())
 
     def played(daemon: Daemon, played_s: float) -> bool:
@@ -314,7 +313,7 @@ def ground(folder: Path) -> None:
 
     with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
         daemon.wait_for("poses of 20 s", lambda: played(daemon, 20.0), 40.0)
-        command(daemon, CommandName.save_map, "half")
+        command(daemon, "save_map", "half")
         daemon.reread(keep + "logging:\n  level: debug\n")
         daemon.await_log("half.map: saved")
         daemon.wait_for("end of the log", lambda: log.poll() is not None, 60.0)
@@ -323,9 +322,9 @@ def ground(folder: Path) -> None:
     assert {"ground.map", "half.map", "pose.state", "wheel_scale.txt"} <= set(os.listdir(folder))
     with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
         daemon.wait_for("poses of 10 s", lambda: played(daemon, 10.0), 40.0)
-        command(daemon, CommandName.reset, "")
+        command(daemon, "reset", "")
         daemon.await_log("reset by command")
-        command(daemon, CommandName.load_map, "half")
+        command(daemon, "load_map", "half")
         daemon.await_log("map half loaded")
         daemon.reread(keep + "wheel:\n  scale: 0.99\n")
         daemon.await_log("the estimator starts afresh with the new config")
