@@ -30,12 +30,13 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import find_program, run_replay
+from gprodom.options import add_config_option
 from own_network import GROUP, PORT, URL, parse_inside
 
 VARIANTS = 4000  # different packets, sent again and again
@@ -238,14 +239,14 @@ def apart(replayed: Path, poses: dict[int, tuple[float, ...]]) -> tuple[int, int
 
 
 def measure(
-    log: Path, config: Path, packets: int, speed: float, seed: int, folder: Path
+    log: Path, configs: Configs, packets: int, speed: float, seed: int, folder: Path
 ) -> dict[str, Any]:
     """The figures by name."""
     attack, listener = Attack(log, packets, speed, seed), Listener()
     daemon_log = folder / "daemon.log"
     with open(daemon_log, "w") as said:
         daemon = subprocess.Popen(
-            [str(find_program("gprodomd")), "-c", str(config), "--lcm-url", URL], stderr=said
+            [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL], stderr=said
         )
     memory: list[float] = []
     try:
@@ -268,7 +269,7 @@ def measure(
             daemon.terminate()
             daemon.wait(20)
     code = daemon.returncode
-    run_replay(log, folder / "replay.lcmlog", config)
+    run_replay(log, folder / "replay.lcmlog", configs)
     poses, both, distance_m = apart(folder / "replay.lcmlog", listener.poses)
     return {
         "packets": attack.sent,
@@ -306,7 +307,7 @@ def parse() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("log", type=Path, metavar="IN.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    add_config_option(parser)
     parser.add_argument("--packets", type=int, default=1_000_000, help="default: 1000000")
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
@@ -322,8 +323,7 @@ def main() -> int:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            config = args.config or default_config()
-            figures = measure(args.log, config, args.packets, args.speed, args.seed, Path(name))
+            figures = measure(args.log, args.configs, args.packets, args.speed, args.seed, Path(name))
     except Error as error:
         print(f"hostile_packets: error: {error}", file=sys.stderr)
         return 1

@@ -22,11 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.odometry.replay import run_replay
+from gprodom.odometry.replay import find_program, run_replay
+from gprodom.options import add_config_option
 
 LIVE = Path(__file__).resolve().parents[1] / "scripts" / "live"
 INPUTS = ["IMU", "WHEEL", "GPR_TRACE"]
@@ -44,15 +45,19 @@ def count(log: Path) -> int:
     return sum(len(channel["utime"]) for channel in logs.read(log, INPUTS).values())
 
 
-def compare(log: Path, config: Path, speed: float) -> dict[str, Any]:
+def compare(log: Path, configs: Configs, speed: float) -> dict[str, Any]:
     """One log both ways."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         live, replayed = Path(name) / "live.lcmlog", Path(name) / "replay.lcmlog"
+        # scripts/live takes one file.
+        config = Path(name) / "config.yaml"
+        merge = [str(find_program("gprodomd")), *config_arguments(configs), "--print-config"]
+        config.write_bytes(subprocess.run(merge, check=True, capture_output=True).stdout)
         command = [str(LIVE), str(config), str(log), str(live), str(speed)]
         ran = subprocess.run(command, capture_output=True, text=True)
         if ran.returncode != 0:
             raise Error(f"{log.name}: scripts/live: {ran.stderr.strip()}")
-        run_replay(log, replayed, config)
+        run_replay(log, replayed, configs)
         stamps_live, live_m = positions(live)
         stamps_replay, replay_m = positions(replayed)
         _, i, j = np.intersect1d(stamps_live, stamps_replay, return_indices=True)
@@ -75,19 +80,18 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    add_config_option(parser)
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="logs at once (default: 1)")
     add_json_flag(parser)
     args = parser.parse_args()
-    config = args.config or default_config()
     results = []
     try:
         with (
             Progress("logs", float(len(args.logs))) as progress,
             ThreadPoolExecutor(args.jobs) as pool,
         ):
-            for result in pool.map(lambda log: compare(log, config, args.speed), args.logs):
+            for result in pool.map(lambda log: compare(log, args.configs, args.speed), args.logs):
                 results.append(result)
                 progress.advance()
     except Error as error:

@@ -29,12 +29,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
+from gprodom.options import add_config_options
 from own_network import URL, parse_inside
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")
@@ -89,10 +90,15 @@ class Told:
 
 
 def measure(
-    log: Path, config: Path, overrides: list[str], seconds: float, speed: float, series: Path | None
+    log: Path,
+    configs: Configs,
+    overrides: list[str],
+    seconds: float,
+    speed: float,
+    series: Path | None,
 ) -> Any:
     """Plays `log` to a daemon, for `seconds` at most; the figures by name."""
-    command = [str(find_program("gprodomd")), "-c", str(config), "--lcm-url", URL]
+    command = [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL]
     for override in overrides:
         command += ["--set", override]
     told = Told()
@@ -157,8 +163,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("log", type=Path, metavar="IN.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    add_config_options(parser)
     parser.add_argument("--seconds", type=float, default=60.0, help="at most (default: 60)")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")
     parser.add_argument("--max-memory", type=float, default=60.0, metavar="MB")
@@ -171,8 +176,9 @@ def main() -> int:
     try:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
-        config = args.config or default_config()
-        figures = measure(args.log, config, args.overrides, args.seconds, args.speed, args.series)
+        figures = measure(
+            args.log, args.configs, args.overrides, args.seconds, args.speed, args.series
+        )
     except Error as error:
         print(f"live_load: error: {error}", file=sys.stderr)
         return 1

@@ -77,7 +77,7 @@ def measure_cut(sequence: Path, seconds: float, overrides: list[str], folder: Pa
         total_station = read_truth(log).trajectory
         for use in ("never", "contradicted"):
             settings = [*overrides, f"gpr.coherence.use={use}"]
-            trajectory = estimate(log, method, None, settings, output).trajectory
+            trajectory = estimate(log, method, (), settings, output).trajectory
             errors[f"{how}, {use}"] = rmse(trajectory, total_station)
     return CutOutcome(sequence.stem, errors)
 

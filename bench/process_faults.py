@@ -27,12 +27,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program, run_replay
+from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
 from own_network import URL, parse_inside
 
@@ -47,7 +48,7 @@ class Run:
     """One run's daemon and what was heard of it."""
 
     folder: Path
-    config: Path
+    configs: Configs
     stderr: Path
     process: subprocess.Popen[bytes] | None = None
     poses: list[tuple[float, int, tuple[float, ...]]] = field(default_factory=list)
@@ -55,7 +56,8 @@ class Run:
 
     def start(self) -> None:
         """Starts the daemon, with its state in folder/state."""
-        command = [str(find_program("gprodomd")), "-c", str(self.config), "--lcm-url", URL]
+        command = [str(find_program("gprodomd")), *config_arguments(self.configs)]
+        command += ["--lcm-url", URL]
         command += ["--set", f"state.directory={self.folder / 'state'}"]
         with open(self.stderr, "a") as said:
             self.process = subprocess.Popen(command, stderr=said)
@@ -205,14 +207,14 @@ def outcome(run: Run, fault: Fault, ended_at: float, clean: dict[int, Any]) -> d
     }
 
 
-def measure(fault: Fault, log: Path, seconds: float, config: Path, folder: Path) -> dict[str, Any]:
+def measure(fault: Fault, log: Path, seconds: float, configs: Configs, folder: Path) -> dict[str, Any]:
     """Plays the log with the fault."""
     events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
     events = [e for e in events if e[1] in CHANNELS and e[0] < events[0][0] + seconds * 1e6]
-    run_replay(log, folder / "clean.lcmlog", config)
+    run_replay(log, folder / "clean.lcmlog", configs)
     odometry = logs.read(folder / "clean.lcmlog", ["ODOMETRY"])["ODOMETRY"]
     clean = dict(zip(odometry["utime"].tolist(), odometry["position"].tolist(), strict=True))
-    run = Run(folder, config, folder / "stderr")
+    run = Run(folder, configs, folder / "stderr")
     (folder / "state").mkdir()
     fault.prepare(run)
     run.start()
@@ -261,7 +263,7 @@ def parse() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("log", type=Path, metavar="IN.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    add_config_option(parser)
     parser.add_argument("--seconds", type=float, default=40.0, help="of the log (default: 40)")
     add_json_flag(parser)
     return parse_inside(parser, mounts=True)
@@ -277,8 +279,9 @@ def main() -> int:
         for fault in FAULTS:
             print(f"{fault.name} ...", file=sys.stderr)
             with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
-                config = args.config or default_config()
-                results.append(measure(fault, args.log, args.seconds, config, Path(name)))
+                results.append(
+                    measure(fault, args.log, args.seconds, args.configs, Path(name))
+                )
                 for mount in (Path(name) / "state", Path(name) / "log"):
                     if mount.is_mount():
                         subprocess.run(["umount", "-l", str(mount)], check=True)

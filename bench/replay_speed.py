@@ -21,10 +21,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.odometry.replay import find_program
+from gprodom.options import add_config_options
 
 CASES = {
     "default": [],
@@ -38,10 +39,10 @@ def processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def replay(log: Path, config: Path, overrides: list[str], folder: Path) -> dict[str, float]:
+def replay(log: Path, configs: Configs, overrides: list[str], folder: Path) -> dict[str, float]:
     """One replay's figures."""
     stats = folder / "stats.json"
-    command = [str(find_program()), "-c", str(config), str(log)]
+    command = [str(find_program()), *config_arguments(configs), str(log)]
     command += ["-o", str(folder / "out.lcmlog"), "--stats", str(stats)]
     for override in overrides:
         command += ["--set", override]
@@ -70,14 +71,12 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    add_config_options(parser)
     parser.add_argument("--repeats", type=int, default=3, help="default: 3")
     add_json_flag(parser)
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
     try:
-        config = args.config or default_config()
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             total = float(len(args.logs) * len(CASES) * args.repeats)
             with Progress("replays", total) as progress:
@@ -86,7 +85,7 @@ def main() -> int:
                         runs = []
                         for _ in range(args.repeats):
                             runs.append(
-                                replay(log, config, [*overrides, *args.overrides], Path(name))
+                                replay(log, args.configs, [*overrides, *args.overrides], Path(name))
                             )
                             progress.update(float(len(results) * args.repeats + len(runs)))
                         results.append({"log": log.name, "case": case, **best(runs)})

@@ -98,7 +98,7 @@ def run(sequence: Path, sample_interval: float, overrides: tuple[str, ...]) -> l
             for name in METHODS:
                 output = Path(folder) / f"{name}.lcmlog"
                 settings = (*known, *overrides)
-                made = estimate(log, find_method(name), None, settings, output, smooth=True)
+                made = estimate(log, find_method(name), (), settings, output, smooth=True)
                 assert made.smoothed is not None
                 both = (made.trajectory, made.smoothed)
                 se2 = [figures(t, "se2") for t in both]

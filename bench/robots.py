@@ -105,7 +105,7 @@ def run(recording: Recording, data: Path, overrides: Sequence[str]) -> dict[str,
         angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
         settings = [f"imu.rpy_body_imu=[{angles}]", *recording.settings]
         used = [*settings, *overrides]
-        found = estimate(log, find_method("imu_wheel"), None, used, output, smooth=True)
+        found = estimate(log, find_method("imu_wheel"), (), used, output, smooth=True)
         truth = read_truth(log).trajectory
         wheel = wheel_and_gyro(sensors)
         odometry = logs.read_roles(output, STANDARD.of("odometry"))["odometry"]

@@ -78,9 +78,9 @@ def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> 
     with tempfile.TemporaryDirectory() as folder:
         log = as_log(sequence, Path(folder), sample_interval(sequence))
         output = Path(folder) / "output.lcmlog"
-        dead = figures(estimate(log, find_method("wheel"), None, (), output).trajectory)
+        dead = figures(estimate(log, find_method("wheel"), (), (), output).trajectory)
         for name, method, settings in methods:
-            made = estimate(log, find_method(method), None, settings, output, smooth=True)
+            made = estimate(log, find_method(method), (), settings, output, smooth=True)
             assert made.smoothed is not None
             causal = figures(made.trajectory)
             odom = figures(read_estimate(output, "odom").trajectory)

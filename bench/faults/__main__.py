@@ -33,11 +33,11 @@ import numpy as np
 import outcome
 import table
 
-from gprodom.config import default_config
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
 from gprodom.odometry.replay import run_replay
+from gprodom.options import add_config_option
 from gprodom.score.sources import read_truth
 
 BEGIN = 0.45  # of the run, where faults begin
@@ -110,7 +110,7 @@ class Runner:
 
     def __init__(self, args: argparse.Namespace) -> None:
         self.folder, self.truth = args.output, args.truth
-        self.config = args.config or default_config()
+        self.configs = args.configs
         self.combinations = args.combinations
 
     def faults(self) -> dict[str, kinds.Fault]:
@@ -145,7 +145,7 @@ class Runner:
                 rng = np.random.default_rng([1 + task.draw, zlib.crc32(fault.name.encode())])
                 write_messages(faulty, fault.apply(messages, rng, begin))
                 seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
-            run_replay(faulty if fault else task.log, made, self.config)
+            run_replay(faulty if fault else task.log, made, self.configs)
             return then(made, begin, begin + seconds * kinds.SECOND)
 
     def sensor_back(self, task: Task) -> dict[str, Any]:
@@ -199,7 +199,7 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    add_config_option(parser)
     parser.add_argument(
         "--only", action="append", metavar="TEXT", help="faults whose name holds it; repeatable"
     )

@@ -215,12 +215,13 @@ struct Config {
   LoggingConfig logging;
 };
 
-// Reads a YAML file over the defaults, then applies "key.subkey=value" overrides in order.
-// Throws ConfigError ("file:line: key: what was expected") on unknown keys, wrong types and values
-// out of range.
-Config load_config(const std::string& path, const std::vector<std::string>& overrides = {});
+// Reads YAML files over the defaults, a later one over those before it, then applies
+// "key.subkey=value" overrides in order. Throws ConfigError ("file:line: key: what was expected") on
+// unknown keys, wrong types and values out of range.
+Config load_config(const std::vector<std::string>& paths,
+                   const std::vector<std::string>& overrides = {});
 
-// The same without a file.
+// The same without files.
 Config default_config(const std::vector<std::string>& overrides = {});
 
 struct ConfigChange {

@@ -43,6 +43,10 @@ class Channels:
 STANDARD = Channels()
 
 
+# Of ``-c``: a later one goes over those before, key by key; none: the default configuration.
+Configs = Sequence[Path]
+
+
 def default_config() -> Path:
     """gprodom.yaml of this checkout, else the installed one."""
     checkout = Path(gprodom.__file__).resolve().parents[2]
@@ -52,15 +56,31 @@ def default_config() -> Path:
     raise Error("no default configuration found: give one with -c")
 
 
-def read_channels(config: Path | None = None, overrides: Sequence[str] = ()) -> Channels:
-    """The channels' names by a configuration (the default one where None) and KEY=VALUE over it."""
+def config_files(configs: Configs) -> tuple[Path, ...]:
+    """The files that `configs` stands for."""
+    return tuple(configs) or (default_config(),)
+
+
+def config_arguments(configs: Configs) -> list[str]:
+    """The same as arguments of gprodomd and gprodom-replay."""
+    return [part for path in config_files(configs) for part in ("-c", str(path))]
+
+
+def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Channels:
+    """The channels' names by configurations and KEY=VALUE over them."""
+    try:
+        files = config_files(configs)
+    except Error:  # the package alone, without the programs
+        files = ()
+    channels = STANDARD
+    for file in files:
+        channels = _named(channels, _section(file), f"{file}: channels.")
+    return _named(channels, _overridden(overrides), "--set channels.")
+
+
+def _section(config: Path) -> dict[object, object]:
     import yaml
 
-    if config is None:
-        try:
-            config = default_config()
-        except Error:  # the package alone, without the programs
-            return _named(STANDARD, _overridden(overrides), "--set channels.")
     try:
         content = yaml.safe_load(config.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
@@ -68,8 +88,7 @@ def read_channels(config: Path | None = None, overrides: Sequence[str] = ()) -> 
     section = content.get("channels") if isinstance(content, dict) else None
     if section is not None and not isinstance(section, dict):
         raise Error(f"{config}: channels: expected the names of channels by key")
-    channels = _named(STANDARD, section or {}, f"{config}: channels.")
-    return _named(channels, _overridden(overrides), "--set channels.")
+    return section or {}
 
 
 def _overridden(overrides: Sequence[str]) -> dict[object, object]:

@@ -23,11 +23,23 @@ def add_command(
     return parser
 
 
-def add_config_options(parser: argparse.ArgumentParser) -> None:
-    """``-c`` and ``--set``, as every program has them that takes a config."""
+def add_config_option(parser: argparse.ArgumentParser) -> None:
+    """``-c``, as every program has it that takes a configuration: to `args.configs`."""
     parser.add_argument(
-        "-c", "--config", type=Path, metavar="CONFIG", help="configuration (default gprodom.yaml)"
+        "-c",
+        "--config",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="CONFIG",
+        dest="configs",
+        help="configuration (default gprodom.yaml); a later one goes over those before",
     )
+
+
+def add_config_options(parser: argparse.ArgumentParser) -> None:
+    """``-c`` and ``--set``, the latter to `args.overrides`."""
+    add_config_option(parser)
     parser.add_argument(
         "--set",
         action="append",

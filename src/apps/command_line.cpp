@@ -15,7 +15,24 @@ bool answers_to(const Option& option, const std::string& name) {
   return option.name.substr(0, comma) == name || option.name.substr(comma + 2) == name;
 }
 
+Option added_to(std::vector<std::string>& list, std::string name, std::string argument,
+                std::string help) {
+  return {std::move(name), std::move(argument), std::move(help),
+          [&list](const std::string& text) { list.push_back(text); }};
+}
+
 }  // namespace
+
+Option config_option(std::vector<std::string>& paths) {
+  return added_to(paths, "-c, --config", "CONFIG",
+                  "YAML file of keys that differ from the defaults; a later one goes over those "
+                  "before");
+}
+
+Option set_option(std::vector<std::string>& overrides) {
+  return added_to(overrides, "--set", "KEY=VALUE",
+                  "override one key, such as wheel.scale=0.97; may be repeated");
+}
 
 CommandLine::CommandLine(std::string program, std::string usage, std::string purpose,
                          std::vector<Option> options)

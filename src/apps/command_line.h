@@ -20,6 +20,10 @@ struct Option {
   std::function<void(const std::string&)> use;
 };
 
+// -c and --set, the same in every program that takes a config: what they name is added to the lists.
+Option config_option(std::vector<std::string>& paths);
+Option set_option(std::vector<std::string>& overrides);
+
 class CommandLine {
  public:
   // `usage` and `purpose` head the help text; --help and --version are added to the options.

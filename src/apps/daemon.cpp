@@ -58,9 +58,9 @@ bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
 }
 
-std::string joined(const std::vector<std::string>& texts) {
+std::string joined(const std::vector<std::string>& texts, const std::string& separator) {
   std::string all;
-  for (const auto& text : texts) all += (all.empty() ? "" : "; ") + text;
+  for (const auto& text : texts) all += (all.empty() ? "" : separator) + text;
   return all;
 }
 
@@ -69,7 +69,7 @@ std::string joined(const std::vector<std::string>& texts) {
 Daemon::Daemon(DaemonOptions options)
     : options_(std::move(options)),
       signals_({SIGINT, SIGTERM, SIGHUP}),
-      config_(load_config(options_.config_path, options_.overrides)),
+      config_(load_config(options_.config_paths, options_.overrides)),
       log_(make_log(config_.logging)),
       link_(options_.lcm_url),
       live_(make_live(config_)) {}
@@ -85,8 +85,8 @@ std::unique_ptr<Live> Daemon::make_live(const Config& config) {
 
 void Daemon::run() {
   start();
-  log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, options_.config_path,
-             options_.lcm_url);
+  log_->info("gprodomd {} runs: config {}, LCM {}", kVersion,
+             joined(options_.config_paths, ", "), options_.lcm_url);
   service_.ready();
   while (signals_.wait() == SIGHUP) {
     service_.reloading();
@@ -124,7 +124,7 @@ void Daemon::reread_config() {
   std::vector<ConfigChange> changes;
   bool afresh = false;
   try {
-    config = load_config(options_.config_path, options_.overrides);
+    config = load_config(options_.config_paths, options_.overrides);
     changes = differences(config_, config);
     afresh = !std::all_of(changes.begin(), changes.end(), applies_while_running);
     if (afresh) live = make_live(config);
@@ -156,8 +156,8 @@ void Daemon::log_health(const Status& status) {
   health_ = status.health;
   const std::string text = health_ == HealthLevel::kOk ? "health: ok"
                            : health_ == HealthLevel::kDegraded
-                               ? "health: degraded: " + joined(status.reasons)
-                               : "health: failed: " + joined(status.reasons);
+                               ? "health: degraded: " + joined(status.reasons, "; ")
+                               : "health: failed: " + joined(status.reasons, "; ");
   log_->log(health_ == HealthLevel::kOk         ? spdlog::level::info
             : health_ == HealthLevel::kDegraded ? spdlog::level::warn
                                                 : spdlog::level::err,

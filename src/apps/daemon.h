@@ -18,7 +18,7 @@
 namespace gprodom {
 
 struct DaemonOptions {
-  std::string config_path;
+  std::vector<std::string> config_paths;  // later ones over those before
   std::vector<std::string> overrides;
   std::string lcm_url = kDefaultLcmUrl;
 };

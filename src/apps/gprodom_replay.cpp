@@ -14,21 +14,19 @@ using namespace gprodom;
 
 int main(int argc, char** argv) {
   ReplayFiles files;
-  std::string config_path;
+  std::vector<std::string> config_paths;
   std::string stats_path;
   std::vector<std::string> overrides;
   bool progress_lines = false;
   const CommandLine command_line(
       "gprodom-replay",
-      "-c CONFIG [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] [--smoothed TRAJ] "
-      "[--stats FILE.json] [--progress]",
+      "-c CONFIG [-c CONFIG]... [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] "
+      "[--smoothed TRAJ] [--stats FILE.json] [--progress]",
       "Runs the estimator over a log and writes what the daemon would have published, stamped "
       "with\n"
       "data time. The same input gives byte-identical output.",
-      {{"-c, --config", "CONFIG", "YAML file with the keys that differ from the defaults",
-        [&](const std::string& path) { config_path = path; }},
-       {"--set", "KEY=VALUE", "override one key, such as wheel.scale=0.97; may be repeated",
-        [&](const std::string& text) { overrides.push_back(text); }},
+      {config_option(config_paths),
+       set_option(overrides),
        {"-o, --output", "OUT.lcmlog", "log to write",
         [&](const std::string& path) { files.output = path; }},
        {"--tum", "TRAJ", "write the trajectory in map too, as a TUM file",
@@ -43,7 +41,7 @@ int main(int argc, char** argv) {
 
   return command_line.run([&] {
     const auto others = command_line.parse(argc, argv);
-    if (config_path.empty()) throw UsageError("-c CONFIG is needed");
+    if (config_paths.empty()) throw UsageError("-c CONFIG is needed");
     if (files.output.empty()) throw UsageError("-o OUT.lcmlog is needed");
     if (others.size() != 1) throw UsageError("expected one IN.lcmlog");
     files.input = others.front();
@@ -51,7 +49,7 @@ int main(int argc, char** argv) {
     SignalWatch signals({SIGINT, SIGTERM});
     ProgressReport progress(progress_lines, isatty(STDERR_FILENO) != 0);
     const ReplayStats stats =
-        replay(load_config(config_path, overrides), files,
+        replay(load_config(config_paths, overrides), files,
                {[&](double share) { progress.show(share); }, [&] { return signals.poll() != 0; }});
     progress.end();
     print_summary(stats, files);

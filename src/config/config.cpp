@@ -196,7 +196,7 @@ void Loader::read_override(const std::string& text) {
   }
 }
 
-// Two things under one channel name could not be told apart. `where` is the file, or empty.
+// Two things under one channel name could not be told apart. `where`: the files, or empty.
 void check_channels(Config& config, const std::string& where) {
   std::map<std::string, std::string> owner;
   for (const auto& key : config_keys(config)) {
@@ -212,21 +212,22 @@ void check_channels(Config& config, const std::string& where) {
 
 }  // namespace
 
-Config load_config(const std::string& path, const std::vector<std::string>& overrides) {
+Config load_config(const std::vector<std::string>& paths,
+                   const std::vector<std::string>& overrides) {
   Config config;
   Loader loader(config);
-  loader.read_file(path);
+  std::string where;
+  for (const auto& path : paths) {
+    loader.read_file(path);
+    where += path + ": ";
+  }
   for (const auto& text : overrides) loader.read_override(text);
-  check_channels(config, path + ": ");
+  check_channels(config, where);
   return config;
 }
 
 Config default_config(const std::vector<std::string>& overrides) {
-  Config config;
-  Loader loader(config);
-  for (const auto& text : overrides) loader.read_override(text);
-  check_channels(config, "");
-  return config;
+  return load_config({}, overrides);
 }
 
 std::vector<ConfigChange> differences(const Config& before, const Config& after) {
@@ -275,7 +276,7 @@ std::string describe_config(const Config& config) {
   std::string text =
       "# Every setting of gprodom with unit, range and meaning; written by `gprodomd\n"
       "# --print-config`. A file for -c needs only the keys that differ from the defaults, which\n"
-      "# config/gprodom.yaml holds.\n";
+      "# config/gprodom.yaml holds; where several are given a later one goes over those before.\n";
   std::string open;
   for (const auto& key : config_keys(copy)) {
     write_section_heads(key.name, open, text);

@@ -8,11 +8,17 @@ namespace {
 using Keys = std::vector<ConfigKey>;
 
 const Range kAny{};
-const Range kPositive{0.0, std::numeric_limits<double>::infinity(), true};
-const Range kNotNegative{0.0, std::numeric_limits<double>::infinity(), false};
+const Range kPositive{0.0, std::numeric_limits<double>::infinity(), true, ""};
+const Range kNotNegative{0.0, std::numeric_limits<double>::infinity(), false, ""};
 const Text kChannel{63};  // LCM carries no longer names
 
-Range between(double minimum, double maximum) { return {minimum, maximum, false}; }
+Range between(double minimum, double maximum, const char* why = "") {
+  return {minimum, maximum, false, why};
+}
+
+// At 0.35 s the estimate of a sample drive is 0.07 m off, at 3 s 0.12 m, at 10 s 0.84 m.
+const Range kReorderWindow =
+    between(0, 1, "every state waits for it, and a pose is predicted over it by the IMU alone");
 
 // clang-format off
 void add_channels(Keys& keys, ChannelConfig& c) {
@@ -34,7 +40,7 @@ void add_channels(Keys& keys, ChannelConfig& c) {
 
 void add_time(Keys& keys, TimeConfig& c) {
   keys.insert(keys.end(), {
-    {"time.reorder_window", &c.reorder_window, "s", between(0, 10), "data later than this behind the newest are dropped"},
+    {"time.reorder_window", &c.reorder_window, "s", kReorderWindow, "data later than this behind the newest are dropped"},
     {"time.max_jump", &c.max_jump, "s", kPositive, "a stamp further ahead of the others than this is a jump"},
     {"time.imu_gap", &c.imu_gap, "s", kPositive, "IMU data further apart than this are a gap"},
   });

@@ -24,6 +24,7 @@ struct Range {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   bool above_minimum = false;
+  const char* why = "";  // there is a bound, where the key's description does not tell
 };
 
 // For strings: text of this length at most, never empty.

@@ -163,6 +163,8 @@ std::string expectation(const ConfigKey& key) {
   }
   if (!range.empty()) text += (range.find(" to ") < range.find("above") ? " from " : " ") + range;
   if (!key.unit.empty()) text += " (" + key.unit + ")";
+  const auto* limits = std::get_if<Range>(&key.allowed);
+  if (limits && *limits->why) text += ", since " + std::string(limits->why);
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "gprodom/config.h"
@@ -21,6 +22,16 @@ namespace gprodom {
 namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// One path, or several; an empty one is none.
+using Paths = std::variant<std::string, std::vector<std::string>>;
+
+std::vector<std::string> paths_of(const Paths& paths) {
+  if (const auto* several = std::get_if<std::vector<std::string>>(&paths)) return *several;
+  const auto& one = std::get<std::string>(paths);
+  if (one.empty()) return {};
+  return {one};
+}
 
 void require(bool holds, const char* expected) {
   if (!holds) throw py::value_error(expected);
@@ -208,13 +219,12 @@ void bind_odometry(py::module_& m) {
   py::class_<Odometry>(
       m, "Odometry",
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
-      .def(py::init([](const std::string& config, const std::vector<std::string>& set) {
-             return std::make_unique<Odometry>(config.empty() ? default_config(set)
-                                                              : load_config(config, set));
+      .def(py::init([](const Paths& config, const std::vector<std::string>& set) {
+             return std::make_unique<Odometry>(load_config(paths_of(config), set));
            }),
            py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
-           "config: path of a YAML file, empty for the defaults; set: overrides 'key=value'.\n"
-           "Raises ConfigError with the file, line and key.")
+           "config: path of a YAML file, or several, later ones over those before; empty for the\n"
+           "defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.")
       .def(
           "add_imu",
           [](Odometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,

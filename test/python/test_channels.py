@@ -61,10 +61,24 @@ def test_the_standard_names_are_those_of_the_default_configuration() -> None:
 def test_names_come_from_file_and_overrides(tmp_path: Path) -> None:
     file = tmp_path / "gprodom.yaml"
     file.write_text("channels:\n  imu: XSENS\n  wheel: ENCODER\nimu:\n  time_offset: 0.1\n")
-    found = read_channels(file, ["wheel.scale=0.9", "channels.wheel=LEFT"])
+    found = read_channels([file], ["wheel.scale=0.9", "channels.wheel=LEFT"])
     assert found == Channels(imu="XSENS", wheel="LEFT")
     file.write_text("wheel:\n  scale: 1.0\n")
-    assert read_channels(file) == STANDARD
+    assert read_channels([file]) == STANDARD
+
+
+def test_of_several_files_a_later_one_goes_over_those_before(
+    tmp_path: Path, log: Path, config: Path
+) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text("channels:\n  odometry: THERE\n")
+    names = Channels(**{**RENAMED, "odometry": "THERE"})
+    assert read_channels([config, other]) == names
+    output = tmp_path / "output.lcmlog"
+    run = ["run", str(log), "--method", "imu_wheel", "-o", str(output)]
+    assert main([*run, "-c", str(config), "-c", str(other)]) == 0
+    assert {"THERE", names.odometry_map} < channels_of(output)
+    assert RENAMED["odometry"] not in channels_of(output)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +94,7 @@ def test_a_wrong_configuration_is_told_of(tmp_path: Path, text: str, said: str) 
     file = tmp_path / "gprodom.yaml"
     file.write_text(text)
     with pytest.raises(Error, match=said):
-        read_channels(file)
+        read_channels([file])
 
 
 def test_a_log_is_written_and_answered_on_renamed_channels(log: Path, replayed: Path) -> None:

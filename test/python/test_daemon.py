@@ -45,6 +45,20 @@ def test_print_config_is_the_file_and_shows_overrides() -> None:
     assert "  max_speed: 2 " in changed.stdout
 
 
+def test_configs_merge_later_ones_over_those_before(tmp_path: Path) -> None:
+    robot, wheel = tmp_path / "robot.yaml", tmp_path / "wheel.yaml"
+    robot.write_text("wheel:\n  scale: 1.02\n  noise: 0.01\n")
+    wheel.write_text("wheel:\n  scale: 0.98\n")
+    merged = gprodomd("-c", str(robot), "-c", str(wheel), "--print-config").stdout
+    assert "  scale: 0.98 " in merged and "  noise: 0.01 " in merged
+    result = gprodomd("-c", str(robot), "-c", str(wheel), "--check-config")
+    assert (result.returncode, result.stdout) == (0, f"{robot}: ok\n{wheel}: ok\n")
+    wheel.write_text("wheel:\n  scale: fast\n")
+    result = gprodomd("-c", str(wheel), "-c", str(robot), "--check-config")
+    assert (result.returncode, result.stdout) == (1, ""), "the first counts too"
+    assert f"{wheel}:2: wheel.scale" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [

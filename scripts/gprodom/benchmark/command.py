@@ -156,12 +156,12 @@ def run(args: argparse.Namespace) -> int:
     output: Path = args.output
     if args.simulate < 0 or not args.sources + [None] * args.simulate:
         raise UsageError("nothing to do: give sequences, or --simulate N")
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     grounds = tuple(args.grounds.split(","))
     made = drives(args.simulate, args.seed, grounds, args.distance, channels)
     sources = [*args.sources, *make_all(made, output / "simulated", args.jobs)]
     sequences = name_sequences(sources, output, dict(args.sample_interval))
-    settings = Settings(args.config, tuple(args.overrides), args.align, args.first_m)
+    settings = Settings(tuple(args.configs), tuple(args.overrides), args.align, args.first_m)
     for sequence in sequences:
         sequence.folder.mkdir(parents=True, exist_ok=True)
     outcomes = run_all(sequences, methods, settings, args.jobs)

@@ -15,7 +15,7 @@ import numpy as np
 from gprodom.benchmark.code import digest_of_code
 from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
-from gprodom.config import Channels, default_config, read_channels
+from gprodom.config import Channels, config_files, read_channels
 from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.lcm import logs
@@ -59,7 +59,7 @@ class Sequence:
 class Settings:
     """What all jobs of a benchmark share."""
 
-    config: Path | None
+    configs: tuple[Path, ...]
     overrides: tuple[str, ...]
     align: Alignment
     first_m: float
@@ -67,7 +67,7 @@ class Settings:
     @property
     def channels(self) -> Channels:
         """The channels' names."""
-        return read_channels(self.config, self.overrides)
+        return read_channels(self.configs, self.overrides)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: o
     facts.append(_stamp(sequence.source))
     if method.reckoned != "wheel":
         facts.append(_stamp(find_program()))
-        facts.append((settings.config or default_config()).read_text(encoding="utf-8"))
+        facts += [file.read_text(encoding="utf-8") for file in config_files(settings.configs)]
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 
@@ -153,7 +153,7 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
         output = Path(name) / "output.lcmlog"
         truth = read_sequence_truth(sequence)
         overrides = settings.overrides
-        shifts = measure_shifts(sequence.log, method, settings.config, overrides, truth, output)
+        shifts = measure_shifts(sequence.log, method, settings.configs, overrides, truth, output)
     with replacing(path) as part, part.open("wb") as file:
         np.savez(file, key=key, **vars(shifts))
 
@@ -230,7 +230,7 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
     overrides = [*settings.overrides, *([f"{method.k_key}={fit.k!r}"] if fit else [])]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         output = Path(name) / "output.lcmlog"
-        return estimate(sequence.log, method, settings.config, overrides, output, smooth=True)
+        return estimate(sequence.log, method, settings.configs, overrides, output, smooth=True)
 
 
 def _score(

@@ -170,7 +170,7 @@ def measure(sequence: Path, overrides: list[str], folder: Path) -> Outcome:
     total_station = read_truth(log).trajectory
     errors = {
         name: rmse(
-            estimate(log, find_method(name), None, overrides, output).trajectory, total_station
+            estimate(log, find_method(name), (), overrides, output).trajectory, total_station
         )
         for name in ("wheel", "imu_wheel", "gprodom")  # the last one's output stays
     }

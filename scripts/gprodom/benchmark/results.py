@@ -94,7 +94,7 @@ def as_json(
     return {
         "align": settings.align,
         "first_m": settings.first_m,
-        "config": str(settings.config) if settings.config else None,
+        "configs": [str(path) for path in settings.configs],
         "set": list(settings.overrides),
         "records": [record.as_dict() for record in records],
         "means": summarise(records),

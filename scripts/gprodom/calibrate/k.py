@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
-from gprodom.config import read_channels
+from gprodom.config import Configs, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
@@ -78,7 +78,7 @@ def true_distance(truth: Trajectory, displacements: Displacements) -> Array:
 def measure_shifts(
     log: Path,
     method: Method,
-    config: Path | None,
+    configs: Configs,
     overrides: Sequence[str],
     truth: Trajectory | None,
     output: Path,
@@ -86,8 +86,8 @@ def measure_shifts(
 ) -> Shifts:
     """Replays `log` with the method's front end and reads the shifts that it published."""
     measuring = [*method.overrides, *overrides, f"{method.k_key}={MEASURING_K}"]
-    run_replay(log, output, config, measuring, on_progress)
-    names = read_channels(config, measuring).of("displacement")
+    run_replay(log, output, configs, measuring, on_progress)
+    names = read_channels(configs, measuring).of("displacement")
     found = sequential(logs.read_roles(output, names), method.front_end)
     distance = np.full(len(found), np.nan) if truth is None else true_distance(truth, found)
     return Shifts(found.start, found.end, found.distance / MEASURING_K, distance)
@@ -142,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
     if not method.k_key:
         having = ", ".join(name for name, each in METHODS.items() if each.k_key)
         raise UsageError(f"--method {method.name} has no K; expected one of {having}")
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     parts: dict[str, Shifts] = {}
     with Progress("measuring shifts", len(args.sources)) as progress:
         for i, source in enumerate(args.sources):
@@ -153,7 +153,7 @@ def run(args: argparse.Namespace) -> int:
                 parts[sequence_name(source)] = measure_shifts(
                     log,
                     method,
-                    args.config,
+                    args.configs,
                     args.overrides,
                     truth,
                     folder / "output.lcmlog",

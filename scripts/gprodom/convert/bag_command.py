@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         wheel_radius=args.wheel_radius,
         joint=args.joint,
         sample_interval=args.sample_interval,
-        channels=read_channels(args.config, args.overrides),
+        channels=read_channels(args.configs, args.overrides),
     )
     write_and_tell(read_streams(args.bag, topics), args.output, args.json)
     return 0

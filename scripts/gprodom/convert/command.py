@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     output: Path = args.output
     if output.is_dir() or (output.exists() and output.samefile(args.sequence)):
         raise Error(f"{output}: expected a file to write, got a directory or the sequence itself")
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     recording = read_recording(args.sequence)
     interval = args.sample_interval or recording.sample_interval
     made = streams(recording, interval, channels)

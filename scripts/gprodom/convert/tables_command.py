@@ -103,7 +103,7 @@ def add_parser(formats: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Converts and prints what there is."""
     layout = read_layout(args.layout, _options(args), args.table)
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     streams = [_imu(layout, channels), _wheel(layout, channels)]
     if "gpr" in layout.sources:
         streams.append(_gpr(layout, channels))

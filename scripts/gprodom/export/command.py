@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     from gprodom.export.ros import write_ros
     from gprodom.export.segy import write_segy
 
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     trajectory = read_estimate(args.log, args.frame, channels).trajectory
     facts: dict[str, object] = {"poses": len(trajectory)}
     if args.geojson:

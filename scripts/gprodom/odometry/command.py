@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("-o: the method wheel is dead reckoning, there is no replay to keep")
     if args.smoothed and method.reckoned:
         raise UsageError(f"--smoothed: {method.name} is dead reckoning, there is nothing to solve")
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     # Read first, so that a wrong file is told of at once and not after the work.
     truth = read_truth(args.truth, channels=channels) if args.truth else None
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
             result = estimate(
                 log,
                 method,
-                args.config,
+                args.configs,
                 args.overrides,
                 output,
                 progress.update,

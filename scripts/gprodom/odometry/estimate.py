@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom.config import STANDARD, Channels, read_channels
+from gprodom.config import STANDARD, Channels, Configs, read_channels
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
 from gprodom.convert.streams import streams
@@ -70,7 +70,7 @@ def read_sensors(
     `args`: of a command with `gprodom.options.add_config_options` and, if it likes, a
     `sample_interval`.
     """
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     interval = getattr(args, "sample_interval", None)
     return logs.read_roles(as_log(source, folder, interval, channels), channels.of(*roles))
 
@@ -78,7 +78,7 @@ def read_sensors(
 def estimate(
     log: Path,
     method: Method,
-    config: Path | None,
+    configs: Configs,
     overrides: Sequence[str],
     output: Path,
     on_progress: OnProgress | None = None,
@@ -88,13 +88,13 @@ def estimate(
 
     `smooth`: solve over all data, too. Dead reckoning has no such solution.
     """
-    channels = read_channels(config, [*method.overrides, *overrides])
+    channels = read_channels(configs, [*method.overrides, *overrides])
     sensors = channels.of("imu", "wheel")
     if method.reckoned == "wheel":
         return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
     smooth = smooth and not method.reckoned
     tum = output.with_suffix(".smoothed.tum") if smooth else None
-    run_replay(log, output, config, [*method.overrides, *overrides], on_progress, tum)
+    run_replay(log, output, configs, [*method.overrides, *overrides], on_progress, tum)
     if method.reckoned == "displacements":
         found = logs.read_roles(output, channels.of("displacement"))
         displacements = sequential(found, method.front_end)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import gprodom
-from gprodom.config import default_config
+from gprodom.config import Configs, config_arguments
 from gprodom.errors import Error
 
 PROGRAM = "gprodom-replay"
@@ -33,18 +33,17 @@ def find_program(name: str = PROGRAM) -> Path:
 def run_replay(
     log: Path,
     output: Path,
-    config: Path | None = None,
+    configs: Configs = (),
     overrides: Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
     smoothed: Path | None = None,
 ) -> None:
     """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
 
-    `config` is the default configuration where None.
     `on_progress` is told the share of the log that is done, from 0 to 1.
     `smoothed`: a TUM file for the solution over all data, where given.
     """
-    command = [str(find_program()), "-c", str(config or default_config()), "--progress"]
+    command = [str(find_program()), *config_arguments(configs), "--progress"]
     command += [str(log), "-o", str(output)]
     if smoothed is not None:
         command += ["--smoothed", str(smoothed)]

@@ -116,7 +116,7 @@ def _add_observability(subjects: Subparsers) -> None:
 def run_trajectory(args: argparse.Namespace) -> int:
     """Runs ``plot trajectory``."""
     paths: dict[str, Trajectory] = {}
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     truth = read_truth(args.truth, channels=channels).trajectory if args.truth else None
     for path in args.estimates:
         trajectory = read_estimate(path, args.frame, channels).trajectory
@@ -133,7 +133,7 @@ def run_trajectory(args: argparse.Namespace) -> int:
 
 def run_log(args: argparse.Namespace) -> int:
     """Runs ``plot log``."""
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     log = logs.read_roles(args.log, channels.of("odometry", "wheel"))
     if "odometry" not in log:
         wanted = channels.odometry
@@ -155,7 +155,7 @@ def run_observability(args: argparse.Namespace) -> int:
     for method in methods:
         if not method.k_key:
             raise UsageError(f"--methods: {method.name} measures no shift")
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     seen: dict[str, list[Observed]] = {method.name: [] for method in methods}
     with Progress("measuring shifts", len(args.sources) * len(methods)) as progress:
         for source in args.sources:
@@ -166,7 +166,7 @@ def run_observability(args: argparse.Namespace) -> int:
                 wheel = wheel_distance(logs.read_roles(log, channels.of("wheel")))
                 for method in methods:
                     output = folder / "output.lcmlog"
-                    shifts = measure_shifts(log, method, args.config, args.overrides, truth, output)
+                    shifts = measure_shifts(log, method, args.configs, args.overrides, truth, output)
                     seen[method.name].append(observe(shifts, *wheel))
                     progress.advance()
     pooled = {name: pool(parts) for name, parts in seen.items()}

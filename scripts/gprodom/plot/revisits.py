@@ -117,7 +117,7 @@ def add_parser(subjects: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``plot revisits``."""
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     roles = channels.of("displacement", "odometry_map", "odometry", "correction")
     log = logs.read_roles(args.log, roles)
     published = log.get("odometry_map", log.get("odometry"))

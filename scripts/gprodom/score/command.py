@@ -140,7 +140,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.first_m > 0:
         raise UsageError(f"--first-m {args.first_m:g}: expected a distance above 0")
     truth_error = truth_error_of(args)
-    channels = read_channels(args.config, args.overrides)
+    channels = read_channels(args.configs, args.overrides)
     estimate = read_estimate(args.estimate, args.frame, channels)
     truth = read_truth(args.truth, args.frame, channels)
     path = estimate.trajectory

@@ -10,9 +10,14 @@ namespace {
 // Bursts, such as a bag played fast, are queued rather than dropped.
 constexpr std::uint32_t kQueue = 10000;
 
+// ~config: a file, or a list of them, later ones over those before.
 Config configuration(const ros::NodeHandle& parameters) {
-  const auto path = parameters.param<std::string>("config", "");
-  return path.empty() ? default_config({}) : load_config(path, {});
+  std::vector<std::string> paths;
+  if (!parameters.getParam("config", paths)) {
+    const auto path = parameters.param<std::string>("config", "");
+    if (!path.empty()) paths.push_back(path);
+  }
+  return load_config(paths);
 }
 
 double positive(const ros::NodeHandle& parameters, const std::string& name) {

@@ -37,7 +37,7 @@ class TemporaryFile {
 std::string error_of_file(const std::string& content) {
   const TemporaryFile file(content);
   try {
-    load_config(file.path());
+    load_config({file.path()});
   } catch (const ConfigError& error) {
     std::string message = error.what();
     const auto start = message.find(file.path());
@@ -61,7 +61,7 @@ TEST(Config, FileThenOverridesInOrder) {
       "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"
       "smoother: {max_iterations: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
   const Config config =
-      load_config(file.path(), {"wheel.scale=0.97", "wheel.form=distance", "wheel.scale=0.98"});
+      load_config({file.path()}, {"wheel.scale=0.97", "wheel.form=distance", "wheel.scale=0.98"});
   EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
   EXPECT_EQ(config.wheel.form, WheelForm::kDistance);
   EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0.1, -0.2, 3.0));
@@ -69,6 +69,34 @@ TEST(Config, FileThenOverridesInOrder) {
   EXPECT_EQ(config.smoother.max_iterations, 7);
   EXPECT_EQ(config.channels.imu, "MY IMU");
   EXPECT_DOUBLE_EQ(config.smoother.lag, Config().smoother.lag);
+}
+
+// As of `calibrate -o`: each file has the keys that it knows of.
+TEST(Config, LaterFilesGoOverThoseBeforeKeyByKey) {
+  const TemporaryFile robot("wheel:\n  scale: 1.02\n  noise: 0.01\n  lever_arm: [1, 2, 3]\n");
+  const TemporaryFile wheel("wheel:\n  scale: 0.98\n  lever_arm: [0, 0, 4]\n");
+  const TemporaryFile time("imu:\n  time_offset: 0.1\n");
+  const Config config = load_config({robot.path(), wheel.path(), time.path()});
+  EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
+  EXPECT_DOUBLE_EQ(config.wheel.noise, 0.01);
+  EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0, 0, 4));
+  EXPECT_DOUBLE_EQ(config.imu.time_offset, 0.1);
+  EXPECT_DOUBLE_EQ(load_config({wheel.path(), robot.path()}).wheel.scale, 1.02);
+  EXPECT_DOUBLE_EQ(load_config({robot.path(), wheel.path()}, {"wheel.scale=1"}).wheel.scale, 1.0);
+}
+
+// Each file alone may be right where the two together are not.
+TEST(Config, ChannelsOfSeveralFilesMustDiffer) {
+  const TemporaryFile one("channels:\n  imu: MINE\n"), other("channels:\n  wheel: MINE\n");
+  try {
+    load_config({one.path(), other.path()});
+    ADD_FAILURE() << "no error";
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              one.path() + ": " + other.path() +
+                  ": channels.wheel: expected a channel of its own, got \"MINE\", which is "
+                  "channels.imu");
+  }
 }
 
 TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
@@ -102,6 +130,14 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
   EXPECT_EQ(error_of_file("- wheel\n"), "FILE:1: expected a map of keys, got [\"wheel\"]");
   EXPECT_EQ(error_of_file("wheel:\n  scale: 1\n---\ngpr:\n").rfind("FILE:3: expected one", 0), 0u);
   EXPECT_EQ(error_of_file("wheel:\n  scale: [1\n").rfind("FILE:3: not YAML: ", 0), 0u);
+}
+
+// A wider window makes the estimate worse without a word, so it is refused with the reason.
+TEST(Config, TheReorderWindowIsASecondAtMost) {
+  EXPECT_EQ(default_config({"time.reorder_window=1"}).time.reorder_window, 1.0);
+  EXPECT_EQ(error_of_override("time.reorder_window=1.1"),
+            "--set time.reorder_window=1.1: expected a number from 0 to 1 (s), since every state "
+            "waits for it, and a pose is predicted over it by the IMU alone, got \"1.1\"");
 }
 
 TEST(Config, UnknownKeysAreErrorsWithSuggestion) {
@@ -152,15 +188,15 @@ TEST(Config, OverrideErrorsQuoteTheOverride) {
 }
 
 TEST(Config, MissingFileAndDirectoryAreErrors) {
-  EXPECT_THROW(load_config("/no/such/file.yaml"), ConfigError);
-  EXPECT_THROW(load_config("/"), ConfigError);
+  EXPECT_THROW(load_config({"/no/such/file.yaml"}), ConfigError);
+  EXPECT_THROW(load_config({"/"}), ConfigError);
 }
 
 TEST(Config, DescriptionReadsBackEqual) {
   Config config = default_config({"wheel.scale=0.9734567890123456", "channels.imu='#odd: name'",
                                   "wheel.lever_arm=[1,2,-0.1]"});
   const TemporaryFile file(describe_config(config));
-  EXPECT_TRUE(differences(config, load_config(file.path())).empty());
+  EXPECT_TRUE(differences(config, load_config({file.path()})).empty());
   const auto changes = differences(Config(), config);
   ASSERT_EQ(changes.size(), 3u);
   EXPECT_EQ(changes[1].key, "wheel.scale");
@@ -182,7 +218,7 @@ TEST(Config, FileInConfigFolderIsTheDescription) {
 }
 
 TEST(Config, ProfilesLoad) {
-  const Config cmu = load_config(std::string(GPRODOM_SOURCE_DIR) + "/config/cmu_gpr.yaml");
+  const Config cmu = load_config({std::string(GPRODOM_SOURCE_DIR) + "/config/cmu_gpr.yaml"});
   EXPECT_FALSE(differences(Config(), cmu).empty());
 }
 
