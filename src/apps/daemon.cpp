@@ -128,7 +128,7 @@ void Daemon::reread_config() {
     changes = differences(config_, config);
     afresh = !std::all_of(changes.begin(), changes.end(), applies_while_running);
     if (afresh) live = make_live(config);
-  } catch (const ConfigError& error) {
+  } catch (const std::exception& error) {  // whatever it is, the old one runs
     log_->error("config not applied, the old one stays: {}", error.what());
     return;
   }

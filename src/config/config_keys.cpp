@@ -154,9 +154,9 @@ void add_peaks(Keys& keys, PeaksConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.peaks.fit", &c.fit, "", kAny, "damped sinusoid per pulse; false: envelope maxima, much cheaper"},
     {"gpr.peaks.min_snr", &c.min_snr, "", between(1, 100), "envelope over the trace's noise from which a maximum is a pulse"},
-    {"gpr.peaks.min_relative", &c.min_relative, "", between(0, 1), "envelope over the trace's greatest, likewise"},
+    {"gpr.peaks.min_relative", &c.min_relative, "", between(0, 0.99), "envelope over the trace's greatest, likewise"},
     {"gpr.peaks.max_joint", &c.max_joint, "", between(1, 3), "overlapping pulses fitted together at most; 1: each by itself"},
-    {"gpr.peaks.max_residual", &c.max_residual, "", between(0, 1), "misfit energy over signal energy of a fit that is kept"},
+    {"gpr.peaks.max_residual", &c.max_residual, "", between(0.001, 1), "misfit energy over signal energy of a fit that is kept"},
   });
 }
 

@@ -19,7 +19,7 @@ std::string fault(const WheelSample& s, const Config& /*config*/) {
 }
 
 std::string fault(const GprTrace& s, const Config& config) {
-  if (s.samples.size() < 16) return "fewer than 16 samples";
+  if (s.samples.size() < 32) return "fewer than 32 samples";
   if (s.samples.size() > 16384) return "more than 16384 samples";
   if (!(s.sample_interval_s >= 1e-12 && s.sample_interval_s * config.gpr.filter.band_low < 0.5))
     return "sample interval not between 1 ps and half a period of gpr.filter.band_low";

@@ -143,7 +143,9 @@ def reread(folder: Path) -> None:
         daemon.await_log(":2: wheel.scale: expected a number")
         daemon.reread("smoother:\n  lag: 0.2\n  state_rate: 1\n")
         daemon.await_log("smoother.lag: expected at least two state intervals")
-        assert daemon.log().count("config not applied, the old one stays") == 2
+        daemon.reread("gpr:\n  filter: {band_low: 9.0e8, band_high: 2.0e8}\n")
+        daemon.await_log("gpr.filter.band_low: expected less than gpr.filter.band_high")
+        assert daemon.log().count("config not applied, the old one stays") == 3
         assert "starts afresh" not in daemon.log()
         daemon.reread("wheel:\n  scale: 0.97\n")
         daemon.await_log("config: wheel.scale: 1 -> 0.97")

@@ -37,6 +37,22 @@ def test_check_config(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (["gpr.filter.band_low=9e8", "gpr.filter.band_high=2e8"], "gpr.filter.band_low: expected"),
+        (["graph.gate_min=6"], "graph.gate_min: expected graph.gate_max or less"),
+        (["smoother.lag=0.2", "smoother.state_rate=5"], "smoother.lag: expected at least two"),
+    ],
+)
+def test_check_config_builds_the_estimator(settings: list[str], said: str) -> None:
+    config = str(CHECKOUT / "config" / "gprodom.yaml")
+    overrides = [part for setting in settings for part in ("--set", setting)]
+    result = gprodomd("-c", config, *overrides, "--check-config")
+    assert (result.returncode, said in result.stderr) == (1, True), result.stderr
+    assert "ok" not in result.stdout
+
+
 def test_print_config_is_the_file_and_shows_overrides() -> None:
     plain = gprodomd("--print-config")
     assert plain.stdout == (CHECKOUT / "config" / "gprodom.yaml").read_text()

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "gprodom/error.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -25,7 +27,10 @@ std::optional<DetailDenoiser<float>> make_denoiser(const GprFilterConfig& config
 }  // namespace
 
 DetailsRetention::DetailsRetention(const GprFilterConfig& config)
-    : config_(config), background_(make_background(config)), denoiser_(make_denoiser(config)) {}
+    : config_(config), background_(make_background(config)), denoiser_(make_denoiser(config)) {
+  if (!(config.band_low < config.band_high))
+    throw ConfigError("gpr.filter.band_low: expected less than gpr.filter.band_high");
+}
 
 void DetailsRetention::reset() {
   n_ = 0;

@@ -39,6 +39,7 @@ class DetailsRetention {
   };
 
   // Throws std::invalid_argument on settings that contradict each other.
+  // Throws ConfigError where the band's edges are not in order.
   explicit DetailsRetention(const GprFilterConfig& config);
 
   // standing: the antenna does not move; the trace then hardly counts for the background.

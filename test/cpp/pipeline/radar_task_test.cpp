@@ -2,6 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "config/config_keys.h"
+#include "config/config_value.h"
+#include "gprodom/error.h"
+
 namespace gprodom {
 namespace {
 
@@ -28,6 +36,72 @@ TEST(RadarTask, AnotherSettingOrAGapStartsTheFrontEndAfresh) {
   EXPECT_EQ(notes_after(0.05, 181, 2e-10).at(0), "trace length changed" + afresh);
   EXPECT_EQ(notes_after(0.05, 201, 3e-10).at(0), "sample interval changed" + afresh);
   EXPECT_EQ(notes_after(1.05, 201, 2e-10).at(0), "gap in traces" + afresh);
+}
+
+// Some traces over ground, enough for two windows. Throws what the front end throws.
+void run_over_ground(const GprConfig& config) {
+  RadarTask task(config);
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  GprTrace trace;
+  trace.sample_interval_s = 2e-10;
+  trace.samples.assign(201, 0.0F);
+  TimeNs now = from_seconds(100);
+  for (int tick = 0; tick < 12; ++tick) {
+    std::vector<GprTrace> traces;
+    for (int i = 0; i < 3; ++i) {
+      for (float& sample : trace.samples) sample = 100.0F * normal(random);
+      trace.time = now += 33'000'000;
+      traces.push_back(trace);
+    }
+    task.run(traces, now);
+  }
+}
+
+const FrontEndKind kFrontEnds[] = {FrontEndKind::kMotion,        FrontEndKind::kStationarity,
+                                   FrontEndKind::kSfm,           FrontEndKind::kBscan,
+                                   FrontEndKind::kDec,           FrontEndKind::kTraceCount};
+
+bool is_refused(const GprConfig& config) {
+  try {
+    RadarTask{config};
+    return false;
+  } catch (const ConfigError&) {
+    return true;
+  }
+}
+
+// What a check of the configuration lets through must run: each key of the radar at the ends of
+// its range, for each front end. An exception later would be an internal error at every trace.
+TEST(RadarTask, WhatCanBeBuiltRuns) {
+  Config defaults;
+  for (const FrontEndKind kind : kFrontEnds) {
+    for (const ConfigKey& key : config_keys(defaults)) {
+      const auto* range = std::get_if<Range>(&key.allowed);
+      if (key.name.rfind("gpr.", 0) != 0 || !range) continue;
+      for (const double end : {range->minimum, range->maximum}) {
+        if (!std::isfinite(end) || (range->above_minimum && end == range->minimum)) continue;
+        std::ostringstream setting;
+        setting << key.name << "=" << end;
+        const Config config = default_config(
+            {"gpr.front_end=" + name_of(kind), "gpr.sequential.window_traces=15",
+             "gpr.sequential.columns=10", "gpr.sequential.step=0.1",
+             "gpr.sequential.scale_duration=0.2", setting.str()});
+        if (is_refused(config.gpr)) continue;
+        EXPECT_NO_THROW(run_over_ground(config.gpr)) << setting.str() << " " << name_of(kind);
+      }
+    }
+  }
+}
+
+// The band's edges stand for themselves, but not together.
+TEST(RadarTask, ABandUpsideDownIsRefusedWhenItIsBuilt) {
+  for (const FrontEndKind kind : {FrontEndKind::kMotion, FrontEndKind::kSfm}) {
+    GprConfig config;
+    config.front_end = kind;
+    std::swap(config.filter.band_low, config.filter.band_high);
+    EXPECT_THROW(RadarTask{config}, ConfigError);
+  }
 }
 
 }  // namespace
