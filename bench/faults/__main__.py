@@ -145,7 +145,8 @@ class Runner:
                 rng = np.random.default_rng([1 + task.draw, zlib.crc32(fault.name.encode())])
                 write_messages(faulty, fault.apply(messages, rng, begin))
                 seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
-            run_replay(faulty if fault else task.log, made, self.configs)
+            source = faulty if fault else task.log
+            run_replay(source, made, self.configs, poses_needed=False)  # silence is judged too
             return then(made, begin, begin + seconds * kinds.SECOND)
 
     def sensor_back(self, task: Task) -> dict[str, Any]:

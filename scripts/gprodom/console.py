@@ -70,7 +70,8 @@ class Progress:
 
 def warn(text: str) -> None:
     """One line on stderr about something doubtful that does not end the command."""
-    print(f"gprodom: warning: {text}", file=sys.stderr)
+    in_place_of_progress = "\r\x1b[K" if sys.stderr.isatty() else ""
+    print(f"{in_place_of_progress}gprodom: warning: {text}", file=sys.stderr)
 
 
 def add_json_flag(parser: argparse.ArgumentParser) -> None:

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <utility>
 
+#include "base/joined.h"
 #include "gprodom/error.h"
 #include "gprodom/version.h"
 
@@ -56,12 +57,6 @@ std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
 // Keys that are applied without a fresh start of the estimator.
 bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
-}
-
-std::string joined(const std::vector<std::string>& texts, const std::string& separator) {
-  std::string all;
-  for (const auto& text : texts) all += (all.empty() ? "" : separator) + text;
-  return all;
 }
 
 }  // namespace

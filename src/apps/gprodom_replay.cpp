@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <stdexcept>
 
 #include "apps/command_line.h"
 #include "apps/replay.h"
@@ -54,6 +55,7 @@ int main(int argc, char** argv) {
     progress.end();
     print_summary(stats, files);
     if (!stats_path.empty()) write_whole(stats_path, to_json(stats));
+    if (stats.poses == 0) throw std::runtime_error("no pose was estimated: " + stats.why_no_pose);
     return 0;
   });
 }

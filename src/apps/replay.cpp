@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/joined.h"
 #include "gprodom/error.h"
 #include "gprodom/lcm_io.h"
 #include "io/log_io.h"
@@ -15,6 +16,14 @@ namespace gprodom {
 namespace {
 
 constexpr long kEventsBetweenHooks = 500;
+
+// Why a whole log gave no pose.
+std::string why_none(const ReplayStats& stats, const ChannelConfig& channels) {
+  if (stats.read.count(channels.imu) == 0)
+    return "the log holds no message on channel " + channels.imu + " (channels.imu)";
+  const std::string reasons = joined(stats.last_status.reasons, "; ");
+  return reasons.empty() ? "no message of the IMU could be used" : reasons;
+}
 
 class Replay {
  public:
@@ -65,13 +74,14 @@ ReplayStats Replay::run(const ReplayHooks& hooks) {
   stats_.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   stats_.timing = runner_.timing();
-  if (smoothed_) {
+  if (smoothed_ && stats_.poses > 0) {
     for (const auto& pose : runner_.smoothed()) write(*smoothed_, pose);
     smoothed_->close();
   }
   writer_.close();
   if (trajectory_) trajectory_->close();
   stats_.damage = reader_.damage();
+  if (stats_.poses == 0) stats_.why_no_pose = why_none(stats_, channels_);
   stats_.log_seconds = static_cast<double>(last - first) * 1e-6;
   return stats_;
 }

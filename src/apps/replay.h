@@ -29,6 +29,7 @@ struct ReplayStats {
   std::vector<std::string> damage;        // what of the log could not be read
   std::vector<std::string> warnings;
   long poses = 0;
+  std::string why_no_pose;   // empty where there is one
   double log_seconds = 0.0;  // from the first event to the last
   double wall_seconds = 0.0;
   Timing timing;

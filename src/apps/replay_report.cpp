@@ -20,12 +20,6 @@ void ProgressReport::end() {
 void print_summary(const ReplayStats& stats, const ReplayFiles& files) {
   for (const auto& line : stats.damage) std::fprintf(stderr, "warning: %s\n", line.c_str());
   for (const auto& line : stats.warnings) std::fprintf(stderr, "warning: %s\n", line.c_str());
-  if (stats.poses == 0) {
-    std::fprintf(stderr, "warning: no pose was estimated\n");
-    for (const auto& line : stats.last_status.reasons) {
-      std::fprintf(stderr, "warning: %s\n", line.c_str());
-    }
-  }
   std::printf("%s: %.1f s of data in %.1f s, %.0f times real time; %ld poses in %s\n",
               files.input.c_str(), stats.log_seconds, stats.wall_seconds,
               stats.log_seconds / stats.wall_seconds, stats.poses, files.output.c_str());

@@ -113,6 +113,7 @@ parser.add_argument("log")
 parser.add_argument("-c")
 parser.add_argument("-o")
 parser.add_argument("--smoothed")
+parser.add_argument("--stats")
 parser.add_argument("--set", action="append", default=[])
 parser.add_argument("--progress", action="store_true")
 args = parser.parse_args()
@@ -153,7 +154,6 @@ def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config = tmp_path / "gprodom.yaml"
     config.write_text("")
     monkeypatch.setattr("gprodom.config.default_config", lambda: config)
-    monkeypatch.setattr("gprodom.benchmark.jobs.default_config", lambda: config)
     scripts = Path(gprodom.__file__).resolve().parents[1]
     monkeypatch.setenv("PYTHONPATH", str(scripts))
 
@@ -179,7 +179,7 @@ def test_k_is_fitted_on_the_others_and_used(
     assert len(read_tum(out / Path(sources[0]).name / "sfm.smoothed.tum")) > 10
     assert found["gpr_sfm"] < 0.02  # a perfect radar on a perfect gyro
     assert [failure["method"] for failure in result["failures"]] == ["dec", "dec"]
-    assert "gprodom-replay ended with code 1: error: no such front end" in printed.err
+    assert "error: no such front end" in printed.err
 
 
 @pytest.mark.usefixtures("stand_in")
@@ -293,7 +293,7 @@ def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def record(sequence: str, method: str, error: float) -> Record:
-    figures = Figures(error, None, error, None, None, None, 100, 0, 30.0)
+    figures = Figures(error, None, error, None, None, None, 100, 0, 0.0, 0.0, 30.0)
     return make_record(sequence, method, "causal", "se2", figures)
 
 

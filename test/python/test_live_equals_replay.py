@@ -15,7 +15,9 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import CHECKOUT, UNPRIVILEGED
+from gprodom.lcm import EventLog
 from gprodom.lcm.logs import Channel, read
+from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
 
 IntArray = NDArray[np.int64]
@@ -198,6 +200,65 @@ def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
         result = replay(*arguments)
         assert (result.returncode, said in result.stderr) == (code, True), result.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["text"]
+
+
+def short_log(path: Path, source: Path, seconds: float, gravity: float = 9.80665) -> Path:
+    """The first seconds of IMU and wheel; the accelerometer in other units."""
+    out, first = EventLog(str(path), "w", overwrite=True), 0
+    for event in EventLog(str(source), "r"):
+        first = first or event.timestamp
+        if event.timestamp > first + seconds * 1e6 or event.channel not in ("IMU", "WHEEL"):
+            continue
+        data = event.data
+        if event.channel == "IMU":
+            imu = message("imu_t").decode(data)
+            imu.linear_acceleration = [x * gravity / 9.80665 for x in imu.linear_acceleration]
+            data = imu.encode()
+        out.write_event(event.timestamp, event.channel, data)
+    out.close()
+    return path
+
+
+def test_no_pose_is_a_failure_with_its_reason_in_every_program(
+    folder: Path, tmp_path: Path
+) -> None:
+    in_g = short_log(tmp_path / "g.lcmlog", folder / "in.lcmlog", 4.0, gravity=1.0)
+    brief = short_log(tmp_path / "brief.lcmlog", folder / "in.lcmlog", 1.0)
+    deaf = tmp_path / "deaf.lcmlog"
+    shutil.copy(brief, deaf)
+    for log, settings, reason in [
+        (in_g, [], "start: specific force 1.0"),
+        (brief, [], "start: collecting initializer.duration of standstill"),
+        (deaf, ["--set", "channels.imu=OTHER"], "the log holds no message on channel OTHER"),
+    ]:
+        outputs = ["-o", tmp_path / "out.lcmlog", "--smoothed", tmp_path / "out.tum"]
+        replayed = replay(log, *outputs, *settings)
+        assert replayed.returncode == 1, replayed.stderr
+        said = replayed.stderr.splitlines()[-1].removeprefix("gprodom-replay: ")
+        assert said.startswith(f"no pose was estimated: {reason}"), replayed.stderr
+        assert (tmp_path / "out.lcmlog").exists() and not (tmp_path / "out.tum").exists()
+        command = [sys.executable, "-m", "gprodom", "run", str(log), "--method", "imu_wheel"]
+        ran = subprocess.run(
+            [*command, "-c", str(CONFIG), *settings, "--set", "gpr.enabled=true"],
+            capture_output=True,
+            text=True,
+        )
+        assert ran.returncode == 1
+        assert ran.stderr.splitlines()[-1].startswith(f"gprodom: error: no pose was estimated: {reason}")
+
+
+def test_run_tells_the_warnings_of_replay_in_its_words(folder: Path, tmp_path: Path) -> None:
+    bounded = ["--set", "wheel.max_speed=0.05"]  # most of the wheel is dropped, and that is told
+    replayed = replay(folder / "in.lcmlog", "-o", tmp_path / "out.lcmlog", *bounded, config=CONFIG)
+    warnings = [line for line in replayed.stderr.splitlines() if line.startswith("warning: ")]
+    assert replayed.returncode == 0 and warnings
+    command = [sys.executable, "-m", "gprodom", "run", str(folder / "in.lcmlog"), "--method"]
+    command += ["gprodom_full", "-c", str(CONFIG), *bounded]
+    ran = subprocess.run(command, capture_output=True, text=True)
+    assert ran.returncode == 0
+    assert [line for line in ran.stderr.splitlines() if "warning" in line] == [
+        f"gprodom: {line}" for line in warnings
+    ]
 
 
 def test_interrupted_replay_leaves_nothing_behind(folder: Path, tmp_path: Path) -> None:

@@ -131,6 +131,30 @@ def test_association_interpolates_and_leaves_out_gaps_and_ends() -> None:
     assert pairs.estimate.position[0] == pytest.approx([0.025, 0.05, 0])
 
 
+def test_what_of_the_truth_is_not_covered_is_counted_and_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    time = START + 100_000 * np.arange(201)  # 20 s at 0.5 m/s
+    seconds = (time - START) * 1e-6
+    truth = Trajectory(time, np.stack([0.5 * seconds, 0 * seconds, 0 * seconds], axis=1))
+    late = truth.select(seconds >= 4.0)  # as after a start on the move
+    write_tum(tmp_path / "truth.tum", truth)
+    write_tum(tmp_path / "late.tum", late)
+    assert main(["score", str(tmp_path / "late.tum"), str(tmp_path / "truth.tum"), "--json"]) == 0
+    printed = capsys.readouterr()
+    figures = json.loads(printed.out)
+    assert (figures["excluded"], figures["n"]) == (40, 161)
+    assert figures["excluded_s"] == pytest.approx(4.0, abs=0.11)
+    assert figures["excluded_m"] == pytest.approx(2.0, abs=0.06)
+    assert "does not cover 2.0 m of the truth's way (40 of 201 points, 4.0 s)" in printed.err
+    nearly = truth.select(seconds >= 1.0)
+    write_tum(tmp_path / "nearly.tum", nearly)
+    assert main(["score", str(tmp_path / "nearly.tum"), str(tmp_path / "truth.tum")]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "excluded_m (that the truth travels then)" in printed.out
+
+
 def test_nees_of_errors_drawn_from_the_covariance() -> None:
     rng = np.random.default_rng(7)
     n = 4000

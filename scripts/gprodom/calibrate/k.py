@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
 from gprodom.config import Configs, read_channels
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, add_json_flag, format_table, print_json, warn
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, sequential
-from gprodom.odometry.estimate import OnProgress, as_log
+from gprodom.odometry.estimate import OnProgress, OnWarning, as_log
 from gprodom.odometry.methods import METHODS, Method, find_method
 from gprodom.odometry.replay import run_replay
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -83,10 +83,19 @@ def measure_shifts(
     truth: Trajectory | None,
     output: Path,
     on_progress: OnProgress | None = None,
+    on_warning: OnWarning | None = None,
 ) -> Shifts:
     """Replays `log` with the method's front end and reads the shifts that it published."""
     measuring = [*method.overrides, *overrides, f"{method.k_key}={MEASURING_K}"]
-    run_replay(log, output, configs, measuring, on_progress)
+    run_replay(
+        log,
+        output,
+        configs,
+        measuring,
+        on_progress,
+        on_warning=on_warning,
+        poses_needed=False,
+    )
     names = read_channels(configs, measuring).of("displacement")
     found = sequential(logs.read_roles(output, names), method.front_end)
     distance = np.full(len(found), np.nan) if truth is None else true_distance(truth, found)
@@ -158,6 +167,7 @@ def run(args: argparse.Namespace) -> int:
                     truth,
                     folder / "output.lcmlog",
                     lambda share, done=i: progress.update(done + share),  # type: ignore[misc]
+                    warn,
                 )
     whole = fit_k(list(parts.values()))
     found = Found(

@@ -7,13 +7,13 @@ import tempfile
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.console import Progress, add_json_flag, print_json, warn
 from gprodom.errors import UsageError
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
-from gprodom.score.associate import associate
+from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
 from gprodom.score.record import describe, make_record, sequence_name
 from gprodom.score.sources import read_truth
@@ -89,6 +89,7 @@ def run(args: argparse.Namespace) -> int:
                 output,
                 progress.update,
                 smooth=args.smoothed is not None,
+                on_warning=warn,
             )
     if args.tum:
         write_tum(args.tum, result.trajectory)
@@ -98,6 +99,7 @@ def run(args: argparse.Namespace) -> int:
     text = f"{method.name}: {len(result.trajectory)} poses"
     if truth is not None:
         pairs = associate(result.trajectory, truth.trajectory)
+        warn_of_uncovered(pairs)
         score = compare(pairs, args.align, FIRST_M)
         record = make_record(
             sequence_name(args.source),

@@ -23,6 +23,7 @@ from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum
 
 OnProgress = Callable[[float], None]
+OnWarning = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,12 @@ def estimate(
     output: Path,
     on_progress: OnProgress | None = None,
     smooth: bool = False,
+    on_warning: OnWarning | None = None,
 ) -> Estimate:
     """Runs `method` on `log`. A replay writes its log to `output`; `wheel` needs none.
 
     `smooth`: solve over all data, too. Dead reckoning has no such solution.
+    `on_warning` is told what the estimator warns of.
     """
     channels = read_channels(configs, [*method.overrides, *overrides])
     sensors = channels.of("imu", "wheel")
@@ -94,7 +97,16 @@ def estimate(
         return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
     smooth = smooth and not method.reckoned
     tum = output.with_suffix(".smoothed.tum") if smooth else None
-    run_replay(log, output, configs, [*method.overrides, *overrides], on_progress, tum)
+    run_replay(
+        log,
+        output,
+        configs,
+        [*method.overrides, *overrides],
+        on_progress,
+        tum,
+        on_warning,
+        poses_needed=not method.reckoned,
+    )
     if method.reckoned == "displacements":
         found = logs.read_roles(output, channels.of("displacement"))
         displacements = sequential(found, method.front_end)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import subprocess
-from collections import deque
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -37,35 +36,56 @@ def run_replay(
     overrides: Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
     smoothed: Path | None = None,
+    on_warning: Callable[[str], None] | None = None,
+    poses_needed: bool = True,
 ) -> None:
     """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
 
     `on_progress` is told the share of the log that is done, from 0 to 1.
     `smoothed`: a TUM file for the solution over all data, where given.
+    `on_warning` is told the estimator's warnings.
+    `poses_needed`: without a pose it has failed; else what was published besides is enough.
     """
-    command = [str(find_program()), *config_arguments(configs), "--progress"]
-    command += [str(log), "-o", str(output)]
-    if smoothed is not None:
-        command += ["--smoothed", str(smoothed)]
-    for override in overrides:
-        command += ["--set", override]
-    said: deque[str] = deque(maxlen=20)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+        stats = Path(folder) / "stats.json"
+        command = [str(find_program()), *config_arguments(configs), "--progress"]
+        command += [str(log), "-o", str(output), "--stats", str(stats)]
+        if smoothed is not None:
+            command += ["--smoothed", str(smoothed)]
+        for override in overrides:
+            command += ["--set", override]
+        code, said = _run(command, on_progress, on_warning)
+        # With statistics it went through, and has found no pose.
+        if code == 0 or (stats.exists() and not poses_needed):
+            return
+    if code < 0:
+        raise Error(f"{PROGRAM} ended with signal {-code}: {said or 'it said nothing'}")
+    raise Error(said.removeprefix(f"{PROGRAM}: ") or f"{PROGRAM} ended with code {code}")
+
+
+def _run(
+    command: list[str],
+    on_progress: Callable[[float], None] | None,
+    on_warning: Callable[[str], None] | None,
+) -> tuple[int, str]:
+    """Exit code, and the last line that is neither progress nor a warning."""
+    said = ""
     with subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace"
     ) as process:
         try:
             assert process.stderr is not None
             for line in process.stderr:
-                share = re.fullmatch(r"progress ([0-9.]+)\s*", line)
-                if share is None:
-                    said.append(line.strip())
-                elif on_progress is not None:
-                    on_progress(float(share.group(1)))
+                kind, _, text = line.strip().partition(" ")
+                if kind == "progress":
+                    if on_progress is not None:
+                        on_progress(float(text))
+                elif kind == "warning:":
+                    if on_warning is not None:
+                        on_warning(text)
+                else:
+                    said = line.strip() or said
         except BaseException:
             process.terminate()
             raise
-    if process.returncode != 0:
-        code = process.returncode
-        how = f"signal {-code}" if code < 0 else f"code {code}"
-        last = next((line for line in reversed(said) if line), "it said nothing")
-        raise Error(f"{PROGRAM} ended with {how}: {last}")
+    return process.returncode, said

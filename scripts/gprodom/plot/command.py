@@ -10,7 +10,7 @@ from pathlib import Path
 from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
-from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json
+from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
@@ -166,7 +166,10 @@ def run_observability(args: argparse.Namespace) -> int:
                 wheel = wheel_distance(logs.read_roles(log, channels.of("wheel")))
                 for method in methods:
                     output = folder / "output.lcmlog"
-                    shifts = measure_shifts(log, method, args.configs, args.overrides, truth, output)
+                    settings = (args.configs, args.overrides)
+                    shifts = measure_shifts(
+                        log, method, *settings, truth, output, on_warning=warn
+                    )
                     seen[method.name].append(observe(shifts, *wheel))
                     progress.advance()
     pooled = {name: pool(parts) for name, parts in seen.items()}

@@ -7,20 +7,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gprodom.console import warn
 from gprodom.errors import Error
-from gprodom.trajectory import Times, Trajectory, interpolate
+from gprodom.trajectory import Times, Trajectory, interpolate, path_length
 
 MIN_PAIRS = 10
 MAX_GAP_S = 1.0
+UNCOVERED_M = 1.0  # of the truth's way: a stretch that the relative error would count
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Estimate and truth at the same n stamps (the truth's). `excluded`: truth points left out."""
+    """Estimate and truth at the same n stamps (the truth's).
+
+    `excluded`: truth points left out; for how long, and how far the truth travels meanwhile.
+    """
 
     estimate: Trajectory
     truth: Trajectory
     excluded: int
+    excluded_s: float = 0.0
+    excluded_m: float = 0.0
 
 
 def covered(trajectory: Trajectory, time: Times, max_gap_s: float = MAX_GAP_S) -> NDArray[np.bool_]:
@@ -54,7 +61,23 @@ def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GA
             f"{max_gap_s:g} s (of {len(truth)}); at least {MIN_PAIRS} are needed"
         )
     paired = truth.select(used)
-    return Pairs(interpolate(estimate, paired.time), paired, len(truth) - count)
+    left_out = ~(used[:-1] & used[1:])  # of the steps from point to point
+    seconds = float(np.sum(np.diff(truth.time)[left_out])) * 1e-6
+    metres = float(np.sum(np.diff(path_length(truth.position))[left_out]))
+    return Pairs(
+        interpolate(estimate, paired.time), paired, len(truth) - count, seconds, metres
+    )
+
+
+def warn_of_uncovered(pairs: Pairs) -> None:
+    """Where the estimate leaves out a metre of the truth or more: it is scored on the rest."""
+    if pairs.excluded_m < UNCOVERED_M:
+        return
+    warn(
+        f"the estimate does not cover {pairs.excluded_m:.1f} m of the truth's way "
+        f"({pairs.excluded} of {pairs.excluded + len(pairs.truth)} points, "
+        f"{pairs.excluded_s:.1f} s): the figures are of the rest"
+    )
 
 
 def _span(trajectory: Trajectory) -> str:

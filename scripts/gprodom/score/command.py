@@ -12,7 +12,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
-from gprodom.score.associate import MAX_GAP_S, associate
+from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
 from gprodom.score.figures import Comparison, compare
 from gprodom.score.record import Record, describe, make_record, sequence_name
@@ -25,7 +25,8 @@ ts_meas.csv, or a sequence (directory or zip). Of a log, EST is ODOMETRY_MAP (or
 --frame) as it was published, TRUTH is TOTAL_STATION, or where there is none the same as EST.
 
 The estimate is interpolated to the truth's stamps. Truth outside the estimate's span, or in a gap
-of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`.
+of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`; more than {UNCOVERED_M:g} m of
+it is warned of.
 
 figures:
   ate_rmse_m    RMS distance to the truth after alignment; in the horizontal plane for first and
@@ -41,6 +42,8 @@ figures:
                 the covariance of that placing counted; null without covariance, yaw also null
                 without attitude
   n             points compared
+  excluded      truth points left out; excluded_s, excluded_m: for how long, and how far the truth
+                travels meanwhile
 """
 
 EXAMPLES = """\
@@ -147,6 +150,7 @@ def run(args: argparse.Namespace) -> int:
     if args.prism is not None:
         path = at_prism(path, truth.trajectory, args.prism)
     pairs = associate(path, truth.trajectory)
+    warn_of_uncovered(pairs)
     comparison = compare(pairs, args.align, args.first_m, truth_error)
     record = _record(estimate, args.truth, comparison)
     if args.plot is not None:

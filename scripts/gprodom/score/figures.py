@@ -31,7 +31,8 @@ class Figures:
     nees_xy, nees_yaw: mean normalised squared error of (x, y) and of yaw (2 and 1 degrees of
       freedom), by the estimate's own covariance and the truth's own error, whatever the alignment
       (`consistency`). None without covariances; nees_yaw also None where truth has no attitude.
-    n: pairs. excluded: truth points outside the estimate's span or in its gaps.
+    n: pairs. excluded: truth points outside the estimate's span or in its gaps; excluded_s and
+      excluded_m: for how long that is, and how far the truth travels meanwhile.
     distance_m: distance that the truth travels.
     """
 
@@ -43,6 +44,8 @@ class Figures:
     nees_yaw: float | None
     n: int
     excluded: int
+    excluded_s: float
+    excluded_m: float
     distance_m: float
 
 
@@ -140,6 +143,8 @@ def compare(
         nees_yaw=nees_yaw(pairs),
         n=len(pairs.truth),
         excluded=pairs.excluded,
+        excluded_s=pairs.excluded_s,
+        excluded_m=pairs.excluded_m,
         distance_m=distance,
     )
     return Comparison(figures, pairs, alignment, transform, error)

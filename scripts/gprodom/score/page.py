@@ -18,6 +18,8 @@ MEANING = {
     "nees_yaw": "normalised squared error of yaw; 1 where the covariance is right",
     "n": "points compared",
     "excluded": "truth points without an estimate",
+    "excluded_s": "for how long there is none (s)",
+    "excluded_m": "how far the truth travels meanwhile (m)",
     "distance_m": "distance travelled by the truth (m)",
     "map_jumps": "corrections that moved the pose in the map frame",
     "map_jump_mean_m": "their mean size (m)",

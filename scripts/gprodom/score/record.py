@@ -38,6 +38,8 @@ class Record:
     nees_yaw: float | None
     n: int
     excluded: int
+    excluded_s: float
+    excluded_m: float
     distance_m: float
     map_jumps: int | None = None
     map_jump_mean_m: float | None = None
@@ -103,6 +105,8 @@ def describe(record: Record) -> str:
         ["nees_yaw (1 is right)", record.nees_yaw],
         ["n (points compared)", record.n],
         ["excluded (truth without estimate)", record.excluded],
+        ["excluded_s", record.excluded_s],
+        ["excluded_m (that the truth travels then)", record.excluded_m],
         ["distance_m (of the truth)", record.distance_m],
     ]
     if record.map_jumps is not None:
