@@ -1,6 +1,8 @@
 #include "apps/command_line.h"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "gprodom/version.h"
@@ -102,7 +104,10 @@ void CommandLine::print_help() const {
 
 int CommandLine::run(const std::function<int()>& work) const {
   try {
-    return work();
+    const int code = work();
+    if (std::fflush(stdout) != 0)
+      throw std::runtime_error(std::string("standard output: ") + std::strerror(errno));
+    return code;
   } catch (const UsageError& error) {
     std::fprintf(stderr, "%s: %s\nusage: %s %s\n", program_.c_str(), error.what(), program_.c_str(),
                  usage_.c_str());

@@ -37,6 +37,7 @@ class CommandLine {
   bool answer(int argc, char** argv) const;
 
   // Runs `work`, and turns what it throws into one line and an exit code: 1 failed, 2 bad usage.
+  // What was printed and could not be written out is a failure too.
   int run(const std::function<int()>& work) const;
 
  private:

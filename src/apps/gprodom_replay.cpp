@@ -38,9 +38,8 @@ int main(int argc, char** argv) {
         [&](const std::string& path) { stats_path = path; }},
        {"--progress", "", "print `progress 0.42` lines on stderr",
         [&](const std::string&) { progress_lines = true; }}});
-  if (command_line.answer(argc, argv)) return 0;
-
   return command_line.run([&] {
+    if (command_line.answer(argc, argv)) return 0;
     const auto others = command_line.parse(argc, argv);
     if (config_paths.empty()) throw UsageError("-c CONFIG is needed");
     if (files.output.empty()) throw UsageError("-o OUT.lcmlog is needed");

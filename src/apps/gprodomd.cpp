@@ -45,9 +45,8 @@ int main(int argc, char** argv) {
         [&](const std::string&) { check_config = true; }},
        {"--print-config", "", "print all keys as they stand (-c is not needed) and end",
         [&](const std::string&) { print_config = true; }}});
-  if (command_line.answer(argc, argv)) return 0;
-
   return command_line.run([&] {
+    if (command_line.answer(argc, argv)) return 0;
     const auto others = command_line.parse(argc, argv);
     if (!others.empty()) throw UsageError("unexpected argument " + others.front());
     if (print_config) {

@@ -96,8 +96,13 @@ void write_whole(const std::string& path, const std::string& bytes) {
 bool read_whole(const std::string& path, std::string& bytes) {
   std::error_code error;
   if (!fs::exists(path, error)) return false;
+  if (fs::is_directory(path, error)) throw FileError(path + ": cannot be read: it is a folder");
   std::ifstream file(path, std::ios::binary);
-  bytes.assign(std::istreambuf_iterator<char>(file), {});
+  try {
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  } catch (const std::ios_base::failure&) {  // of the stream's buffer, which a failing disk makes
+    file.setstate(std::ios::badbit);
+  }
   if (!file.is_open() || file.bad()) throw FileError(path + ": cannot be read");
   return true;
 }

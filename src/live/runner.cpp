@@ -72,7 +72,10 @@ void Runner::obey(const Command& command) {
   try {
     switch (*name) {
       case CommandName::kReset:
-        reset(command.argument == kResetAll);
+        if (!command.argument.empty() && command.argument != kResetAll)
+          reject(command_channel_, command.name + ": expected no argument, or " + kResetAll);
+        else
+          reset(!command.argument.empty());
         break;
       case CommandName::kSaveMap:
         odometry_.begin_saving_map(map_path(command.argument));

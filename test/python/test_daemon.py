@@ -94,6 +94,19 @@ def test_bad_usage(arguments: list[str], code: int, said: str) -> None:
     assert said in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("gprodomd", "--print-config"), ("gprodomd", "--help"), ("gprodom-replay", "--version")],
+)
+def test_what_cannot_be_printed_is_a_failure(name: str, what: str) -> None:
+    with open("/dev/full", "w") as full:
+        result = subprocess.run(
+            [str(find_program(name)), what], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert result.returncode == 1
+    assert result.stderr == f"{name}: standard output: No space left on device\n"
+
+
 def test_help_and_version() -> None:
     assert "--check-config" in gprodomd("--help").stdout
     assert gprodomd("--version").stdout.startswith("gprodomd ")

@@ -1,7 +1,7 @@
 """A CMU-GPR sequence as files that are read by name: a directory or the dataset's zip.
 
-Nothing is ever extracted from a zip, and no more than `MAX_BYTES` of a file is read, whatever the
-archive says of its size.
+Nothing is ever extracted from a zip, and a file that says to have more than `MAX_BYTES` is not begun
+with (of one that says less than it has, no more than that is read).
 """
 
 from __future__ import annotations
@@ -87,11 +87,10 @@ def _from_zip(sequence: Path) -> dict[str, File]:
 def _read_member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, label: str) -> bytes:
     if member.flag_bits & 1:
         raise Error(f"{label}: encrypted; unpack the sequence and give its directory")
-    with archive.open(member) as stream:
-        data = stream.read(min(member.file_size, MAX_BYTES) + 1)
-    if len(data) > MAX_BYTES:
+    if member.file_size > MAX_BYTES:
         raise Error(f"{label}: refused, unpacks to more than {MAX_BYTES} bytes")
-    return data
+    with archive.open(member) as stream:
+        return stream.read()
 
 
 def _single(sequence: Path, folders: list[str]) -> str:

@@ -70,6 +70,12 @@ TEST_F(RunnerTest, AResetTellsWhetherTheGroundIsKept) {
   EXPECT_TRUE(has(told({}, {{0, reset, kResetAll}}), "all is forgotten"));
 }
 
+TEST_F(RunnerTest, AResetOfSomethingElseIsRefused) {
+  const auto all = told({}, {{0, name_of(CommandName::kReset), "bogus"}});
+  EXPECT_TRUE(has(all, "COMMAND: reset: expected no argument, or all"));
+  EXPECT_FALSE(has(all, "reset by command"));
+}
+
 TEST_F(RunnerTest, AMapOfTheNetworkIsAFileOfTheStateFolder) {
   const std::string longest(100, 'n');
   for (const std::string& name : {std::string("Yard-2.north_1"), longest}) {

@@ -63,6 +63,24 @@ TEST_F(StateStoreTest, ABrokenFileIsTold) {
   EXPECT_EQ(notices_.size(), 1u);
 }
 
+TEST_F(StateStoreTest, AFolderInAFilesPlaceIsTold) {
+  for (const char* name : {"wheel_scale.txt", "pose.state", "ground.map"})
+    fs::create_directory(folder_ / name);
+  EXPECT_EQ(next_run().wheel.scale, 1.0);
+  StateStore store(config_.state);
+  EXPECT_FALSE(store.state(notices_).has_value());
+  EXPECT_FALSE(store.ground({}, notices_).has_value());
+  ASSERT_EQ(notices_.size(), 3u);
+  for (const std::string& notice : notices_)
+    EXPECT_NE(notice.find(": cannot be read: it is a folder"), std::string::npos) << notice;
+  OdometryEstimate estimate;
+  estimate.wheel_scale_sigma = 0.01;
+  store.save(estimate, {});
+  store.writer().flush();
+  store.take_notices();
+  EXPECT_NE(store.trouble(), "");
+}
+
 TEST_F(StateStoreTest, TheStateComesBackAsItWas) {
   SavedState state;
   state.state.time = 123456789;
