@@ -126,6 +126,10 @@ struct SubsurfaceFeatureMatrix {
 
 enum class HealthLevel : std::int8_t { kOk = 0, kDegraded = 1, kFailed = 2 };
 
+// Among the values of a live Status: a number of the process that says it, so that a second one on
+// the same channels is noticed. Never in a replay's.
+constexpr char kInstance[] = "instance";
+
 struct Status {
   TimeNs time = 0;
   HealthLevel health = HealthLevel::kOk;

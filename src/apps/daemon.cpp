@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
+#include <random>
 #include <utility>
 
 #include "base/joined.h"
@@ -59,6 +61,13 @@ bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
 }
 
+// A number that no other process has, but by a chance of 1 in 2^48; a double holds it exactly.
+double new_instance() {
+  std::random_device random;
+  std::uniform_int_distribution<std::int64_t> numbers(1, std::int64_t{1} << 48);
+  return static_cast<double>(numbers(random));
+}
+
 }  // namespace
 
 Daemon::Daemon(DaemonOptions options)
@@ -66,6 +75,7 @@ Daemon::Daemon(DaemonOptions options)
       signals_({SIGINT, SIGTERM, SIGHUP}),
       config_(load_config(options_.config_paths, options_.overrides)),
       log_(make_log(config_.logging)),
+      instance_(new_instance()),
       link_(options_.lcm_url),
       live_(make_live(config_)) {}
 
@@ -75,7 +85,7 @@ std::unique_ptr<Live> Daemon::make_live(const Config& config) {
   return std::make_unique<Live>(
       config,
       [this, channels = config.channels](const Results& results) { publish(channels, results); },
-      [this] { service_.alive(); });
+      [this] { service_.alive(); }, instance_);
 }
 
 void Daemon::run() {
@@ -95,8 +105,9 @@ void Daemon::run() {
 }
 
 void Daemon::start() {
-  link_.subscribe(config_.channels,
-                  [live = live_.get()](Input input) { live->push(std::move(input)); });
+  link_.subscribe(
+      config_.channels, [live = live_.get()](Input input) { live->push(std::move(input)); },
+      [live = live_.get()](double instance) { live->heard_status(instance); });
   receiving_ = true;
   receiver_ = std::thread([this] {
     while (receiving_) {

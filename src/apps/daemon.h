@@ -45,6 +45,7 @@ class Daemon {
   Service service_;                        // guards itself
   Config config_;                          // main thread only
   std::shared_ptr<spdlog::logger> log_;    // guards itself
+  const double instance_;                  // of this process
   HealthLevel health_ = HealthLevel::kOk;  // last logged; publish thread only
   LcmLink link_;                           // guards itself
   std::unique_ptr<Live> live_;             // main thread only

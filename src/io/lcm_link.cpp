@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/status_instance.h"
+
 namespace gprodom {
 namespace {
 
@@ -41,17 +43,21 @@ LcmLink::LcmLink(const std::string& url)
 
 LcmLink::~LcmLink() { unsubscribe(); }
 
-void LcmLink::subscribe(const ChannelConfig& channels, Sink sink) {
+void LcmLink::subscribe(const ChannelConfig& channels, Sink sink, OnStatus on_status) {
   channels_ = channels;
   sink_ = std::move(sink);
-  for (const auto& name : input_channels(channels_)) {
-    // Raw packets, since the generated decoders must not see them unchecked.
-    lcm_subscription_t* subscription =
-        lcm_subscribe(lcm_.get(), escaped(name).c_str(), &LcmLink::take, this);
-    if (!subscription) fail(url_);
-    lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
-    subscriptions_.push_back(subscription);
-  }
+  on_status_ = std::move(on_status);
+  for (const auto& name : input_channels(channels_)) subscribe(name, &LcmLink::take);
+  subscribe(channels_.status, &LcmLink::take_status);
+}
+
+// To raw packets, since the generated decoders must not see them unchecked.
+void LcmLink::subscribe(const std::string& channel, Handler handler) {
+  lcm_subscription_t* subscription =
+      lcm_subscribe(lcm_.get(), escaped(channel).c_str(), handler, this);
+  if (!subscription) fail(url_);
+  lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
+  subscriptions_.push_back(subscription);
 }
 
 void LcmLink::unsubscribe() {
@@ -67,6 +73,11 @@ void LcmLink::take(const lcm_recv_buf_t* packet, const char* channel, void* self
   const auto* link = static_cast<const LcmLink*>(self);
   auto input = decode_input(link->channels_, channel, packet->data, packet->data_size);
   if (input) link->sink_(std::move(*input));
+}
+
+void LcmLink::take_status(const lcm_recv_buf_t* packet, const char* /*channel*/, void* self) {
+  const auto instance = instance_of(packet->data, packet->data_size);
+  if (instance) static_cast<const LcmLink*>(self)->on_status_(*instance);
 }
 
 void LcmLink::publish(const std::vector<LcmMessage>& messages) {

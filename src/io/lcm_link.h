@@ -18,6 +18,8 @@ class LcmLink {
  public:
   // Called by receive() for each message on one of our channels; must not wait.
   using Sink = std::function<void(Input)>;
+  // Called by receive() with the instance number of each STATUS on our channel, our own ones too.
+  using OnStatus = std::function<void(double)>;
 
   // Throws std::runtime_error, with what to do, where LCM cannot be used.
   explicit LcmLink(const std::string& url);
@@ -26,7 +28,7 @@ class LcmLink {
   LcmLink& operator=(const LcmLink&) = delete;
 
   // Not while another thread is in receive(). Throws std::runtime_error.
-  void subscribe(const ChannelConfig& channels, Sink sink);
+  void subscribe(const ChannelConfig& channels, Sink sink, OnStatus on_status);
   void unsubscribe();
 
   // Waits 0.1 s at most for a message and hands what is there to the sink. One thread. False where
@@ -37,7 +39,10 @@ class LcmLink {
   void publish(const std::vector<LcmMessage>& messages);
 
  private:
+  using Handler = void (*)(const lcm_recv_buf_t*, const char*, void*);
+  void subscribe(const std::string& channel, Handler handler);
   static void take(const lcm_recv_buf_t* packet, const char* channel, void* link);
+  static void take_status(const lcm_recv_buf_t* packet, const char* channel, void* link);
 
   const std::string url_;
   const std::unique_ptr<lcm_t, void (*)(lcm_t*)> lcm_;  // guards itself
@@ -45,6 +50,7 @@ class LcmLink {
   // Written only while no thread is in receive().
   ChannelConfig channels_;
   Sink sink_;
+  OnStatus on_status_;
   std::vector<lcm_subscription_t*> subscriptions_;
 };
 

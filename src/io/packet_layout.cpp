@@ -43,15 +43,19 @@ PacketLayout& PacketLayout::fixed(std::size_t bytes) {
   return *this;
 }
 
+std::size_t PacketLayout::count(const char* name, std::size_t max_elements) {
+  if (!take(4, std::string("the count of ") + name)) return 0;
+  const std::int32_t told = peek_int32();
+  if (told < 0 || static_cast<std::size_t>(told) > max_elements) {
+    fault_ = std::string("announces a count of ") + name + " that cannot be";
+    return 0;
+  }
+  return static_cast<std::size_t>(told);
+}
+
 PacketLayout& PacketLayout::counted_array(const char* name, std::size_t element_bytes,
                                           std::size_t max_elements) {
-  if (!take(4, std::string("the count of ") + name)) return *this;
-  const std::int32_t count = peek_int32();
-  if (count < 0 || static_cast<std::size_t>(count) > max_elements) {
-    fault_ = std::string("announces a count of ") + name + " that cannot be";
-    return *this;
-  }
-  take(static_cast<std::size_t>(count) * element_bytes, name);
+  take(count(name, max_elements) * element_bytes, name);
   return *this;
 }
 

@@ -17,6 +17,9 @@ class PacketLayout {
   // Fields of fixed size, `bytes` together.
   PacketLayout& fixed(std::size_t bytes);
 
+  // An int32 count of elements that follow later; 0 after a fault.
+  std::size_t count(const char* name, std::size_t max_elements);
+
   // An int32 count and, right behind it, that many elements.
   PacketLayout& counted_array(const char* name, std::size_t element_bytes,
                               std::size_t max_elements);

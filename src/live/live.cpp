@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t kInputCapacity = 10000;
 constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
-constexpr double kSilence = 2.0;  // s without any input before the status tells of it
+constexpr std::chrono::seconds kOther(3);  // for which another's Status, one a second, counts
+constexpr double kSilence = 2.0;           // s without any input before the status tells of it
 
 void add(const std::string& name, double value, Status& status) {
   status.names.push_back(name);
@@ -35,10 +36,12 @@ void add(const std::string& name, const DurationHistogram& durations, Status& st
 
 }  // namespace
 
-Live::Live(const Config& config, Handler handler, Alive alive)
+Live::Live(const Config& config, Handler handler, Alive alive, double instance)
     : runner_(config, Execution::kThreaded),
-      last_input_(std::chrono::steady_clock::now()),
+      last_input_(Clock::now()),
       alive_(std::move(alive)),
+      instance_(instance),
+      status_channel_(config.channels.status),
       imu_offset_(from_seconds(config.imu.time_offset)),
       handler_(std::move(handler)),
       inputs_(kInputCapacity),
@@ -52,6 +55,10 @@ void Live::push(Input input) {
   if (const auto* imu = std::get_if<ImuSample>(&input))
     imu_latency_.arrived(imu->time + imu_offset_);
   inputs_.push(std::move(input));
+}
+
+void Live::heard_status(double instance) {
+  if (instance != instance_) another_heard_ = Clock::now().time_since_epoch().count();
 }
 
 void Live::stop() {
@@ -74,7 +81,7 @@ void Live::estimate() {
       guarded([&] { return runner_.step(); });
       tell_of_silence();
     } else {
-      last_input_ = std::chrono::steady_clock::now();
+      last_input_ = Clock::now();
     }
     report_losses();
   }
@@ -107,7 +114,7 @@ void Live::report_losses() {
 // The estimator knows data time alone, so a robot whose sensors have all stopped would just fall
 // silent. Stamped with the newest data time there is.
 void Live::tell_of_silence() {
-  const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_input_;
+  const std::chrono::duration<double> silence = Clock::now() - last_input_;
   if (silence.count() < kSilence) return;
   Status status;
   status.time = last_time_;
@@ -122,12 +129,28 @@ void Live::tell_of_silence() {
 void Live::hand_out(Results results) {
   if (results.empty()) return;
   for (Status& status : results.outputs.status) add_figures(status);
+  tell_of_another(results);
   if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
   if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
   results_.push(std::move(results));
 }
 
-// What the wall clock says.
+// Each estimator publishes a Status a second, and a reader cannot tell whose poses he gets.
+void Live::tell_of_another(Results& results) {
+  if (results.outputs.status.empty()) return;
+  const Clock::rep heard = another_heard_;
+  const bool lasts = heard > 0 && Clock::now() - Clock::time_point(Clock::duration(heard)) < kOther;
+  const std::string reason = status_channel_ + ": another estimator publishes on our channels";
+  if (lasts != another_told_) results.outputs.warnings.push_back(reason + (lasts ? "" : ": over"));
+  another_told_ = lasts;
+  if (!lasts) return;
+  for (Status& status : results.outputs.status) {
+    status.health = std::max(status.health, HealthLevel::kDegraded);
+    status.reasons.push_back(reason);
+  }
+}
+
+// What the wall clock says, and whose it is.
 void Live::add_figures(Status& status) {
   const Timing timing = runner_.timing();
   add("solver", timing.solver, status);
@@ -136,6 +159,7 @@ void Live::add_figures(Status& status) {
   add("latency.radar", timing.radar.ready, status);
   add("queue.input.longest", static_cast<double>(inputs_.take_longest()), status);
   add("queue.output.longest", static_cast<double>(results_.take_longest()), status);
+  if (instance_ > 0) add(kInstance, instance_, status);
 }
 
 void Live::publish() {

@@ -5,6 +5,7 @@
 //   push() → inputs_ → estimator thread → results_ → publish thread → Handler
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -25,15 +26,20 @@ class Live {
   // Called on the estimator thread, before each input and once a second without any.
   using Alive = std::function<void()>;
 
-  // Starts the threads. Throws ConfigError where settings contradict each other.
+  // Starts the threads. instance: told in each Status; 0: none. Throws ConfigError where settings
+  // contradict each other.
   Live(
-      const Config& config, Handler handler, Alive alive = [] {});
+      const Config& config, Handler handler, Alive alive = [] {}, double instance = 0.0);
   ~Live();  // stop()
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
   // Any thread; never waits. What does not fit is dropped and counted in the status.
   void push(Input input);
+
+  // Any thread: a Status of this instance was heard on our own channel. Another one than ours means
+  // that two publish there, which is degraded health for as long as it lasts.
+  void heard_status(double instance);
 
   // Takes no more input, works off and hands out what is inside, and ends the threads.
   void stop();
@@ -46,14 +52,21 @@ class Live {
   void tell_of_silence();
   void hand_out(Results results);
   void add_figures(Status& status);
+  void tell_of_another(Results& results);
   void publish();
+
+  using Clock = std::chrono::steady_clock;
 
   // Used by the estimator thread only.
   Runner runner_;
-  std::chrono::steady_clock::time_point last_input_;
+  Clock::time_point last_input_;
   TimeNs last_time_ = 0;  // newest data time estimated
   Alive alive_;
+  const double instance_;
+  const std::string status_channel_;
+  bool another_told_ = false;
 
+  std::atomic<Clock::rep> another_heard_{0};  // when; 0: never; any thread
   const TimeNs imu_offset_;        // of data time from the stamps of IMU messages
   LatencyWatch imu_latency_;       // guards itself
   Handler handler_;                // used by the publish thread only

@@ -372,7 +372,35 @@ def status(folder: Path) -> None:
         daemon.stop(signal.SIGTERM)
 
 
+def two(folder: Path) -> None:
+    """Two daemons on the same channels notice each other, and that one of them has ended."""
+    said = "STATUS: another estimator publishes on our channels"
+    quiet = "gpr:\n  enabled: false\n"
+    (folder / "other").mkdir()
+    with Daemon(folder, quiet) as daemon:
+        end = daemon.stand(5.0, START_UTIME)
+        daemon.wait_for("STATUS", lambda: bool(daemon.heard["STATUS"]))
+        first = {dict(zip(m.names, m.values))["instance"] for m in daemon.heard["STATUS"]}
+        assert len(first) == 1, first
+        assert not any(said in reason for m in daemon.heard["STATUS"] for reason in m.reasons)
+        with Daemon(folder / "other", quiet) as other:
+            end = daemon.stand(5.0, end)
+            daemon.await_log(said)
+            other.await_log("health: degraded")
+            code, shown, end = asked_once(daemon, end)
+            assert code == 1 and said in shown, shown
+            heard = {dict(zip(m.names, m.values))["instance"] for m in daemon.heard["STATUS"]}
+            assert len(heard) == 2, heard
+            other.stop(signal.SIGTERM)
+        end = daemon.stand(2.0, end)
+        time.sleep(3.0)  # for which a Status counts
+        daemon.stand(2.0, end)
+        daemon.await_log(said + ": over")
+        daemon.stop(signal.SIGTERM)
+
+
 SCENARIOS = {
+    "two": two,
     "reread": reread,
     "hostile": hostile,
     "service": service,

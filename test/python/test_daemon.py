@@ -161,6 +161,11 @@ def test_status(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
+def test_two_daemons_notice_each_other(tmp_path: Path) -> None:
+    result = run_isolated(SCENARIOS.read_text(), "two", str(tmp_path), timeout_s=120)
+    assert result.returncode == 0, result.stderr
+
+
 def test_ground_is_kept_and_asked_for(tmp_path: Path) -> None:
     (sample,) = (CHECKOUT / "sample").glob("*.zip")
     convert = ["-m", "gprodom", "convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]

@@ -167,6 +167,7 @@ def test_outputs_hold_together(folder: Path) -> None:
     assert stats["refused"] == 0 and stats["damage"] == []
     assert stats["solver"]["jobs"] == len(smoothed) - 1  # the first state is the initialiser's
     assert stats["health"] == "ok" and stats["times_real_time"] > 0
+    assert "instance" not in stats["values"]  # a number of the process, which would differ
 
 
 def test_truncated_log_is_used_as_far_as_it_goes(folder: Path) -> None:

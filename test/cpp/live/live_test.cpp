@@ -58,6 +58,35 @@ TEST(Live, TellsOfLatenciesAndQueues) {
   EXPECT_GE(value("queue.output.longest"), 0.0);
 }
 
+// Each Status tells whose it is; another's on our channel is degraded health until it is silent.
+TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
+  const auto told = [](double heard) {
+    Outputs all;
+    const std::vector<std::string> no_radar = {"gpr.enabled=false"};
+    Live live(
+        default_config(no_radar),
+        [&](const Results& results) {
+          const Outputs& o = results.outputs;
+          all.status.insert(all.status.end(), o.status.begin(), o.status.end());
+          all.warnings.insert(all.warnings.end(), o.warnings.begin(), o.warnings.end());
+        },
+        [] {}, 5.0);
+    live.heard_status(heard);
+    for (const auto& input : standing(5.0)) live.push(input);
+    live.stop();
+    return all;
+  };
+  const std::string reason = "STATUS: another estimator publishes on our channels";
+  const Outputs alone = told(5.0), two = told(7.0);
+  ASSERT_FALSE(alone.status.empty());
+  EXPECT_EQ(alone.status.back().health, HealthLevel::kOk);
+  EXPECT_EQ(alone.status.back().names.back(), kInstance);
+  EXPECT_EQ(alone.status.back().values.back(), 5.0);
+  EXPECT_EQ(two.status.back().health, HealthLevel::kDegraded);
+  EXPECT_EQ(two.status.back().reasons, std::vector<std::string>{reason});
+  EXPECT_EQ(std::count(two.warnings.begin(), two.warnings.end(), reason), 1);
+}
+
 TEST(LatencyWatch, CountsWhatWasPublishedAndForgetsTheRest) {
   LatencyWatch watch;
   for (TimeNs time = 1; time <= 10; ++time) watch.arrived(time);
