@@ -22,7 +22,7 @@ void Health::set(const std::string& topic, HealthLevel level, const std::string&
   if (text.empty()) {
     const auto it = conditions_.find(topic);
     if (it == conditions_.end()) return;
-    if (it->second.warned) warnings_.push_back(topic + ": over");
+    if (it->second.warned) warnings_.push_back(topic + ": over: " + it->second.text);
     conditions_.erase(it);
     return;
   }

@@ -21,7 +21,8 @@ class Health {
   // given within the period of data time.
   void count(const std::string& channel, const std::string& reason);
 
-  // States for as long as they hold; an empty text ends one. Their begin and end are warned of.
+  // States for as long as they hold; an empty text ends one. Their begin and end are warned of,
+  // the end with what is over.
   void set(const std::string& topic, HealthLevel level, const std::string& text);
 
   // A state that is as it should be for now: told in the status, not warned of, until it is set().

@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kInputCapacity = 10000;
 constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
-constexpr std::chrono::seconds kOther(3);  // for which another's Status, one a second, counts
-constexpr double kSilence = 2.0;           // s without any input before the status tells of it
+constexpr std::chrono::seconds kOther(3);    // for which another's Status, one a second, counts
+constexpr std::chrono::seconds kSilence(2);  // without any input before the status tells of it
 
 void add(const std::string& name, double value, Status& status) {
   status.names.push_back(name);
@@ -74,14 +74,13 @@ void Live::estimate() {
     const auto batch = inputs_.pop_all(kIdle);
     alive_();
     for (const auto& input : batch) {
+      last_input_ = Clock::now();
       alive_();
       guarded([&] { return runner_.feed(input); });
     }
     if (batch.empty()) {
       guarded([&] { return runner_.step(); });
       tell_of_silence();
-    } else {
-      last_input_ = Clock::now();
     }
     report_losses();
   }
@@ -114,21 +113,28 @@ void Live::report_losses() {
 // The estimator knows data time alone, so a robot whose sensors have all stopped would just fall
 // silent. Stamped with the newest data time there is.
 void Live::tell_of_silence() {
-  const std::chrono::duration<double> silence = Clock::now() - last_input_;
-  if (silence.count() < kSilence) return;
-  Status status;
-  status.time = last_time_;
-  status.health = HealthLevel::kFailed;
-  status.reasons.push_back("no input for " + std::to_string(static_cast<int>(silence.count())) +
-                           " s; are the sensor drivers running, on this LCM URL?");
+  if (Clock::now() - last_input_ < kSilence) return;
   Results results;
-  results.outputs.status.push_back(status);
+  results.outputs.status.emplace_back().time = last_time_;
   hand_out(std::move(results));
+}
+
+// Into whatever Status there is, also the last one of a daemon that is stopped amid the silence.
+void Live::add_silence(Status& status) const {
+  const auto silence = Clock::now() - last_input_;
+  if (silence < kSilence) return;
+  const auto whole_s = std::chrono::duration_cast<std::chrono::seconds>(silence).count();
+  status.health = HealthLevel::kFailed;
+  status.reasons.push_back("no input for " + std::to_string(whole_s) +
+                           " s; are the sensor drivers running, on this LCM URL?");
 }
 
 void Live::hand_out(Results results) {
   if (results.empty()) return;
-  for (Status& status : results.outputs.status) add_figures(status);
+  for (Status& status : results.outputs.status) {
+    add_silence(status);
+    add_figures(status);
+  }
   tell_of_another(results);
   if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
   if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
@@ -140,13 +146,15 @@ void Live::tell_of_another(Results& results) {
   if (results.outputs.status.empty()) return;
   const Clock::rep heard = another_heard_;
   const bool lasts = heard > 0 && Clock::now() - Clock::time_point(Clock::duration(heard)) < kOther;
-  const std::string reason = status_channel_ + ": another estimator publishes on our channels";
-  if (lasts != another_told_) results.outputs.warnings.push_back(reason + (lasts ? "" : ": over"));
+  const std::string topic = status_channel_ + ": ";
+  const std::string reason = "another estimator publishes on our channels";
+  if (lasts != another_told_)
+    results.outputs.warnings.push_back(topic + (lasts ? "" : "over: ") + reason);
   another_told_ = lasts;
   if (!lasts) return;
   for (Status& status : results.outputs.status) {
     status.health = std::max(status.health, HealthLevel::kDegraded);
-    status.reasons.push_back(reason);
+    status.reasons.push_back(topic + reason);
   }
 }
 

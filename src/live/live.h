@@ -50,6 +50,7 @@ class Live {
   void guarded(Work work);
   void report_losses();
   void tell_of_silence();
+  void add_silence(Status& status) const;
   void hand_out(Results results);
   void add_figures(Status& status);
   void tell_of_another(Results& results);

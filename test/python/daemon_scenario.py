@@ -180,7 +180,9 @@ def hostile(folder: Path) -> None:
         daemon.lcm.publish("COMMAND", reset.encode())
         daemon.await_log("reset by command")
         daemon.await_status("no input for")  # silence is told of, not kept
+        daemon.await_log("health: failed: no input for")
         daemon.stop(signal.SIGINT)
+        assert "health: ok" not in daemon.log().split("health: failed")[-1], daemon.log()
 
 
 class Manager:
@@ -380,7 +382,7 @@ def two(folder: Path) -> None:
     with Daemon(folder, quiet) as daemon:
         end = daemon.stand(5.0, START_UTIME)
         daemon.wait_for("STATUS", lambda: bool(daemon.heard["STATUS"]))
-        first = {dict(zip(m.names, m.values))["instance"] for m in daemon.heard["STATUS"]}
+        first = {dict(zip(m.names, m.values, strict=True))["instance"] for m in daemon.heard["STATUS"]}
         assert len(first) == 1, first
         assert not any(said in reason for m in daemon.heard["STATUS"] for reason in m.reasons)
         with Daemon(folder / "other", quiet) as other:
@@ -389,13 +391,13 @@ def two(folder: Path) -> None:
             other.await_log("health: degraded")
             code, shown, end = asked_once(daemon, end)
             assert code == 1 and said in shown, shown
-            heard = {dict(zip(m.names, m.values))["instance"] for m in daemon.heard["STATUS"]}
+            heard = {dict(zip(m.names, m.values, strict=True))["instance"] for m in daemon.heard["STATUS"]}
             assert len(heard) == 2, heard
             other.stop(signal.SIGTERM)
         end = daemon.stand(2.0, end)
-        time.sleep(3.0)  # for which a Status counts
+        time.sleep(3.5)  # a Status counts for 3 s
         daemon.stand(2.0, end)
-        daemon.await_log(said + ": over")
+        daemon.await_log("STATUS: over: another estimator publishes on our channels")
         daemon.stop(signal.SIGTERM)
 
 
