@@ -23,6 +23,11 @@ class ByteWriter {
     bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(T));
   }
 
+  void put_text(const std::string& text) {
+    put(static_cast<std::uint32_t>(text.size()));
+    put_all(text.data(), text.size());
+  }
+
   // What was put, behind a title, its length and a checksum.
   std::string sealed(const std::string& title) const;
 
@@ -48,6 +53,13 @@ class ByteReader {
     need(count, sizeof(T));
     if (count > 0) std::memcpy(values, bytes_.data(), count * sizeof(T));
     bytes_.remove_prefix(count * sizeof(T));
+  }
+  std::string get_text() {
+    const auto size = get<std::uint32_t>();
+    need(size, 1);
+    std::string text(size, '\0');
+    get_all(text.data(), size);
+    return text;
   }
   // Before memory is laid out for so many: throws where so many are not there.
   void need(std::size_t count, std::size_t size) const;

@@ -8,7 +8,7 @@
 namespace gprodom {
 namespace {
 
-const char* const kTitle = "gprodom state 1";
+const char* const kTitle = "gprodom state 2";
 
 template <typename Matrix>
 void put_matrix(const Matrix& matrix, ByteWriter& out) {
@@ -49,6 +49,7 @@ std::string to_bytes(const SavedState& saved) {
   put_matrix(correction.covariance, out);
   out.put(static_cast<std::int32_t>(correction.revisits));
   out.put(static_cast<std::int32_t>(saved.map));
+  out.put_text(saved.wheel_setting);
   return out.sealed(kTitle);
 }
 
@@ -75,6 +76,7 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   correction.revisits = in.get<std::int32_t>();
   if (has_correction) saved.correction = correction;
   saved.map = in.get<std::int32_t>();
+  saved.wheel_setting = in.get_text();
   in.expect_end();
   const bool sound =
       x.finite() && x.wheel_scale > 0 && saved.noise.gyro_density > 0 &&

@@ -19,7 +19,8 @@ struct SavedState {
   // The map -> odom correction in force, with the covariance of the pose in map now; nothing where
   // map is odom still.
   std::optional<Correction> correction;
-  int map = 0;  // which map of the ground's
+  int map = 0;                // which map of the ground's
+  std::string wheel_setting;  // of saved_wheel.h, then
 };
 
 std::string to_bytes(const SavedState& saved);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 
 #include "base/atomic_file.h"
 #include "gprodom/error.h"
@@ -14,15 +13,22 @@ namespace {
 
 // Between two runs tyres warm up and lose air: that much more is unknown of the scale.
 constexpr double kBetweenRuns = 1e-3;
+constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, as at the start
 
-const char* const kScaleFile = "/wheel_scale.txt";
+// Between a saved scale and the configured prior, in standard deviations of their difference: by
+// chance one in 16,000 is further off, so that it is another wheel's, or the prior is wrong.
+constexpr double kMostSigmas = 4.0;
+
+const char* const kWheelFile = "/wheel.state";
 const char* const kStateFile = "/pose.state";
 
-// The bytes of a file; nothing where it is not there, or cannot be read, which is said.
-std::optional<std::string> bytes_of(const std::string& path, std::vector<std::string>& notices) {
+// What `parse` makes of a file; nothing where it is not there, or cannot be used, which is said.
+template <typename Parse>
+auto read(const std::string& path, std::vector<std::string>& notices, Parse parse)
+    -> std::optional<decltype(parse(path, std::string()))> {
   std::string bytes;
   try {
-    if (read_whole(path, bytes)) return bytes;
+    if (read_whole(path, bytes)) return parse(path, bytes);
   } catch (const FileError& error) {
     notices.emplace_back(error.what());
   }
@@ -31,59 +37,68 @@ std::optional<std::string> bytes_of(const std::string& path, std::vector<std::st
 
 }  // namespace
 
-StateStore::StateStore(const StateConfig& config)
-    : directory_(config.directory),
-      state_period_(from_seconds(config.save_period)),
-      ground_period_(from_seconds(config.map_save_period)) {
+StateStore::StateStore(const Config& config)
+    : config_(config),
+      wheel_setting_(gprodom::wheel_setting(config)),
+      directory_(config.state.directory),
+      state_period_(from_seconds(config.state.save_period)),
+      ground_period_(from_seconds(config.state.map_save_period)) {
   if (enabled()) remove_abandoned(directory_);
 }
 
-Config StateStore::with_wheel_scale(Config config, std::vector<std::string>& notices) const {
-  if (!enabled() || config.wheel.scale_sigma <= 0) return config;
-  const std::string path = directory_ + kScaleFile;
-  const auto bytes = bytes_of(path, notices);
-  if (!bytes) return config;
-  std::istringstream text(*bytes);
-  double scale = 0, sigma = 0;
-  text >> scale >> sigma;
-  const bool sound = text && std::isfinite(scale) && scale >= 0.1 && scale <= 10 &&
-                     std::isfinite(sigma) && sigma > 0;
-  if (!sound) {
-    notices.push_back(path + ": expected scale and standard deviation; it is not used");
-    return config;
+Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) const {
+  if (!enabled() || config_.wheel.scale_sigma <= 0) return config_;
+  const std::string path = directory_ + kWheelFile;
+  const auto wheel = read(path, notices, saved_wheel_from);
+  if (!wheel) return config_;
+  const std::string reason = why_not(*wheel);
+  if (!reason.empty()) {
+    notices.push_back(path + ": not used: " + reason);
+    return config_;
   }
-  sigma = std::hypot(sigma, kBetweenRuns);
-  if (sigma >= config.wheel.scale_sigma) return config;
-  config.wheel.scale = scale;
-  config.wheel.scale_sigma = sigma;
+  Config config = config_;
+  config.wheel.scale_sigma = std::hypot(wheel->sigma, kBetweenRuns);
+  if (config.wheel.scale_sigma >= config_.wheel.scale_sigma) return config_;
+  config.wheel.scale = wheel->scale;
   char said[80];
-  std::snprintf(said, sizeof said, "wheel scale of the last run taken up: %.5f +- %.5f", scale,
-                sigma);
+  std::snprintf(said, sizeof said, "wheel scale of the last run taken up: %.5f +- %.5f",
+                config.wheel.scale, config.wheel.scale_sigma);
   notices.emplace_back(said);
   return config;
 }
 
+// Empty where the saved scale may be the configured wheel's.
+std::string StateStore::why_not(const SavedWheel& wheel) const {
+  if (wheel.setting != wheel_setting_)
+    return "wheel.scale or the wheel's mounting was changed in the configuration since";
+  const double sigma = std::hypot(wheel.sigma, config_.wheel.scale_sigma);
+  const double off = std::abs(wheel.scale - config_.wheel.scale) / sigma;
+  if (off <= kMostSigmas) return "";
+  char said[120];
+  std::snprintf(said, sizeof said,
+                "its scale %.5f is %.0f standard deviations off wheel.scale (wheel.scale_sigma)",
+                wheel.scale, off);
+  return said;
+}
+
 std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) const {
   if (!enabled()) return std::nullopt;
-  const std::string path = directory_ + kStateFile;
-  try {
-    if (const auto bytes = bytes_of(path, notices)) return saved_state_from(path, *bytes);
-  } catch (const FileError& error) {
-    notices.emplace_back(error.what());
-  }
-  return std::nullopt;
+  auto saved = read(directory_ + kStateFile, notices, saved_state_from);
+  if (!saved || saved->wheel_setting == wheel_setting_) return saved;
+  saved->state.wheel_scale = config_.wheel.scale;
+  saved->covariance.row(row::kScale).setZero();
+  saved->covariance.col(row::kScale).setZero();
+  saved->covariance(row::kScale, row::kScale) =
+      std::pow(std::max(config_.wheel.scale_sigma, kHeld), 2);
+  return saved;
 }
 
 std::optional<GroundMap> StateStore::ground(const gpr::TraceMemoryOptions& options,
                                             std::vector<std::string>& notices) const {
   if (!enabled()) return std::nullopt;
-  try {
-    if (const auto bytes = bytes_of(ground_path(), notices))
-      return ground_map_from(ground_path(), *bytes, options);
-  } catch (const FileError& error) {
-    notices.emplace_back(error.what());
-  }
-  return std::nullopt;
+  return read(ground_path(), notices, [&](const std::string& path, const std::string& bytes) {
+    return ground_map_from(path, bytes, options);
+  });
 }
 
 bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
@@ -97,12 +112,14 @@ bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
 void StateStore::save(const OdometryEstimate& estimate, const std::optional<SavedState>& state) {
   if (!enabled()) return;
   if (estimate.wheel_scale_sigma > 0) {
-    char text[80];
-    std::snprintf(text, sizeof text, "%.9g %.9g\n", estimate.wheel_scale,
-                  estimate.wheel_scale_sigma);
-    writer_.write(directory_ + kScaleFile, text);
+    writer_.write(directory_ + kWheelFile, to_bytes(SavedWheel{estimate.wheel_scale,
+                                                               estimate.wheel_scale_sigma,
+                                                               wheel_setting_}));
   }
-  if (state) writer_.write(directory_ + kStateFile, to_bytes(*state));
+  if (!state) return;
+  SavedState saved = *state;
+  saved.wheel_setting = wheel_setting_;
+  writer_.write(directory_ + kStateFile, to_bytes(saved));
 }
 
 std::vector<std::string> StateStore::take_notices() {

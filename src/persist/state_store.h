@@ -11,20 +11,23 @@
 #include "gprodom/types.h"
 #include "map/ground_map.h"
 #include "persist/saved_state.h"
+#include "persist/saved_wheel.h"
 
 namespace gprodom {
 
 class StateStore {
  public:
-  // Removes from the folder what a power cut has left of a saving.
-  explicit StateStore(const StateConfig& config);
+  // config: as it was read. Removes from the folder what a power cut has left of a saving.
+  explicit StateStore(const Config& config);
 
   bool enabled() const { return !directory_.empty(); }
 
   // The configuration with what the last run left as the prior of the wheel's scale; as it is where
-  // nothing was left, the scale is held, or the configuration knows better. These three add to
-  // notices what was found, or why it cannot be used.
-  Config with_wheel_scale(Config config, std::vector<std::string>& notices) const;
+  // nothing was left, the scale is held, the configuration knows better, speaks of another wheel or
+  // has a prior that the scale contradicts. These three add to notices what was found, or why it
+  // cannot be used.
+  Config config_with_wheel_scale(std::vector<std::string>& notices) const;
+  // Of another wheel than the configuration's it has the configuration's scale.
   std::optional<SavedState> state(std::vector<std::string>& notices) const;
   std::optional<GroundMap> ground(const gpr::TraceMemoryOptions& options,
                                   std::vector<std::string>& notices) const;
@@ -48,6 +51,10 @@ class StateStore {
  private:
   bool is_due(TimeNs now, TimeNs period, TimeNs& last) const;
 
+  std::string why_not(const SavedWheel& wheel) const;
+
+  const Config config_;
+  const std::string wheel_setting_;
   std::string directory_;  // empty: nothing is kept
   TimeNs state_period_, ground_period_;
   TimeNs last_state_ = 0, last_ground_ = 0;

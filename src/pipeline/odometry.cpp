@@ -27,8 +27,8 @@ std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
 }  // namespace
 
 Odometry::Odometry(const Config& config, Execution execution)
-    : store_(std::make_unique<StateStore>(config.state)),
-      config_(store_->with_wheel_scale(config, notices_)),
+    : store_(std::make_unique<StateStore>(config)),
+      config_(store_->config_with_wheel_scale(notices_)),
       execution_(execution),
       pipeline_(
           std::make_unique<Pipeline>(config_, execution,

@@ -323,7 +323,7 @@ def ground(folder: Path) -> None:
         daemon.wait_for("end of the log", lambda: log.poll() is not None, 60.0)
         daemon.wait_for("revisits", lambda: value(daemon, "revisits.trusted") > 0, 40.0)
         daemon.stop(signal.SIGTERM)
-    assert {"ground.map", "half.map", "pose.state", "wheel_scale.txt"} <= set(os.listdir(folder))
+    assert {"ground.map", "half.map", "pose.state", "wheel.state"} <= set(os.listdir(folder))
     with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
         daemon.wait_for("poses of 10 s", lambda: played(daemon, 10.0), 40.0)
         command(daemon, "reset", "")

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+
+#include "base/atomic_file.h"
 
 namespace gprodom {
 namespace {
@@ -21,7 +25,7 @@ class StateStoreTest : public ::testing::Test {
   ~StateStoreTest() override { fs::remove_all(folder_); }
 
   void save(double scale, double sigma, const std::optional<SavedState>& state = {}) {
-    StateStore store(config_.state);
+    StateStore store(config_);
     OdometryEstimate estimate;
     estimate.wheel_scale = scale;
     estimate.wheel_scale_sigma = sigma;
@@ -31,7 +35,7 @@ class StateStoreTest : public ::testing::Test {
   }
   Config next_run() {
     notices_.clear();
-    return StateStore(config_.state).with_wheel_scale(config_, notices_);
+    return StateStore(config_).config_with_wheel_scale(notices_);
   }
 
   fs::path folder_;
@@ -57,17 +61,81 @@ TEST_F(StateStoreTest, WhatIsHeldOrBetterKnownStays) {
   EXPECT_EQ(next_run().wheel.scale, 1.0);
 }
 
-TEST_F(StateStoreTest, ABrokenFileIsTold) {
-  std::ofstream(folder_ / "wheel_scale.txt") << "nan 0.1";
+TEST_F(StateStoreTest, AWheelThatIsNotSealedIsToldAndNotUsed) {
+  save(0.98, 0.004);
+  std::string whole;
+  ASSERT_TRUE(read_whole((folder_ / "wheel.state").string(), whole));
+  std::string flipped = whole;
+  flipped[whole.size() - 3] = static_cast<char>(flipped[whole.size() - 3] ^ 4);
+  for (const std::string& bytes : {std::string("2.0 0.0001\n"), flipped, std::string(), whole + "x",
+                                   whole.substr(0, whole.size() / 2)}) {
+    std::ofstream(folder_ / "wheel.state", std::ios::binary) << bytes;
+    EXPECT_EQ(next_run().wheel.scale, 1.0);
+    EXPECT_EQ(notices_.size(), 1u);
+  }
+  for (const SavedWheel& wheel : {SavedWheel{NAN, 0.001, wheel_setting(config_)},
+                                  SavedWheel{1.0, -0.001, wheel_setting(config_)}}) {
+    std::ofstream(folder_ / "wheel.state", std::ios::binary) << to_bytes(wheel);
+    EXPECT_EQ(next_run().wheel.scale_sigma, 0.02);
+    EXPECT_EQ(notices_.size(), 1u);
+  }
+}
+
+// Another figure or place in the configuration is another wheel, of which nothing was learnt.
+TEST_F(StateStoreTest, AWheelThatTheConfigurationHasChangedIsDroppedAndThatIsSaid) {
+  save(0.98, 0.004);
+  const Config before = config_;
+  const std::function<void(Config&)> changes[] = {
+      [](Config& c) { c.wheel.scale = 1.0001; },
+      [](Config& c) { c.wheel.lever_arm.y() = 0.1; },
+      [](Config& c) { c.channels.wheel = "LEFT"; },
+      [](Config& c) { c.wheel.form = WheelForm::kDistance; }};
+  for (const auto& change : changes) {
+    config_ = before;
+    change(config_);
+    const double configured = config_.wheel.scale;
+    EXPECT_EQ(next_run().wheel.scale, configured);
+    ASSERT_EQ(notices_.size(), 1u);
+    EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
+  }
+  config_ = before;
+  config_.imu.time_offset = 0.1;  // no matter of the wheel's
+  EXPECT_NEAR(next_run().wheel.scale, 0.98, 1e-9);
+}
+
+TEST_F(StateStoreTest, AScaleThatTheConfiguredPriorContradictsIsDroppedAndThatIsSaid) {
+  save(1.07, 0.004);  // 3.4 standard deviations of 0.0204
+  EXPECT_NEAR(next_run().wheel.scale, 1.07, 1e-9);
+  save(1.09, 0.004);  // 4.4
   EXPECT_EQ(next_run().wheel.scale, 1.0);
-  EXPECT_EQ(notices_.size(), 1u);
+  ASSERT_EQ(notices_.size(), 1u);
+  EXPECT_NE(notices_[0].find("4 standard deviations off wheel.scale"), std::string::npos);
+}
+
+// A daemon that restarts at once goes on from its pose, but not with a scale that was edited away.
+TEST_F(StateStoreTest, ASavedPoseOfAnotherWheelHasTheConfiguredScale) {
+  SavedState state;
+  state.noise = {1e-3, 1e-2};
+  state.covariance *= 1e-4;
+  state.state.wheel_scale = 0.98;
+  save(0.98, 0.004, state);
+  EXPECT_EQ(StateStore(config_).state(notices_)->state.wheel_scale, 0.98);
+  config_.wheel.scale = 1.02;
+  for (const double sigma : {0.02, 0.0}) {
+    config_.wheel.scale_sigma = sigma;
+    const auto back = StateStore(config_).state(notices_);
+    ASSERT_TRUE(back.has_value());
+    EXPECT_EQ(back->state.wheel_scale, 1.02);
+    EXPECT_NEAR(std::sqrt(back->covariance(row::kScale, row::kScale)), sigma, 1e-6);
+    EXPECT_EQ(back->covariance(row::kP, row::kP), 1e-4);
+  }
 }
 
 TEST_F(StateStoreTest, AFolderInAFilesPlaceIsTold) {
-  for (const char* name : {"wheel_scale.txt", "pose.state", "ground.map"})
+  for (const char* name : {"wheel.state", "pose.state", "ground.map"})
     fs::create_directory(folder_ / name);
   EXPECT_EQ(next_run().wheel.scale, 1.0);
-  StateStore store(config_.state);
+  StateStore store(config_);
   EXPECT_FALSE(store.state(notices_).has_value());
   EXPECT_FALSE(store.ground({}, notices_).has_value());
   ASSERT_EQ(notices_.size(), 3u);
@@ -93,9 +161,10 @@ TEST_F(StateStoreTest, TheStateComesBackAsItWas) {
   state.correction->p_map_odom.x() = 3.0;
   state.map = 2;
   save(1.0, 0.01, state);
-  const auto back = StateStore(config_.state).state(notices_);
+  const auto back = StateStore(config_).state(notices_);
   ASSERT_TRUE(back.has_value());
   EXPECT_TRUE(notices_.empty());
+  state.wheel_setting = wheel_setting(config_);
   EXPECT_EQ(to_bytes(*back), to_bytes(state));
 }
 
@@ -109,14 +178,14 @@ TEST_F(StateStoreTest, AStateThatIsCutOffOrDamagedIsToldAndNotUsed) {
                                    whole + "x", whole.substr(0, 20)}) {
     std::ofstream(folder_ / "pose.state", std::ios::binary) << bytes;
     notices_.clear();
-    EXPECT_FALSE(StateStore(config_.state).state(notices_).has_value());
+    EXPECT_FALSE(StateStore(config_).state(notices_).has_value());
     EXPECT_EQ(notices_.size(), 1u);
   }
 }
 
 TEST_F(StateStoreTest, AFolderThatCannotBeWrittenIsToldForAsLongAsItLasts) {
   config_.state.directory = (folder_ / "later").string();
-  StateStore store(config_.state);
+  StateStore store(config_);
   OdometryEstimate estimate;
   estimate.wheel_scale_sigma = 0.01;
   const auto trouble = [&] {
