@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,12 +48,68 @@ void check_rows(const py::array& time, const Array& values, py::ssize_t columns,
 
 using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
+// Only whole numbers: seconds as floats would be cut off to whole nanoseconds without a word.
+Times nanoseconds(const py::array& times, const std::string& name) {
+  if (times.size() == 0) return Times(py::ssize_t{0});
+  const char kind = times.dtype().kind();
+  if (kind != 'i' && kind != 'u')
+    throw py::value_error(name + ": expected nanoseconds as integers (int64), got " +
+                          std::string(py::str(times.dtype())) +
+                          "; of float seconds: np.rint(t * 1e9).astype(np.int64)");
+  return Times::ensure(times);
+}
+
+// The estimator, and whether what it is given can be nanoseconds: microseconds give no poses, and
+// each of them looks like a time.
+class PythonOdometry : public Odometry {
+ public:
+  using Odometry::add;
+  using Odometry::Odometry;
+
+  void add(const ImuSample& sample) {
+    if (seen_ < kSamples) {
+      first_ = seen_ == 0 ? sample.time : std::min(first_, sample.time);
+      newest_ = seen_ == 0 ? sample.time : std::max(newest_, sample.time);
+      if (++seen_ == kSamples && newest_ - first_ < kSamples * kLeastInterval)
+        throw py::value_error(
+            "IMU times: " + std::to_string(kSamples) + " samples within " +
+            std::to_string(newest_ - first_) +
+            " ns; expected nanoseconds (of microseconds: t * 1000), at 50 kHz or less");
+    }
+    Odometry::add(sample);
+  }
+
+ private:
+  static constexpr int kSamples = 100;
+  static constexpr TimeNs kLeastInterval = 20'000;  // ns; no IMU is faster
+
+  int seen_ = 0;
+  TimeNs first_ = 0, newest_ = 0;
+};
+
+// A sensor whose times lie apart from the IMU's has another unit, or another clock.
+void require_overlap(const Times& imu, const Times& other, const std::string& name) {
+  if (imu.size() == 0 || other.size() == 0) return;
+  const auto [imu_first, imu_last] = std::minmax_element(imu.data(), imu.data() + imu.size());
+  const auto [first, last] = std::minmax_element(other.data(), other.data() + other.size());
+  if (*last < *imu_first || *first > *imu_last)
+    throw py::value_error(name + ": from " + std::to_string(*first) + " to " +
+                          std::to_string(*last) + " ns, all apart from imu_time (" +
+                          std::to_string(*imu_first) + " to " + std::to_string(*imu_last) + ")");
+}
+
 // Everything a sequence holds, merged by stamp (IMU first, then wheel, then radar at equal stamps)
 // and stepped through: much faster than one call per message.
-Outputs run(Odometry& odometry, const Times& imu_time, const Array& acceleration, const Array& rate,
-            const Times& wheel_time, const Array& wheel_distance, const Times& gpr_time,
+Outputs run(PythonOdometry& odometry, const py::array& imu_times, const Array& acceleration,
+            const Array& rate, const py::array& wheel_times, const Array& wheel_distance,
+            const py::array& gpr_times,
             const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
             double sample_interval, const std::optional<std::function<void(double)>>& progress) {
+  const Times imu_time = nanoseconds(imu_times, "imu_time"),
+              wheel_time = nanoseconds(wheel_times, "wheel_time"),
+              gpr_time = nanoseconds(gpr_times, "gpr_time");
+  require_overlap(imu_time, wheel_time, "wheel_time");
+  require_overlap(imu_time, gpr_time, "gpr_time");
   check_rows(imu_time, acceleration, 3,
              "acceleration: expected an array (n, 3) beside imu_time (n,)");
   check_rows(imu_time, rate, 3, "angular_velocity: expected an array (n, 3) beside imu_time (n,)");
@@ -216,31 +273,31 @@ void bind_odometry(py::module_& m) {
           "One dict per displacement measurement, as it took effect.")
       .def_readonly("warnings", &Outputs::warnings);
 
-  py::class_<Odometry>(
+  py::class_<PythonOdometry>(
       m, "Odometry",
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
       .def(py::init([](const Paths& config, const std::vector<std::string>& set) {
-             return std::make_unique<Odometry>(load_config(paths_of(config), set));
+             return std::make_unique<PythonOdometry>(load_config(paths_of(config), set));
            }),
            py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
            "config: path of a YAML file, or several, later ones over those before; empty for the\n"
            "defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.")
       .def(
           "add_imu",
-          [](Odometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
+          [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
              const Eigen::Vector3d& rate) {
             o.add(ImuSample{time, acceleration, rate});
           },
           py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"))
       .def(
           "add_wheel",
-          [](Odometry& o, std::int64_t time, double distance) {
+          [](PythonOdometry& o, std::int64_t time, double distance) {
             o.add(WheelSample{time, distance});
           },
           py::arg("time"), py::arg("distance"), "distance: signed, cumulative, metres.")
       .def(
           "add_gpr",
-          [](Odometry& o, std::int64_t time, const std::vector<float>& samples,
+          [](PythonOdometry& o, std::int64_t time, const std::vector<float>& samples,
              double sample_interval, double time_zero, std::int64_t seq) {
             GprTrace t;
             t.time = time, t.seq = seq, t.sample_interval_s = sample_interval;
@@ -251,7 +308,7 @@ void bind_odometry(py::module_& m) {
           py::arg("time_zero") = 0.0, py::arg("seq") = 0)
       .def(
           "add_displacement",
-          [](Odometry& o, std::int64_t time, std::int64_t from, std::int64_t to, double distance,
+          [](PythonOdometry& o, std::int64_t time, std::int64_t from, std::int64_t to, double distance,
              double sigma, bool revisit, bool mirrored) {
             Displacement d;
             d.time = time, d.from = from, d.to = to, d.distance_m = distance, d.sigma_m = sigma;
@@ -277,13 +334,14 @@ void bind_odometry(py::module_& m) {
       .def("record", &Odometry::record,
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(
-          "recorded", [](const Odometry& o) { return arrays(o.recorded()); },
+          "recorded", [](const PythonOdometry& o) { return arrays(o.recorded()); },
           "Time, position and orientation of every state as the fixed-lag window last held it.")
       .def(
-          "smoothed", [](const Odometry& o) { return arrays(o.smoothed()); },
+          "smoothed", [](const PythonOdometry& o) { return arrays(o.smoothed()); },
           "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
-           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing.");
+           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are integers,\n"
+           "nanoseconds; others raise ValueError.");
 }

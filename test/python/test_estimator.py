@@ -5,6 +5,7 @@ The figures of all sequences stand in docs/results.md; here a few sequences guar
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -96,3 +97,52 @@ def test_half_a_second_without_any_sensor_loses_no_way() -> None:
             for odometry in (deaf.odometry, heard)
         ]
         assert way[0] == pytest.approx(way[1], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        (lambda ns: ns * 1e-9, "imu_time: expected nanoseconds as integers .* got float64"),
+        (lambda ns: ns.astype("datetime64[ns]"), "imu_time: expected nanoseconds as integers"),
+        (lambda ns: ns // 1000, "100 samples within .* of microseconds: t \\* 1000"),
+        (lambda ns: ns // 1_000_000, "100 samples within"),
+    ],
+)
+def test_times_in_other_units_are_an_error(times: Callable[[Any], Any], said: str) -> None:
+    messages = read_recording(SAMPLE).messages()
+    for name in ("imu_time", "wheel_time", "gpr_time"):
+        messages[name] = times(messages[name])
+    with pytest.raises(ValueError, match=said):
+        gprodom.Odometry().run(**messages)
+
+
+def test_one_sensor_in_other_units_is_an_error() -> None:
+    for name in ("wheel_time", "gpr_time"):
+        messages = read_recording(SAMPLE).messages()
+        messages[name] = messages[name] // 1000
+        with pytest.raises(ValueError, match=f"{name}: from .* all apart from imu_time"):
+            gprodom.Odometry().run(**messages)
+    messages["gpr_time"] = []
+    messages["traces"] = np.zeros((0, 201))
+    assert gprodom.Odometry(set=["gpr.enabled=false"]).run(**messages).odometry["time"].size > 0
+
+
+def test_single_times_in_microseconds_are_an_error() -> None:
+    odometry = gprodom.Odometry()
+    still, gravity = np.zeros(3), np.array([0.0, 0.0, 9.81])
+    with pytest.raises(ValueError, match="of microseconds"):
+        for i in range(200):
+            odometry.add_imu(1_700_000_000_000_000 + 5000 * i, gravity, still)
+    with pytest.raises(TypeError):
+        odometry.add_imu(1_700_000_000.5, gravity, still)
+
+
+def test_configurations_merge(tmp_path: Path) -> None:
+    one, two = tmp_path / "one.yaml", tmp_path / "two.yaml"
+    one.write_text("wheel:\n  scale: 0.9\n  noise: 0.01\n")
+    two.write_text("wheel:\n  scale: nonsense\n")
+    gprodom.Odometry(str(one))
+    with pytest.raises(gprodom.ConfigError, match="two.yaml:2: wheel.scale"):
+        gprodom.Odometry([str(one), str(two)])
+    with pytest.raises(gprodom.ConfigError, match="two.yaml:2: wheel.scale"):
+        gprodom.Odometry([str(two), str(one)])
