@@ -246,7 +246,8 @@ def measure(
     daemon_log = folder / "daemon.log"
     with open(daemon_log, "w") as said:
         daemon = subprocess.Popen(
-            [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL], stderr=said
+            [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL],
+            stderr=said,
         )
     memory: list[float] = []
     try:
@@ -323,7 +324,9 @@ def main() -> int:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            figures = measure(args.log, args.configs, args.packets, args.speed, args.seed, Path(name))
+            figures = measure(
+                args.log, args.configs, args.packets, args.speed, args.seed, Path(name)
+            )
     except Error as error:
         print(f"hostile_packets: error: {error}", file=sys.stderr)
         return 1

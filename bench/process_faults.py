@@ -207,7 +207,9 @@ def outcome(run: Run, fault: Fault, ended_at: float, clean: dict[int, Any]) -> d
     }
 
 
-def measure(fault: Fault, log: Path, seconds: float, configs: Configs, folder: Path) -> dict[str, Any]:
+def measure(
+    fault: Fault, log: Path, seconds: float, configs: Configs, folder: Path
+) -> dict[str, Any]:
     """Plays the log with the fault."""
     events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
     events = [e for e in events if e[1] in CHANNELS and e[0] < events[0][0] + seconds * 1e6]
@@ -279,9 +281,7 @@ def main() -> int:
         for fault in FAULTS:
             print(f"{fault.name} ...", file=sys.stderr)
             with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
-                results.append(
-                    measure(fault, args.log, args.seconds, args.configs, Path(name))
-                )
+                results.append(measure(fault, args.log, args.seconds, args.configs, Path(name)))
                 for mount in (Path(name) / "state", Path(name) / "log"):
                     if mount.is_mount():
                         subprocess.run(["umount", "-l", str(mount)], check=True)

@@ -215,9 +215,9 @@ struct Config {
   LoggingConfig logging;
 };
 
-// Reads YAML files over the defaults, a later one over those before it, then applies
-// "key.subkey=value" overrides in order. Throws ConfigError ("file:line: key: what was expected") on
-// unknown keys, wrong types and values out of range.
+// Reads YAML files over the defaults, a later one over those before it, then applies overrides
+// "key.subkey=value" in order. Throws ConfigError ("file:line: key: what was expected") on unknown
+// keys, wrong types and values out of range.
 Config load_config(const std::vector<std::string>& paths,
                    const std::vector<std::string>& overrides = {});
 

@@ -17,6 +17,30 @@ TRUTH_COLOUR = "0.55"
 # Okabe and Ito's palette: told apart by colour-blind readers and in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 
+# Told apart in grey, too; five and the eight colours come together again only after forty lines.
+DASHES: tuple[Any, ...] = (
+    "-",
+    (0, (6, 2)),
+    (0, (1.5, 1.5)),
+    (0, (6, 2, 1.5, 2)),
+    (0, (3, 1, 1, 1, 1, 1)),
+)
+MARKERS = ("o", "s", "^", "D", "v", "x", "P")
+
+
+def line_style(i: int, count: int) -> dict[str, Any]:
+    """How the i-th of `count` lines is drawn, for `Axes.plot`.
+
+    Each has a colour and dashes, and each is thinner than the one before: what is equal to a line
+    drawn earlier lies on it, and both are seen.
+    """
+    share = i / max(count - 1, 1)
+    return {
+        "color": COLOURS[i % len(COLOURS)],
+        "linestyle": DASHES[i % len(DASHES)],
+        "linewidth": 2.4 - 1.4 * share,
+    }
+
 
 def new_figure(
     rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 4.5, **options: Any

@@ -20,7 +20,8 @@ struct Option {
   std::function<void(const std::string&)> use;
 };
 
-// -c and --set, the same in every program that takes a config: what they name is added to the lists.
+// -c and --set, the same in every program that takes a config: what they name is added to the
+// lists.
 Option config_option(std::vector<std::string>& paths);
 Option set_option(std::vector<std::string>& overrides);
 

@@ -90,8 +90,8 @@ std::unique_ptr<Live> Daemon::make_live(const Config& config) {
 
 void Daemon::run() {
   start();
-  log_->info("gprodomd {} runs: config {}, LCM {}", kVersion,
-             joined(options_.config_paths, ", "), options_.lcm_url);
+  log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, joined(options_.config_paths, ", "),
+             options_.lcm_url);
   service_.ready();
   while (signals_.wait() == SIGHUP) {
     service_.reloading();

@@ -68,11 +68,11 @@ class Live {
   bool another_told_ = false;
 
   std::atomic<Clock::rep> another_heard_{0};  // when; 0: never; any thread
-  const TimeNs imu_offset_;        // of data time from the stamps of IMU messages
-  LatencyWatch imu_latency_;       // guards itself
-  Handler handler_;                // used by the publish thread only
-  MessageQueue<Input> inputs_;     // guards itself
-  MessageQueue<Results> results_;  // guards itself
+  const TimeNs imu_offset_;                   // of data time from the stamps of IMU messages
+  LatencyWatch imu_latency_;                  // guards itself
+  Handler handler_;                           // used by the publish thread only
+  MessageQueue<Input> inputs_;                // guards itself
+  MessageQueue<Results> results_;             // guards itself
   // Last, so that everything above is there when they start.
   std::thread estimator_;
   std::thread publisher_;

@@ -37,8 +37,8 @@ SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes) {
   wheel.sigma = in.get<double>();
   wheel.setting = in.get_text();
   in.expect_end();
-  const bool sound = wheel.scale >= 0.1 && wheel.scale <= 10 && wheel.sigma > 0 &&
-                     std::isfinite(wheel.sigma);
+  const bool sound =
+      wheel.scale >= 0.1 && wheel.scale <= 10 && wheel.sigma > 0 && std::isfinite(wheel.sigma);
   if (!sound) in.refuse("a figure of it is out of range");
   return wheel;
 }

@@ -8,7 +8,8 @@
 
 namespace gprodom {
 
-// Which wheel the configuration speaks of, as text: another text, and nothing that was learnt holds.
+// Which wheel the configuration speaks of, as text: another text, and nothing that was learnt
+// holds.
 std::string wheel_setting(const Config& config);
 
 struct SavedWheel {

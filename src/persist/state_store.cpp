@@ -112,9 +112,9 @@ bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
 void StateStore::save(const OdometryEstimate& estimate, const std::optional<SavedState>& state) {
   if (!enabled()) return;
   if (estimate.wheel_scale_sigma > 0) {
-    writer_.write(directory_ + kWheelFile, to_bytes(SavedWheel{estimate.wheel_scale,
-                                                               estimate.wheel_scale_sigma,
-                                                               wheel_setting_}));
+    writer_.write(
+        directory_ + kWheelFile,
+        to_bytes(SavedWheel{estimate.wheel_scale, estimate.wheel_scale_sigma, wheel_setting_}));
   }
   if (!state) return;
   SavedState saved = *state;

@@ -308,8 +308,8 @@ void bind_odometry(py::module_& m) {
           py::arg("time_zero") = 0.0, py::arg("seq") = 0)
       .def(
           "add_displacement",
-          [](PythonOdometry& o, std::int64_t time, std::int64_t from, std::int64_t to, double distance,
-             double sigma, bool revisit, bool mirrored) {
+          [](PythonOdometry& o, std::int64_t time, std::int64_t from, std::int64_t to,
+             double distance, double sigma, bool revisit, bool mirrored) {
             Displacement d;
             d.time = time, d.from = from, d.to = to, d.distance_m = distance, d.sigma_m = sigma;
             d.kind = revisit ? DisplacementKind::kRevisit : DisplacementKind::kExternal;
@@ -342,6 +342,7 @@ void bind_odometry(py::module_& m) {
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
-           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are integers,\n"
+           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are "
+           "integers,\n"
            "nanoseconds; others raise ValueError.");
 }

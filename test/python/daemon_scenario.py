@@ -382,7 +382,9 @@ def two(folder: Path) -> None:
     with Daemon(folder, quiet) as daemon:
         end = daemon.stand(5.0, START_UTIME)
         daemon.wait_for("STATUS", lambda: bool(daemon.heard["STATUS"]))
-        first = {dict(zip(m.names, m.values, strict=True))["instance"] for m in daemon.heard["STATUS"]}
+        first = {
+            dict(zip(m.names, m.values, strict=True))["instance"] for m in daemon.heard["STATUS"]
+        }
         assert len(first) == 1, first
         assert not any(said in reason for m in daemon.heard["STATUS"] for reason in m.reasons)
         with Daemon(folder / "other", quiet) as other:
@@ -391,7 +393,10 @@ def two(folder: Path) -> None:
             other.await_log("health: degraded")
             code, shown, end = asked_once(daemon, end)
             assert code == 1 and said in shown, shown
-            heard = {dict(zip(m.names, m.values, strict=True))["instance"] for m in daemon.heard["STATUS"]}
+            heard = {
+                dict(zip(m.names, m.values, strict=True))["instance"]
+                for m in daemon.heard["STATUS"]
+            }
             assert len(heard) == 2, heard
             other.stop(signal.SIGTERM)
         end = daemon.stand(2.0, end)

@@ -142,7 +142,7 @@ def test_configurations_merge(tmp_path: Path) -> None:
     one.write_text("wheel:\n  scale: 0.9\n  noise: 0.01\n")
     two.write_text("wheel:\n  scale: nonsense\n")
     gprodom.Odometry(str(one))
-    with pytest.raises(gprodom.ConfigError, match="two.yaml:2: wheel.scale"):
+    with pytest.raises(gprodom.ConfigError, match=r"two\.yaml:2: wheel\.scale"):
         gprodom.Odometry([str(one), str(two)])
-    with pytest.raises(gprodom.ConfigError, match="two.yaml:2: wheel.scale"):
+    with pytest.raises(gprodom.ConfigError, match=r"two\.yaml:2: wheel\.scale"):
         gprodom.Odometry([str(two), str(one)])

@@ -245,7 +245,9 @@ def test_no_pose_is_a_failure_with_its_reason_in_every_program(
             text=True,
         )
         assert ran.returncode == 1
-        assert ran.stderr.splitlines()[-1].startswith(f"gprodom: error: no pose was estimated: {reason}")
+        assert ran.stderr.splitlines()[-1].startswith(
+            f"gprodom: error: no pose was estimated: {reason}"
+        )
 
 
 def test_run_tells_the_warnings_of_replay_in_its_words(folder: Path, tmp_path: Path) -> None:

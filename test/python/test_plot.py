@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from matplotlib.figure import Figure
 
 from conftest import CHECKOUT, line
 from gprodom import canvas
+from gprodom.benchmark.curves import Curves
+from gprodom.benchmark.pictures import paths_figure, time_figure
 from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.convert.cmu import read_recording
@@ -19,6 +22,8 @@ from gprodom.lcm.messages import message
 from gprodom.plot.log import log_figure
 from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import find_revisits
+from gprodom.score.pictures import draw_paths
+from gprodom.trajectory import Trajectory
 
 
 @pytest.mark.usefixtures("compiled")
@@ -131,6 +136,30 @@ def test_lines_of_a_log_differ_without_colour_and_have_their_legend_aside() -> N
         legend = axis.get_legend()
         assert legend is not None
         assert legend.get_window_extent().x0 >= axis.get_window_extent().x1 - 1
+
+
+def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_other() -> None:
+    """Of equal curves the later is thinner, and each has dashes of its own."""
+    time = 1_700_000_000_000_000 + 100_000 * np.arange(50)
+    path = Trajectory(time, np.stack([np.arange(50.0), np.zeros(50), np.zeros(50)], axis=1))
+    _, (axis,) = canvas.new_figure()
+    draw_paths(axis, path.position, dict.fromkeys("abcd", path))
+    grows, straight = [1.0, 2.0, 3.0], [[0.0, 0.0], [1.0, 0.0]]
+    curves = Curves(grows, grows, grows, grows, [None], straight, straight)
+    each = dict.fromkeys("abcd", curves)
+    drawn = [
+        axis,
+        paths_figure(each, list(each), "equal").axes[0],
+    ]
+    over_time = time_figure({"1-0-yard-cmu-gpr": each}, ["yard"], list(each))
+    assert over_time is not None
+    drawn.append(over_time.axes[0])
+    for one in drawn:
+        lines = [each_line for each_line in one.get_lines() if each_line.get_label() in each]
+        assert len(lines) == 4
+        assert len({str(dashed._unscaled_dash_pattern) for dashed in lines}) == 4
+        widths = [each_line.get_linewidth() for each_line in lines]
+        assert all(a > b + 0.2 for a, b in pairwise(widths)), widths
 
 
 def test_prose_of_a_table_stands_left_and_names_in_one_line() -> None:

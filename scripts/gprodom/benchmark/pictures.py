@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from collections.abc import Sequence as Items
 from math import ceil, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,14 +33,9 @@ def by_sequence(outcomes: Items[Outcome]) -> dict[str, dict[str, Curves]]:
     return found
 
 
-def colours(methods: Items[str]) -> dict[str, tuple[str, str]]:
-    """Colour and line style of each method, the same in all pictures."""
-    styles = ("-", "--", ":")
-    count = len(canvas.COLOURS)
-    return {
-        name: (canvas.COLOURS[i % count], styles[i // count % len(styles)])
-        for i, name in enumerate(methods)
-    }
+def styles(methods: Items[str]) -> dict[str, dict[str, Any]]:
+    """How each method is drawn, the same in all pictures."""
+    return {name: canvas.line_style(i, len(methods)) for i, name in enumerate(methods)}
 
 
 def _panels(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
@@ -62,11 +57,11 @@ def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
     for axis, name in zip(axes, shown, strict=False):
         each = curves[name]
         truth = next(iter(each.values()))
-        axis.plot(truth.time, truth.true_distance, color=canvas.TRUTH_COLOUR, lw=3, label="truth")
-        for method, colour in ((WHEEL, canvas.COLOURS[0]), (GPR, canvas.COLOURS[1])):
+        axis.plot(truth.time, truth.true_distance, color=canvas.TRUTH_COLOUR, lw=4, label="truth")
+        for method, style in styles((WHEEL, GPR)).items():
             if method in each:
                 own = each[method]
-                axis.plot(own.time, own.distance, color=colour, lw=1.2, label=method)
+                axis.plot(own.time, own.distance, label=method, **style)
         axis.set_title(name, fontsize="small")
         axis.set_xlabel("time (s)")
         axis.set_ylabel("travelled (m)")
@@ -82,9 +77,9 @@ def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> Figu
     figure, axes = _panels(len(scenes), 4.0, 3.0)
     for axis, scene in zip(axes, scenes, strict=False):
         here = [each for name, each in curves.items() if scene_of(name) == scene]
-        for method, colour in zip(methods, canvas.COLOURS, strict=False):
+        for (method, style), marker in zip(styles(methods).items(), canvas.MARKERS, strict=False):
             values = interval_values([each[method] for each in here if method in each])
-            axis.plot(INTERVALS, values, "o-", color=colour, lw=1.2, ms=4, label=method)
+            axis.plot(INTERVALS, values, marker=marker, ms=4, label=method, **style)
         axis.set_title(scene or "all", fontsize="small")
         axis.set_xlabel("sampling interval (s)")
         axis.set_ylabel("RMS error (m)")
@@ -111,7 +106,7 @@ def time_figure(
     if not curves:
         return None
     figure, axes = _panels(len(scenes), 4.2, 3.2)
-    look = colours(methods)
+    look = styles(methods)
     for axis, scene in zip(axes, scenes, strict=False):
         here = [each for name, each in curves.items() if scene_of(name) == scene]
         for method in methods:
@@ -119,8 +114,7 @@ def time_figure(
             if runs:
                 mean = _mean_square_root(runs)
                 time = np.arange(len(mean)) * STEP_S
-                colour, style = look[method]
-                axis.plot(time, mean, color=colour, ls=style, lw=1.1, label=method)
+                axis.plot(time, mean, label=method, **look[method])
         axis.set_title(scene or "all", fontsize="small")
         axis.set_xlabel("time (s)")
         axis.set_ylabel("RMSE so far (m)")
@@ -141,13 +135,12 @@ def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
     """All methods of one sequence over the truth, aligned, seen from above."""
     figure, (axis,) = canvas.new_figure(width=7.5, height=5.0)
     truth = np.array(next(iter(each.values())).true_path)
-    axis.plot(*truth.T, color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+    axis.plot(*truth.T, color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
     axis.plot(*truth[0], "o", color="0.2", markersize=5)
-    look = colours(methods)
+    look = styles(methods)
     for method in methods:
         if method in each:
-            colour, style = look[method]
-            axis.plot(*np.array(each[method].path).T, color=colour, ls=style, lw=1, label=method)
+            axis.plot(*np.array(each[method].path).T, label=method, **look[method])
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("x (m)")
     axis.set_ylabel("y (m)")

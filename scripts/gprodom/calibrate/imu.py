@@ -136,9 +136,9 @@ def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
         (axes[0], gyro, "angular rate (rad/s)"),
         (axes[1], acceleration, "acceleration (m/s²)"),
     ):
-        for column, name, colour in zip(values.T, "xyz", canvas.COLOURS, strict=False):
+        for i, (column, name) in enumerate(zip(values.T, "xyz", strict=True)):
             tau, deviation, error = allan(column, rate)
-            axis.errorbar(tau, deviation, error, color=colour, lw=1.0, label=name)
+            axis.errorbar(tau, deviation, error, label=name, **canvas.line_style(i, 3))
         axis.set_xscale("log")
         axis.set_yscale("log")
         axis.set_xlabel("averaging time (s)")

@@ -167,9 +167,7 @@ def run_observability(args: argparse.Namespace) -> int:
                 for method in methods:
                     output = folder / "output.lcmlog"
                     settings = (args.configs, args.overrides)
-                    shifts = measure_shifts(
-                        log, method, *settings, truth, output, on_warning=warn
-                    )
+                    shifts = measure_shifts(log, method, *settings, truth, output, on_warning=warn)
                     seen[method.name].append(observe(shifts, *wheel))
                     progress.advance()
     pooled = {name: pool(parts) for name, parts in seen.items()}

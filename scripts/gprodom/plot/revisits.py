@@ -69,19 +69,20 @@ def revisits_figure(
     origin = int(path.time[0])
     above, pairs, apart, jumps = axes
     above.plot(*path.position[:, :2].T, color="0.6", lw=1.0)
-    for mirrored, colour, name in (
-        (False, canvas.COLOURS[0], "as then"),
-        (True, canvas.COLOURS[1], "mirrored"),
+    for mirrored, colour, marker, name in (
+        (False, canvas.COLOURS[0], "o", "as then"),
+        (True, canvas.COLOURS[1], "x", "mirrored"),
     ):
         those = found.mirrored[seen] == mirrored
-        label: str | None = f"{name}: {int(those.sum())}"
+        count = int(those.sum())
+        label: str | None = f"{name}: {count}"
         for a, b in zip(start[those], end[those], strict=True):
-            above.plot(*np.stack([a, b]).T, "o-", color=colour, ms=3, lw=1.0, label=label)
+            above.plot(*np.stack([a, b]).T, f"{marker}-", color=colour, ms=3, lw=1.0, label=label)
             label = None
         clock = [(t[seen][those] - origin) * 1e-6 for t in (found.start, found.end)]
-        pairs.plot(clock[1], clock[0], ".", color=colour, label=f"{name}: {int(those.sum())}")
+        pairs.plot(clock[1], clock[0], marker, ms=3, color=colour, label=f"{name}: {count}")
         gap = np.linalg.norm(end[those] - start[those], axis=1)
-        apart.plot(clock[1], gap, ".", color=colour)
+        apart.plot(clock[1], gap, marker, ms=3, color=colour)
     above.set_aspect("equal", adjustable="datalim")
     above.set_xlabel("x (m)")
     above.set_ylabel("y (m)")

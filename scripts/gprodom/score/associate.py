@@ -64,9 +64,7 @@ def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GA
     left_out = ~(used[:-1] & used[1:])  # of the steps from point to point
     seconds = float(np.sum(np.diff(truth.time)[left_out])) * 1e-6
     metres = float(np.sum(np.diff(path_length(truth.position))[left_out]))
-    return Pairs(
-        interpolate(estimate, paired.time), paired, len(truth) - count, seconds, metres
-    )
+    return Pairs(interpolate(estimate, paired.time), paired, len(truth) - count, seconds, metres)
 
 
 def warn_of_uncovered(pairs: Pairs) -> None:

@@ -25,8 +25,8 @@ ts_meas.csv, or a sequence (directory or zip). Of a log, EST is ODOMETRY_MAP (or
 --frame) as it was published, TRUTH is TOTAL_STATION, or where there is none the same as EST.
 
 The estimate is interpolated to the truth's stamps. Truth outside the estimate's span, or in a gap
-of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`; more than {UNCOVERED_M:g} m of
-it is warned of.
+of the estimate of more than {MAX_GAP_S:g} s, is left out and counted as `excluded`; where the truth
+travels {UNCOVERED_M:g} m or more meanwhile, that is warned of.
 
 figures:
   ate_rmse_m    RMS distance to the truth after alignment; in the horizontal plane for first and

@@ -22,11 +22,10 @@ def draw_paths(
 ) -> None:
     """Truth (n, 3), if any, in grey and the (already aligned) paths over it, seen from above."""
     if truth is not None:
-        axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=3.0, label="truth")
+        axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
         axis.plot(*truth[0, :2], "o", color="0.2", markersize=5)
     for i, (name, path) in enumerate(paths.items()):
-        colour = canvas.COLOURS[i % len(canvas.COLOURS)]
-        axis.plot(path.position[:, 0], path.position[:, 1], color=colour, linewidth=1.0, label=name)
+        axis.plot(*path.position[:, :2].T, label=name, **canvas.line_style(i, len(paths)))
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("x (m)")
     axis.set_ylabel("y (m)")
@@ -48,7 +47,9 @@ def error_figure(comparison: Comparison, title: str) -> Figure:
     seconds = comparison.pairs.truth.seconds()
     axis.plot(seconds, comparison.error_m, color=canvas.COLOURS[0], linewidth=1.0)
     rmse = comparison.figures.ate_rmse_m
-    axis.axhline(rmse, color=canvas.COLOURS[1], linewidth=1.0, label=f"RMS {rmse:.3f} m")
+    axis.axhline(
+        rmse, color=canvas.COLOURS[1], linewidth=1.0, linestyle="--", label=f"RMS {rmse:.3f} m"
+    )
     axis.set_xlabel("time (s)")
     axis.set_ylabel("position error (m)")
     axis.set_ylim(bottom=0)

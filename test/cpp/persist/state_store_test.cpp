@@ -86,8 +86,7 @@ TEST_F(StateStoreTest, AWheelThatTheConfigurationHasChangedIsDroppedAndThatIsSai
   save(0.98, 0.004);
   const Config before = config_;
   const std::function<void(Config&)> changes[] = {
-      [](Config& c) { c.wheel.scale = 1.0001; },
-      [](Config& c) { c.wheel.lever_arm.y() = 0.1; },
+      [](Config& c) { c.wheel.scale = 1.0001; }, [](Config& c) { c.wheel.lever_arm.y() = 0.1; },
       [](Config& c) { c.channels.wheel = "LEFT"; },
       [](Config& c) { c.wheel.form = WheelForm::kDistance; }};
   for (const auto& change : changes) {

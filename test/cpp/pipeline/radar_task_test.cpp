@@ -58,9 +58,9 @@ void run_over_ground(const GprConfig& config) {
   }
 }
 
-const FrontEndKind kFrontEnds[] = {FrontEndKind::kMotion,        FrontEndKind::kStationarity,
-                                   FrontEndKind::kSfm,           FrontEndKind::kBscan,
-                                   FrontEndKind::kDec,           FrontEndKind::kTraceCount};
+const FrontEndKind kFrontEnds[] = {FrontEndKind::kMotion, FrontEndKind::kStationarity,
+                                   FrontEndKind::kSfm,    FrontEndKind::kBscan,
+                                   FrontEndKind::kDec,    FrontEndKind::kTraceCount};
 
 bool is_refused(const GprConfig& config) {
   try {
@@ -83,10 +83,10 @@ TEST(RadarTask, WhatCanBeBuiltRuns) {
         if (!std::isfinite(end) || (range->above_minimum && end == range->minimum)) continue;
         std::ostringstream setting;
         setting << key.name << "=" << end;
-        const Config config = default_config(
-            {"gpr.front_end=" + name_of(kind), "gpr.sequential.window_traces=15",
-             "gpr.sequential.columns=10", "gpr.sequential.step=0.1",
-             "gpr.sequential.scale_duration=0.2", setting.str()});
+        const Config config =
+            default_config({"gpr.front_end=" + name_of(kind), "gpr.sequential.window_traces=15",
+                            "gpr.sequential.columns=10", "gpr.sequential.step=0.1",
+                            "gpr.sequential.scale_duration=0.2", setting.str()});
         if (is_refused(config.gpr)) continue;
         EXPECT_NO_THROW(run_over_ground(config.gpr)) << setting.str() << " " << name_of(kind);
       }
