@@ -24,11 +24,14 @@ class InputCheck {
   InputCheck(const Config& config, Health& health);
 
   // Whether the message is usable; why not, and what is weak in one that is, goes to the health.
-  // Its stamps then are in the estimator's time: offsets added, a clock set back carried on.
+  // Its stamps then are in the estimator's time: offsets added, a clock that was set carried on.
   bool accept(InputMessage& message);
 
-  // The clock was set ahead: what is known refers to another time.
+  // The IMU's clock alone was set ahead: what is known refers to another time.
   bool clock_moved() const { return time_guard_.moved(); }
+
+  // The sensors' own stamp of a time of the estimator.
+  TimeNs told(TimeNs time) const { return time_guard_.told(time); }
 
   // Newest stamp accepted of the IMU, which is the estimator's clock, and of the wheel.
   TimeNs imu_now() const { return imu_now_; }

@@ -13,7 +13,7 @@ std::string TimeGuard::check(Source source, TimeNs& time) {
   Track& track = tracks_[source];
   const TimeNs told = time, now = tracks_[kImu].newest;
   // The other sensors may have a clock of their own.
-  if (source == kImu || std::abs(told + set_back_ - now) < std::abs(told - now)) time += set_back_;
+  if (source == kImu || std::abs(told + offset_ - now) < std::abs(told - now)) time += offset_;
   if (source != kImu && tracks_[kImu].newest == 0) {
     track.newest = time;
     return "before the first message of the IMU";
@@ -43,14 +43,48 @@ std::string TimeGuard::check_imu(TimeNs time, TimeNs told) {
   return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
 }
 
-// Out of reach. Where many agree and their clock stands before the newest stamp, it is followed.
+// Out of reach. Where some agree with each other and with all sensors, or many and their clock
+// stands before the newest stamp, the clock was set and is followed.
 std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) {
   Track& imu = tracks_[kImu];
   add_stray(imu, time);
-  if (!moved() || told > imu.newest) return reason;
-  set_back_ = imu.newest + (time - imu.first_stray) - told;
+  if (imu.strays >= kStraysToFollow && all_are_ahead(time)) return step_ahead();
+  if (!moved() || told > imu.newest + ahead()) return reason;
+  offset_ = imu.newest + (time - imu.first_stray) - told;
   imu.strays = 0;
   return "clock was set back: its stamps are carried on from where it was";
+}
+
+// Whether every other sensor that was running, one at least, has gone there with the IMU. What
+// another process tells is no sensor's.
+bool TimeGuard::all_are_ahead(TimeNs time) const {
+  const Track& imu = tracks_[kImu];
+  if (time < imu.newest || time - imu.newest > kMostAhead - ahead()) return false;
+  bool one = false;
+  for (const Source source : {kWheel, kGpr}) {
+    const Track& other = tracks_[source];
+    if (other.newest < imu.newest - kRunning) continue;
+    const bool agrees = other.strays > 0 && other.at_first_stray == imu_accepted_ &&
+                        std::abs(time - other.stray) <= reorder_;
+    if (!agrees) return false;
+    one = true;
+  }
+  return one;
+}
+
+std::string TimeGuard::step_ahead() {
+  const Track& imu = tracks_[kImu];
+  const TimeNs by = imu.first_stray - imu.newest;
+  offset_ -= by;
+  steps_.push_back({imu.newest, ahead() + by});
+  for (Track& track : tracks_) track.strays = 0;
+  return "clock was set ahead with those of all sensors: its stamps are carried on, odom goes on";
+}
+
+TimeNs TimeGuard::told(TimeNs time) const {
+  const auto step = std::find_if(steps_.rbegin(), steps_.rend(),
+                                 [time](const Step& each) { return time > each.from; });
+  return step == steps_.rend() ? time : time + step->ahead;
 }
 
 std::string TimeGuard::check_other(Track& track, TimeNs time) const {
@@ -65,7 +99,10 @@ std::string TimeGuard::check_other(Track& track, TimeNs time) const {
   if (track.at_first_stray != imu_accepted_) track.strays = 0;
   track.at_first_stray = imu_accepted_;
   add_stray(track, time);
-  if (track.strays >= kStraysToFollow) return {};
+  const Track& imu = tracks_[kImu];
+  const bool with_imu =
+      ahead > max_jump_ && imu.strays > 0 && std::abs(time - imu.stray) <= reorder_;
+  if (track.strays >= kStraysToFollow && !with_imu) return {};  // with it: it decides
   return ahead > max_jump_ ? "stamp jumped ahead" : "stamp ahead of the IMU's";
 }
 

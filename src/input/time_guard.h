@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "gprodom/config.h"
 #include "gprodom/types.h"
@@ -17,22 +18,28 @@ class TimeGuard {
   explicit TimeGuard(const TimeConfig& config);
 
   // Empty where the stamp is usable, else the reason to drop it. A stamp of a clock that was set
-  // back while the estimator ran is carried on from where the clock was before.
+  // while the estimator ran becomes one of the time that goes on: back, from where the clock was
+  // before; ahead, with those of all other running sensors, likewise.
   std::string check(Source source, TimeNs& time);
+
+  // What the sensors' clock told at such a time. Later than it where the clock was set ahead; where
+  // it was set back the same, since nothing may be stamped earlier than before.
+  TimeNs told(TimeNs time) const;
 
   // Newest stamp of any other sensor than the IMU, 0 before the first. Before the IMU's first
   // message they are not checked, and none is usable.
   TimeNs newest_of_others() const;
 
-  // True once many of the IMU's messages in a row agreed on a time out of reach ahead: the clock
-  // was set, and the estimator must start afresh. Where it was set back the stamps are carried on,
-  // since no pose may be earlier than the one before.
+  // True once many of the IMU's messages in a row agreed on a time out of reach ahead, and the
+  // other sensors did not: its clock was set, and the estimator must start afresh.
   bool moved() const { return tracks_[kImu].strays >= kStraysToMove; }
 
  private:
   static constexpr int kStraysToMove = 50;
   // Stamps ahead of all others are an error of one message unless the next ones agree.
   static constexpr int kStraysToFollow = 3;
+  static constexpr TimeNs kRunning = 1'000'000'000;  // ns; heard so lately: a sensor runs
+  static constexpr TimeNs kMostAhead = 3'000'000'000'000'000'000;  // ns in all; beyond: afresh
   static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; the IMU away for longer: afresh
 
   struct Track {
@@ -46,6 +53,9 @@ class TimeGuard {
 
   std::string check_imu(TimeNs time, TimeNs told);
   std::string take_stray(TimeNs time, TimeNs told, const char* reason);
+  bool all_are_ahead(TimeNs time) const;
+  std::string step_ahead();
+  TimeNs ahead() const { return steps_.empty() ? 0 : steps_.back().ahead; }
   std::string check_other(Track& track, TimeNs time) const;
   bool told_by_others(TimeNs time) const;
   void add_stray(Track& track, TimeNs time) const;
@@ -53,7 +63,13 @@ class TimeGuard {
   TimeNs reorder_, max_jump_;
   std::array<Track, 4> tracks_;
   long imu_accepted_ = 0;
-  TimeNs set_back_ = 0;  // the clock, by so much
+  TimeNs offset_ = 0;  // from stamps to the time that goes on, since the clock was set
+
+  struct Step {
+    TimeNs from;   // after this time that goes on
+    TimeNs ahead;  // the clock told more than it, by all steps so far
+  };
+  std::vector<Step> steps_;
 };
 
 }  // namespace gprodom

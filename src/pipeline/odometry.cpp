@@ -14,10 +14,10 @@ namespace gprodom {
 
 namespace {
 
-std::vector<OdometryEstimate> poses(const std::vector<NavState>& states) {
+std::vector<OdometryEstimate> poses(const std::vector<NavState>& states, const Pipeline& pipeline) {
   std::vector<OdometryEstimate> estimates(states.size());
   for (size_t i = 0; i < states.size(); ++i) {
-    estimates[i].time = states[i].time;
+    estimates[i].time = pipeline.told(states[i].time);
     estimates[i].p_odom_body = states[i].p_odom;
     estimates[i].q_odom_body = states[i].q_odom_body;
   }
@@ -130,10 +130,12 @@ void Odometry::expect_map(const std::string& path) const {
 void Odometry::record() { pipeline_->record(); }
 
 std::vector<OdometryEstimate> Odometry::recorded() const {
-  return poses(pipeline_->batch().states());
+  return poses(pipeline_->batch().states(), *pipeline_);
 }
 
-std::vector<OdometryEstimate> Odometry::smoothed() const { return poses(pipeline_->smoothed()); }
+std::vector<OdometryEstimate> Odometry::smoothed() const {
+  return poses(pipeline_->smoothed(), *pipeline_);
+}
 
 Timing Odometry::timing() const { return pipeline_->timing(); }
 

@@ -44,7 +44,8 @@ Outputs Pipeline::step() {
     const bool usable = input_.accept(message);                    // time guard and plausibility
     if (usable) store(message);                                    // into the histories, by stamp
     if (!usable || !std::holds_alternative<ImuSample>(message)) {  // the IMU is the clock
-      if (auto status = input_.status_without_clock()) out_.status.push_back(*std::move(status));
+      if (auto status = input_.status_without_clock())
+        out_.status.push_back(stamped(*std::move(status)));
       continue;
     }
     start();               // from a saved state, or a standstill: gravity, gyro bias and noise
@@ -144,13 +145,13 @@ void Pipeline::take_radar_answers() {
     }
     for (const std::string& note : due->result->notes)
       health_.count(config_.channels.gpr_trace, note);
-    if (due->result->sfm) out_.sfm.push_back(std::move(*due->result->sfm));
+    if (due->result->sfm) out_.sfm.push_back(stamped(std::move(*due->result->sfm)));
     for (const gpr::Finding& finding : due->result->findings) {
       Displacement d = motion_.in_metres(finding);
       if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
       motion_.add_radar(finding, d);
-      out_.displacements.push_back(std::move(d));
+      out_.displacements.push_back(stamped(std::move(d)));
     }
   }
 }
@@ -169,7 +170,7 @@ void Pipeline::take_map_answers() {
   while (auto answer = map_->next_due(imu_now_)) {
     for (const std::string& note : answer->notes) health_.count("map", note);
     health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
-    for (Displacement& d : answer->revisits) out_.displacements.push_back(std::move(d));
+    for (Displacement& d : answer->revisits) out_.displacements.push_back(stamped(std::move(d)));
     if (answer->map) map_number_ = *answer->map;
     if (answer->located) {
       located_ = true;
@@ -242,9 +243,15 @@ void Pipeline::publish() {
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
-    out_.status.push_back(health_.status(imu_now_));
+    out_.status.push_back(stamped(health_.status(imu_now_)));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
+}
+
+Displacement Pipeline::stamped(Displacement displacement) const {
+  for (TimeNs* time : {&displacement.time, &displacement.from, &displacement.to})
+    *time = told(*time);
+  return displacement;
 }
 
 void Pipeline::publish_pose(OdometryEstimate estimate) {
@@ -252,8 +259,8 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (motion_.follow(estimate))
     health_.count(config_.channels.wheel, "turns otherwise than the robot moves");
   if (input_.radar_silent()) estimate.flags |= kNoRadar;
-  out_.odometry.push_back(estimate);
-  if (auto correction = map_->correct(estimate)) out_.corrections.push_back(*correction);
+  out_.odometry.push_back(stamped(estimate));
+  if (auto correction = map_->correct(estimate)) out_.corrections.push_back(stamped(*correction));
 }
 
 Outputs Pipeline::finish() {
@@ -261,7 +268,7 @@ Outputs Pipeline::finish() {
   drain();
   if (imu_now_ > 0) {
     input_.watch_silence(radar_.enabled());
-    out.status.push_back(health_.status(imu_now_));
+    out.status.push_back(stamped(health_.status(imu_now_)));
   }
   return out;
 }

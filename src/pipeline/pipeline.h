@@ -48,6 +48,8 @@ class Pipeline {
   Outputs finish();
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
+  // The sensors' own stamp of a time of the batch: another where their clock was set ahead.
+  TimeNs told(TimeNs time) const { return input_.told(time); }
   std::vector<NavState> smoothed() const;
   Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
@@ -94,6 +96,13 @@ class Pipeline {
   void make_states();
   void publish();
   void publish_pose(OdometryEstimate estimate);
+  // What goes out, with the sensors' own stamps.
+  template <typename T>
+  T stamped(T output) const {
+    output.time = told(output.time);
+    return output;
+  }
+  Displacement stamped(Displacement displacement) const;
 
   void adopt(StateResult result, TimeNs effective);
 

@@ -55,6 +55,7 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   if (!started_ || !base.solve.usable) return std::nullopt;
   SavedState saved;
   saved.state = base.state;
+  saved.state.time = told(base.state.time);  // a later run knows no other
   saved.covariance = base.covariance;
   saved.noise = motion_.noise_at_standstill();
   saved.wheel_m = motion_.wheel().reported(base.state.time);

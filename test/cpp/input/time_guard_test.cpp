@@ -73,9 +73,57 @@ TEST(TimeGuard, ThePauseOfAllIsFollowedUpToTheJump) {
   clock.run(1);
   EXPECT_GE(clock.taken_imu, 197);
   EXPECT_FALSE(clock.guard.moved());
-  clock.now += 3600'000 * kMs;
+}
+
+TEST(TimeGuard, TheImusClockSetAheadAloneIsAFreshStart) {
+  Clock clock;
   clock.run(1);
+  for (int i = 0; i < 100; ++i) {
+    clock.now += 10 * kMs;
+    EXPECT_NE(check(clock.guard, TimeGuard::kImu, clock.now + 3600'000 * kMs), "");
+    if (i % 5 == 0) {
+      EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now), "");
+    }
+    if (clock.guard.moved()) break;
+  }
   EXPECT_TRUE(clock.guard.moved());
+}
+
+// All sensors an hour ahead between two messages: time goes on, again and again, and each time has
+// the stamp that the clock told.
+TEST(TimeGuard, AClockSetAheadWithAllSensorsIsCarriedOn) {
+  Clock clock;
+  clock.run(2);
+  TimeNs newest = clock.now, ahead = 0;
+  for (int step = 1; step <= 3; ++step) {
+    ahead += 3600'000 * kMs;
+    const TimeNs before = newest;
+    const TimeNs was = clock.guard.told(before);
+    EXPECT_EQ(was, clock.now + ahead - 3600'000 * kMs);
+    int taken = 0, reasons = 0;
+    for (int i = 0; i < 200; ++i) {
+      clock.now += 10 * kMs;
+      const TimeNs told = clock.now + ahead;
+      TimeNs imu = told, wheel = told + kMs;
+      const std::string reason = clock.guard.check(TimeGuard::kImu, imu);
+      reasons += reason.rfind("clock was set ahead with those of all sensors", 0) == 0;
+      const bool wheel_taken = i % 2 == 0 && clock.guard.check(TimeGuard::kWheel, wheel).empty();
+      ASSERT_FALSE(clock.guard.moved());
+      if (wheel_taken) {
+        EXPECT_EQ(clock.guard.told(wheel), told + kMs);
+      }
+      if (!reason.empty()) continue;
+      if (++taken == 1) {
+        EXPECT_LT(to_seconds(imu - before), 0.1);
+      }
+      EXPECT_GT(imu, newest);
+      EXPECT_EQ(clock.guard.told(imu), told);
+      newest = imu;
+    }
+    EXPECT_EQ(reasons, 1);
+    EXPECT_GE(taken, 190);
+    EXPECT_EQ(clock.guard.told(before), was) << "what was, stays";
+  }
 }
 
 // Packets from anywhere may come before the robot's own.

@@ -179,6 +179,48 @@ TEST_F(ResumeTest, APoseOfTheFutureIsNot) {  // the clock was set back meanwhile
   EXPECT_FALSE(after(-20.0, {}).has("resumed"));
 }
 
+// An hour set ahead in mid-drive: where all sensors are, `odom` goes on under the new stamps; of
+// the IMU alone it is a fresh start.
+TEST(ClockStepTest, OdomGoesOnWhereAllSensorsStep) {
+  const Config config = default_config();
+  const std::vector<Input> inputs = there_and_back(1);
+  Odometry whole(config);
+  const OdometryEstimate end = run(whole, inputs).odometry.back();
+  const TimeNs hour = from_seconds(3600.0);
+  const auto stepped = [&](bool all) {
+    std::vector<Input> later = inputs;
+    for (Input& input : later) {
+      if (auto* imu = std::get_if<ImuSample>(&input)) {
+        if (imu->time > kDriveStart + from_seconds(10.0)) imu->time += hour;
+      } else if (auto* wheel = std::get_if<WheelSample>(&input); wheel && all) {
+        if (wheel->time > kDriveStart + from_seconds(10.0)) wheel->time += hour;
+      } else if (auto* trace = std::get_if<GprTrace>(&input); trace && all) {
+        if (trace->time > kDriveStart + from_seconds(10.0)) trace->time += hour;
+      }
+    }
+    Odometry odometry(config);
+    odometry.record();
+    Told told = run(odometry, later);
+    if (all) {
+      EXPECT_NEAR(to_seconds(odometry.recorded().back().time - end.time), 3600.0, 1.0);
+    }
+    return told;
+  };
+  const Told told = stepped(true);
+  EXPECT_TRUE(told.has("IMU: clock was set ahead with those of all sensors"));
+  EXPECT_FALSE(told.has("starting afresh"));
+  EXPECT_EQ(told.odometry.back().time, end.time + hour);
+  EXPECT_LT((told.odometry.back().p_odom_body - end.p_odom_body).norm(), 0.15);
+  TimeNs largest_gap = 0;
+  for (std::size_t i = 1; i < told.odometry.size(); ++i) {
+    ASSERT_GT(told.odometry[i].time, told.odometry[i - 1].time);
+    const TimeNs gap = told.odometry[i].time - told.odometry[i - 1].time;
+    if (gap < hour) largest_gap = std::max(largest_gap, gap);
+  }
+  EXPECT_LT(largest_gap, from_seconds(0.5));
+  EXPECT_TRUE(stepped(false).has("the IMU's clock was set: starting afresh"));
+}
+
 // Of a robot whose IMU is silent from 8 s to 10 s, while it drives 1.2 m.
 TEST(DistanceTest, WhatIsDrivenInAGapOfTheImuCounts) {
   const Config config = default_config();
