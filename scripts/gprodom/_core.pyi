@@ -700,10 +700,14 @@ class Odometry:
     """
     The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.
     """
-    def __init__(self, config: str = "", set: collections.abc.Sequence[str] = []) -> None:
+    def __init__(
+        self,
+        config: str | collections.abc.Sequence[str] = "",
+        set: collections.abc.Sequence[str] = [],
+    ) -> None:
         """
-        config: path of a YAML file, empty for the defaults; set: overrides 'key=value'.
-        Raises ConfigError with the file, line and key.
+        config: path of a YAML file, or several, later ones over those before; empty for the
+        defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.
         """
     def add_displacement(
         self,
@@ -765,18 +769,19 @@ class Odometry:
         """
     def run(
         self,
-        imu_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        imu_time: typing.Any,
         acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
         angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-        wheel_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        wheel_time: typing.Any,
         wheel_distance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-        gpr_time: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+        gpr_time: typing.Any,
         traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
         sample_interval: typing.SupportsFloat | typing.SupportsIndex = 2e-10,
         progress: collections.abc.Callable[[float], None] | None = None,
     ) -> Outputs:
         """
-        A whole sequence, merged by stamp. Empty arrays where a sensor is missing.
+        A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are integers,
+        nanoseconds; others raise ValueError.
         """
     def save_map(self, path: str) -> None:
         """

@@ -1,8 +1,6 @@
 #include "apps/command_line.h"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 #include "gprodom/version.h"
@@ -105,8 +103,8 @@ void CommandLine::print_help() const {
 int CommandLine::run(const std::function<int()>& work) const {
   try {
     const int code = work();
-    if (std::fflush(stdout) != 0)
-      throw std::runtime_error(std::string("standard output: ") + std::strerror(errno));
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      throw std::runtime_error("standard output: cannot be written");
     return code;
   } catch (const UsageError& error) {
     std::fprintf(stderr, "%s: %s\nusage: %s %s\n", program_.c_str(), error.what(), program_.c_str(),

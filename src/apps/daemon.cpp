@@ -11,7 +11,6 @@
 #include <random>
 #include <utility>
 
-#include "base/joined.h"
 #include "gprodom/error.h"
 #include "gprodom/version.h"
 
@@ -59,6 +58,12 @@ std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
 // Keys that are applied without a fresh start of the estimator.
 bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
+}
+
+std::string joined(const std::vector<std::string>& texts, const std::string& separator) {
+  std::string all;
+  for (const auto& text : texts) all += (all.empty() ? "" : separator) + text;
+  return all;
 }
 
 // A number that no other process has, but by a chance of 1 in 2^48; a double holds it exactly.

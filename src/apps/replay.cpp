@@ -5,7 +5,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "base/joined.h"
 #include "gprodom/error.h"
 #include "gprodom/lcm_io.h"
 #include "io/log_io.h"
@@ -21,8 +20,10 @@ constexpr long kEventsBetweenHooks = 500;
 std::string why_none(const ReplayStats& stats, const ChannelConfig& channels) {
   if (stats.read.count(channels.imu) == 0)
     return "the log holds no message on channel " + channels.imu + " (channels.imu)";
-  const std::string reasons = joined(stats.last_status.reasons, "; ");
-  return reasons.empty() ? "no message of the IMU could be used" : reasons;
+  for (const auto& reason : stats.last_status.reasons)
+    if (reason.rfind("start: ", 0) == 0) return reason;
+  return stats.last_status.time > 0 ? "the log ends before the first one"
+                                    : "no message of the IMU could be used";
 }
 
 class Replay {

@@ -49,7 +49,9 @@ void check_rows(const py::array& time, const Array& values, py::ssize_t columns,
 using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
 // Only whole numbers: seconds as floats would be cut off to whole nanoseconds without a word.
-Times nanoseconds(const py::array& times, const std::string& name) {
+Times nanoseconds(const py::object& given, const std::string& name) {
+  const py::array times = py::array::ensure(given);
+  if (!times) throw py::value_error(name + ": expected an array of integers, nanoseconds");
   if (times.size() == 0) return Times(py::ssize_t{0});
   const char kind = times.dtype().kind();
   if (kind != 'i' && kind != 'u')
@@ -100,9 +102,9 @@ void require_overlap(const Times& imu, const Times& other, const std::string& na
 
 // Everything a sequence holds, merged by stamp (IMU first, then wheel, then radar at equal stamps)
 // and stepped through: much faster than one call per message.
-Outputs run(PythonOdometry& odometry, const py::array& imu_times, const Array& acceleration,
-            const Array& rate, const py::array& wheel_times, const Array& wheel_distance,
-            const py::array& gpr_times,
+Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& acceleration,
+            const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
+            const py::object& gpr_times,
             const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
             double sample_interval, const std::optional<std::function<void(double)>>& progress) {
   const Times imu_time = nanoseconds(imu_times, "imu_time"),

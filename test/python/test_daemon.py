@@ -104,7 +104,7 @@ def test_what_cannot_be_printed_is_a_failure(name: str, what: str) -> None:
             [str(find_program(name)), what], stdout=full, stderr=subprocess.PIPE, text=True
         )
     assert result.returncode == 1
-    assert result.stderr == f"{name}: standard output: No space left on device\n"
+    assert result.stderr == f"{name}: standard output: cannot be written\n"
 
 
 def test_help_and_version() -> None:

@@ -104,7 +104,7 @@ def test_half_a_second_without_any_sensor_loses_no_way() -> None:
     [
         (lambda ns: ns * 1e-9, "imu_time: expected nanoseconds as integers .* got float64"),
         (lambda ns: ns.astype("datetime64[ns]"), "imu_time: expected nanoseconds as integers"),
-        (lambda ns: ns // 1000, "100 samples within .* of microseconds: t \\* 1000"),
+        (lambda ns: ns // 1000, r"100 samples within .*of microseconds: t \* 1000"),
         (lambda ns: ns // 1_000_000, "100 samples within"),
     ],
 )
