@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "io/status_instance.h"
+#include "io/encoded.h"
 #include "lcmtypes/bot_core/pose_t.hpp"
 #include "lcmtypes/gprodom/command_t.hpp"
 #include "lcmtypes/gprodom/correction_t.hpp"
@@ -22,15 +22,7 @@
 namespace gprodom {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
 const ChannelConfig kChannels;
-
-template <class Message>
-Bytes encoded(const Message& message) {
-  Bytes bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 Input decoded(const std::string& channel, const Bytes& bytes) {
   const auto input = decode_input(kChannels, channel, bytes.data(), bytes.size());
@@ -268,38 +260,6 @@ Message find(const std::vector<LcmMessage>& messages, const std::string& channel
   }
   ADD_FAILURE() << "no message on " << channel;
   return message;
-}
-
-status_t status_message(const std::vector<std::string>& names) {
-  status_t m{};
-  m.utime = 1700001000123456;
-  m.reasons = {"WHEEL: no data for a second or more", ""};
-  m.num_reasons = 2;
-  m.names = names;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    m.values.push_back(281474976710655.0 + static_cast<double>(i));
-  m.num_values = static_cast<std::int32_t>(names.size());
-  return m;
-}
-
-TEST(StatusInstance, IsFoundOrThereIsNone) {
-  const Bytes with = encoded(status_message({"states", kInstance}));
-  EXPECT_EQ(instance_of(with.data(), with.size()), 281474976710656.0);
-  const Bytes without = encoded(status_message({"states"}));
-  EXPECT_EQ(instance_of(without.data(), without.size()), 0.0);
-}
-
-TEST(StatusInstance, PacketsThatAreNoStatusAreNot) {
-  const Bytes whole = encoded(status_message({"states", kInstance}));
-  for (std::size_t size = 0; size < whole.size(); ++size)
-    EXPECT_FALSE(instance_of(whole.data(), size).has_value()) << size;
-  for (const std::uint8_t count : {0xffU, 0x7fU, 0x00U}) {  // of the reasons
-    Bytes hostile = whole;
-    std::fill_n(hostile.begin() + 17, 4, count);
-    EXPECT_FALSE(instance_of(hostile.data(), hostile.size()).has_value());
-  }
-  const Bytes other = encoded(imu_message());
-  EXPECT_FALSE(instance_of(other.data(), other.size()).has_value());
 }
 
 TEST(LcmOutput, MessagesHoldTheOutputs) {
