@@ -44,7 +44,9 @@ TEST(Live, AnInternalErrorStartsTheEstimatorAfresh) {
           for (const auto& estimate : out.odometry) times.push_back(estimate.time);
           warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
         },
-        [&calls] { next_allocation_fails = ++calls == 1000; });
+        [&calls] {
+          if (++calls == 1000) next_allocation_fails = true;
+        });
     for (const Input& input : standing(10.0)) live.push(input);
   }
   EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
