@@ -66,6 +66,19 @@ def test_man_page_tells_of_every_command() -> None:
     assert re.findall(r"^\.TP\n\.B (\w+)$", page, re.M) == commands
 
 
+def test_package_tests_that_replay_may_warn_on_stderr() -> None:
+    """Else autopkgtest takes a warning about the data ("trace with a spike") for a failure."""
+    folder = CHECKOUT / "debian" / "tests"
+    found = 0
+    for paragraph in (folder / "control").read_text().split("\n\n"):
+        fields = dict(line.split(": ", 1) for line in paragraph.splitlines() if line)
+        for name in fields["Tests"].split(", "):
+            if "gprodom-replay " in (folder / name).read_text():
+                found += 1
+                assert "allow-stderr" in fields.get("Restrictions", "")
+    assert found
+
+
 @pytest.mark.parametrize(
     ("line", "offered"),
     [
