@@ -10,6 +10,7 @@
 #include "estimation/factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/marginal_prior.h"
+#include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 
 namespace gprodom {

@@ -135,6 +135,7 @@ ROOMS = {
 PUBLIC = {
     "base": "choices duration_histogram error execution front_end input outputs types version",
     "config": "config",
+    "estimation": "user_factor",
     "pipeline": "odometry",
     "io": "lcm_io",
 }

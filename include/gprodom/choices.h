@@ -31,6 +31,7 @@ enum class WaveletKind {
 };
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
+enum class SolverKind { kCeres, kChain };  // of the fixed-lag window
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 enum class CommandName { kReset, kSaveMap, kLoadMap };  // of command_t
 
@@ -51,6 +52,7 @@ constexpr std::array<const char*, 2> names_like(DistanceForm) { return {"cosine"
 constexpr std::array<const char*, 3> names_like(CoherenceUse) {
   return {"contradicted", "always", "never"};
 }
+constexpr std::array<const char*, 2> names_like(SolverKind) { return {"ceres", "chain"}; }
 constexpr std::array<const char*, 4> names_like(LogLevel) {
   return {"debug", "info", "warning", "error"};
 }
@@ -65,6 +67,7 @@ static_assert(names_like(Background{}).size() == std::size_t(Background::kNone) 
 static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone) + 1);
 static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
 static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);
+static_assert(names_like(SolverKind{}).size() == std::size_t(SolverKind::kChain) + 1);
 static_assert(names_like(LogLevel{}).size() == std::size_t(LogLevel::kError) + 1);
 static_assert(names_like(CommandName{}).size() == std::size_t(CommandName::kLoadMap) + 1);
 

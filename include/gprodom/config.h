@@ -87,8 +87,9 @@ struct InitializerConfig {
 struct SmootherConfig {
   double state_rate = 5.0;  // states per second
   double lag = 5.0;         // s
-  int max_iterations = 4;   // per update
-  double latency = 0.05;    // s of data time from submission to effect
+  SolverKind solver = SolverKind::kCeres;
+  int max_iterations = 4;  // per update
+  double latency = 0.05;   // s of data time from submission to effect
 };
 
 // Details retention, on each trace in this order.

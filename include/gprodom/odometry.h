@@ -16,6 +16,7 @@ class MapFrame;
 class Pipeline;
 class StateStore;
 struct StartingPoint;
+struct UserFactor;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
@@ -34,6 +35,12 @@ class Odometry {
   void add(const WheelSample& sample);
   void add(const GprTrace& trace);
   void add(const Displacement& external);
+
+  // A measurement of your own (gprodom/user_factor.h), from the first moment in the window of
+  // smoother.lag on. Returns why it is refused; empty: it is not. What is refused later, since the
+  // window began afresh in the meantime, is told by a warning of a step() and counted in the
+  // status.
+  std::string add_factor(const UserFactor& factor);
 
   // Counts a message that could not be decoded, so that health tells of it.
   void reject(const std::string& channel, const std::string& reason);

@@ -111,6 +111,7 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
   keys.insert(keys.end(), {
     {"smoother.state_rate", &c.state_rate, "Hz", between(0.5, 50), "states per second"},
     {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the window that is solved for"},
+    {"smoother.solver", &c.solver, "", kAny, "of the window; chain is its own, for slow processors and high rates"},
     {"smoother.max_iterations", &c.max_iterations, "", between(1, 100), "of the solver, per update"},
     {"smoother.latency", &c.latency, "s", between(0, 1), "of data time, from a state to the effect of its solution"},
   });

@@ -1,97 +1,15 @@
 #include "estimation/batch.h"
 
-#include <ceres/ceres.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "estimation/factor_cost.h"
+#include "estimation/state_manifold.h"
+
 namespace gprodom {
-
-namespace {
-
-NavState corrected(const NavState& start, const double* parameter) {
-  return retract(start, Eigen::Map<const StateVector>(parameter));
-}
-
-// From derivatives in the chart at the corrected state to derivatives by the parameter.
-template <typename Matrix>
-void to_parameter(const NavState& start, const NavState& now, Matrix& J) {
-  J = (J * local_jacobian(start, now).inverse()).eval();
-}
-
-// Cauchy's cost as a residual of its own: f with f^2 / 2 = rho(r), and df/dr.
-std::pair<double, double> robustified(double r, double c) {
-  if (c <= 0 || r == 0) return {r, 1.0};
-  const double f = std::copysign(c * std::sqrt(std::log1p(r * r / (c * c))), r);
-  return {f, r / (1 + r * r / (c * c)) / f};
-}
-
-class FactorCost final : public ceres::CostFunction {
- public:
-  FactorCost(std::shared_ptr<const Factor> factor, const NavState& a, const NavState& b,
-             bool robust)
-      : factor_(std::move(factor)), a_(a), b_(b), robust_(robust) {
-    set_num_residuals(factor_->dimension());
-    *mutable_parameter_block_sizes() = {kStateDim, kStateDim};
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const NavState a = corrected(a_, parameters[0]), b = corrected(b_, parameters[1]);
-    Residual r;
-    Jacobian Ja, Jb;
-    factor_->evaluate(a, b, r, jacobians ? &Ja : nullptr, jacobians ? &Jb : nullptr);
-    if (jacobians) {
-      to_parameter(a_, a, Ja);
-      to_parameter(b_, b, Jb);
-    }
-    for (int i = 0; i < r.size(); ++i) {
-      const auto [f, slope] = robustified(r[i], robust_ ? factor_->robust_threshold(i) : 0.0);
-      residuals[i] = f;
-      if (!jacobians) continue;
-      const Jacobian* J[] = {&Ja, &Jb};
-      for (int k = 0; k < 2; ++k)
-        if (jacobians[k])
-          Eigen::Map<Eigen::Matrix<double, 1, kStateDim>>(jacobians[k] + i * kStateDim) =
-              slope * J[k]->row(i);
-    }
-    return true;
-  }
-
- private:
-  std::shared_ptr<const Factor> factor_;
-  NavState a_, b_;
-  bool robust_;
-};
-
-class PriorCost final : public ceres::CostFunction {
- public:
-  PriorCost(const MarginalPrior& prior, const NavState& start) : prior_(prior), start_(start) {
-    set_num_residuals(static_cast<int>(prior.A.rows()));
-    *mutable_parameter_block_sizes() = {kStateDim};
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const NavState x = corrected(start_, parameters[0]);
-    Eigen::VectorXd r;
-    Eigen::MatrixXd J;
-    prior_.evaluate(&x, r, jacobians ? &J : nullptr);
-    Eigen::Map<Eigen::VectorXd>(residuals, r.size()) = r;
-    if (!jacobians || !jacobians[0]) return true;
-    to_parameter(start_, x, J);
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, kStateDim, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(jacobians[0], J.rows(), kStateDim) = J;
-    return true;
-  }
-
- private:
-  MarginalPrior prior_;
-  NavState start_;
-};
-
-}  // namespace
 
 Batch::Batch(const NavState& first, MarginalPrior prior)
     : prior_(std::move(prior)), states_{first} {
@@ -111,13 +29,18 @@ void Batch::set_slip(size_t a, double l) {
 }
 
 std::vector<NavState> Batch::solve(const Options& options) const {
-  std::vector<StateVector> corrections(states_.size(), StateVector::Zero());
-  ceres::Problem problem;
-  problem.AddResidualBlock(new PriorCost(prior_, states_[0]), nullptr, corrections[0].data());
+  std::vector<StateParameters> x(states_.size());
+  StateManifold manifold;
+  ceres::Problem::Options ownership;
+  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  for (size_t i = 0; i < x.size(); ++i) {
+    to_parameters(states_[i], x[i].data());
+    problem.AddParameterBlock(x[i].data(), ambient::kSize, &manifold);
+  }
+  add_to(problem, std::make_shared<const MarginalPrior>(prior_), {x[0].data()});
   for (const Link& link : links_)
-    problem.AddResidualBlock(
-        new FactorCost(link.factor, states_[link.a], states_[link.b], options.robust), nullptr,
-        corrections[link.a].data(), corrections[link.b].data());
+    add_to(problem, link.factor, x[link.a].data(), x[link.b].data(), options.robust);
 
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -135,7 +58,7 @@ std::vector<NavState> Batch::solve(const Options& options) const {
   std::vector<NavState> solved;
   solved.reserve(states_.size());
   for (size_t i = 0; i < states_.size(); ++i)
-    solved.push_back(corrected(states_[i], corrections[i].data()));
+    solved.push_back(with_parameters(states_[i], x[i].data()));
   return solved;
 }
 

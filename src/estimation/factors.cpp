@@ -1,5 +1,8 @@
 #include "estimation/factors.h"
 
+#include <ceres/loss_function.h>
+
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -29,7 +32,44 @@ struct BodyPoint {
 // The norm with a defined derivative everywhere: sqrt(x^2 + eps^2), eps 0.1 mm.
 double smooth_norm(const Vector3d& x) { return std::sqrt(x.squaredNorm() + 1e-8); }
 
+// Cauchy: rho(r) = c^2/2 log(1 + (r/c)^2), and its weight rho'(r) / r.
+double cauchy_cost(double r, double c) {
+  return c > 0 ? 0.5 * c * c * std::log1p(r * r / (c * c)) : 0.5 * r * r;
+}
+double cauchy_weight(double r, double c) { return c > 0 ? 1 / (1 + r * r / (c * c)) : 1.0; }
+
 }  // namespace
+
+double robust_cost(const Factor& factor, const Residual& r) {
+  if (const ceres::LossFunction* loss = factor.loss()) {
+    double rho[3];
+    loss->Evaluate(r.squaredNorm(), rho);
+    return 0.5 * rho[0];
+  }
+  double sum = 0;
+  for (int i = 0; i < r.size(); ++i) sum += cauchy_cost(r[i], factor.robust_threshold(i));
+  return sum;
+}
+
+void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb) {
+  if (const ceres::LossFunction* loss = factor.loss()) {
+    double rho[3];
+    loss->Evaluate(r.squaredNorm(), rho);
+    const double w = std::sqrt(std::max(0.0, rho[1]));
+    r *= w;
+    Ja *= w;
+    Jb *= w;
+    return;
+  }
+  for (int i = 0; i < r.size(); ++i) {
+    const double c = factor.robust_threshold(i);
+    if (c <= 0) continue;
+    const double w = std::sqrt(cauchy_weight(r[i], c));
+    r[i] *= w;
+    Ja.row(i) *= w;
+    Jb.row(i) *= w;
+  }
+}
 
 ImuFactor::ImuFactor(const ImuPreintegration& preintegration, const Vector3d& gravity_odom)
     : preintegration_(preintegration), gravity_odom_(gravity_odom) {

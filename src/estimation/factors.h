@@ -12,6 +12,10 @@
 #include "estimation/planar_geometry.h"
 #include "estimation/wheel_increment.h"
 
+namespace ceres {
+class LossFunction;
+}
+
 namespace gprodom {
 
 constexpr int kMaxResidual = 9;
@@ -32,7 +36,17 @@ class Factor {
   virtual double robust_threshold(int /*row*/) const { return 0.0; }
   // The same, had the robot moved e^l times as far as the wheel says; null: it rests on no wheel.
   virtual std::shared_ptr<const Factor> with_slip(double /*l*/) const { return nullptr; }
+  // It measures where the robot is in odom, or where it heads: no sensor of the robot's own does.
+  virtual bool measures_place() const { return false; }
+  // In place of thresholds: a loss on the squared norm of all rows; null: none.
+  virtual const ceres::LossFunction* loss() const { return nullptr; }
 };
+
+// Half the sum of the squared residuals, under the factor's losses.
+double robust_cost(const Factor& factor, const Residual& r);
+
+// Rows scaled by the square root of their weights: what is left to solve is quadratic.
+void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb);
 
 // [Log(dq^-1 q_a^-1 q_b); R_a^T (v_b - v_a - g dt) - dv; R_a^T (p_b - p_a - v_a dt - g dt^2/2) -
 // dp] rad, m/s, m; whitened by the preintegrated covariance. Forster et al. 2017, eq. 45.

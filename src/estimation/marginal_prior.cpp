@@ -22,6 +22,25 @@ void MarginalPrior::move_to(const NavState* x) {
   x0.assign(x, x + states());
 }
 
+void MarginalPrior::shift_origin(const Eigen::Vector3d& by) {
+  for (NavState& x : x0) x.p_odom -= by;
+  for (int i = 0; i < states(); ++i) {
+    const Eigen::MatrixXd turned = A.middleCols<3>(i * kStateDim + row::kP) * so3::skew(by);
+    A.middleCols<3>(i * kStateDim + row::kTheta) += turned;
+  }
+}
+
+// The errors that nothing measures are the same directions for every state (nav_state.h).
+Eigen::Vector4d MarginalPrior::common_information() const {
+  Eigen::Vector4d information;
+  for (int i = 0; i < 4; ++i) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(A.rows());
+    for (int k = 0; k < states(); ++k) sum += A.col(k * kStateDim + row::kUnmeasured[i]);
+    information[i] = sum.squaredNorm();
+  }
+  return information;
+}
+
 void eliminate_first_state(Eigen::MatrixXd J, Eigen::VectorXd r, Eigen::MatrixXd& A,
                            Eigen::VectorXd& b) {
   const Eigen::Index columns = J.cols() - kStateDim;

@@ -25,6 +25,13 @@ struct MarginalPrior {
   // the null space that it had. Where d local / d x were used instead, what is known well (tilt,
   // velocity), times how far it has moved, would count as information on yaw and position.
   void move_to(const NavState* x);
+
+  // The same prior of states whose frame's origin lies `by` further on, in the chart there. The
+  // chart turns about the origin: rho there is rho + theta x by.
+  void shift_origin(const Eigen::Vector3d& by);
+
+  // Of heading and position (x, y, z) of all states together, 1/rad^2 and 1/m^2.
+  Eigen::Vector4d common_information() const;
 };
 
 // Removes the first 16 columns of the least-squares problem |J d + r|^2 by QR: what is left of it

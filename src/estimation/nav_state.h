@@ -12,7 +12,9 @@ namespace gprodom {
 // Rows of the 16-dimensional error: rotation, position, velocity, gyro bias, accel bias, scale.
 namespace row {
 constexpr int kTheta = 0, kP = 3, kV = 6, kBg = 9, kBa = 12, kScale = 15;
-}
+// Heading and position (x, y, z): the same error of all states together is not observable.
+constexpr int kUnmeasured[] = {kTheta + 2, kP, kP + 1, kP + 2};
+}  // namespace row
 constexpr int kStateDim = 16;
 using StateVector = Eigen::Matrix<double, kStateDim, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;

@@ -1,4 +1,4 @@
-#include "estimation/state_estimator.h"
+#include "estimation/predict.h"
 
 namespace gprodom {
 
@@ -18,19 +18,17 @@ NavState propagate(const NavState& x, const ImuPreintegration& since, double gra
   return y;
 }
 
-// Errors here are plain ones in odom axes: R_true = Exp(phi) R, p_true = p + dp, v_true = v + dv.
-OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
-                         const ImuPreintegration& since, double gravity_mps2) {
+PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegration& since,
+                                         double gravity_mps2) {
   const NavState y = propagate(x, since, gravity_mps2);
   const double dt = since.duration();
-  const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body(), I = Matrix3d::Identity();
+  const Matrix3d R = x.R_odom_body(), I = Matrix3d::Identity();
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-
-  // From the chart's error at x (rho and nu turn with theta) to the plain error at y.
-  // Rows: phi, dp, dv.
-  Eigen::Matrix<double, 9, kStateDim> F = Eigen::Matrix<double, 9, kStateDim>::Zero();
+  const Vector3d turned = since.dq_dbg() * (x.gyro_bias - since.gyro_bias());
+  // Position and velocity in the chart (rho and nu) turn with theta.
+  PropagationJacobian F = PropagationJacobian::Zero();
   F.block<3, 3>(0, row::kTheta) = I;
-  F.block<3, 3>(0, row::kBg) = Ry * since.dq_dbg();
+  F.block<3, 3>(0, row::kBg) = y.R_odom_body() * so3::right_jacobian(turned) * since.dq_dbg();
   F.block<3, 3>(3, row::kTheta) = -skew(x.p_odom + x.v_odom * dt + R * delta.p);
   F.block<3, 3>(3, row::kP) = I;
   F.block<3, 3>(3, row::kV) = dt * I;
@@ -40,6 +38,14 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   F.block<3, 3>(6, row::kV) = I;
   F.block<3, 3>(6, row::kBg) = R * since.dv_dbg();
   F.block<3, 3>(6, row::kBa) = R * since.dv_dba();
+  return F;
+}
+
+OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
+                         const ImuPreintegration& since, double gravity_mps2) {
+  const NavState y = propagate(x, since, gravity_mps2);
+  const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
+  const PropagationJacobian F = propagation_jacobian(x, since, gravity_mps2);
   // Lazy: blocks this small cost less than their preparation for the large kernels.
   const Eigen::Matrix<double, 9, kStateDim> FP = F.lazyProduct(covariance);
   Matrix9d P = FP.lazyProduct(F.transpose());

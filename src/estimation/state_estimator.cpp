@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/cost_function_factor.h"
 #include "estimation/long_gap.h"
+#include "estimation/predict.h"
 #include "estimation/revised_state.h"
 
 namespace gprodom {
@@ -17,6 +19,14 @@ constexpr double kFixedScaleSigma = 1e-7;
 
 // Of biases that have moved by more than their walk: rad/s, m/s^2.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
+
+SmootherOptions smoother_options(const SmootherConfig& c) {
+  SmootherOptions options;
+  options.lag_s = c.lag;
+  options.solver.max_iterations = c.max_iterations;
+  options.kind = c.solver;
+  return options;
+}
 
 // Between two states, while the wheel says nothing of it: m.
 constexpr double kUnknownDistanceSigma = 100.0;
@@ -36,8 +46,7 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
       gravity_odom_(0, 0, -config.initializer.gravity),
       last_covariance_((initial.prior.A.transpose() * initial.prior.A).inverse()),
       bias_known_(initial.state),
-      smoother_({config.smoother.lag, config.smoother.max_iterations}, initial.state,
-                initial.prior) {}
+      smoother_(smoother_options(config.smoother), initial.state, initial.prior) {}
 
 StateResult StateEstimator::add(const StateInput& input) {
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
@@ -55,6 +64,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   NavState predicted = propagate(last, imu, config_.initializer.gravity);
   predicted.time = input.time;
 
+  motion_.add(last.time, input.noise, input.steps);
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
   if (batch_) batch_->add_state(predicted);
@@ -77,6 +87,13 @@ StateResult StateEstimator::add(const StateInput& input) {
   }
   for (const Displacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
+  for (const UserFactor& factor : input.factors) {
+    std::string refusal = add_user_factor(factor);
+    if (refusal.empty())
+      ++result.factors_used;
+    else
+      result.refused.push_back({factor.name, std::move(refusal)});
+  }
 
   if (gap_s_ > kLongestBridge) {
     carry_over(input);
@@ -102,6 +119,7 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
   if (result.solve.usable) {
     smoother_.marginalise();
+    motion_.forget_before(smoother_.state(smoother_.oldest_id()).time);
     last_covariance_ = smoother_.newest_covariance() + common_;
     const auto settled = b - std::lround(config_.graph.settle * config_.smoother.state_rate);
     if (settled >= smoother_.oldest_id()) result.settled = smoother_.state(settled);
@@ -163,8 +181,9 @@ void StateEstimator::restart(const NavState& state) {
   known = (to_chart * known * to_chart.transpose()).eval();
   common_ = (to_chart * common_ * to_chart.transpose()).eval();
   id_offset_ += smoother_.newest_id();
-  smoother_ = FixedLagSmoother({config_.smoother.lag, config_.smoother.max_iterations}, state,
-                               gaussian_prior(state, known));
+  smoother_ =
+      FixedLagSmoother(smoother_options(config_.smoother), state, gaussian_prior(state, known));
+  motion_.clear();
 }
 
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
@@ -219,6 +238,36 @@ bool StateEstimator::add_displacement(const Displacement& d) {
   m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
   m.robust_threshold = config_.gpr.robust_threshold;
   return tie(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
+}
+
+// Each moment belongs to the last state before it, carried there by the IMU.
+std::string StateEstimator::add_user_factor(const UserFactor& factor) {
+  if (gap_s_ > kLongestBridge) return "the IMU is silent";
+  std::string wrong = malformed(factor);
+  if (!wrong.empty()) return wrong;
+  if (factor.times.front() < smoother_.state(smoother_.oldest_id()).time) return kOlderThanWindow;
+  if (factor.times.back() > smoother_.newest().time) return "newer than the newest state";
+  std::vector<FixedLagSmoother::StateId> from;
+  for (TimeNs time : factor.times) {
+    auto id = smoother_.newest_id();
+    while (smoother_.state(id).time > time) --id;
+    from.push_back(id);
+  }
+  // Where one state is enough, a neighbour stands in for the other.
+  auto a = from.front(), b = from.back();
+  if (a == b) (a < smoother_.newest_id() ? ++b : --a);
+  std::vector<CostFunctionFactor::Moment> moments;
+  for (size_t k = 0; k < from.size(); ++k)
+    moments.push_back({from[k] == b, motion_.since(smoother_.state(from[k]), factor.times[k])});
+  const auto tied = std::make_shared<CostFunctionFactor>(
+      factor, std::move(moments), config_.initializer.gravity, smoother_.origin());
+  Residual r;
+  Jacobian Ja, Jb;
+  tied->evaluate(smoother_.state(a), smoother_.state(b), r, &Ja, &Jb);
+  if (!r.allFinite() || !Ja.allFinite() || !Jb.allFinite())
+    return "the cost function fails at the estimate";
+  tie(a, b, tied);
+  return "";
 }
 
 }  // namespace gprodom

@@ -8,8 +8,10 @@
 
 #include "estimation/batch.h"
 #include "estimation/fixed_lag_smoother.h"
+#include "estimation/recent_motion.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
+#include "gprodom/user_factor.h"
 
 namespace gprodom {
 
@@ -19,15 +21,6 @@ constexpr ImuNoise kBridgedImuNoise{0.03, 0.5};
 
 // A gap of the IMU that a solve bridges. Beyond, the state is carried on by the wheel alone.
 constexpr double kLongestBridge = 0.3;  // s
-
-// IMU and wheel over a step of constant rate and force; body axes.
-struct MotionStep {
-  double dt = 0.0;  // s
-  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
-  double wheel_m = 0.0;  // signed
-  bool bridged = false;  // no IMU data: values held, noise opened up
-};
 
 struct CarriedState;
 
@@ -50,6 +43,7 @@ struct StateInput {
   std::optional<Eigen::Vector3d> gyro_bias;
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
   std::vector<Displacement> displacements;          // newly in effect, of any earlier time
+  std::vector<UserFactor> factors;                  // likewise
 };
 
 struct StateResult {
@@ -66,6 +60,11 @@ struct StateResult {
   // deviation of l over the last interval, and what it makes of the position, x and y, m^2.
   double slip_sigma = 0.0;
   Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
+  int factors_used = 0;
+  struct Refused {
+    std::string factor, reason;
+  };
+  std::vector<Refused> refused;
 };
 
 // The first state with its prior, from the initialiser.
@@ -99,6 +98,7 @@ class StateEstimator {
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
   bool add_displacement(const Displacement& displacement);
+  std::string add_user_factor(const UserFactor& factor);  // returns why not; empty: it is in
   void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
   void give_up(const NavState& state);
   void carry_over(const StateInput& input);
@@ -114,15 +114,9 @@ class StateEstimator {
   StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart
   double gap_s_ = 0.0;                        // since the IMU fell silent, up to the newest state
   FixedLagSmoother smoother_;
+  RecentMotion motion_;                      // since the states of the window
   FixedLagSmoother::StateId id_offset_ = 0;  // of the smoother's states since its last restart
   std::optional<Batch> batch_;
 };
-
-// The newest state carried forward by the IMU alone: what the robot knows between two solves.
-OdometryEstimate predict(const NavState& state, const StateMatrix& covariance,
-                         const ImuPreintegration& since, double gravity_mps2);
-
-// A state moved along by preintegrated IMU data, without covariance.
-NavState propagate(const NavState& state, const ImuPreintegration& since, double gravity_mps2);
 
 }  // namespace gprodom

@@ -109,6 +109,15 @@ void Pipeline::store(Message& message) {
   }
 }
 
+std::string Pipeline::add_factor(const UserFactor& factor) {
+  std::string refusal = "the estimator has not started";
+  if (started_)
+    refusal = factors_.add(factor, next_state_ - state_period_ - from_seconds(config_.smoother.lag),
+                           imu_now_ + from_seconds(config_.time.max_jump));
+  if (!refusal.empty()) health_.count("factor " + factor.name, refusal);
+  return refusal;
+}
+
 void Pipeline::start() {
   if (started_ || imu_now_ < next_start_try_) return;
   if (saved_ && resume()) return;
@@ -199,6 +208,8 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   health_.add("solver.steps_accepted", result.solve.accepted);
   health_.add("displacements.used", result.displacements_used);
   health_.add("displacements.dropped", result.displacements_dropped);
+  if (result.factors_used > 0) health_.add("factors.used", result.factors_used);
+  for (const auto& [factor, reason] : result.refused) health_.count("factor " + factor, reason);
   health_.maximum("odom.largest_jump_m", (prediction_.position() - before).norm());
   if (result.solve.unfounded)
     health_.count("smoother", "information gained that no measurement could bring");
@@ -231,6 +242,7 @@ void Pipeline::make_states() {
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias had moved: heading lost since the last standstill");
+    input.factors = factors_.take(next_state_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
     next_state_ += state_period_;

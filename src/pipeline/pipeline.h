@@ -22,6 +22,7 @@
 #include "motion/motion_judge.h"
 #include "motion/slip_drift.h"
 #include "persist/saved_state.h"
+#include "pipeline/factor_queue.h"
 #include "pipeline/prediction.h"
 #include "pipeline/radar_task.h"
 
@@ -44,6 +45,8 @@ class Pipeline {
   void reject(const std::string& channel, const std::string& reason) {
     health_.count(channel, reason);
   }
+  // Returns why it is refused; empty: it is not.
+  std::string add_factor(const UserFactor& factor);
   Outputs step();
   Outputs finish();
   void record() { record_ = true; }
@@ -119,6 +122,7 @@ class Pipeline {
 
   MotionJudge motion_;
   std::vector<GprTrace> traces_;  // since the last tick
+  FactorQueue factors_;
 
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to go on from, until the first start

@@ -1,6 +1,7 @@
 // The newest state in effect, carried to the newest IMU sample: what is published.
 #pragma once
 
+#include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/types.h"
 #include "motion/sensor_history.h"

@@ -36,6 +36,8 @@ def test_an_outside_project_finds_and_uses_the_library(tmp_path: Path) -> None:
     run("cmake", "--build", tmp_path / "b")
     said = run(tmp_path / "b" / "outside")
     assert re.fullmatch(r"\d+ poses, at most 0\.00\d+ m from the origin\n", said)
+    said = run(tmp_path / "b" / "beacons")
+    assert re.fullmatch(r"1 runs: error .* m without ranges, .* m with them .*\n", said)
     assert str(CHECKOUT) not in (tmp_path / "usr/lib").as_posix()
 
 

@@ -2,12 +2,15 @@
 // attitudes up to 180 degrees and residual rotations up to 3 rad.
 #include "estimation/factors.h"
 
+#include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <random>
 
+#include "estimation/cost_function_factor.h"
 #include "estimation/marginal_prior.h"
+#include "estimation/state_manifold.h"
 
 namespace gprodom {
 namespace {
@@ -86,6 +89,7 @@ void check(const Factor& factor, const NavState& a, const NavState& b) {
               numeric([&](const StateVector& d) { return residual(a, retract(b, d)); }, r.size()),
               "later state");
 
+  if (dynamic_cast<const CostFunctionFactor*>(&factor)) return;  // may be of the place itself
   // Turning about gravity and shifting both states changes nothing: the global directions that
   // no factor may observe are the same vectors at every state.
   Eigen::Matrix<double, kStateDim, 4> global = Eigen::Matrix<double, kStateDim, 4>::Zero();
@@ -189,6 +193,87 @@ TEST(Factors, PriorJacobians) {
 
 // At the true state the gradient by the scale must be zero on the mean, whatever the wheel's noise.
 // In true distance, x - d / s, the square of the noise would stand in it.
+// Of every part of a state at two moments: attitude, position and velocity of both, and what is
+// constant of the first.
+struct EveryPart {
+  template <typename T>
+  bool operator()(const T* q0, const T* p0, const T* v0, const T* bg, const T* ba, const T* scale,
+                  const T* q1, const T* p1, const T* v1, T* r) const {
+    for (int i = 0; i < 3; ++i) r[i] = p1[i] - p0[i] * scale[0] + v0[i] * v1[i];
+    for (int i = 0; i < 4; ++i) r[3 + i] = q0[i] * q1[(i + 1) % 4] + q1[i] * p1[2];
+    r[7] = bg[0] * 100.0 + bg[1] * ba[2] + bg[2];
+    r[8] = ba[0] * ba[1] + scale[0];
+    return true;
+  }
+};
+
+UserFactor every_part() {
+  UserFactor user;
+  user.times = {0, 1};
+  for (std::size_t moment : {0, 1}) {
+    for (StatePart part : {StatePart::kAttitude, StatePart::kPosition, StatePart::kVelocity})
+      user.blocks.push_back({moment, part});
+    if (moment > 0) break;
+    for (StatePart part : {StatePart::kGyroBias, StatePart::kAccelBias, StatePart::kWheelScale})
+      user.blocks.push_back({moment, part});
+  }
+  user.cost =
+      std::make_shared<ceres::AutoDiffCostFunction<EveryPart, 9, 4, 3, 3, 3, 3, 1, 4, 3, 3>>(
+          new EveryPart);
+  return user;
+}
+
+TEST(Factors, CostFunctionJacobians) {
+  Random random(9);
+  const UserFactor user = every_part();
+  ASSERT_EQ(malformed(user), "");
+  for (int k = 0; k < 20; ++k) {
+    const NavState a = random.state(), b = random.state();
+    std::vector<CostFunctionFactor::Moment> moments;
+    const auto origin = std::make_shared<Eigen::Vector3d>(30, -20, 1);
+    for (const NavState* x : {&a, &b}) {
+      ImuPreintegration since({1e-4, 1e-3}, x->gyro_bias, x->accel_bias);
+      for (int i = 0; i < 7; ++i) since.integrate(random.vector(10), random.vector(2), 0.02);
+      moments.push_back({x == &b, since});
+    }
+    check(CostFunctionFactor(user, moments, 9.8, origin), a, b);
+    moments[1].of_b = false;  // both moments in one state's interval
+    check(CostFunctionFactor(user, moments, 9.8, origin), a, b);
+  }
+}
+
+TEST(StateManifold, IsTheChartOfTheStates) {
+  Random random(4);
+  const StateManifold manifold;
+  for (int k = 0; k < 20; ++k) {
+    const NavState x = random.state();
+    StateParameters at_x, at_y;
+    to_parameters(x, at_x.data());
+    StateVector d;
+    d << random.rotation(1.0), random.vector(1), random.vector(1), random.vector(1),
+        random.vector(1), 0.1;
+    ASSERT_TRUE(manifold.Plus(at_x.data(), d.data(), at_y.data()));
+    EXPECT_LT(local(retract(x, d), from_parameters(at_y.data())).norm(), 1e-12);
+    StateVector back;
+    ASSERT_TRUE(manifold.Minus(at_y.data(), at_x.data(), back.data()));
+    EXPECT_LT((back - d).norm(), 1e-12);
+
+    ParameterJacobian plus;
+    ASSERT_TRUE(manifold.PlusJacobian(at_x.data(), plus.data()));
+    const MatrixXd n = numeric(
+        [&](const StateVector& e) {
+          StateParameters moved;
+          manifold.Plus(at_x.data(), e.data(), moved.data());
+          return VectorXd(Eigen::Map<const VectorXd>(moved.data(), ambient::kSize));
+        },
+        ambient::kSize);
+    expect_same(plus, n, "Plus");
+    Eigen::Matrix<double, kStateDim, ambient::kSize, Eigen::RowMajor> minus;
+    ASSERT_TRUE(manifold.MinusJacobian(at_x.data(), minus.data()));
+    EXPECT_LT((minus * plus - StateMatrix::Identity()).norm(), 1e-12);
+  }
+}
+
 TEST(WheelFactor, NoiseOfTheWheelDoesNotPushTheScale) {
   std::mt19937 engine(5);
   std::normal_distribution<double> normal;

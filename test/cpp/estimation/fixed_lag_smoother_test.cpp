@@ -1,11 +1,14 @@
-// Marginalising must lose nothing that it does not have to, and gain nothing that was not measured.
+// Marginalising must lose nothing that it does not have to, and gain nothing that was not measured,
+// with either solver. What the two find must be the same.
 #include "estimation/fixed_lag_smoother.h"
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "estimation/batch.h"
+#include "estimation/noisy_drive.h"
 
 namespace gprodom {
 namespace {
@@ -14,13 +17,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-MarginalPrior origin_prior(const NavState& x, const StateVector& sigma) {
-  MarginalPrior prior;
-  prior.x0 = {x};
-  prior.A = sigma.cwiseInverse().asDiagonal();
-  prior.b = StateVector::Zero();
-  return prior;
-}
+class FixedLagSmootherTest : public testing::TestWithParam<SolverKind> {};
+INSTANTIATE_TEST_SUITE_P(Solvers, FixedLagSmootherTest,
+                         testing::Values(SolverKind::kCeres, SolverKind::kChain),
+                         [](const auto& solver) { return name_of(solver.param); });
 
 // Differences of biases and scale, measured: the error's rows in which the chart is linear.
 class OffsetFactor final : public Factor {
@@ -41,12 +41,12 @@ class OffsetFactor final : public Factor {
   Vector7d measured_;
 };
 
-TEST(FixedLagSmoother, EqualsTheBatchOnALinearProblem) {
+TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
   std::mt19937 engine(1);
   std::normal_distribution<double> n;
   NavState first;
   const MarginalPrior prior = origin_prior(first, StateVector::Ones());
-  FixedLagSmoother smoother({2.5, 3}, first, prior);
+  FixedLagSmoother smoother({2.5, {3}, GetParam()}, first, prior);
   Batch batch(first, prior);
   auto tie = [&](std::int64_t a, std::int64_t b, std::shared_ptr<const Factor> factor) {
     ASSERT_TRUE(smoother.add_factor(a, b, factor));
@@ -73,55 +73,13 @@ TEST(FixedLagSmoother, EqualsTheBatchOnALinearProblem) {
   EXPECT_LT(local(batch.solve({}).back(), smoother.newest()).norm(), 1e-9);
 }
 
-// A noisy drive round a circle: IMU and wheel factors between states.
-struct Drive {
-  std::mt19937 engine{7};
-  std::normal_distribution<double> n;
-  const double speed = 0.6, turn = 0.4, dt = 0.005;
-  const Vector3d gravity{0, 0, -9.80665};
-  const ImuNoise noise{1.6e-4, 5.9e-4};
-
-  Vector3d white(double density) {
-    return density / std::sqrt(dt) * Vector3d(n(engine), n(engine), n(engine));
-  }
-
-  NavState start() const {
-    NavState x;
-    x.v_odom = Vector3d(speed, 0, 0);
-    return x;
-  }
-
-  void extend(FixedLagSmoother& smoother) {
-    const NavState last = smoother.newest();
-    ImuPreintegration imu(noise, last.gyro_bias, last.accel_bias);
-    WheelIncrement wheel(last.gyro_bias);
-    for (int i = 0; i < 40; ++i) {
-      const Vector3d rate = Vector3d(0, 0, turn) + white(noise.gyro_density);
-      imu.integrate(Vector3d(0, speed * turn, 0) - gravity + white(noise.accel_density), rate, dt);
-      wheel.integrate(rate, dt, speed * dt * (1 + 0.02 * n(engine)));
-    }
-    NavState next = last;
-    const auto d = imu.delta();
-    const double T = imu.duration();
-    next.time += from_seconds(T);
-    next.p_odom += last.v_odom * T + 0.5 * gravity * T * T + last.q_odom_body * d.p;
-    next.v_odom += gravity * T + last.q_odom_body * d.v;
-    next.q_odom_body = last.q_odom_body * d.q;
-    const auto b = smoother.add_state(next), a = b - 1;
-    smoother.add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity));
-    smoother.add_factor(a, b, std::make_shared<RandomWalkFactor>(1e-5, 1e-4, 1e-6));
-    smoother.add_factor(
-        a, b,
-        std::make_shared<WheelFactor>(wheel, Vector3d(0.1, 0, 0), Vector3d(4e-6, 1e-6, 1e-6), 1.5));
-  }
-};
-
-TEST(FixedLagSmoother, PriorGainsNothingOnGlobalPositionAndYaw) {
-  Drive drive;
+TEST_P(FixedLagSmootherTest, PriorGainsNothingOnGlobalPositionAndYaw) {
+  NoisyDrive drive;
   StateVector sigma;  // the origin's prior: 1 mm, 1 mrad of yaw
   sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
-  FixedLagSmoother smoother({2.0, 4}, drive.start(), origin_prior(drive.start(), sigma));
+  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+                            origin_prior(drive.start(), sigma));
   int steps = 0, accepted = 0;
   for (int k = 0; k < 400; ++k) {
     drive.extend(smoother);
@@ -183,11 +141,11 @@ StateVector loose_origin() {
   return sigma;
 }
 
-TEST(FixedLagSmoother, DampingOfTheLastStepIsNoKnowledge) {
+TEST_P(FixedLagSmootherTest, DampingOfTheLastStepIsNoKnowledge) {
   for (const bool bent : {false, true}) {
-    Drive drive;
+    NoisyDrive drive;
     // So early is it content that the first step accepted is the last.
-    const SmootherOptions options{10.0, 40, 1e12};
+    const SmootherOptions options{10.0, {40, 1e12}, GetParam()};
     FixedLagSmoother smoother(options, drive.start(), origin_prior(drive.start(), loose_origin()));
     for (int k = 0; k < 5; ++k) drive.extend(smoother);
     if (bent) smoother.add_factor(3, 4, std::make_shared<BentFactor>());
@@ -200,9 +158,10 @@ TEST(FixedLagSmoother, DampingOfTheLastStepIsNoKnowledge) {
   }
 }
 
-TEST(FixedLagSmoother, KnowledgeThatNothingMeasuredIsToldAsAFault) {
-  Drive drive;
-  FixedLagSmoother smoother({1.0, 4}, drive.start(), origin_prior(drive.start(), loose_origin()));
+TEST_P(FixedLagSmootherTest, KnowledgeThatNothingMeasuredIsToldAsAFault) {
+  NoisyDrive drive;
+  FixedLagSmoother smoother({1.0, {4}, GetParam()}, drive.start(),
+                            origin_prior(drive.start(), loose_origin()));
   for (int k = 0; k < 60; ++k) {
     drive.extend(smoother);
     if (k == 50) smoother.add_factor(49, 50, std::make_shared<PlaceFactor>());
@@ -215,10 +174,10 @@ TEST(FixedLagSmoother, KnowledgeThatNothingMeasuredIsToldAsAFault) {
 }
 
 // A step that moves velocity and tilt by much does not make the heading known.
-TEST(FixedLagSmoother, PriorThatHasMovedFarGainsNothing) {
-  Drive drive;
+TEST_P(FixedLagSmootherTest, PriorThatHasMovedFarGainsNothing) {
+  NoisyDrive drive;
   NavState start = drive.start();
-  FixedLagSmoother smoother({1.0, 4}, start, origin_prior(start, loose_origin()));
+  FixedLagSmoother smoother({1.0, {4}, GetParam()}, start, origin_prior(start, loose_origin()));
   for (int k = 0; k < 30; ++k) {
     drive.extend(smoother);
     if (k == 15)  // a word that the whole window gives way to
@@ -230,21 +189,21 @@ TEST(FixedLagSmoother, PriorThatHasMovedFarGainsNothing) {
   }
 }
 
-TEST(FixedLagSmoother, CovarianceEqualsTheDenseInverse) {
-  Drive drive;
+TEST_P(FixedLagSmootherTest, CovarianceEqualsTheDenseInverse) {
+  NoisyDrive drive;
   StateVector sigma;
   sigma << Vector3d::Constant(1e-3), Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
   const MarginalPrior origin = origin_prior(drive.start(), sigma);
-  FixedLagSmoother kept({1000.0, 20, 1e-9}, drive.start(), origin);
+  FixedLagSmoother kept({1000.0, {20, 1e-9}, GetParam()}, drive.start(), origin);
   for (int k = 0; k < 12; ++k) drive.extend(kept);
   EXPECT_TRUE(kept.solve().usable);
   const StateMatrix covariance = kept.newest_covariance();
 
   // Marginalising all but the newest by QR must say the same.
   const NavState newest = kept.newest();
-  FixedLagSmoother same({1e-3, 20, 1e-9}, drive.start(), origin);
-  Drive again;
+  FixedLagSmoother same({1e-3, {20, 1e-9}, GetParam()}, drive.start(), origin);
+  NoisyDrive again;
   for (int k = 0; k < 12; ++k) again.extend(same);
   EXPECT_TRUE(same.solve().usable);
   same.marginalise();
@@ -253,6 +212,135 @@ TEST(FixedLagSmoother, CovarianceEqualsTheDenseInverse) {
   EXPECT_LT(local(newest, same.newest()).norm(), 1e-9);
   const StateVector unit = covariance.diagonal().cwiseSqrt().cwiseInverse();
   EXPECT_LT((unit.asDiagonal() * (from_prior - covariance) * unit.asDiagonal()).norm(), 1e-3);
+}
+
+StateVector known_start() {
+  StateVector sigma;
+  sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
+      Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
+  return sigma;
+}
+
+// Slip that the robust row outvotes, and a displacement over several states.
+void disturb(FixedLagSmoother& smoother, int k) {
+  const auto b = smoother.newest_id();
+  if (k % 17 == 5) {
+    WheelIncrement slipped(smoother.newest().gyro_bias);
+    slipped.integrate(Vector3d(0, 0, 0.4), 0.2, 0.18);
+    smoother.add_factor(b - 1, b,
+                        std::make_shared<WheelFactor>(slipped, Vector3d(0.1, 0, 0),
+                                                      Vector3d(4e-6, 1e-6, 1e-6), 1.5));
+  }
+  DisplacementFactor::Measurement measured;
+  measured.distance_m = 0.66;
+  measured.sigma_m = 0.02;
+  measured.robust_threshold = 2.0;
+  if (k % 3 == 0 && b - 6 >= smoother.oldest_id())
+    smoother.add_factor(b - 6, b, std::make_shared<DisplacementFactor>(measured, Vector3d::Zero()));
+}
+
+TEST(WindowSolvers, FindTheSame) {
+  NoisyDrive drive, again;
+  const MarginalPrior origin = origin_prior(drive.start(), known_start());
+  FixedLagSmoother by_ceres({2.0, {4}, SolverKind::kCeres}, drive.start(), origin);
+  FixedLagSmoother by_chain({2.0, {4}, SolverKind::kChain}, drive.start(), origin);
+  for (int k = 0; k < 300; ++k) {
+    drive.extend(by_ceres);
+    again.extend(by_chain);
+    disturb(by_ceres, k);
+    disturb(by_chain, k);
+    const SolveSummary ceres = by_ceres.solve(), chain = by_chain.solve();
+    ASSERT_TRUE(ceres.usable && chain.usable) << k;
+    EXPECT_EQ(ceres.accepted, chain.accepted) << k;
+    ASSERT_LT(local(by_ceres.newest(), by_chain.newest()).norm(), 1e-6) << k;
+    const StateMatrix& P = by_ceres.newest_covariance();
+    const StateVector unit = P.diagonal().cwiseSqrt().cwiseInverse();
+    const StateMatrix difference = P - by_chain.newest_covariance();
+    ASSERT_LT((unit.asDiagonal() * difference * unit.asDiagonal()).norm(), 1e-6) << k;
+    by_ceres.marginalise();
+    by_chain.marginalise();
+  }
+}
+
+// Ceres keeps what it holds in sets ordered by address: that must not show.
+TEST(WindowSolvers, RepeatToTheLastBit) {
+  NoisyDrive drive, again;
+  const MarginalPrior origin = origin_prior(drive.start(), known_start());
+  FixedLagSmoother first({1.0, {4}, SolverKind::kCeres}, drive.start(), origin);
+  FixedLagSmoother second({1.0, {4}, SolverKind::kCeres}, drive.start(), origin);
+  std::vector<std::unique_ptr<char[]>> elsewhere;
+  for (int k = 0; k < 100; ++k) {
+    drive.extend(first);
+    disturb(first, k);
+    first.solve();
+    first.marginalise();
+  }
+  for (int k = 0; k < 100; ++k) {
+    elsewhere.push_back(std::make_unique<char[]>(100 + 977 * (k % 7)));  // other addresses
+    again.extend(second);
+    disturb(second, k);
+    second.solve();
+    second.marginalise();
+  }
+  EXPECT_EQ(local(first.newest(), second.newest()), StateVector::Zero());
+  EXPECT_EQ(first.newest_covariance(), second.newest_covariance());
+}
+
+// Its residual is a number only where the robot stands still.
+class BrokenFactor final : public Factor {
+ public:
+  int dimension() const override { return 1; }
+  void evaluate(const NavState&, const NavState&, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override {
+    r.setConstant(1, std::numeric_limits<double>::quiet_NaN());
+    if (Ja) Ja->setZero(1, kStateDim);
+    if (Jb) Jb->setZero(1, kStateDim);
+  }
+};
+
+TEST_P(FixedLagSmootherTest, AFailedSolveLeavesTheStates) {
+  NoisyDrive drive;
+  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+                            origin_prior(drive.start(), known_start()));
+  for (int k = 0; k < 5; ++k) drive.extend(smoother);
+  EXPECT_TRUE(smoother.solve().usable);
+  drive.extend(smoother);
+  const NavState before = smoother.newest();
+  const StateMatrix covariance = smoother.newest_covariance();
+  smoother.add_factor(4, 5, std::make_shared<BrokenFactor>());
+  EXPECT_FALSE(smoother.solve().usable);
+  EXPECT_EQ(local(before, smoother.newest()), StateVector::Zero());
+  EXPECT_EQ(smoother.newest_covariance(), covariance);
+}
+
+// atan of the scale's change, far from its root: a full step goes further away each time.
+class OvershootingFactor final : public Factor {
+ public:
+  int dimension() const override { return 1; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override {
+    const double x = 3.0 + 10.0 * (b.wheel_scale - a.wheel_scale);
+    r.setConstant(1, 1e3 * std::atan(x));
+    if (!Ja) return;
+    Jb->setZero(1, kStateDim);
+    (*Jb)(0, row::kScale) = 1e4 / (1 + x * x);
+    *Ja = -*Jb;
+  }
+};
+
+TEST_P(FixedLagSmootherTest, AStepThatRaisesTheCostIsDamped) {
+  NavState first, second;
+  second.time = 1'000'000'000;
+  FixedLagSmoother smoother({10.0, {100}, GetParam()}, first,
+                            origin_prior(first, StateVector::Constant(1.0)));
+  smoother.add_state(second);
+  smoother.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1, 1, 1}));
+  smoother.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1.0, 1.0, 100.0));
+  smoother.add_factor(0, 1, std::make_shared<OvershootingFactor>());
+  const SolveSummary summary = smoother.solve();
+  EXPECT_TRUE(summary.usable);
+  EXPECT_LT(summary.accepted, summary.steps);
+  EXPECT_NEAR(smoother.newest().wheel_scale - smoother.state(0).wheel_scale, -0.3, 1e-3);
 }
 
 }  // namespace

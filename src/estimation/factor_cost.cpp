@@ -1,0 +1,123 @@
+#include "estimation/factor_cost.h"
+
+#include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "estimation/state_manifold.h"
+
+namespace gprodom {
+
+namespace {
+
+// Some rows of a factor. Not finite: Ceres takes it for a failed evaluation.
+class FactorCost final : public ceres::CostFunction {
+ public:
+  FactorCost(std::shared_ptr<const Factor> factor, std::vector<int> rows)
+      : factor_(std::move(factor)), rows_(std::move(rows)) {
+    set_num_residuals(static_cast<int>(rows_.size()));
+    *mutable_parameter_block_sizes() = {ambient::kSize, ambient::kSize};
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const NavState a = from_parameters(parameters[0]), b = from_parameters(parameters[1]);
+    Residual r;
+    Jacobian Ja, Jb;
+    factor_->evaluate(a, b, r, jacobians ? &Ja : nullptr, jacobians ? &Jb : nullptr);
+    if (!r.allFinite()) return false;
+    for (int i = 0; i < num_residuals(); ++i) residuals[i] = r[rows_[i]];
+    if (jacobians && jacobians[0]) to_ambient(a, mine(Ja), jacobians[0]);
+    if (jacobians && jacobians[1]) to_ambient(b, mine(Jb), jacobians[1]);
+    return true;
+  }
+
+ private:
+  const Jacobian& mine(Jacobian& J) const {
+    if (num_residuals() == J.rows()) return J;
+    for (int i = 0; i < num_residuals(); ++i) J.row(i) = J.row(rows_[i]);  // rows_ ascend
+    J.conservativeResize(num_residuals(), kStateDim);
+    return J;
+  }
+
+  std::shared_ptr<const Factor> factor_;
+  std::vector<int> rows_;  // ascending
+};
+
+// The factor's own loss, which the problem must not delete.
+class BorrowedLoss final : public ceres::LossFunction {
+ public:
+  explicit BorrowedLoss(std::shared_ptr<const Factor> factor) : factor_(std::move(factor)) {}
+  void Evaluate(double squared_norm, double rho[3]) const override {
+    factor_->loss()->Evaluate(squared_norm, rho);
+    // Weights alone, as in the elimination: what the loss curves is left out.
+    rho[2] = std::min(rho[2], 0.0);
+  }
+
+ private:
+  std::shared_ptr<const Factor> factor_;
+};
+
+class PriorCost final : public ceres::CostFunction {
+ public:
+  explicit PriorCost(std::shared_ptr<const MarginalPrior> prior) : prior_(std::move(prior)) {
+    set_num_residuals(static_cast<int>(prior_->A.rows()));
+    mutable_parameter_block_sizes()->assign(prior_->x0.size(), ambient::kSize);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    std::vector<NavState> x;
+    for (int i = 0; i < prior_->states(); ++i) x.push_back(from_parameters(parameters[i]));
+    Eigen::VectorXd r;
+    Eigen::MatrixXd J;
+    prior_->evaluate(x.data(), r, jacobians ? &J : nullptr);
+    if (!r.allFinite()) return false;
+    Eigen::Map<Eigen::VectorXd>(residuals, r.size()) = r;
+    for (int i = 0; jacobians && i < prior_->states(); ++i) {
+      if (!jacobians[i]) continue;
+      for (Eigen::Index first = 0; first < r.size(); first += kMaxResidual) {
+        const Jacobian rows =
+            J.block(first, i * kStateDim, std::min<Eigen::Index>(kMaxResidual, r.size() - first),
+                    kStateDim);
+        to_ambient(x[i], rows, jacobians[i] + first * ambient::kSize);
+      }
+    }
+    return true;
+  }
+
+ private:
+  std::shared_ptr<const MarginalPrior> prior_;
+};
+
+}  // namespace
+
+std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
+                                           std::shared_ptr<const Factor> factor, double* a,
+                                           double* b, bool robust) {
+  std::vector<ceres::ResidualBlockId> blocks;
+  std::vector<int> quadratic;
+  for (int i = 0; i < factor->dimension(); ++i) {
+    const double threshold = factor->robust_threshold(i);
+    if (robust && threshold > 0)
+      blocks.push_back(problem.AddResidualBlock(new FactorCost(factor, {i}),
+                                                new ceres::CauchyLoss(threshold), a, b));
+    else
+      quadratic.push_back(i);
+  }
+  if (!quadratic.empty()) {
+    ceres::LossFunction* loss = robust && factor->loss() ? new BorrowedLoss(factor) : nullptr;
+    blocks.push_back(
+        problem.AddResidualBlock(new FactorCost(factor, std::move(quadratic)), loss, a, b));
+  }
+  return blocks;
+}
+
+ceres::ResidualBlockId add_to(ceres::Problem& problem, std::shared_ptr<const MarginalPrior> prior,
+                              const std::vector<double*>& states) {
+  return problem.AddResidualBlock(new PriorCost(std::move(prior)), nullptr, states);
+}
+
+}  // namespace gprodom

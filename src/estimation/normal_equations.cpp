@@ -1,0 +1,163 @@
+#include "estimation/normal_equations.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "estimation/block_products.h"
+
+namespace gprodom {
+
+namespace {
+
+// Typical sizes of the error's rows. Eliminating in these units keeps the pivots within a few
+// orders of magnitude of each other.
+StateVector row_units() {
+  StateVector u;
+  u << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
+      Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-4),
+      Eigen::Vector3d::Constant(1e-2), 1e-2;
+  return u;
+}
+const StateVector kUnits = row_units();
+
+// Columns in row units.
+void scale_columns(Jacobian& J) {
+  for (int i = 0; i < J.rows(); ++i) J.row(i).array() *= kUnits.transpose().array();
+}
+
+// A Jacobian and where it is not zero: a factor knows nothing of a good part of a state.
+struct Known {
+  const Jacobian& J;
+  ColumnGroups columns;
+  explicit Known(const Jacobian& jacobian)
+      : J(jacobian), columns(column_groups(J.data(), static_cast<int>(J.rows()))) {}
+};
+
+// C += A^T B.
+template <Part kPart>
+void add_product(const Known& A, const Known& B, StateMatrix& C) {
+  add_outer_products<1, kPart>(A.J.data(), B.J.data(), static_cast<int>(A.J.rows()), C, A.columns,
+                               B.columns);
+}
+
+}  // namespace
+
+// Finds the envelope and empties the blocks in it.
+void NormalEquations::shape(const Window& window) {
+  const size_t n = window.states.size(), held = window.prior.states();
+  bandwidth_ = std::max<size_t>(1, held > 0 ? held - 1 : 0);
+  first_.assign(n, 0);
+  for (size_t i = held; i < n; ++i) first_[i] = i;
+  for (const Window::Link& link : window.links) {
+    bandwidth_ = std::max(bandwidth_, static_cast<size_t>(link.b - link.a));
+    size_t& first = first_[window.index(link.b)];
+    first = std::min(first, window.index(link.a));
+  }
+  H_.resize(n * (bandwidth_ + 1));
+  L_.resize(H_.size());
+  for (size_t i = 0; i < n; ++i)
+    for (size_t j = first_[i]; j <= i; ++j) block(H_, i, j).setZero();
+  g_.assign(n, StateVector::Zero());
+}
+
+double NormalEquations::add_prior(const Window& window) {
+  const int n = window.prior.states();
+  Eigen::VectorXd r;
+  Eigen::MatrixXd J;
+  window.prior.evaluate(window.states.data(), r, &J);
+  for (int i = 0; i < n; ++i) J.middleCols<kStateDim>(i * kStateDim) *= kUnits.asDiagonal();
+  for (int i = 0; i < n; ++i) {
+    const auto Ji = J.middleCols<kStateDim>(i * kStateDim);
+    g_[i].noalias() += Ji.transpose() * r;
+    for (int j = 0; j <= i; ++j)
+      block(H_, i, j).noalias() += Ji.transpose() * J.middleCols<kStateDim>(j * kStateDim);
+  }
+  return 0.5 * r.squaredNorm();
+}
+
+double NormalEquations::linearise(const Window& window) {
+  shape(window);
+  double sum = add_prior(window);
+  Residual r;
+  Jacobian Ja, Jb;
+  for (const Window::Link& link : window.links) {
+    const size_t a = window.index(link.a), b = window.index(link.b);
+    link.factor->evaluate(window.states[a], window.states[b], r, &Ja, &Jb);
+    sum += robust_cost(*link.factor, r);
+    weight_rows(*link.factor, r, Ja, Jb);
+    scale_columns(Ja);
+    scale_columns(Jb);
+    const Known A(Ja), B(Jb);
+    add_product<Part::kLower>(A, A, block(H_, a, a));
+    add_product<Part::kAll>(B, A, block(H_, b, a));
+    add_product<Part::kLower>(B, B, block(H_, b, b));
+    g_[a].noalias() += Ja.transpose().lazyProduct(r);
+    g_[b].noalias() += Jb.transpose().lazyProduct(r);
+  }
+  return sum;
+}
+
+// Left-looking block Cholesky of the envelope, oldest state first: a row fills up from its first
+// block on, and nowhere else.
+bool NormalEquations::eliminate(double damping) {
+  const size_t n = g_.size();
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t j = first_[i]; j <= i; ++j) {
+      StateMatrix& Lij = block(L_, i, j);
+      Lij = block(H_, i, j);
+      if (i == j) Lij.diagonal() *= 1 + damping;
+      const size_t shared = std::max(first_[i], first_[j]);
+      for (size_t k = shared; k < j; ++k)
+        i == j ? subtract_product<Part::kLower>(block(L_, i, k), block(L_, i, k), Lij)
+               : subtract_product<Part::kAll>(block(L_, i, k), block(L_, j, k), Lij);
+      if (j < i) {
+        solve_transposed_on_the_right(block(L_, j, j), Lij);
+      } else {
+        const Eigen::LLT<StateMatrix> llt(Lij);
+        if (llt.info() != Eigen::Success) return false;
+        Lij = llt.matrixL();
+      }
+    }
+  }
+  return true;
+}
+
+double NormalEquations::solve_step(std::vector<StateVector>& step) const {
+  const size_t n = g_.size();
+  step.resize(n);
+  double decrease = 0;
+  for (size_t i = 0; i < n; ++i) {
+    StateVector y = -g_[i];
+    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k).lazyProduct(step[k]);
+    step[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
+    decrease += 0.5 * step[i].squaredNorm();  // half |L^-1 g|^2
+  }
+  for (size_t i = n; i-- > 0;) {
+    for (size_t k = i + 1; k < std::min(n, i + bandwidth_ + 1); ++k)
+      if (first_[k] <= i) step[i].noalias() -= block(L_, k, i).transpose().lazyProduct(step[k]);
+    block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(step[i]);
+  }
+  for (auto& s : step) s.array() *= kUnits.array();
+  return decrease;
+}
+
+StateMatrix NormalEquations::newest_covariance() const {
+  const StateMatrix L_inverse = block(L_, g_.size() - 1, g_.size() - 1)
+                                    .triangularView<Eigen::Lower>()
+                                    .solve(StateMatrix::Identity());
+  const StateMatrix inverse =
+      kUnits.asDiagonal() * (L_inverse.transpose() * L_inverse) * kUnits.asDiagonal();
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+Eigen::Vector4d NormalEquations::newest_information() const {
+  const StateMatrix& L = block(L_, g_.size() - 1, g_.size() - 1);
+  Eigen::Vector4d information;
+  for (int i = 0; i < 4; ++i) {
+    const int k = row::kUnmeasured[i];
+    information[i] = L.row(k).head(k + 1).squaredNorm() / (kUnits[k] * kUnits[k]);
+  }
+  return information;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,46 @@
+// The normal equations of a window, and their elimination from the oldest state to the newest.
+//
+// States form a chain, and a factor reaches back a few states at most, so the equations are
+// block-banded. One block Cholesky gives the Gauss-Newton step and the newest state's covariance.
+#pragma once
+
+#include <vector>
+
+#include "estimation/window.h"
+
+namespace gprodom {
+
+class NormalEquations {
+ public:
+  double linearise(const Window& window);  // at the window's states; returns the cost
+  bool eliminate(double damping);          // false where not positive definite
+
+  // The step to the minimum of what was linearised and eliminated; returns the decrease of the
+  // cost that is expected of it.
+  double solve_step(std::vector<StateVector>& step) const;
+
+  // Of the newest state, in the chart of nav_state.h.
+  StateMatrix newest_covariance() const;
+
+  // Of the newest state's heading and position (x, y, z), 1/rad^2 and 1/m^2.
+  Eigen::Vector4d newest_information() const;
+
+ private:
+  void shape(const Window& window);
+  double add_prior(const Window& window);
+  StateMatrix& block(std::vector<StateMatrix>& m, size_t row, size_t column) const {
+    return m[row * (bandwidth_ + 1) + (row - column)];
+  }
+  const StateMatrix& block(const std::vector<StateMatrix>& m, size_t row, size_t column) const {
+    return m[row * (bandwidth_ + 1) + (row - column)];
+  }
+
+  // Workspace, kept between solves. Of blocks on the diagonal only the lower triangle counts.
+  size_t bandwidth_ = 1;
+  std::vector<StateMatrix> H_,
+      L_;                       // lower block band: row i holds columns i, i-1, ..., i-bandwidth
+  std::vector<size_t> first_;   // per row the first column with a block: the envelope
+  std::vector<StateVector> g_;  // gradient; all in units of their own
+};
+
+}  // namespace gprodom

@@ -1,0 +1,109 @@
+// A user's factor through the whole estimator: when it is taken, and what it does to the pose.
+#include <ceres/sized_cost_function.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gprodom/odometry.h"
+#include "gprodom/user_factor.h"
+
+namespace gprodom {
+namespace {
+
+// How high above the origin the robot is, in standard deviations of a millimetre.
+class Height final : public ceres::SizedCostFunction<1, 3> {
+ public:
+  explicit Height(double metres) : metres_(metres) {}
+  bool Evaluate(double const* const* p, double* r, double** J) const override {
+    r[0] = (p[0][2] - metres_) / 1e-3;
+    if (J && J[0]) {
+      J[0][0] = J[0][1] = 0.0;
+      J[0][2] = 1e3;
+    }
+    return true;
+  }
+
+ private:
+  double metres_;
+};
+
+UserFactor height_at(double seconds, double metres) {
+  UserFactor factor;
+  factor.name = "height";
+  factor.times = {from_seconds(seconds)};
+  factor.blocks = {{0, StatePart::kPosition}};
+  factor.cost = std::make_shared<Height>(metres);
+  return factor;
+}
+
+// Stands for three seconds, then drives straight on.
+class Drive {
+ public:
+  Drive() : odometry(config()) {}
+  void go_on_until(double end) {
+    for (; seconds < end - 1e-9; seconds += 0.01, ++i_) {
+      const double speed = std::fmin(std::fmax(seconds - 1003.0, 0.0), 0.5);
+      ImuSample imu;
+      imu.time = from_seconds(seconds);
+      imu.acceleration = {(seconds > 1003.0 && seconds < 1003.5) + 0.002 * (i_ % 3 - 1),
+                          0.002 * (i_ % 5 - 2), 9.80665 + 0.002 * (i_ % 7 - 3)};
+      imu.angular_velocity = 4e-4 * Eigen::Vector3d(i_ % 5 - 2, i_ % 7 - 3, i_ % 3 - 1);
+      way_m_ += speed * 0.01;
+      odometry.add(imu);
+      odometry.add(WheelSample{imu.time, way_m_});
+      Outputs out = odometry.step();
+      if (!out.odometry.empty()) newest = out.odometry.back();
+      if (!out.status.empty()) status = out.status.back();
+    }
+  }
+  double value(const std::string& name) const {
+    for (std::size_t k = 0; k < status.names.size(); ++k)
+      if (status.names[k] == name) return status.values[k];
+    return 0.0;
+  }
+
+  Odometry odometry;
+  double seconds = 1000.0;
+  OdometryEstimate newest;
+  Status status;
+
+ private:
+  static Config config() {
+    Config config = default_config();
+    config.gpr.enabled = false;
+    config.graph.enabled = false;
+    return config;
+  }
+  int i_ = 0;
+  double way_m_ = 0.0;
+};
+
+TEST(AddFactor, MovesThePoseAndIsCounted) {
+  Drive drive;
+  drive.go_on_until(1010.0);
+  EXPECT_LT(std::abs(drive.newest.p_odom_body.z()), 0.02);
+  for (double t = 1010.0; t < 1012.0; t += 0.1) {
+    EXPECT_EQ(drive.odometry.add_factor(height_at(t + 0.03, 0.1)), "");
+    drive.go_on_until(t + 0.1);
+  }
+  drive.go_on_until(1013.5);  // past the status of the second in which the last was used
+  EXPECT_NEAR(drive.newest.p_odom_body.z(), 0.1, 0.02);
+  EXPECT_EQ(drive.value("factors.used"), 20);
+}
+
+TEST(AddFactor, IsRefusedOutsideTheLag) {
+  Drive drive;
+  EXPECT_EQ(drive.odometry.add_factor(height_at(1000.0, 0.0)), "the estimator has not started");
+  drive.go_on_until(1010.0);
+  EXPECT_EQ(drive.odometry.add_factor(height_at(1003.0, 0.0)),
+            "older than the window (smoother.lag)");
+  EXPECT_EQ(drive.odometry.add_factor(height_at(1006.0, 0.0)), "");
+  EXPECT_EQ(drive.odometry.add_factor(height_at(1020.0, 0.0)),
+            "too far ahead of the IMU (time.max_jump)");
+  UserFactor factor = height_at(1009.0, 0.0);
+  factor.blocks[0].part = StatePart::kAttitude;
+  EXPECT_NE(drive.odometry.add_factor(factor), "");
+}
+
+}  // namespace
+}  // namespace gprodom
