@@ -2,7 +2,7 @@
 """gprodom's fixed-lag smoother beside GTSAM's, in one run, with the same factors and the same data.
 
 Each sequence is cut into state intervals (state_intervals.py): IMU samples, wheel increments, where
-the wheel slips. gprodom's smoother (bench/smoother_update.cpp), GTSAM's
+the wheel slips. gprodom's smoother with either solver (bench/smoother_update.cpp), GTSAM's
 BatchFixedLagSmoother and its IncrementalFixedLagSmoother (smoothers_gtsam.py, default parameters)
 get the same factors of them: preintegrated IMU, bias walk, the wheel's increment with no motion
 sideways or upwards; none robust, the wheel's scale given. An update ends with the
@@ -17,7 +17,8 @@ on IMU and wheel (plain_ekf.py) is there for its accuracy.
 
 Wants gtsam: pip install 'scripts[bench]'. Sequences have truth and, beside them as SEQUENCE.json,
 the "scale" of their wheel; --scale gives it otherwise. Exit code 1 where gprodom's median is over
---max-median of the batch smoother's, its p99 over --max-p99 of it, or its error 5 % over it.
+--max-median of the batch smoother's, its p99 over --max-p99 of it, or its error 5 % over it, with
+smoother.solver as it is by default (ceres).
 
     bench/smoothers.py SEQ... --program build/bench/bench_smoother_update
 """
@@ -50,7 +51,9 @@ from gprodom.trajectory import Trajectory
 from smoothers_gtsam import Noise, Updates
 
 Array = NDArray[np.float64]
-OURS, BATCH, INCREMENTAL = "gprodom", "GTSAM batch", "GTSAM incremental"
+OURS, CHAIN = "gprodom, ceres", "gprodom, chain"
+BATCH, INCREMENTAL = "GTSAM batch", "GTSAM incremental"
+SOLVERS = {OURS: "ceres", CHAIN: "chain"}  # smoother.solver
 QR = ", QR"
 EKFS = {"EKF": False, "EKF, gyro less its first bias": True}
 
@@ -99,10 +102,12 @@ def measure(source: Path, args: argparse.Namespace, results: dict[str, Result], 
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         file = Path(name) / "intervals.txt"
         state_intervals.write(file, whole, scale)
-        runs: dict[str, list[Updates]] = {OURS: [], BATCH: [], INCREMENTAL: []}
+        runs: dict[str, list[Updates]] = {label: [] for label in (*SOLVERS, BATCH, INCREMENTAL)}
         solver = {BATCH: "CHOLESKY", INCREMENTAL: "CHOLESKY"}
         for _ in range(args.repeats):
-            runs[OURS].append(ours(args.program, file, args.lag, args.overrides))
+            for label, name in SOLVERS.items():
+                keys = [*args.overrides, f"smoother.solver={name}"]
+                runs[label].append(ours(args.program, file, args.lag, keys))
             for label, kind in ((BATCH, "batch"), (INCREMENTAL, "incremental")):
                 try:
                     run = smoothers_gtsam.run(whole, scale, args.lag, kind, solver[label], noise)
@@ -148,7 +153,7 @@ def main() -> int:
     add_json_flag(parser)
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    labels = (OURS, BATCH, BATCH + QR, INCREMENTAL, INCREMENTAL + QR, *EKFS)
+    labels = (*SOLVERS, BATCH, BATCH + QR, INCREMENTAL, INCREMENTAL + QR, *EKFS)
     results = {label: Result({}, []) for label in labels}
     updates = 0
     try:

@@ -58,9 +58,22 @@ def test_smoothers_agree(tmp_path: Path, programs: Path) -> None:
     command = [BENCH / "smoothers.py", sequence, "--repeats", 1, "--json"]
     command += ["--program", programs / "bench_smoother_update"]
     errors = json.loads(run(*command, codes=(0, 1)))["error_m"]
-    assert 0 < errors["gprodom"] < 0.5
+    ours = errors["gprodom, ceres"]
+    assert 0 < ours < 0.5
+    assert errors["gprodom, chain"] == pytest.approx(ours, abs=1e-6)
     for other in ("GTSAM batch", "GTSAM incremental"):
-        assert errors["gprodom"] == pytest.approx(errors[other], rel=0.1, abs=0.005)
+        assert ours == pytest.approx(errors[other], rel=0.1, abs=0.005)
+
+
+def test_both_solvers_of_the_window_publish_the_same(tmp_path: Path) -> None:
+    log = tmp_path / "sample.lcmlog"
+    assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0
+    command = [BENCH / "window_solvers.py", log, "-c", CHECKOUT / "config" / "cmu_gpr.yaml"]
+    (row,) = json.loads(run(*command, "--json"))
+    assert row["poses"] > 1000
+    assert row["max_m"] < 1e-6
+    assert row["covariance"] < 1e-5
+    assert row["same_bytes"]
 
 
 def test_report_of_a_short_run(tmp_path: Path, programs: Path) -> None:

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""The window solved by Ceres and by the chain (smoother.solver): do they publish the same?
+
+Each log is replayed with both, at --iterations each. Printed are, over all poses of ODOMETRY, the
+largest distance between the two and the largest difference of their position covariances over the
+variance there, whether a second replay by Ceres gives the same bytes, and for each solver the mean
+time of a solve and the times real time by
+processor time. Exit code 1 where positions are further apart than --max-m with the last of
+--iterations, or bytes differ.
+
+    bench/window_solvers.py LOG.lcmlog... -c config/cmu_gpr.yaml
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom.config import default_config
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.lcm import logs
+from replay_speed import replay
+
+SOLVERS = ("ceres", "chain")
+
+
+def published(folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) and their covariances (n, 3, 3) of ODOMETRY."""
+    odometry = logs.read(folder / "out.lcmlog", ["ODOMETRY"])["ODOMETRY"]
+    covariance = odometry["pose_covariance"].reshape(-1, 6, 6)[:, :3, :3]
+    return odometry["position"], covariance
+
+
+def relative(a: np.ndarray, b: np.ndarray) -> float:
+    """The largest difference of covariances in units of the standard deviations of `b`."""
+    sigma = np.sqrt(np.einsum("nii->ni", b))
+    return float((np.abs(a - b) / (sigma[:, :, None] * sigma[:, None, :])).max())
+
+
+def compare(log: Path, config: Path, iterations: int, overrides: list[str]) -> dict[str, Any]:
+    """One log by both solvers."""
+    figures: dict[str, Any] = {}
+    said: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    digests = []
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name)
+        for solver in ("ceres", *SOLVERS):
+            keys = [f"smoother.solver={solver}", f"smoother.max_iterations={iterations}"]
+            run = replay(log, config, [*overrides, *keys], folder)
+            said[solver] = published(folder)
+            if solver == "ceres":
+                digests.append(hashlib.sha256((folder / "out.lcmlog").read_bytes()).hexdigest())
+            figures[f"{solver}_ms"] = run["solve_ms"]
+            figures[f"{solver}_x"] = run["times_real_time_cpu"]
+    by_ceres, by_chain = said["ceres"], said["chain"]
+    if len(by_ceres[0]) != len(by_chain[0]):
+        raise Error(f"{log.name}: one solver publishes more poses than the other")
+    return {
+        "log": log.name,
+        "iterations": iterations,
+        "poses": len(by_ceres[0]),
+        "max_m": float(np.linalg.norm(by_ceres[0] - by_chain[0], axis=1).max()),
+        "covariance": relative(by_ceres[1], by_chain[1]),
+        "same_bytes": digests[0] == digests[1],
+        **figures,
+    }
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
+    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
+    parser.add_argument("--iterations", type=int, nargs="+", default=[4], help="default: 4")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    results: list[dict[str, Any]] = []
+    try:
+        config = args.config or default_config()
+        with Progress("logs", len(args.logs)) as progress:
+            for log in args.logs:
+                for iterations in args.iterations:
+                    results.append(compare(log, config, iterations, args.overrides))
+                progress.advance()
+    except Error as error:
+        print(f"window_solvers: error: {error}", file=sys.stderr)
+        return 2
+    if args.json:
+        print_json(results)
+    else:
+        names = ("ceres ms", "ceres x", "chain ms", "chain x")
+        header = ["log", "iterations", "poses", "apart, m", "covariance", "same bytes", *names]
+        print(format_table(header, [list(row.values()) for row in results]))
+    settled = [row for row in results if row["iterations"] == args.iterations[-1]]
+    alike = all(row["max_m"] <= args.max_m for row in settled)
+    return 0 if alike and all(row["same_bytes"] for row in results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
