@@ -1,6 +1,8 @@
 #include "estimation/batch.h"
 
+#include <ceres/manifold.h>
 #include <ceres/problem.h>
+#include <ceres/product_manifold.h>
 #include <ceres/solver.h>
 
 #include <stdexcept>
@@ -30,7 +32,11 @@ void Batch::set_slip(size_t a, double l) {
 
 std::vector<NavState> Batch::solve(const Options& options) const {
   std::vector<StateParameters> x(states_.size());
-  StateManifold manifold;
+  // Places and speeds are additive here: with the chart of nav_state.h, which turns about the
+  // origin, a small turn would be a long way at the far end of a drive, and steps would have to be
+  // short.
+  ceres::ProductManifold<ceres::QuaternionManifold, ceres::EuclideanManifold<ambient::kSize - 4>>
+      manifold;
   ceres::Problem::Options ownership;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);

@@ -99,6 +99,7 @@ TEST_P(UserFactorTest, StaysKnownOnceItHasLeftTheWindow) {
     result = with.add(input);
     blind = without.add(interval(from, same));
     ASSERT_TRUE(result.solve.usable && blind.solve.usable) << k;
+    ASSERT_FALSE(result.solve.unfounded) << k;  // the range does measure the place
     EXPECT_EQ(result.factors_used, k < 100)
         << (result.refused.empty() ? "" : result.refused[0].reason);
   }
