@@ -35,7 +35,7 @@ TEST(Live, AnInternalErrorStartsTheEstimatorAfresh) {
   if (GPRODOM_SANITIZED) GTEST_SKIP() << "the sanitizer's allocator cannot be made to fail";
   std::vector<TimeNs> times;
   std::vector<std::string> warnings;
-  int calls = 0;  // one before each input, and some
+  int calls = 0;  // one before each input, and one before each batch of them
   {
     Live live(
         default_config(),
