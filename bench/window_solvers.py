@@ -4,9 +4,8 @@
 Each log is replayed with both, at --iterations each. Printed are, over all poses of ODOMETRY, the
 largest distance between the two and the largest difference of their position covariances over the
 variance there, whether a second replay by Ceres gives the same bytes, and for each solver the mean
-time of a solve and the times real time by
-processor time. Exit code 1 where positions are further apart than --max-m with the last of
---iterations, or bytes differ.
+time of a solve and the times real time by processor time. Exit code 1 where positions are further
+apart than --max-m with the last of --iterations, or bytes differ.
 
     bench/window_solvers.py LOG.lcmlog... -c config/cmu_gpr.yaml
 """
@@ -101,7 +100,9 @@ def main() -> int:
     else:
         names = ("ceres ms", "ceres x", "chain ms", "chain x")
         header = ["log", "iterations", "poses", "apart, m", "covariance", "same bytes", *names]
-        print(format_table(header, [list(row.values()) for row in results]))
+        small = ("max_m", "covariance")
+        rows = [[f"{v:.1e}" if k in small else v for k, v in row.items()] for row in results]
+        print(format_table(header, rows))
     settled = [row for row in results if row["iterations"] == args.iterations[-1]]
     alike = all(row["max_m"] <= args.max_m for row in settled)
     return 0 if alike and all(row["same_bytes"] for row in results) else 1
