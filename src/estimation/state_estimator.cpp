@@ -88,7 +88,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   for (const Displacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
   for (const UserFactor& factor : input.factors) {
-    std::string refusal = add_user_factor(factor);
+    std::string refusal = add_user_factor(factor, result.place_information);
     if (refusal.empty())
       ++result.factors_used;
     else
@@ -241,7 +241,8 @@ bool StateEstimator::add_displacement(const Displacement& d) {
 }
 
 // Each moment belongs to the last state before it, carried there by the IMU.
-std::string StateEstimator::add_user_factor(const UserFactor& factor) {
+std::string StateEstimator::add_user_factor(const UserFactor& factor,
+                                            Eigen::Matrix2d& place_information) {
   if (gap_s_ > kLongestBridge) return "the IMU is silent";
   std::string wrong = malformed(factor);
   if (!wrong.empty()) return wrong;
@@ -267,6 +268,12 @@ std::string StateEstimator::add_user_factor(const UserFactor& factor) {
   if (!r.allFinite() || !Ja.allFinite() || !Jb.allFinite())
     return "the cost function fails at the estimate";
   tie(a, b, tied);
+  // Of a shift of both states. Beside an error of the place that the window does not know of, the
+  // residuals' variance is 1 plus what the window's own error adds, which is below 1 once it has
+  // the factor.
+  weight_rows(*tied, r, Ja, Jb);
+  const Eigen::MatrixXd shift = (Ja + Jb).middleCols<2>(row::kP);
+  place_information += 0.5 * shift.transpose() * shift;
   return "";
 }
 

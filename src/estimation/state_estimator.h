@@ -61,6 +61,8 @@ struct StateResult {
   double slip_sigma = 0.0;
   Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
   int factors_used = 0;
+  // What they measured of the place beside the window's own knowledge, x and y, 1/m^2.
+  Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();
   struct Refused {
     std::string factor, reason;
   };
@@ -98,7 +100,8 @@ class StateEstimator {
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
   bool add_displacement(const Displacement& displacement);
-  std::string add_user_factor(const UserFactor& factor);  // returns why not; empty: it is in
+  // Returns why not; empty: it is in. Adds to the information on the place.
+  std::string add_user_factor(const UserFactor& factor, Eigen::Matrix2d& place_information);
   void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
   void give_up(const NavState& state);
   void carry_over(const StateInput& input);

@@ -44,4 +44,13 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise) {
   joint_ = (F * joint_ * F.transpose()).eval();
 }
 
+// P - P H^T (H P H^T + M^-1)^-1 H P with H = [I 0], for an information M that may be singular.
+void SlipDrift::measure(const Eigen::Matrix2d& information) {
+  const Eigen::Matrix<double, 3, 2> PHt = joint_.leftCols<2>();
+  const Eigen::Matrix2d scaled =
+      (Eigen::Matrix2d::Identity() + information * PHt.topRows<2>()).inverse() * information;
+  const Eigen::Matrix3d left = joint_ - PHt * scaled * PHt.transpose();
+  joint_ = 0.5 * (left + left.transpose());
+}
+
 }  // namespace gprodom

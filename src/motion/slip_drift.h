@@ -25,6 +25,10 @@ class SlipDrift {
   // A state in effect, later than the last. noise: of the IMU, since then.
   void advance(const NavState& state, const ImuNoise& noise);
 
+  // What was measured of the place (x, y in odom) at the last state: its information, 1/m^2. It
+  // tells of past slip as well.
+  void measure(const Eigen::Matrix2d& information);
+
   // Of l over the last interval; 0 where there is no wheel or it did not turn.
   double sigma() const { return sigma_; }
   // Of the position, x and y in odom, m^2.

@@ -195,6 +195,7 @@ void Pipeline::take_map_answers() {
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
   slip_drift_.advance(result.state, noise);
+  slip_drift_.measure(result.place_information);
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();
   const Eigen::Vector3d before = prediction_.position();

@@ -73,5 +73,18 @@ TEST(SlipDrift, NothingSlipsThatStandsOrHasNoWheel) {
   EXPECT_EQ(driven(config, kShaken).sigma(), 0.0);
 }
 
+// A place known in one direction: no more is left there than was measured, and less across, as far
+// as the slip is the same.
+TEST(SlipDrift, AMeasuredPlaceTellsOfPastSlip) {
+  SlipDrift drift = driven(Config(), kShaken);
+  const Eigen::Matrix2d before = drift.covariance();
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  information(0, 0) = 1e4;
+  drift.measure(information);
+  EXPECT_NEAR(drift.covariance()(0, 0), 1 / (1 / before(0, 0) + 1e4), 1e-9);
+  const double across = before(1, 1) - before(0, 1) * before(0, 1) / (before(0, 0) + 1e-4);
+  EXPECT_NEAR(drift.covariance()(1, 1), across, 1e-6 * before(1, 1));
+}
+
 }  // namespace
 }  // namespace gprodom
