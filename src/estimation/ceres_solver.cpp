@@ -69,6 +69,7 @@ class PriorFollower final : public ceres::EvaluationCallback {
   void PrepareForEvaluation(bool evaluate_jacobians, bool /*new_point*/) override {
     if (!evaluate_jacobians) return;
     std::vector<NavState> x;
+    x.reserve(prior_.x0.size());
     for (int i = 0; i < prior_.states(); ++i)
       x.push_back(with_parameters(prior_.x0[i], states_[i].data()));
     prior_.move_to(x.data());
@@ -150,6 +151,7 @@ void CeresSolver::follow(const Window& window) {
   *prior_ = window.prior;
   if (!prior_block_) {
     std::vector<double*> held;
+    held.reserve(window.prior.x0.size());
     for (int i = 0; i < window.prior.states(); ++i) held.push_back(states_[i].data());
     prior_block_ = add_to(problem_, prior_, held);
   }

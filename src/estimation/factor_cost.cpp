@@ -70,6 +70,7 @@ class PriorCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     std::vector<NavState> x;
+    x.reserve(prior_->x0.size());
     for (int i = 0; i < prior_->states(); ++i) x.push_back(from_parameters(parameters[i]));
     Eigen::VectorXd r;
     Eigen::MatrixXd J;
@@ -95,7 +96,7 @@ class PriorCost final : public ceres::CostFunction {
 }  // namespace
 
 std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
-                                           std::shared_ptr<const Factor> factor, double* a,
+                                           const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust) {
   std::vector<ceres::ResidualBlockId> blocks;
   std::vector<int> quadratic;

@@ -14,7 +14,7 @@ namespace gprodom {
 // A factor between two states (StateManifold): rows with a loss of their own are a residual block
 // each, the others are one together. robust: with losses. The problem must own its functions.
 std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
-                                           std::shared_ptr<const Factor> factor, double* a,
+                                           const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust = true);
 
 // `states`: of the prior, oldest first. Between evaluations the prior may change in all but size.
