@@ -21,10 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.config import default_config
+from gprodom.config import Configs
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from gprodom.options import add_config_options
 from replay_speed import replay
 
 SOLVERS = ("ceres", "chain")
@@ -43,7 +44,7 @@ def relative(a: np.ndarray, b: np.ndarray) -> float:
     return float((np.abs(a - b) / (sigma[:, :, None] * sigma[:, None, :])).max())
 
 
-def compare(log: Path, config: Path, iterations: int, overrides: list[str]) -> dict[str, Any]:
+def compare(log: Path, configs: Configs, iterations: int, overrides: list[str]) -> dict[str, Any]:
     """One log by both solvers."""
     figures: dict[str, Any] = {}
     said: dict[str, tuple[np.ndarray, np.ndarray]] = {}
@@ -52,7 +53,7 @@ def compare(log: Path, config: Path, iterations: int, overrides: list[str]) -> d
         folder = Path(name)
         for solver in ("ceres", *SOLVERS):
             keys = [f"smoother.solver={solver}", f"smoother.max_iterations={iterations}"]
-            run = replay(log, config, [*overrides, *keys], folder)
+            run = replay(log, configs, [*overrides, *keys], folder)
             said[solver] = published(folder)
             if solver == "ceres":
                 digests.append(hashlib.sha256((folder / "out.lcmlog").read_bytes()).hexdigest())
@@ -78,19 +79,17 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
-    parser.add_argument("-c", "--config", type=Path, help="default: gprodom.yaml")
     parser.add_argument("--iterations", type=int, nargs="+", default=[4], help="default: 4")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    add_config_options(parser)
     parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
     add_json_flag(parser)
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
     try:
-        config = args.config or default_config()
         with Progress("logs", len(args.logs)) as progress:
             for log in args.logs:
                 for iterations in args.iterations:
-                    results.append(compare(log, config, iterations, args.overrides))
+                    results.append(compare(log, args.configs, iterations, args.overrides))
                 progress.advance()
     except Error as error:
         print(f"window_solvers: error: {error}", file=sys.stderr)
