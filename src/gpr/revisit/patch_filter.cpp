@@ -108,6 +108,15 @@ Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double 
   return kernel;
 }
 
+// (samples, samples): takes out of a trace what lies below `cut` cycles per sample (half gain), its
+// mean everywhere: an offset or a slow swing of the receiver is no echo.
+Columns without_wow(Eigen::Index samples, double cut) {
+  const double sigma = std::sqrt(0.5 * std::log(2.0)) / (M_PI * cut);  // of a Gaussian mean
+  Columns mean = Columns::Identity(samples, samples);
+  smooth_along(sigma, mean);
+  return Columns::Identity(samples, samples) - mean;
+}
+
 void check(const Columns& traces, double spacing, double sample_interval) {
   if (traces.rows() < 16 || traces.cols() < 16) {
     throw std::invalid_argument("traces: expected at least 16 of at least 16 samples");
@@ -185,6 +194,15 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   set_cuts(options.max_long_cut / options.long_cut);
   Columns varying = traces;
   band_pass(learnt_.long_sigma, 0.0, varying);
+  const double bin = 0.5 / (kLags * sample_interval);  // Hz
+  // Without gain, most of what varies is shallow, and at the radar's own frequencies. Deeper down
+  // the gain would lift the receiver's swings above the echoes.
+  const double radar = median_bin(power_spectrum(varying)) * bin;
+  const Columns dewow =
+      without_wow(traces.cols(), std::max(options.low_cut * radar, bin) * sample_interval);
+  varying = (varying * dewow.transpose()).eval();
+  // What the gain lifts deep down is lower than that, if it is not noise.
+  const double highest = median_bin(power_spectrum(varying)) * bin;
   const double period = 8.0;  // samples; sets only how smooth the gain is
   Eigen::ArrayXd deviation = smooth_gain(row_power(varying), 0.5 * period).sqrt();
   if (!(deviation.maxCoeff() > 0.0)) {
@@ -195,8 +213,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   varying.array().rowwise() *= gain.array();
 
   const Eigen::ArrayXd power = power_spectrum(varying);
-  const double bin = 0.5 / (kLags * sample_interval);  // Hz
-  learnt_.centre = median_bin(power) * bin;
+  learnt_.centre = std::min(median_bin(power) * bin, highest);
   set_cuts(options.wave_speed / learnt_.centre);
   const double high = options.high_cut * learnt_.centre;
   const Eigen::ArrayXd kernel = whitening_kernel(power, options.low_cut * learnt_.centre / bin,
@@ -216,6 +233,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
       }
     }
   }
+  learnt_.projection = (learnt_.projection * dewow).eval();
 }
 
 // Each row to unit variance times its share of signal, told from noise by what changes from one

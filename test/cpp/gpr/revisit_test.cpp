@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 #include "gpr/synthetic_ground.h"
@@ -138,6 +139,26 @@ TEST(PatchFilter, FeaturesAreFewEnoughForTheMemory) {
   EXPECT_LE(filter.rows(), 96);
   EXPECT_GT(filter.centre_frequency(), 350e6);
   EXPECT_LT(filter.centre_frequency(), 650e6);
+}
+
+// The receiver's zero wanders from trace to trace, more than deep echoes are strong.
+TEST(PatchFilter, SlowSwingsOfTheReceiverAreNoEchoes) {
+  Columns traces = drive(SyntheticGround(1), 2.0, kSpacing, 300, 1);
+  const double quiet = PatchFilter(traces, kSpacing, 0.2e-9).centre_frequency();
+  Columns features = PatchFilter(traces, kSpacing, 0.2e-9).apply(traces);
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal(0.0F, 300.0F);
+  const Eigen::RowVectorXf ramp = Eigen::RowVectorXf::LinSpaced(traces.cols(), 0.5F, 1.0F);
+  for (int i = 0; i < traces.rows(); i += 10) {
+    const float swing = normal(random);  // for 20 cm
+    traces.middleRows(i, 10).rowwise() += swing * ramp;
+  }
+  const PatchFilter filter(traces, kSpacing, 0.2e-9);
+  EXPECT_NEAR(filter.centre_frequency(), quiet, 0.1 * quiet);
+  const Columns swinging = filter.apply(traces);
+  ASSERT_EQ(swinging.cols(), features.cols());
+  const double common = features.cwiseProduct(swinging).sum();
+  EXPECT_GT(common, 0.9 * features.norm() * swinging.norm());
 }
 
 }  // namespace
