@@ -491,6 +491,10 @@ class RevisitSearchOptions:
     @lost.setter
     def lost(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
     @property
+    def max_stretch(self) -> float: ...
+    @max_stretch.setter
+    def max_stretch(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
     def min_half(self) -> float: ...
     @min_half.setter
     def min_half(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
@@ -525,11 +529,15 @@ class RevisitSearch:
         memory: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],
         expected: typing.SupportsFloat | typing.SupportsIndex,
         bound: typing.SupportsFloat | typing.SupportsIndex,
+        stretch_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        stretch_change: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> tuple[float, float, RevisitMatch] | None:
         """
         The newest features (columns, rows) in the order driven, `moved` m after the last; the
         centre of their last patch is expected at the column `expected` of `memory`, give or
-        take `bound` m. (column, certainty, RevisitMatch), or None where nothing is certain.
+        take `bound` m. The ground may be longer in the memory: standard deviation of the
+        logarithm of the ratio, and of its change since the last query. (column, certainty,
+        RevisitMatch), or None where nothing is certain.
         """
     @property
     def patch_columns(self) -> int: ...

@@ -21,6 +21,21 @@ struct PlanarPose {
 PlanarPose between(const PlanarPose& a, const PlanarPose& b);
 PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a);
 
+// What of the way from a node to a place near it the wheel has measured: a slip l makes it e^l
+// times as long.
+struct WheelWay {
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();  // m, in the node's frame
+  bool to_node = false;  // on the step that leads to the node, not on the one from it
+
+  // Of the track's steps, the one that it lies on. Step i leads from node i to the next.
+  std::size_t step(std::size_t node) const { return to_node ? node - 1 : node; }
+};
+
+// A place near a node, told without slip, where there is slip on its way.
+inline PlanarPose stretched(const PlanarPose& at, const WheelWay& way, double slip) {
+  return {at.p + std::expm1(slip) * way.p, at.yaw};
+}
+
 // As RevisitEdge::memory: a place that is fixed in map, on ground remembered from before.
 constexpr std::size_t kInMap = std::numeric_limits<std::size_t>::max();
 
@@ -36,6 +51,7 @@ struct RevisitEdge {
   double offset_m = 0.0, sigma_m = 0.01;
   double lateral_m = 0.0, lateral_sigma_m = 0.15;
   bool mirrored = false;
+  WheelWay memory_way = {}, query_way = {};  // of memory_at, query_at; none of places fixed in map
 };
 
 }  // namespace gprodom

@@ -186,7 +186,9 @@ MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
     const double ahead = nodes_[other].distance_m - node.distance_m;
     place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;
   }
-  place.at = along_arc(distance_m - node.distance_m, curvature);
+  const double along = distance_m - node.distance_m;
+  place.at = along_arc(along, curvature);
+  place.way = {place.at.p, along * place.direction < 0.0};
   return place;
 }
 

@@ -70,7 +70,8 @@ class MapPath {
   // A place on the track, by the node nearest to it and where it lies in that node's frame.
   struct Place {
     std::size_t node = 0;
-    PlanarPose at;
+    PlanarPose at;      // by the odometry
+    WheelWay way;       // of `at`: all of it
     int direction = 1;  // driven: -1 backwards
   };
   Place place(TimeNs time, double distance_m) const;

@@ -10,7 +10,6 @@
 namespace gprodom {
 namespace {
 
-constexpr std::size_t kMaxWindows = 2;    // passes over a place that are looked at
 constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis is given up
 constexpr double kLocatedWithin = 200.0;  // m driven
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
@@ -121,8 +120,8 @@ void Mapper::look(MapAnswer& answer) {
   } else {
     search_->forget();
   }
-  last_query_ = place;
   const std::vector<gpr::SearchWindow> near = windows(*place);
+  last_query_ = place;
   if (near.empty()) {
     search_->forget();
     return;
@@ -143,7 +142,7 @@ void Mapper::locate() {
   if (memory.kept().end <= end_of_before_) return;
   const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
   const MapPath::Place place = path_.place(newest.time, newest.distance_m);
-  const PlanarPose body = compose(graph_->nodes()[place.node], place.at);
+  const PlanarPose body = body_at(place);
   hypothesis_ = locator_.look(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
   if (hypothesis_ && search_) search_->forget();
@@ -170,84 +169,8 @@ std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
   return std::abs(apart) > config_.node_spacing ? std::nullopt : column;
 }
 
-// Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
-// track come first.
-std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
-  const MapPath::Place at = path_.place(query.time, query.distance_m);
-  const PlanarPose here = compose(compose(graph_->nodes()[at.node], at.at), antenna_);
-  const double sigma = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
-  const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
-  const double aside =
-      config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);
-  // Ground that the query itself lies on, or that was driven over just before.
-  const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
-
-  PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
-  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
-    if (path_.begins_piece(node)) finder.interrupt();
-    finder.offer(node, graph_->nodes()[node], false);
-  }
-  std::vector<Pass> passes = finder.passes();
-  const auto is_forgotten = [&](const Pass& pass) {
-    return pass.from_before ? ground_.places[pass.place].column < ground_.memory.kept().first
-                            : !column_at(pass.place);
-  };
-  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
-  if (located_ || hypothesis_) {
-    const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
-    PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
-    for (std::size_t i = 0; i < ground_.places.size(); ++i) {
-      const KnownPlace& place = ground_.places[i];
-      if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
-    }
-    std::vector<Pass> found = before.passes();
-    found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
-    passes.insert(passes.begin(), found.begin(), found.end());
-  }
-  passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
-  // A hypothesis waits for its proof, so it is asked about first.
-  if (!located_) {
-    std::stable_partition(passes.begin(), passes.end(),
-                          [](const Pass& p) { return p.from_before; });
-  }
-  passes.resize(std::min(passes.size(), kMaxWindows));
-  std::vector<gpr::SearchWindow> windows;
-  for (const Pass& pass : passes) {
-    if (pass.from_before) {
-      const KnownPlace& place = ground_.places[pass.place];
-      windows.push_back(window_at(pass, place.column, place.distance_m, gate));
-    } else {
-      windows.push_back(
-          window_at(pass, *column_at(pass.place), path_.distance_of(pass.place), gate));
-    }
-  }
-  return windows;
-}
-
-// distance_m: of the pass's place along its track.
-gpr::SearchWindow Mapper::window_at(const Pass& pass, std::size_t column, double distance_m,
-                                    double gate) const {
-  const gpr::TraceMemory& memory = ground_.memory;
-  const gpr::MemoryColumn then = memory.column(column);
-  const gpr::MemoryRange run = memory.run_of(column);
-  const double ahead = distance_m + pass.along - then.distance_m;
-  gpr::SearchWindow window;
-  window.run = run.first;
-  window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
-  window.bound_m = gate;
-  const double reach =
-      (gate + search_->surround_m() + 0.6 * config_.patch_length) / memory.spacing() + 4.0;
-  const auto clamped = [&](double number) {
-    return static_cast<std::size_t>(
-        std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
-  };
-  window.first = clamped(std::floor(window.expected - reach));
-  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
-  return window;
-}
-
 Mapper::End Mapper::end_at(const MapPath::Place& place) const {
-  return {place.node, place.at, graph_->nodes()[place.node].yaw};
+  return {place.node, place.at, graph_->nodes()[place.node].yaw, place.way};
 }
 
 std::optional<Mapper::End> Mapper::remembered_end(double column) const {
@@ -255,7 +178,7 @@ std::optional<Mapper::End> Mapper::remembered_end(double column) const {
   if (number < end_of_before_) {
     const auto then = ground_.at(column, 2 * config_.node_spacing);
     if (!then) return std::nullopt;
-    return End{kInMap, then->pose, then->pose.yaw};
+    return End{kInMap, then->pose, then->pose.yaw, {}};
   }
   const gpr::MemoryColumn then = ground_.memory.column(number);
   const double beyond = (column - static_cast<double>(number)) * ground_.memory.spacing();
@@ -270,6 +193,8 @@ bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
   edge.query = query.node;
   edge.memory_at = compose(memory.body, antenna_);
   edge.query_at = compose(query.body, antenna_);
+  edge.memory_way = memory.way;
+  edge.query_way = query.way;
   graph_->add_revisit(edge);
   return true;
 }

@@ -94,6 +94,7 @@ class Mapper {
     std::size_t node = 0;
     PlanarPose body;   // in the node's frame, or in map
     double yaw = 0.0;  // of the body, in map
+    WheelWay way;      // of `body`
   };
 
   void follow(const std::vector<PathState>& states);
@@ -102,8 +103,10 @@ class Mapper {
   void locate();
   void settle_in(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
-  gpr::SearchWindow window_at(const Pass& pass, std::size_t column, double distance_m,
-                              double gate) const;
+  gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
+  void foretell_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+                        gpr::SearchWindow& window) const;
+  PlanarPose body_at(const MapPath::Place& place) const;
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);
   std::optional<End> remembered_end(double column) const;

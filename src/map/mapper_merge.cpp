@@ -30,7 +30,13 @@ std::vector<TrackPiece> Mapper::track() const {
 }
 
 Revisit Mapper::told(std::size_t revisit) const {
-  const RevisitEdge& edge = graph_->revisits()[revisit];
+  RevisitEdge edge = graph_->revisits()[revisit];
+  const auto as_driven = [&](std::size_t node, const PlanarPose& at, const WheelWay& way) {
+    return between(graph_->nodes()[node], graph_->place(node, at, way));
+  };
+  edge.memory_at = as_driven(edge.memory, edge.memory_at, edge.memory_way);
+  edge.query_at = as_driven(edge.query, edge.query_at, edge.query_way);
+  edge.memory_way = edge.query_way = {};
   return {path_.time_of(edge.memory), path_.time_of(edge.query), edge};
 }
 

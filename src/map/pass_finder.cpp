@@ -32,7 +32,7 @@ void PassFinder::offer(std::size_t place, const PlanarPose& body, bool from_befo
     return;
   }
   on_pass_ = true;
-  const Pass pass{place, from_before, relative.p.x(), relative.p.y()};
+  const Pass pass{place, from_before, relative.p.x(), relative.p.y(), std::cos(relative.yaw) < 0.0};
   if (!was_on_pass) passes_.push_back(pass);
   if (std::abs(pass.along) < std::abs(passes_.back().along)) passes_.back() = pass;
 }

@@ -12,6 +12,7 @@ struct Pass {
   std::size_t place = 0;  // as offered, the nearest one of the pass
   bool from_before = false;
   double along = 0.0, lateral = 0.0;  // m, from there to the place asked for
+  bool turned = false;                // the robot faced the other way
 };
 
 class PassFinder {

@@ -55,11 +55,14 @@ std::tuple<double, bool, double> match_patch(const Columns& memory, const Column
 std::optional<std::tuple<double, double, RevisitMatch>> look(RevisitSearch& search,
                                                              const Columns& newest, double moved,
                                                              const Columns& memory, double expected,
-                                                             double bound) {
+                                                             double bound, double stretch_sigma,
+                                                             double stretch_change) {
   SearchWindow window;
   window.features = memory;
   window.expected = expected;
   window.bound_m = bound;
+  window.stretch_sigma = stretch_sigma;
+  window.stretch_change = stretch_change;
   const std::vector<PlaceFound> found = search.look(newest, moved, {window});
   if (found.empty()) return std::nullopt;
   return std::make_tuple(found[0].column, found[0].certainty, found[0].match);
@@ -73,6 +76,7 @@ void bind_along_the_track(py::module_& module) {
       .def_readwrite("nowhere", &RevisitSearchOptions::nowhere)
       .def_readwrite("lost", &RevisitSearchOptions::lost)
       .def_readwrite("drift", &RevisitSearchOptions::drift)
+      .def_readwrite("max_stretch", &RevisitSearchOptions::max_stretch)
       .def_readwrite("certainty", &RevisitSearchOptions::certainty)
       .def_readwrite("min_half", &RevisitSearchOptions::min_half)
       .def_readwrite("min_patches", &RevisitSearchOptions::min_patches)
@@ -85,10 +89,13 @@ void bind_along_the_track(py::module_& module) {
       .def_property_readonly("patch_columns", &RevisitSearch::patch_columns)
       .def(
           "look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
-          py::arg("expected"), py::arg("bound"),
+          py::arg("expected"), py::arg("bound"), py::arg("stretch_sigma") = 0.0,
+          py::arg("stretch_change") = 0.0,
           "The newest features (columns, rows) in the order driven, `moved` m after the last; the\n"
           "centre of their last patch is expected at the column `expected` of `memory`, give or\n"
-          "take `bound` m. (column, certainty, RevisitMatch), or None where nothing is certain.")
+          "take `bound` m. The ground may be longer in the memory: standard deviation of the\n"
+          "logarithm of the ratio, and of its change since the last query. (column, certainty,\n"
+          "RevisitMatch), or None where nothing is certain.")
       .def("forget", &RevisitSearch::forget);
 }
 

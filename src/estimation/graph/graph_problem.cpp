@@ -29,6 +29,10 @@ GraphProblem::GraphProblem(const std::vector<PlanarPose>& nodes,
   problem_.AddParameterBlock(&scale_, 1);
   problem_.AddParameterBlock(map_.data(), 3);
   problem_.SetParameterBlockConstant(map_.data());
+  for (double& none : no_slip_) {
+    problem_.AddParameterBlock(&none, 1);
+    problem_.SetParameterBlockConstant(&none);
+  }
   problem_.SetParameterBlockConstant(nodes_.front().data());
   problem_.AddResidualBlock(
       new ScalePrior(scale.prior, std::max(scale.prior_sigma, kHeldScaleSigma)), nullptr, &scale_);
@@ -76,13 +80,25 @@ void GraphProblem::add_gaussian_slip_priors(const std::vector<WhitenedStep>& ste
   }
 }
 
+// nullptr: the place lies at the node, or beyond the track.
+double* GraphProblem::slip_of(std::size_t node, const WheelWay& way) {
+  const std::size_t step = way.step(node);
+  return way.p.isZero() || step >= slips_.size() ? nullptr : &slips_[step];
+}
+
 void GraphProblem::add_revisit(const RevisitEdge& edge, bool robust) {
   const bool in_map = edge.memory == kInMap;
+  double* memory_slip = slip_of(edge.memory, edge.memory_way);
+  double* query_slip = slip_of(edge.query, edge.query_way);
+  // Ceres takes a parameter once only. On one and the same step the two places nearly agree.
+  if (!memory_slip || memory_slip == query_slip) memory_slip = &no_slip_[0];
+  if (!query_slip) query_slip = &no_slip_[1];
   if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
   problem_.AddResidualBlock(
       new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
       robust ? new WideCauchyLoss(options_.robust_threshold, width_) : nullptr,
-      in_map ? map_.data() : nodes_[edge.memory].data(), nodes_[edge.query].data());
+      in_map ? map_.data() : nodes_[edge.memory].data(), nodes_[edge.query].data(), memory_slip,
+      query_slip);
 }
 
 void GraphProblem::solve(double width) {

@@ -45,11 +45,13 @@ class GraphProblem {
  private:
   void add_slip_priors(const std::vector<WhitenedStep>& steps);
   void add_gaussian_slip_priors(const std::vector<WhitenedStep>& steps);
+  double* slip_of(std::size_t node, const WheelWay& way);
 
   PoseGraphOptions options_;
   std::vector<std::array<double, 3>> nodes_;
   std::vector<double> slips_;
   std::array<double, 3> map_ = {0.0, 0.0, 0.0};  // as the node of places fixed in it
+  std::array<double, 2> no_slip_ = {0.0, 0.0};   // as the slips of places that are on no step
   double scale_;
   double width_ = 1.0;      // of the kernels, which point to it
   ceres::Problem problem_;  // points into all of the above

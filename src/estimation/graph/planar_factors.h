@@ -61,30 +61,34 @@ class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
   Eigen::Matrix3d whitening_;
 };
 
-// A place fixed in the frame of a node, in map: with x = (node's pose), place and d place / d x.
+// A place in the frame of a node, in map, with its derivatives by the node's pose and by the slip
+// of the step that it lies on.
 struct PlaceAtNode {
   Eigen::Vector3d place;  // x, y, yaw
   Eigen::Matrix3d d_node = Eigen::Matrix3d::Identity();
-  PlaceAtNode(const double* node, const PlanarPose& at) {
-    const Eigen::Vector2d turned = Eigen::Rotation2Dd(node[2]) * at.p;
+  Eigen::Vector3d d_slip = Eigen::Vector3d::Zero();
+  PlaceAtNode(const double* node, double slip, const PlanarPose& at, const WheelWay& way) {
+    const Eigen::Matrix2d R = Eigen::Rotation2Dd(node[2]).toRotationMatrix();
+    const Eigen::Vector2d turned = R * stretched(at, way, slip).p;
     place << node[0] + turned.x(), node[1] + turned.y(), node[2] + at.yaw;
     d_node(0, 2) = -turned.y();
     d_node(1, 2) = turned.x();
+    d_slip.head<2>() = R * (std::exp(slip) * way.p);
   }
 };
 
 // [x - offset; y - lateral; yaw - (mirrored ? pi : 0)] over their standard deviations, from the
-// place at the memory's node to the place at the query's.
-class PlanarRevisitFactor final : public ceres::SizedCostFunction<3, 3, 3> {
+// place at the memory's node to the place at the query's. Of the two nodes and the two slips.
+class PlanarRevisitFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
  public:
   PlanarRevisitFactor(const RevisitEdge& edge, double yaw_sigma)
-      : memory_at_(edge.memory_at),
-        query_at_(edge.query_at),
+      : edge_(edge),
         measured_(edge.offset_m, edge.lateral_m, edge.mirrored ? M_PI : 0.0),
         weight_(1 / edge.sigma_m, 1 / edge.lateral_sigma_m, 1 / yaw_sigma) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const PlaceAtNode memory(x[0], memory_at_), query(x[1], query_at_);
+    const PlaceAtNode memory(x[0], x[2][0], edge_.memory_at, edge_.memory_way);
+    const PlaceAtNode query(x[1], x[3][0], edge_.query_at, edge_.query_way);
     const RelativePose relative(memory.place.data(), query.place.data());
     Eigen::Vector3d error = relative.value - measured_;
     error[2] = wrapped(error[2]);
@@ -93,11 +97,17 @@ class PlanarRevisitFactor final : public ceres::SizedCostFunction<3, 3, 3> {
     const auto W = weight_.asDiagonal();
     if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = W * relative.d_a * memory.d_node;
     if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = W * relative.d_b * query.d_node;
+    if (jacobians[2]) {
+      Eigen::Map<Eigen::Vector3d>{jacobians[2]} = W * relative.d_a * memory.d_slip;
+    }
+    if (jacobians[3]) {
+      Eigen::Map<Eigen::Vector3d>{jacobians[3]} = W * relative.d_b * query.d_slip;
+    }
     return true;
   }
 
  private:
-  PlanarPose memory_at_, query_at_;
+  RevisitEdge edge_;
   Eigen::Vector3d measured_, weight_;
 };
 

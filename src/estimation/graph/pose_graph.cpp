@@ -155,13 +155,31 @@ void PoseGraph::move(const PlanarPose& in_map_of_before) {
   for (PlanarPose& node : nodes_) node = compose(in_map_of_before, node);
 }
 
+double PoseGraph::slip(std::size_t from) const {
+  return slips_.empty() ? 0.0 : slips_[std::min(from, slips_.size() - 1)];
+}
+
+double PoseGraph::slip_sigma(std::size_t from) const {
+  return steps_.empty() ? 0.0 : steps_[std::min(from, steps_.size() - 1)].odometry.slip_sigma;
+}
+
+PlanarPose PoseGraph::place(std::size_t node, const PlanarPose& at, const WheelWay& way) const {
+  return place(nodes_, node, at, way);
+}
+
+PlanarPose PoseGraph::place(const std::vector<PlanarPose>& nodes, std::size_t node,
+                            const PlanarPose& at, const WheelWay& way) const {
+  if (node == kInMap) return at;
+  const std::size_t step = way.step(node);
+  return compose(nodes[node], step < slips_.size() ? stretched(at, way, slips_[step]) : at);
+}
+
 // Deviations of each revisit along the track, in a solution.
 std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) const {
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
-    const PlanarPose memory =
-        edge.memory == kInMap ? edge.memory_at : compose(nodes[edge.memory], edge.memory_at);
-    const PlanarPose query = compose(nodes[edge.query], edge.query_at);
+    const PlanarPose memory = place(nodes, edge.memory, edge.memory_at, edge.memory_way);
+    const PlanarPose query = place(nodes, edge.query, edge.query_at, edge.query_way);
     result.push_back(std::abs(between(memory, query).p.x() - edge.offset_m) / edge.sigma_m);
   }
   return result;

@@ -93,8 +93,12 @@ class PoseGraph {
   const std::vector<PlanarPose>& nodes() const { return nodes_; }
   const std::vector<RevisitEdge>& revisits() const { return revisits_; }
 
-  // Of the step from a node to the next, in the last solution.
-  double slip(std::size_t from) const { return slips_[from]; }
+  // Of the step from a node to the next, in the last solution; of the newest node, as before it.
+  double slip(std::size_t from) const;
+  // What it may have been before anything was measured, a standard deviation.
+  double slip_sigma(std::size_t from) const;
+  // Of a place near a node, in map.
+  PlanarPose place(std::size_t node, const PlanarPose& at, const WheelWay& way) const;
 
  private:
   PoseGraphOptions options_;
@@ -104,6 +108,8 @@ class PoseGraph {
   std::vector<RevisitEdge> revisits_;
   std::optional<double> scale_;  // of the last solution
 
+  PlanarPose place(const std::vector<PlanarPose>& nodes, std::size_t node, const PlanarPose& at,
+                   const WheelWay& way) const;
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;
   double widest(const std::vector<double>& deviations) const;
 };

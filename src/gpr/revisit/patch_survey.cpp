@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "gpr/revisit/revisit.h"
 
@@ -7,12 +9,6 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr double kLargestRho = 0.9999;
-
-double median(Eigen::ArrayXd values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -35,13 +31,14 @@ bool PatchSurvey::beside(const Curves& curves, int entry, const Peak& peak) cons
   return curves.mirrored == peak.curves->mirrored && apart * spacing_ <= lobe_m_;
 }
 
-// Variance of the correlation of other ground, from all places but the peak: 1 / N with N
-// independent samples in the patch.
+// Variance of the correlation of other ground, from all places but the peak, at the wide scale and
+// at the peak's: 1 / N with N independent samples in the patch.
 double PatchSurvey::chance(const Peak& peak) const {
   double sum = 0.0;
   int n = 0;
   for (const Curves& c : curves_) {
-    for (int k = 0; c.scale == 1.0 && k < c.size(); ++k) {
+    const bool is_asked = c.wide || c.scale == peak.curves->scale;
+    for (int k = 0; is_asked && k < c.size(); ++k) {
       if (beside(c, k, peak)) continue;
       sum += c.correlation[k] * c.correlation[k];
       ++n;
@@ -50,21 +47,31 @@ double PatchSurvey::chance(const Peak& peak) const {
   return n > 0 ? sum / n : 1.0;
 }
 
-// N / 4 times the evidence, which counts each half sample twice. What chance gives it (the best of
-// several shifts and scales is never zero) is told by the median over all places.
-Eigen::ArrayXd PatchSurvey::log_likelihood(bool mirrored) const {
-  Eigen::ArrayXd best = Eigen::ArrayXd::Zero(size_);
+// Of ground by chance, which is above zero, since it is that of the best of several shifts.
+double PatchSurvey::usual_evidence() const {
+  std::vector<double> all;
   for (const Curves& c : curves_) {
-    if (c.mirrored != mirrored) continue;
+    if (c.wide) all.insert(all.end(), c.evidence.begin(), c.evidence.end());
+  }
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+// N / 4 times the evidence, which counts each half sample twice.
+Eigen::ArrayXXd PatchSurvey::log_likelihood(bool mirrored) const {
+  Eigen::ArrayXXd all = Eigen::ArrayXXd::Zero(size_, static_cast<Eigen::Index>(scales_));
+  if (size_ == 0) return all;
+  for (const Curves& c : curves_) {
+    if (c.mirrored != mirrored || !c.number) continue;
     const int begin = std::max(0, c.first - first_);
     const int n = std::min(size_, c.first + c.size() - first_) - begin;
     if (n <= 0) continue;
-    auto part = best.segment(begin, n);
-    part = part.max(c.evidence.segment(begin + first_ - c.first, n));
+    all.col(static_cast<Eigen::Index>(*c.number)).segment(begin, n) =
+        c.evidence.segment(begin + first_ - c.first, n);
   }
-  if (size_ == 0) return best;
   const Peak peak = highest(first_, first_ + size_, nullptr);
-  return (best - median(best)) / (4.0 * chance(peak));
+  return (all - usual_evidence()) / (4.0 * chance(peak));
 }
 
 RevisitMatch PatchSurvey::best() const {

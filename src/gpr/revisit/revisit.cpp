@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kShifts = 3;  // earlier, as it is, later
 constexpr double kLargestRho = 0.9999;
+constexpr double kRefined = 1.1;  // scales that refine() may follow, over those of the survey
 
 // Columns with their rows `shift` later, a fraction of a row, by a windowed sinc of 8 rows.
 Columns delay_rows(const Columns& columns, double shift) {
@@ -131,18 +132,19 @@ void PatchMatcher::add_block(int block, const std::vector<int>& begin, Curves& c
   curves.shifted += best.cast<double>();
 }
 
-PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int direction,
-                                         double scale) const {
-  const double half_column = query_centre - std::floor(query_centre);
+// places: from the tables' first column on.
+PatchSurvey::Curves PatchMatcher::follow(Places places, bool mirrored, double scale) const {
+  const double half_column = query_centre_ - std::floor(query_centre_);
+  const int direction = mirrored ? -1 : 1;
   std::vector<int> step(tables_[0].rows() /
                         kShifts);  // from a place to the memory column under column i
   for (int i = 0; i < static_cast<int>(step.size()); ++i) {
-    const double along = direction * scale * (i * stride_ - query_centre);
+    const double along = direction * scale * (i * stride_ - query_centre_);
     step[i] = static_cast<int>(std::floor(half_column + along + 0.5));
   }
   const auto [lowest, highest] = std::minmax_element(step.begin(), step.end());
   Curves curves;
-  curves.mirrored = direction < 0;
+  curves.mirrored = mirrored;
   curves.scale = scale;
   curves.first = std::max(places.first, -*lowest);
   const int n =
@@ -154,17 +156,21 @@ PatchSurvey::Curves PatchMatcher::follow(double query_centre, Places places, int
     for (int b = 0; b < options_.depth_blocks; ++b) add_block(b, step, curves);
   }
   curves.evidence = evidence(curves.shifted) + evidence(curves.correlation);
+  curves.first += from_;
   return curves;
 }
 
-// Every scale inside the bound; scale 1 over the surroundings too.
-std::vector<PatchSurvey::Curves> PatchMatcher::search(double query_centre, Places inside,
+std::vector<PatchSurvey::Curves> PatchMatcher::search(const SurveyRange& range, Places inside,
                                                       Places wide) const {
   std::vector<Curves> curves;
-  for (const int direction : {1, -1}) {
-    curves.push_back(follow(query_centre, wide, direction, 1.0));
-    for (const double scale : options_.scales) {
-      if (scale != 1.0) curves.push_back(follow(query_centre, inside, direction, scale));
+  for (const bool mirrored : {false, true}) {
+    const bool is_second_only = range.mirrored && *range.mirrored != mirrored;
+    for (std::size_t i = 0; i < range.scales.size(); ++i) {
+      const bool is_wide = i == range.wide;
+      if (is_second_only && !is_wide) continue;
+      curves.push_back(follow(is_wide ? wide : inside, mirrored, range.scales[i]));
+      curves.back().number = i;
+      curves.back().wide = is_wide;
     }
   }
   return curves;
@@ -173,34 +179,43 @@ std::vector<PatchSurvey::Curves> PatchMatcher::search(double query_centre, Place
 RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, double expected,
                                  double bound) {
   const double middle = 0.5 * static_cast<double>(memory.rows() - 1);
-  RevisitMatch match = survey(memory, query, middle + expected / spacing_, bound).best();
+  SurveyRange range;
+  range.place = middle + expected / spacing_;
+  range.bound_m = bound;
+  range.surround_m = options_.surround_m;
+  for (const double scale : options_.scales) {
+    if (scale != 1.0) range.scales.push_back(scale);
+  }
+  RevisitMatch match = survey(memory, query, range).best();
   if (match.valid) match.offset_m -= middle * spacing_;
   return match;
 }
 
-PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query, double expected_place,
-                                 double bound, double surround) {
+PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query,
+                                 const SurveyRange& range) {
   if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
     throw std::invalid_argument("patches: expected as many rows as the filter gives");
   }
-  const double query_centre = 0.5 * static_cast<double>(query.rows() - 1);
-  const double half_column = query_centre - std::floor(query_centre);
-  const double place = expected_place - half_column;
-  const double gate = bound / spacing_, wide = gate + surround / spacing_;
-  const double reach = 1.1 * query_centre + 2.0;
-  const auto from = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
+  query_centre_ = 0.5 * static_cast<double>(query.rows() - 1);
+  const double half_column = query_centre_ - std::floor(query_centre_);
+  const double place = range.place - half_column;
+  const double gate = range.bound_m / spacing_, wide = gate + range.surround_m / spacing_;
+  const double longest = *std::max_element(range.scales.begin(), range.scales.end());
+  const double reach = (kRefined * longest) * query_centre_ + 2.0;
+  from_ = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
   const auto to = static_cast<int>(
       std::min<double>(static_cast<double>(memory.rows()), std::ceil(place + wide + reach)));
-  if (query.rows() < 4 || to - from < query.rows()) return {};
+  const auto least = range.scales[range.wide] * static_cast<double>(query.rows());
+  if (query.rows() < 4 || to - from_ < least) return {};
 
-  correlate(memory.middleRows(from, to - from), query);
+  correlate(memory.middleRows(from_, to - from_), query);
   const auto places = [&](double half_width) {
-    return Places{static_cast<int>(std::ceil(place - half_width - from)),
-                  static_cast<int>(std::floor(place + half_width - from)) + 1};
+    return Places{static_cast<int>(std::ceil(place - half_width)) - from_,
+                  static_cast<int>(std::floor(place + half_width)) + 1 - from_};
   };
   PatchSurvey survey;
-  survey.curves_ = search(query_centre, places(gate), places(wide));
-  for (Curves& c : survey.curves_) c.first += from;
+  survey.curves_ = search(range, places(gate), places(wide));
+  survey.scales_ = range.scales.size();
   survey.inside_first_ = place - gate;
   survey.inside_last_ = place + gate;
   survey.half_column_ = half_column;
@@ -211,12 +226,21 @@ PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query, do
   // The two directions reach equally far but for rounding.
   int end = std::numeric_limits<int>::max();
   for (const Curves& c : survey.curves_) {
-    if (c.scale != 1.0) continue;
+    if (!c.wide) continue;
     survey.first_ = std::max(survey.first_, c.first);
     end = std::min(end, c.first + c.size());
   }
   survey.size_ = std::max(0, end - survey.first_);
   return survey;
+}
+
+void PatchMatcher::refine(PatchSurvey& survey, double place, bool mirrored, double scale) const {
+  const double lobe = options_.lobe_m / spacing_;
+  const Places near{static_cast<int>(std::ceil(place - lobe)) - from_,
+                    static_cast<int>(std::floor(place + lobe)) + 1 - from_};
+  for (const double finer : options_.scales) {
+    if (finer != 1.0) survey.curves_.push_back(follow(near, mirrored, finer * scale));
+  }
 }
 
 }  // namespace gprodom::gpr

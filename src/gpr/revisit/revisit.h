@@ -7,6 +7,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "gpr/revisit/patch_filter.h"
@@ -27,6 +29,7 @@ struct RevisitMatch {
 };
 
 struct RevisitOptions {
+  // Metres of memory per metre of query that match() tries, and refine() times a survey's.
   std::vector<double> scales = {0.97, 0.985, 1.0, 1.015, 1.03};
   int depth_blocks = 4;      // each correlated for itself, so that no depth drowns the others
   double time_shift = 0.25;  // periods of the centre frequency: reflectors that dip sideways
@@ -37,6 +40,18 @@ struct RevisitOptions {
                              // deviations of chance (0: not asked)
 };
 
+// Where a survey looks. Lengths are along the memory.
+struct SurveyRange {
+  double place = 0.0;                // column of the memory where the query's centre is expected
+  double bound_m = 0.0;              // give or take
+  double surround_m = 0.0;           // beyond the bound, where second places are sought
+  std::vector<double> scales = {1};  // metres of memory per metre of query
+  std::size_t wide = 0;              // number of the scale that is followed in the surroundings too
+  // Where it is known which way the query was driven against the memory: the other way is followed
+  // at the scale `wide` only, for second places.
+  std::optional<bool> mirrored;
+};
+
 // What the evidence says of every place near the one expected, for both directions and all scales.
 // Places are columns of the memory: the query's centre lies at a place, plus half a column where it
 // has an even number of columns.
@@ -44,13 +59,13 @@ class PatchSurvey {
  public:
   bool empty() const { return size_ == 0; }
 
-  // The places compared at scale 1: the bound and its surroundings.
+  // The places compared at the wide scale: the bound and its surroundings.
   int first() const { return first_; }
   int size() const { return size_; }
 
-  // (size()): log likelihood, in nats, of the query's ground being that of each place, driven the
-  // one way or the other, against ground that is not there.
-  Eigen::ArrayXd log_likelihood(bool mirrored) const;
+  // (size(), scales): log likelihood, in nats, of the query's ground being that of each place at
+  // each scale, driven the one way or the other, against ground that is not there.
+  Eigen::ArrayXXd log_likelihood(bool mirrored) const;
 
   // The best place inside the bound; not valid where nothing was compared.
   RevisitMatch best() const;
@@ -63,6 +78,8 @@ class PatchSurvey {
   struct Curves {
     bool mirrored = false;
     double scale = 1.0;
+    std::optional<std::size_t> number;  // of the scale in the range; none: added by refine()
+    bool wide = false;
     int first = 0;               // the place of entry 0
     Eigen::ArrayXd shifted;      // correlation, mean over the blocks at each one's best time shift
     Eigen::ArrayXd correlation;  // the same without shift in time
@@ -82,8 +99,10 @@ class PatchSurvey {
   double chance(const Peak& peak) const;
   RevisitMatch judge(const Peak& peak) const;
   bool beside(const Curves& curves, int entry, const Peak& peak) const;
+  double usual_evidence() const;
 
   std::vector<Curves> curves_;
+  std::size_t scales_ = 0;
   int first_ = 0, size_ = 0;
   double inside_first_ = 0.0, inside_last_ = 0.0;  // places within the bound
   double half_column_ = 0.0;                       // from a place to the query's centre
@@ -100,14 +119,11 @@ class PatchMatcher {
   // whole query are compared. Throws std::invalid_argument where the rows are not the filter's.
   RevisitMatch match(const Columns& memory, const Columns& query, double expected, double bound);
 
-  // The same with the evidence of every place; the place expected counts in columns. surround: m
-  // beyond the bound, where second places are sought.
-  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
-                     double bound, double surround);
-  PatchSurvey survey(const Columns& memory, const Columns& query, double expected_place,
-                     double bound) {
-    return survey(memory, query, expected_place, bound, options_.surround_m);
-  }
+  // The same with the evidence of every place.
+  PatchSurvey survey(const Columns& memory, const Columns& query, const SurveyRange& range);
+
+  // Follows scales near `scale` too, at places within lobe_m of `place`. Of the last survey only.
+  void refine(PatchSurvey& survey, double place, bool mirrored, double scale) const;
 
   double spacing() const { return spacing_; }
   const RevisitOptions& options() const { return options_; }
@@ -119,15 +135,18 @@ class PatchMatcher {
   };
 
   void correlate(const Columns& memory, const Columns& query);
-  Curves follow(double query_centre, Places places, int direction, double scale) const;
+  Curves follow(Places places, bool mirrored, double scale) const;
   void add_block(int block, const std::vector<int>& begin, Curves& curves) const;
-  std::vector<Curves> search(double query_centre, Places inside, Places wide) const;
+  std::vector<Curves> search(const SurveyRange& range, Places inside, Places wide) const;
 
   RevisitOptions options_;
   double spacing_;
   double shift_rows_;
-  int stride_;                   // query columns compared are this many apart
-  std::vector<int> edges_;       // of the depth blocks, rows
+  int stride_;              // query columns compared are this many apart
+  std::vector<int> edges_;  // of the depth blocks, rows
+  // Of the last survey:
+  double query_centre_ = 0.0;    // columns
+  int from_ = 0;                 // the memory's column that is the tables' first
   std::vector<Columns> tables_;  // [block] (shift, then query column; memory column and more)
   std::vector<Eigen::ArrayXf> query_energy_;   // [block], per row of the table
   std::vector<Eigen::ArrayXf> memory_energy_;  // [block], per memory column

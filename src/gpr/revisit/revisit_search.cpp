@@ -5,12 +5,52 @@
 #include <utility>
 
 namespace gprodom::gpr {
+namespace {
 
+// Stretches that together are less likely than this on either side are not compared.
+constexpr double kUnlikely = 1e-3;
+// Standard deviations of the stretch within which it is looked for anew.
+constexpr double kWithin = 2.0;
+
+Eigen::ArrayXd normal_weights(int first, int last, double mean, double sigma) {
+  const Eigen::ArrayXd at = Eigen::ArrayXd::LinSpaced(last - first + 1, first, last);
+  const Eigen::ArrayXd weights = (-0.5 * ((at - mean) / sigma).square()).exp();
+  return weights / weights.sum();
+}
+
+// `values` moved on by `shift` entries and blurred, to begin at entry 0 of `size`.
+Eigen::ArrayXd moved_on(const Eigen::ArrayXd& values, double shift, double sigma,
+                        Eigen::Index size) {
+  const auto whole = static_cast<Eigen::Index>(std::lround(shift));
+  const int reach = static_cast<int>(std::ceil(3.0 * sigma)) + 1;
+  const Eigen::ArrayXd kernel =
+      normal_weights(-reach, reach, shift - static_cast<double>(whole), sigma);
+  Eigen::ArrayXd moved = Eigen::ArrayXd::Zero(size);
+  for (int k = -reach; k <= reach; ++k) {
+    const Eigen::Index to = whole + k;
+    const auto begin = std::max<Eigen::Index>(0, -to), end = std::min(values.size(), size - to);
+    if (begin >= end) continue;
+    moved.segment(begin + to, end - begin) +=
+        kernel[k + reach] * values.segment(begin, end - begin);
+  }
+  return moved;
+}
+
+}  // namespace
+
+// Stretches lie so close that the ends of a patch compared at the nearest one are off by no more
+// than the filter smooths along the track, or a column.
 RevisitSearch::RevisitSearch(const PatchFilter& filter, double spacing,
                              RevisitSearchOptions options)
     : options_(std::move(options)),
       matcher_(filter, spacing, options_.matcher),
-      patch_columns_(static_cast<int>(std::lround(options_.patch_m / spacing))) {}
+      patch_columns_(static_cast<int>(std::lround(options_.patch_m / spacing))),
+      step_(4.0 * std::max(1.0, filter.short_sigma()) / patch_columns_) {}
+
+double RevisitSearch::reach_m() const {
+  const double longest = 1.1 * std::exp(options_.max_stretch);
+  return options_.matcher.surround_m + 0.5 * longest * options_.patch_m;
+}
 
 std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_m,
                                             const std::vector<SearchWindow>& windows) {
@@ -19,16 +59,23 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
   std::vector<Belief> beliefs;
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const SearchWindow& window = windows[w];
-    const PatchSurvey survey =
-        matcher_.survey(window.features, query, window.expected - static_cast<double>(window.first),
-                        window.bound_m);
+    const Belief* before = last_on(window);
+    const Stretches asked = stretches(window, before);
+    SurveyRange range;
+    range.place = window.expected - static_cast<double>(window.first);
+    range.bound_m = window.bound_m;
+    range.surround_m = options_.matcher.surround_m;
+    range.scales.resize(asked.size());
+    for (int i = 0; i < asked.size(); ++i) range.scales[i] = std::exp((asked.first + i) * step_);
+    asked.share.maxCoeff(&range.wide);
+    range.mirrored = window.mirrored;
+    PatchSurvey survey = matcher_.survey(window.features, query, range);
     if (survey.empty()) continue;
-    const auto first = static_cast<std::ptrdiff_t>(window.first) + survey.first();
-    Belief belief = expect(window, first, survey.size(), moved_m);
+    Belief belief = expect(window, before, survey, asked, moved_m);
     // Patches overlap, and ground counts once.
     const double fresh = belief.patches == 0 ? 1.0 : std::min(1.0, moved_m / options_.patch_m);
-    const Eigen::ArrayXd said[2] = {fresh * survey.log_likelihood(false),
-                                    fresh * survey.log_likelihood(true)};
+    const Eigen::ArrayXXd said[2] = {fresh * survey.log_likelihood(false),
+                                     fresh * survey.log_likelihood(true)};
     const double highest = std::max({0.0, said[0].maxCoeff(), said[1].maxCoeff()});
     for (int d = 0; d < 2; ++d) belief.places[d] *= (said[d] - highest).exp();
     belief.nowhere *= std::exp(-highest);
@@ -46,54 +93,114 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
   return found;
 }
 
-// What is believed of a window's places before the new patch is compared: all alike, or what was
-// believed of the stretch before, moved along.
-RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, std::ptrdiff_t first,
-                                            int size, double moved_m) const {
-  Belief belief;
-  belief.run = window.run;
-  belief.first = first;
-  const double share = (1.0 - options_.nowhere) / (2.0 * size);
-  for (auto& places : belief.places) places = Eigen::ArrayXd::Constant(size, share);
-  belief.nowhere = options_.nowhere;
+// What was believed of the run that a window is part of.
+const RevisitSearch::Belief* RevisitSearch::last_on(const SearchWindow& window) const {
+  const auto first = static_cast<std::ptrdiff_t>(window.first);
   const Belief* before = nullptr;
   std::ptrdiff_t most = 0;
   for (const Belief& b : beliefs_) {
-    if (b.run != belief.run) continue;
+    if (b.run != window.run) continue;
     const std::ptrdiff_t overlap =
-        std::min(first + size, b.first + b.places[0].size()) - std::max(first, b.first);
+        std::min<std::ptrdiff_t>(first + window.features.rows(), b.first + b.places[0].rows()) -
+        std::max(first, b.first);
     if (overlap > most) {
       most = overlap;
       before = &b;
     }
   }
-  if (before != nullptr) move(*before, moved_m, belief);
+  return before;
+}
+
+RevisitSearch::Stretches RevisitSearch::anew(const SearchWindow& window) const {
+  const double most = options_.max_stretch;
+  const double mean = std::clamp(window.stretch, -most, most);
+  const double sigma = std::hypot(window.stretch_sigma, options_.drift);
+  const double low = std::max(-most, mean - kWithin * sigma);
+  const double high = std::min(most, mean + kWithin * sigma);
+  Stretches all;
+  all.first = static_cast<int>(std::floor(low / step_));
+  all.share = normal_weights(all.first, static_cast<int>(std::ceil(high / step_)), mean / step_,
+                             std::hypot(sigma / step_, 0.5));
+  return all;
+}
+
+// Of a step of the stretch up, down, and so on, from one query to the next; the middle one is none.
+Eigen::ArrayXd RevisitSearch::changes(const SearchWindow& window) const {
+  const double sigma = std::hypot(window.stretch_change, options_.drift) / step_;
+  const int reach = static_cast<int>(std::ceil(kWithin * sigma));
+  return normal_weights(-reach, reach, 0.0, sigma);
+}
+
+// Where the place is known, so is the stretch: only those near it are compared.
+RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
+                                                  const Belief* before) const {
+  const Stretches fresh = anew(window);
+  if (before == nullptr) return fresh;
+  const Eigen::ArrayXd held =
+      (before->places[0].colwise().sum() + before->places[1].colwise().sum()).transpose();
+  const Eigen::ArrayXd change = changes(window);
+  const int reach = static_cast<int>(change.size() / 2);
+  const int widest = static_cast<int>(std::ceil(options_.max_stretch / step_));
+  const int low = std::max(-widest, std::min(fresh.first, before->first_stretch - reach));
+  const int high =
+      std::min(widest, std::max(fresh.first + fresh.size(),
+                                before->first_stretch + static_cast<int>(held.size()) + reach) -
+                           1);
+  Eigen::ArrayXd share = Eigen::ArrayXd::Zero(high - low + 1);
+  share.segment(fresh.first - low, fresh.size()) = before->nowhere * fresh.share;
+  for (int k = low; k <= high; ++k) {
+    for (int i = 0; i < held.size(); ++i) {
+      const int by = k - before->first_stretch - i;
+      if (std::abs(by) <= reach) share[k - low] += held[i] * change[by + reach];
+    }
+  }
+  share /= share.sum();
+  Eigen::Index from = 0, end = share.size();
+  for (double left = share[from]; left < kUnlikely; left += share[from]) ++from;
+  for (double left = share[end - 1]; left < kUnlikely; left += share[end - 1]) --end;
+  return {low + static_cast<int>(from), share.segment(from, end - from)};
+}
+
+// What is believed of a window's places before the new patch is compared: all alike, or what was
+// believed of the stretch of ground before, moved along.
+RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, const Belief* before,
+                                            const PatchSurvey& survey, const Stretches& stretches,
+                                            double moved_m) const {
+  Belief belief;
+  belief.run = window.run;
+  belief.first = static_cast<std::ptrdiff_t>(window.first) + survey.first();
+  belief.first_stretch = stretches.first;
+  const double share = (1.0 - options_.nowhere) / (2.0 * survey.size());
+  for (auto& places : belief.places) {
+    places = share * stretches.share.transpose().replicate(survey.size(), 1);
+  }
+  belief.nowhere = options_.nowhere;
+  if (before != nullptr) move(*before, window, moved_m, belief);
   return belief;
 }
 
-// Places move forwards where driven as then, backwards where mirrored; by how much is known up to
-// `drift`. What leaves the window is no longer believed; a little starts anew everywhere.
-void RevisitSearch::move(const Belief& before, double moved_m, Belief& after) const {
+// Places move forwards where driven as then, backwards where mirrored, by what was driven times the
+// stretch. What leaves the window is no longer believed; a little starts anew everywhere.
+void RevisitSearch::move(const Belief& before, const SearchWindow& window, double moved_m,
+                         Belief& after) const {
+  const Eigen::ArrayXd change = changes(window);
+  const int reach = static_cast<int>(change.size() / 2);
   const double spacing = matcher_.spacing();
-  const double shift = moved_m / spacing;
-  const double sigma = std::max(0.7, options_.drift * moved_m / spacing);
-  const int reach = static_cast<int>(std::ceil(3.0 * sigma)) + 1;
   double kept = 0.0;
   for (int d = 0; d < 2; ++d) {
-    const double step = d == 0 ? shift : -shift;
-    const Eigen::ArrayXd& old = before.places[d];
-    Eigen::ArrayXd moved = Eigen::ArrayXd::Zero(after.places[d].size());
-    for (Eigen::Index i = 0; i < old.size(); ++i) {
-      const double at = static_cast<double>(before.first - after.first + i) + step;
-      const auto nearest = static_cast<Eigen::Index>(std::lround(at));
-      double sum = 0.0;
-      for (auto k = nearest - reach; k <= nearest + reach; ++k) {
-        sum += std::exp(-0.5 * std::pow((static_cast<double>(k) - at) / sigma, 2));
-      }
-      for (auto k = std::max<Eigen::Index>(0, nearest - reach);
-           k <= std::min(moved.size() - 1, nearest + reach); ++k) {
-        moved[k] +=
-            old[i] / sum * std::exp(-0.5 * std::pow((static_cast<double>(k) - at) / sigma, 2));
+    Eigen::ArrayXXd moved = Eigen::ArrayXXd::Zero(after.places[d].rows(), after.places[d].cols());
+    for (Eigen::Index i = 0; i < before.places[d].cols(); ++i) {
+      const int stretch = before.first_stretch + static_cast<int>(i);
+      const double step = moved_m * std::exp(stretch * step_) / spacing;
+      // Stretches are a step apart, and what is between them is not known.
+      const double sigma = std::max(0.7, std::hypot(options_.drift, 0.5 * step_) * step);
+      const double shift =
+          static_cast<double>(before.first - after.first) + (d == 0 ? step : -step);
+      const Eigen::ArrayXd on =
+          moved_on(before.places[d].col(i), shift, sigma, after.places[d].rows());
+      for (Eigen::Index k = 0; k < moved.cols(); ++k) {
+        const int by = after.first_stretch + static_cast<int>(k) - stretch;
+        if (std::abs(by) <= reach) moved.col(k) += change[by + reach] * on;
       }
     }
     after.places[d] = options_.lost * after.places[d] + (1.0 - options_.lost) * moved;
@@ -104,21 +211,25 @@ void RevisitSearch::move(const Belief& before, double moved_m, Belief& after) co
   after.patches = before.patches;
 }
 
-std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, const PatchSurvey& survey,
+std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, PatchSurvey& survey,
                                               const SearchWindow& window) const {
   if (belief.patches < options_.min_patches) return {};
   Eigen::Index at[2];
-  const double highest[2] = {belief.places[0].maxCoeff(&at[0]), belief.places[1].maxCoeff(&at[1])};
+  const Eigen::ArrayXd places[2] = {belief.places[0].rowwise().sum(),
+                                    belief.places[1].rowwise().sum()};
+  const double highest[2] = {places[0].maxCoeff(&at[0]), places[1].maxCoeff(&at[1])};
   const int d = highest[1] > highest[0] ? 1 : 0;
   const auto lobe = static_cast<Eigen::Index>(options_.matcher.lobe_m / matcher_.spacing());
   const auto from = std::max<Eigen::Index>(0, at[d] - lobe);
-  const auto to = std::min(belief.places[d].size(), at[d] + lobe + 1);
+  const auto to = std::min(places[d].size(), at[d] + lobe + 1);
   PlaceFound place;
-  place.certainty = belief.places[d].segment(from, to - from).sum();
+  place.certainty = places[d].segment(from, to - from).sum();
   if (place.certainty < options_.certainty) return {};
   const auto column = static_cast<double>(belief.first + at[d]);
   if (std::abs(column - window.expected) * matcher_.spacing() > window.bound_m) return {};
-  place.match = survey.around(column - static_cast<double>(window.first), d == 1);
+  const double in_window = column - static_cast<double>(window.first);
+  matcher_.refine(survey, in_window, d == 1, survey.around(in_window, d == 1).scale);
+  place.match = survey.around(in_window, d == 1);
   // What was believed before must not carry a patch that says nothing of it.
   if (place.match.half_sigmas < options_.min_half || place.match.score <= 0.0) return {};
   place.match.offset_m += static_cast<double>(window.first) * matcher_.spacing();
@@ -126,26 +237,33 @@ std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, const PatchS
   return {place};
 }
 
-// The memory's patch, looked for in the newer ground, must be found where the query's centre is.
+// The memory's patch, of ground that the query holds, looked for in the newer ground, must be found
+// where the query's centre is.
 bool RevisitSearch::agrees_backwards(const Columns& newest, const SearchWindow& window,
                                      const PlaceFound& found) {
   if (options_.agree_m <= 0.0) return true;
-  const auto first = static_cast<Eigen::Index>(
-      std::lround(found.column - static_cast<double>(window.first) - 0.5 * (patch_columns_ - 1)));
-  if (first < 0 || first + patch_columns_ > window.features.rows()) return false;
-  const Columns patch = window.features.middleRows(first, patch_columns_);
+  const double scale = found.match.scale;
+  const auto columns = std::min<Eigen::Index>(patch_columns_, std::lround(scale * patch_columns_));
+  const double half = 0.5 * static_cast<double>(columns - 1);
+  const double at = found.column - static_cast<double>(window.first);
+  const auto first = static_cast<Eigen::Index>(std::lround(at - half));
+  if (first < 0 || first + columns > window.features.rows()) return false;
+  const Columns patch = window.features.middleRows(first, columns);
   // What the patch of whole columns was cut too early or late by.
-  const double cut =
-      found.column - static_cast<double>(window.first + first) - 0.5 * (patch_columns_ - 1);
-  const double centre = static_cast<double>(newest.rows()) - 0.5 * (patch_columns_ + 1);
+  const double cut = at - static_cast<double>(first) - half;
+  SurveyRange range;
+  range.place = static_cast<double>(newest.rows()) - 0.5 * (patch_columns_ + 1);
+  range.bound_m = options_.matcher.lobe_m;
   // Where it lies is asked, not how well: what surrounds it need not be compared.
-  const double surround = 2.0 * matcher_.spacing();
-  const RevisitMatch back =
-      matcher_.survey(newest, patch, centre, options_.matcher.lobe_m, surround).best();
+  range.surround_m = 2.0 * matcher_.spacing();
+  range.scales = options_.matcher.scales;
+  range.wide = range.scales.size() / 2;
+  for (double& finer : range.scales) finer /= scale;
+  const RevisitMatch back = matcher_.survey(newest, patch, range).best();
   const double sign = found.match.mirrored ? -1.0 : 1.0;
+  const double apart = back.offset_m / matcher_.spacing() + sign * cut / scale - range.place;
   return back.valid && back.mirrored == found.match.mirrored &&
-         std::abs(back.offset_m / matcher_.spacing() + sign * cut - centre) * matcher_.spacing() <=
-             options_.agree_m;
+         std::abs(apart) * matcher_.spacing() <= options_.agree_m;
 }
 
 }  // namespace gprodom::gpr

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "gpr/revisit/revisit.h"
@@ -18,7 +19,8 @@ struct RevisitSearchOptions {
   double patch_m = 1.84;     // of ground in a query
   double nowhere = 0.5;      // prior of not being on the memory at all
   double lost = 1e-4;        // share of the belief that starts anew with each patch
-  double drift = 0.02;       // metres per metre by which odometry then and now may differ
+  double drift = 0.02;       // metres per metre by which odometry then and now may differ, at least
+  double max_stretch = 0.5;  // ln; beyond, a patch has little over half its ground in common
   double certainty = 0.999;  // of one place over all others and nowhere, from which it is taken
   double min_half = 1.0;     // each half of the newest patch must correlate by that many standard
                              // deviations of chance, and no other place may fit it better
@@ -34,7 +36,12 @@ struct SearchWindow {
   std::size_t first = 0;  // number of features.row(0)
   Columns features;       // the stretch expected with what surrounds it
   double expected = 0.0;  // number of the column at which the query's centre is expected
-  double bound_m = 0.0;   // give or take
+  double bound_m = 0.0;   // give or take, along the memory
+
+  // ln of metres of memory per metre of query, its standard deviation, and that of its change since
+  // the last query: 0 where the wheel did not slip then and does not now.
+  double stretch = 0.0, stretch_sigma = 0.0, stretch_change = 0.0;
+  std::optional<bool> mirrored;  // driven against the memory's direction, where that is known
 };
 
 struct PlaceFound {
@@ -50,7 +57,7 @@ class RevisitSearch {
 
   int patch_columns() const { return patch_columns_; }
   // Ground that look() compares beyond a window's bound, and so wants in its features.
-  double surround_m() const { return options_.matcher.surround_m; }
+  double reach_m() const;
 
   // newest: (columns, rows), the newest ground in the order driven, at least patch_columns() of it;
   // the last patch_columns() are the query. moved_m: from the last query's centre to this one's,
@@ -64,21 +71,34 @@ class RevisitSearch {
  private:
   struct Belief {
     std::size_t run = 0;
-    std::ptrdiff_t first = 0;  // number of the column of entry 0
-    Eigen::ArrayXd places[2];  // as driven, mirrored
+    std::ptrdiff_t first = 0;   // number of the column of row 0
+    int first_stretch = 0;      // of column 0, in steps of step_
+    Eigen::ArrayXXd places[2];  // (place, stretch), as driven and mirrored
     double nowhere = 1.0;
     int patches = 0;
   };
+  // Stretches that a query is compared at, first * step_ and so on, and how likely each is.
+  struct Stretches {
+    int first = 0;
+    Eigen::ArrayXd share;
+    int size() const { return static_cast<int>(share.size()); }
+  };
 
-  Belief expect(const SearchWindow& window, std::ptrdiff_t first, int size, double moved_m) const;
-  void move(const Belief& before, double moved_m, Belief& after) const;
-  std::vector<PlaceFound> decide(const Belief& belief, const PatchSurvey& survey,
+  const Belief* last_on(const SearchWindow& window) const;
+  Stretches anew(const SearchWindow& window) const;
+  Stretches stretches(const SearchWindow& window, const Belief* before) const;
+  Eigen::ArrayXd changes(const SearchWindow& window) const;
+  Belief expect(const SearchWindow& window, const Belief* before, const PatchSurvey& survey,
+                const Stretches& stretches, double moved_m) const;
+  void move(const Belief& before, const SearchWindow& window, double moved_m, Belief& after) const;
+  std::vector<PlaceFound> decide(const Belief& belief, PatchSurvey& survey,
                                  const SearchWindow& window) const;
   bool agrees_backwards(const Columns& newest, const SearchWindow& window, const PlaceFound& found);
 
   RevisitSearchOptions options_;
   PatchMatcher matcher_;
   int patch_columns_;
+  double step_;  // from one stretch to the next
   std::vector<Belief> beliefs_;
 };
 

@@ -93,6 +93,8 @@ TEST(PoseGraph, DerivativesAreThoseOfTheResiduals) {
   const PlanarStepFactor step(odometry, W);
   RevisitEdge edge{0, 1, {{0.1, 0.2}, -0.3}, {{-0.2, 0.1}, 0.4}};
   edge.mirrored = true;
+  edge.memory_way.p << 0.15, 0.1;
+  edge.query_way.p << -0.2, 0.05;
   const PlanarRevisitFactor revisit(edge, 0.3);
   for (int trial = 0; trial < 20; ++trial) {
     double x[8];

@@ -19,12 +19,14 @@ constexpr double kSeconds = 1.5;  // that a step takes
 constexpr int kLap = 40;          // steps
 
 // A square that is driven round and round. The odometry reads e^-l times what the robot drives, l
-// the slip of each step; where `tied`, each step from the second lap on ends on a revisit.
+// the slip of each step; where `tied`, each step from the second lap on ends on a revisit, of a
+// place that lies on the step from there, this share of it on.
 struct Laps {
   std::vector<PlanarPose> truth{PlanarPose()};
   PoseGraph graph;
 
-  Laps(const std::vector<double>& slip, bool tied, double slip_sigma, const SlipModel& model = {})
+  Laps(const std::vector<double>& slip, bool tied, double slip_sigma, const SlipModel& model = {},
+       double beyond = 0.0)
       : graph({}, options_with(model)) {
     for (std::size_t i = 0; i < slip.size(); ++i) {
       const bool corner = i % (kLap / 4) == kLap / 4 - 1;
@@ -40,6 +42,12 @@ struct Laps {
       if (!tied || node <= kLap) continue;
       RevisitEdge edge{node - kLap, node};
       edge.sigma_m = 0.02;
+      if (beyond > 0.0 && i + 1 < slip.size()) {
+        edge.memory_way.p.x() = kStep * beyond * std::exp(-slip[node - kLap]);
+        edge.query_way.p.x() = kStep * beyond * std::exp(-slip[node]);
+        edge.memory_at.p = edge.memory_way.p;
+        edge.query_at.p = edge.query_way.p;
+      }
       graph.add_revisit(edge);
     }
   }
@@ -114,6 +122,16 @@ TEST(SlipOfSteps, RevisitsFindWhereTheWheelSlipped) {
     EXPECT_NEAR(laps.graph.slip(2 * kLap + kLap / 2), 0.0, 0.01) << size;
     for (const bool trusted : solution.trusted) EXPECT_TRUE(trusted);
   }
+}
+
+// Where the places of a revisit lie between nodes, the slip stretches the way to them too.
+TEST(SlipOfSteps, PlacesBetweenNodesLieWhereTheSlipPutsThem) {
+  Laps laps(one_slip(-0.5, 3), true, SlipModel().sigma(), {}, 0.5);
+  const PoseGraphSolution solution = laps.graph.solve(1.0, 0.02);
+  EXPECT_LT(laps.error(solution), 0.02);
+  const PlanarPose half = {{0.5 * kStep * std::exp(0.5), 0.0}, 0.0};
+  const PlanarPose place = laps.graph.place(kLap + 10, half, {half.p, false});
+  EXPECT_NEAR((place.p - laps.truth[kLap + 10].p).norm(), 0.5 * kStep, 0.01);
 }
 
 TEST(SlipOfSteps, WithoutSlipNothingIsLost) {

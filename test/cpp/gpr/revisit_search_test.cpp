@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -13,16 +14,21 @@ namespace {
 constexpr double kSpacing = 0.02;
 constexpr double kNoise = 60.0;
 
-// Traces every 2 cm, without noise.
-Columns ground(unsigned seed, int count) {
+// Traces at the columns `place(i)` of ground that begins 2 m on, without noise.
+template <class Place>
+Columns ground(unsigned seed, int count, Place place) {
   const SyntheticGround synthetic(seed);
   SyntheticRadar radar(seed, 0.0);
   Columns traces(count, SyntheticGround::kSamples);
   for (int i = 0; i < count; ++i) {
-    const GprTrace trace = radar.measure(synthetic, 2.0 + i * kSpacing, 0.05 * i);
+    const GprTrace trace = radar.measure(synthetic, 2.0 + place(i) * kSpacing, 0.05 * i);
     traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
   }
   return traces;
+}
+
+Columns ground(unsigned seed, int count) {
+  return ground(seed, count, [](int i) { return i; });
 }
 
 Columns noisy(Columns traces, unsigned seed) {
@@ -34,13 +40,14 @@ Columns noisy(Columns traces, unsigned seed) {
 
 // Drives over `queries` (features, in the order driven), asking every 12 columns where it is in
 // `memory`, where it is expected `off` columns too far. `place(i)`: the true column of query i.
+// slip: standard deviation of the stretch that it may have.
 struct Outcome {
   int found = 0, wrong = 0, first = -1;  // first: the query's last column when first found
 };
 template <class Place>
 Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& queries, int off,
-              Place place, RevisitSearchOptions options = {}) {
-  RevisitSearch search(filter, kSpacing, std::move(options));
+              Place place, double slip = 0.0) {
+  RevisitSearch search(filter, kSpacing);
   const int patch = search.patch_columns();
   constexpr int kStep = 12;
   Outcome outcome;
@@ -50,6 +57,8 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
     window.features = memory;
     window.expected = truth + off;
     window.bound_m = 0.8;
+    window.stretch_sigma = slip;
+    window.stretch_change = 0.25 * slip;
     const int before = std::min(end, patch + 50);
     for (const PlaceFound& found :
          search.look(queries.middleRows(end - before, before), kStep * kSpacing, {window})) {
@@ -79,9 +88,40 @@ TEST(RevisitSearch, OtherGroundIsNotFound) {
   const Columns traces = noisy(ground(1, 601), 1);
   const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
   const Columns memory = filter.apply(traces);
+  const auto place = [](double i) { return 100 + i; };
   for (unsigned seed = 2; seed < 22; ++seed) {
     const Columns other = filter.apply(noisy(ground(seed, 400), seed));
-    EXPECT_EQ(drive(filter, memory, other, 0, [](double i) { return 100 + i; }).found, 0) << seed;
+    for (const double slip : {0.0, 0.4}) {
+      EXPECT_EQ(drive(filter, memory, other, 0, place, slip).found, 0) << seed << " " << slip;
+    }
+  }
+}
+
+// A wheel that slips lays the same ground out over another length. Held, and coming on while the
+// place is known.
+TEST(RevisitSearch, StretchedGroundIsFoundWhereTheWheelMaySlip) {
+  const Columns traces = noisy(ground(1, 601), 1);
+  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(traces);
+  for (const double stretch : {-0.35, 0.22}) {
+    const double ratio = std::exp(stretch);
+    const auto held = [&](double i) { return 60 + ratio * i; };
+    const auto coming_on = [&](double i) {
+      const double since = std::clamp(i - 100.0, 0.0, 100.0);  // over 2 m
+      return 60 + i + (ratio - 1) * (since * since / 200.0 + std::max(0.0, i - 200.0));
+    };
+    const auto check = [&](const auto& place, int least) {
+      const Columns queries = filter.apply(noisy(ground(1, 400, place), 2));
+      const Outcome found = drive(filter, memory, queries, 10, place, 0.3);
+      EXPECT_GE(found.found, least) << stretch;
+      EXPECT_EQ(found.wrong, 0) << stretch;
+      const auto back = [&](double i) { return place(399 - i); };
+      const Outcome mirrored = drive(filter, memory, queries.colwise().reverse(), -10, back, 0.3);
+      EXPECT_GE(mirrored.found, least) << stretch;
+      EXPECT_EQ(mirrored.wrong, 0) << stretch;
+    };
+    check(held, 15);
+    check(coming_on, 15);
   }
 }
 
@@ -98,6 +138,7 @@ TEST(RevisitSearch, RepeatingGroundIsDecidedByWhatDoesNotRepeat) {
   const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 600);
   const auto place = [](double i) { return 100 + i; };
   for (const int off : {-20, 0, 20}) {
+    EXPECT_EQ(drive(filter, memory, queries, off, place, 0.3).wrong, 0) << off;
     const Outcome outcome = drive(filter, memory, queries, off, place);
     EXPECT_EQ(outcome.wrong, 0) << off;
     EXPECT_GE(outcome.found, 8) << off;

@@ -111,6 +111,9 @@ TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
       const PlanarPose there = compose(nodes[place.node], place.at);
       EXPECT_LT((there.p - truth.pose.p).norm(), 1e-3) << i;
       EXPECT_NEAR(there.yaw, truth.pose.yaw, 1e-3) << i;
+      // All of the way from the node was driven, on the step to it or on the step from it.
+      EXPECT_EQ(place.way.p, place.at.p);
+      EXPECT_EQ(place.way.to_node, truth.time < path.time_of(place.node)) << i;
     }
   }
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace gprodom {
 namespace {
 
@@ -20,6 +22,16 @@ TEST(PassFinder, OfManyPassesTheNearestAndTheNewestComeFirst) {
   EXPECT_EQ(order[0].place, 50U);   // 1 cm aside
   EXPECT_EQ(order[1].place, 130U);  // the newest but for the one 25 cm aside
   EXPECT_EQ(order[4].place, 170U);
+}
+
+TEST(PassFinder, APassDrivenTheOtherWayIsTurned) {
+  for (const bool turned : {false, true}) {
+    PassFinder finder({{1.0, 0.0}, 0.1}, {}, 1.0, 0.5);
+    finder.offer(0, {{1.2, 0.1}, turned ? M_PI : 0.0}, false);
+    ASSERT_EQ(finder.passes().size(), 1U);
+    EXPECT_EQ(finder.passes()[0].turned, turned);
+    EXPECT_NEAR(finder.passes()[0].along, turned ? 0.2 : -0.2, 1e-9);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,110 @@
+// Mapper: where in the memory the newest ground is looked for.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "map/mapper.h"
+
+namespace gprodom {
+namespace {
+
+constexpr std::size_t kMaxWindows = 2;  // passes over a place that are looked at
+
+}  // namespace
+
+// Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
+// track come first.
+std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
+  const MapPath::Place at = path_.place(query.time, query.distance_m);
+  const PlanarPose here = compose(body_at(at), antenna_);
+  const double sigma = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
+  const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
+  const double aside =
+      config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);
+  // Ground that the query itself lies on, or that was driven over just before.
+  const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
+
+  PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
+  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
+    if (path_.begins_piece(node)) finder.interrupt();
+    finder.offer(node, graph_->nodes()[node], false);
+  }
+  std::vector<Pass> passes = finder.passes();
+  const auto is_forgotten = [&](const Pass& pass) {
+    return pass.from_before ? ground_.places[pass.place].column < ground_.memory.kept().first
+                            : !column_at(pass.place);
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
+  if (located_ || hypothesis_) {
+    const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
+    PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
+    for (std::size_t i = 0; i < ground_.places.size(); ++i) {
+      const KnownPlace& place = ground_.places[i];
+      if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
+    }
+    std::vector<Pass> found = before.passes();
+    found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
+    passes.insert(passes.begin(), found.begin(), found.end());
+  }
+  passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
+  // A hypothesis waits for its proof, so it is asked about first.
+  if (!located_) {
+    std::stable_partition(passes.begin(), passes.end(),
+                          [](const Pass& p) { return p.from_before; });
+  }
+  passes.resize(std::min(passes.size(), kMaxWindows));
+  std::vector<gpr::SearchWindow> windows;
+  for (const Pass& pass : passes) windows.push_back(window_at(pass, query, gate));
+  return windows;
+}
+
+PlanarPose Mapper::body_at(const MapPath::Place& place) const {
+  return graph_->place(place.node, place.at, place.way);
+}
+
+gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& query,
+                                    double gate) const {
+  const gpr::TraceMemory& memory = ground_.memory;
+  const std::size_t column =
+      pass.from_before ? ground_.places[pass.place].column : *column_at(pass.place);
+  const double distance =
+      pass.from_before ? ground_.places[pass.place].distance_m : path_.distance_of(pass.place);
+  const gpr::MemoryColumn then = memory.column(column);
+  const gpr::MemoryRange run = memory.run_of(column);
+  gpr::SearchWindow window;
+  window.run = run.first;
+  // The memory has metres as the odometry had them.
+  const double longer = pass.from_before ? 1.0 : std::exp(-graph_->slip(pass.place));
+  const double ahead = distance + longer * pass.along - then.distance_m;
+  window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
+  window.bound_m = longer * gate;
+  foretell_stretch(pass, query, window);
+  // The ground knows the direction driven, the poses the one faced.
+  window.mirrored = pass.turned != (then.direction != query.direction);
+  const double reach = (window.bound_m + search_->reach_m()) / memory.spacing() + 4.0;
+  const auto clamped = [&](double number) {
+    return static_cast<std::size_t>(
+        std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
+  };
+  window.first = clamped(std::floor(window.expected - reach));
+  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
+  return window;
+}
+
+// What the graph says of the wheel's slip there and here. Of the slip there no more is known than
+// before it was measured: revisits tie it to that of other passes.
+void Mapper::foretell_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+                              gpr::SearchWindow& window) const {
+  const std::size_t here = path_.place(query.time, query.distance_m).node;
+  const double slip_then = pass.from_before ? 0.0 : graph_->slip(pass.place);
+  const double sigma_now = graph_->slip_sigma(here);
+  // The robot that left ground before the track began was such a one as this.
+  const double sigma_then = pass.from_before ? sigma_now : graph_->slip_sigma(pass.place);
+  window.stretch = graph_->slip(here) - slip_then;
+  window.stretch_sigma = std::hypot(std::sqrt(newest_node_.covariance(4, 4)), sigma_then);
+  const double seconds = last_query_ ? to_seconds(query.time - last_query_->time) : 0.0;
+  const double kept = slip_.correlation(seconds);
+  window.stretch_change = std::hypot(sigma_now, sigma_then) * std::sqrt(1 - kept * kept);
+}
+
+}  // namespace gprodom
