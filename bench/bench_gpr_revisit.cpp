@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "gpr/revisit/revisit.h"
+#include "gpr/revisit/revisit_search.h"
 #include "gpr/revisit/trace_memory.h"
 
 namespace gprodom::gpr {
@@ -36,6 +36,26 @@ void gated_query(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(matcher.match(memory, query, -0.5, bound));
 }
 BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(330)->Unit(benchmark::kMillisecond);
+
+// A question as the mapper asks it, one direction known, of a window in which the robot was not
+// found so far: the ground may be stretched by a slip of that standard deviation (ln).
+void question(benchmark::State& state) {
+  const Columns traces = ground(1000);
+  const PatchFilter filter(traces, 0.02, kSampleInterval);
+  const Columns other = filter.apply(ground(1200)).bottomRows(150);
+  SearchWindow window;
+  window.features = filter.apply(traces);
+  window.expected = 500;
+  window.bound_m = 0.01 * static_cast<double>(state.range(0));
+  window.stretch_sigma = window.stretch_change = 0.01 * static_cast<double>(state.range(1));
+  window.mirrored = false;
+  RevisitSearch search(filter, 0.02);
+  for (auto _ : state) benchmark::DoNotOptimize(search.look(other, 0.25, {window}));
+}
+BENCHMARK(question)
+    ->ArgNames({"bound_cm", "slip_percent"})
+    ->ArgsProduct({{60, 330}, {0, 5, 38}})
+    ->Unit(benchmark::kMillisecond);
 
 // A trace every 1.5 cm, with `metres` of ground in memory already.
 void add_trace(benchmark::State& state) {

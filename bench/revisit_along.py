@@ -4,10 +4,13 @@
 The lines, the windows and what counts as right are those of the Seal Beach protocol
 (revisit_eval.py in the data folder), but each line is driven: a patch every quarter of a metre, as
 recorded and reversed, its place expected with one error for the whole pass (odometry's), in the
-gate of the protocol. Of all patches, those at the start of a pass among them: how many were told a
-place, how many of those the right one. Negatives: the same drives over lines 1 m aside or more.
+gate of the protocol. With --slip L what the wheel calls a metre is e^L of one all along; with
+--slip-sigma S the search reckons with slips of such a standard deviation. Of all patches, those at
+the start of a pass among them: how many were told a place, how many of those the right one.
+Negatives: the same drives over lines 1 m aside or more.
 
     bench/revisit_along.py ../shared/data [--aside 2] [--prior 3] [--lines 11-20] [--only NAME]
+                           [--slip L] [--slip-sigma S]
 """
 
 from __future__ import annotations
@@ -50,6 +53,14 @@ VARIANTS = {
 
 
 @dataclass(frozen=True)
+class Slip:
+    """ln of true over reported distance; what the search reckons with."""
+
+    size: float
+    sigma: float
+
+
+@dataclass(frozen=True)
 class Outcome:
     """Shares of patches; of negatives, those that were told a place, and of how many."""
 
@@ -73,31 +84,39 @@ class Told:
 
 def drive(
     memory: Floats, line: Floats, spacing: float, interval: float, prior: float, error: float,
-    options: gpr.RevisitSearchOptions, reverse: bool,
+    options: gpr.RevisitSearchOptions, reverse: bool, slip: Slip,
 ) -> Told:  # fmt: skip
     """Drives over `line`, traces (n, samples), with `memory`, the same, in the trace memory."""
     learnt = gpr.PatchFilter(memory, spacing, interval)
     features = learnt.apply(memory)
     search = gpr.RevisitSearch(learnt, spacing, options)
     n = min(len(line), len(memory))
-    traces = line[:n][::-1] if reverse else line[:n]
+    driven = line[:n][::-1] if reverse else line[:n]
+    column = np.exp(slip.size)  # of `driven`, from one trace to the next
+    at = np.arange(0.0, n - 1, column)
+    below = at.astype(int)
+    share = (at - below)[:, None].astype(line.dtype)
+    traces = (1 - share) * driven[below] + share * driven[below + 1]
     step, patch = round(STEP_M / spacing), search.patch_columns
     errors, sigmas = [], []
-    for end in range(patch, n + 1, step):
-        centre = end - 0.5 * (patch + 1)
+    ends = range(patch, len(traces) + 1, step)
+    for end in ends:
+        centre = column * (end - 0.5 * (patch + 1))
         place = n - 1 - centre if reverse else centre
         newest = learnt.apply(traces[:end])[-(patch + BEFORE) :]
-        answer = search.look(newest, step * spacing, features, place + error / spacing, prior + 0.3)
+        answer = search.look(newest, step * spacing, features, place + error / spacing, prior + 0.3,
+                             slip.sigma, 0.25 * slip.sigma)  # fmt: skip
         if answer is not None:
             right_way = answer[2].mirrored == reverse
             errors.append((answer[0] - place) * spacing if right_way else np.inf)
             sigmas.append(answer[2].sigma_m)
-    return Told(np.array(errors), np.array(sigmas), len(range(patch, n + 1, step)))
+    return Told(np.array(errors), np.array(sigmas), len(ends))
 
 
 def run(
-    protocol: ModuleType, name: str, pairs: list[int], prior: float, aside: int, progress: Progress
-) -> Outcome:
+    protocol: ModuleType, name: str, pairs: list[int], prior: float, aside: int, slip: Slip,
+    progress: Progress,
+) -> Outcome:  # fmt: skip
     """The pairs of lines n and n + aside, both directions."""
     random = np.random.default_rng(1)
     errors, sigmas, patches, false, negatives = [], [], 0, 0, 0
@@ -106,7 +125,7 @@ def run(
         line = protocol.load(n + aside)[0]
         passes = [
             drive(memory, line, spacing, interval, prior, random.uniform(-prior, prior),
-                  VARIANTS[name](), reverse)
+                  VARIANTS[name](), reverse, slip)
             for reverse in (False, True)
         ]  # fmt: skip
         all_errors = np.concatenate([told.error for told in passes])
@@ -117,8 +136,10 @@ def run(
         far = random.choice([m for m in range(1, 21) if abs(m - n - aside) >= 5], 2, replace=False)
         for reverse in (False, True):
             for other in far:
-                told = drive(protocol.load(int(other))[0], line, spacing, interval, prior,
-                             random.uniform(-prior, prior), VARIANTS[name](), reverse)  # fmt: skip
+                told = drive(
+                    protocol.load(int(other))[0], line, spacing, interval, prior,
+                    random.uniform(-prior, prior), VARIANTS[name](), reverse, slip,
+                )  # fmt: skip
                 false += len(told.error)
                 negatives += told.patches
         progress.advance()
@@ -144,6 +165,8 @@ def main() -> None:
     parser.add_argument("--prior", type=float, default=0.3, help="m (0.3)")
     parser.add_argument("--aside", type=int, default=1, help="lines between memory and query (1)")
     parser.add_argument("--lines", default="11-20", help="FIRST-LAST (11-20)")
+    parser.add_argument("--slip", metavar="L", type=float, default=0.0, help="of the wheel (0)")
+    parser.add_argument("--slip-sigma", metavar="S", type=float, default=0.0, help="allowed (0)")
     parser.add_argument("--only", choices=list(VARIANTS), help="one variant")
     add_json_flag(parser)
     arguments = parser.parse_args()
@@ -153,7 +176,10 @@ def main() -> None:
     outcomes = []
     for name in [arguments.only] if arguments.only else list(VARIANTS):
         with Progress(name, len(pairs)) as progress:
-            outcomes.append(run(protocol, name, pairs, arguments.prior, arguments.aside, progress))
+            slip = Slip(arguments.slip, arguments.slip_sigma)
+            outcomes.append(
+                run(protocol, name, pairs, arguments.prior, arguments.aside, slip, progress)
+            )
     if arguments.json:
         print_json([asdict(outcome) for outcome in outcomes])
         return
