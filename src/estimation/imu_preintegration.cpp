@@ -89,9 +89,11 @@ void ImuPreintegration::integrate(const Vector3d& acceleration, const Vector3d& 
   // F = [step_t 0 0; v_theta 1 0; p_theta dt 1], G = [Jr_dt 0; v_rate R_once; p_rate R_twice].
   covariance_ = carried(covariance_, step_t, v_theta, p_theta, dt);
   const double gyro_sigma = noise.gyro_density / std::sqrt(dt);
-  const double accel_sigma = noise.accel_density / std::sqrt(dt);
-  add_noise(gyro_sigma * Jr_dt, gyro_sigma * v_rate, gyro_sigma * p_rate, accel_sigma * R_once,
-            accel_sigma * R_twice, covariance_);
+  const double sideways = std::max(noise.accel_density, noise.sideways_density);
+  const auto accel_sigma =
+      (Vector3d(noise.accel_density, sideways, noise.accel_density) / std::sqrt(dt)).eval();
+  add_noise(gyro_sigma * Jr_dt, gyro_sigma * v_rate, gyro_sigma * p_rate,
+            R_once * accel_sigma.asDiagonal(), R_twice * accel_sigma.asDiagonal(), covariance_);
 
   // A bias acts like noise of the opposite sign that stays.
   dp_dbg_ += dv_dbg_ * dt + p_theta * dq_dbg_ - p_rate;

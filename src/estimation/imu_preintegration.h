@@ -12,6 +12,8 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 struct ImuNoise {
   double gyro_density = 0.0;   // rad/s/sqrt(Hz)
   double accel_density = 0.0;  // m/s^2/sqrt(Hz)
+  // Of the acceleration sideways (body y), where it is more.
+  double sideways_density = 0.0;
 };
 
 // Rate and specific force are taken as constant in the turning body over each step, and integrated

@@ -31,6 +31,28 @@ SmootherOptions smoother_options(const SmootherConfig& c) {
 // Between two states, while the wheel says nothing of it: m.
 constexpr double kUnknownDistanceSigma = 100.0;
 
+StateMatrix covariance(const MarginalPrior& prior) {
+  return (prior.A.transpose() * prior.A).inverse();
+}
+
+// Gravity shows more bias than the accelerometer is said to have: what else it says of speeds may
+// be off by its own scale, and a wheel's scale learnt from it would be that.
+bool out_of_calibration(const Config& config, const NavState& x) {
+  constexpr double kRefuted = 3.0;  // standard deviations
+  return config.wheel.scale_sigma > 0 &&
+         x.accel_bias.norm() > kRefuted * config.imu.accel_bias_sigma;
+}
+
+MarginalPrior with_fixed_scale(MarginalPrior prior) {
+  const Eigen::Index rows = prior.A.rows();
+  prior.A.conservativeResize(rows + 1, Eigen::NoChange);
+  prior.A.row(rows).setZero();
+  prior.A(rows, row::kScale) = 1 / kFixedScaleSigma;
+  prior.b.conservativeResize(rows + 1);
+  prior.b[rows] = 0;
+  return prior;
+}
+
 }  // namespace
 
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
@@ -44,9 +66,24 @@ MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covarianc
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
     : config_(config),
       gravity_odom_(0, 0, -config.initializer.gravity),
-      last_covariance_((initial.prior.A.transpose() * initial.prior.A).inverse()),
+      scale_held_(out_of_calibration(config, initial.state)),
+      held_scale_sigma_(scale_held_ ? std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))
+                                    : 0.0),
+      start_(initial.state.p_odom),
+      last_covariance_(covariance(scale_held_ ? with_fixed_scale(initial.prior) : initial.prior)),
       bias_known_(initial.state),
-      smoother_(smoother_options(config.smoother), initial.state, initial.prior) {}
+      smoother_(smoother_options(config.smoother), initial.state,
+                scale_held_ ? with_fixed_scale(initial.prior) : initial.prior) {}
+
+// A scale that is off by a share shortens the way since the start, and the speed, by that share.
+StateMatrix StateEstimator::covariance_of_held_scale() const {
+  const NavState& x = smoother_.newest();
+  StateVector share = StateVector::Zero();
+  share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
+  share.segment<3>(row::kV) = -x.v_odom / x.wheel_scale;
+  share[row::kScale] = 1;
+  return held_scale_sigma_ * held_scale_sigma_ * share * share.transpose();
+}
 
 StateResult StateEstimator::add(const StateInput& input) {
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
@@ -70,7 +107,8 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (batch_) batch_->add_state(predicted);
   const double root_dt = std::sqrt(imu.duration());
   tie(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
-  const double scale_walk = config_.wheel.scale_sigma > 0 ? config_.wheel.scale_walk : 0.0;
+  const double scale_walk =
+      config_.wheel.scale_sigma > 0 && !scale_held_ ? config_.wheel.scale_walk : 0.0;
   const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
                accel_walk = config_.imu.accel_bias_walk * root_dt;
   tie(a, b,
@@ -103,7 +141,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     solve(b, predicted, result);
   }
   result.state = smoother_.newest();
-  result.covariance = last_covariance_;
+  result.covariance = last_covariance_ + covariance_of_held_scale();
   if (input.standing) bias_known_ = result.state;
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;
@@ -143,7 +181,7 @@ bool StateEstimator::tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId 
 void StateEstimator::give_up(const NavState& state) {
   StateVector growth;
   growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
-      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), 1e-3;
+      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_held_ ? 0.0 : 1e-3;
   last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
   restart(state);
 }

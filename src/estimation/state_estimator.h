@@ -107,11 +107,16 @@ class StateEstimator {
   void carry_over(const StateInput& input);
   void go_on_from(const CarriedState& state);
   void restart(const NavState& state);
+  StateMatrix covariance_of_held_scale() const;
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
            std::shared_ptr<const Factor> factor);
 
   Config config_;
   Eigen::Vector3d gravity_odom_;
+  // The wheel's scale stays where it is, as uncertain as it is. Below no covariance knows of that.
+  bool scale_held_;
+  double held_scale_sigma_;
+  Eigen::Vector3d start_;        // in odom
   StateMatrix last_covariance_;  // of the last state that a solve ended with, common_ included
   NavState bias_known_;          // the last state whose gyro bias a standstill bore out
   StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart

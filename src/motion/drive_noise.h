@@ -24,9 +24,10 @@ class DriveNoise {
   // Whether enough has been driven to tell, some twenty seconds.
   bool known() const { return known_; }
 
-  // m/s^2/sqrt(Hz), of the direction forwards; 0 where driving has not shown more than the wheel's
-  // own noise would.
-  double accel_density() const { return accel_density_; }
+  // m/s^2/sqrt(Hz), forwards and sideways (x and y of body); 0 where driving has not shown more
+  // than the wheel's own noise would.
+  double accel_density() const { return accel_density_[0]; }
+  double sideways_density() const { return accel_density_[1]; }
 
   // m, one standard deviation of the wheel's distance over one state interval; 0: not known yet.
   double increment_sigma() const { return increment_sigma_m_; }
@@ -34,7 +35,7 @@ class DriveNoise {
  private:
   // Of the speed by the IMU, less that by the wheel, at state intervals: S(k + 2m) - 2 S(k + m) +
   // S(k), which is free of a constant bias and of a constant tilt.
-  double variance(std::size_t m) const;
+  Eigen::Array2d variance(std::size_t m) const;
   void learn();
 
   static constexpr std::size_t kMost = 600;   // intervals kept: two minutes of driving
@@ -46,12 +47,13 @@ class DriveNoise {
   double last_wheel_m_ = 0;                       // its distance, true metres
   double last_v_ = 0, last_p_ = 0, last_dt_ = 0;  // what the IMU adds to speed and distance in it
   struct Run {
-    std::deque<double> drift_mps;  // S, one a state interval
+    std::deque<Eigen::Vector2d> drift_mps;  // S forwards and sideways, one a state interval
   };
   std::deque<Run> runs_;  // driven without a break, newest last
   std::size_t kept_ = 0;
   bool known_ = false;
-  double accel_density_ = 0.0, increment_sigma_m_ = 0.0;
+  Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
+  double increment_sigma_m_ = 0.0;
 };
 
 }  // namespace gprodom

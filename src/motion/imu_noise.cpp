@@ -20,9 +20,8 @@ ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
 }
 
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference) {
-  constexpr size_t kEnough = 20;
   constexpr double kSignificant = 1.2;  // three deviations of what 80 samples show
-  if (samples.size() < kEnough) return reference;
+  if (samples.size() < kEnoughForNoise) return reference;
   const ImuNoise measured = measured_noise(samples);
   auto prevailing = [](double at_rest, double now) {
     return now > kSignificant * at_rest ? now : at_rest;

@@ -14,6 +14,8 @@ ImuNoise measured_noise(const std::vector<ImuSample>& samples);
 
 // Of each sensor what the samples show where that is clearly more than the reference, else the
 // reference. Few samples say nothing.
+constexpr std::size_t kEnoughForNoise = 20;
+
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
 
 }  // namespace gprodom

@@ -115,10 +115,13 @@ void MotionJudge::adopt(const StateResult& newest) {
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   if (!config_.imu.adaptive_noise) return noise_at_standstill_;
-  ImuNoise noise = prevailing_noise(imu_.between(from, to), noise_at_standstill_);
+  auto samples = imu_.between(from, to);
+  if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
+  ImuNoise noise = prevailing_noise(samples, noise_at_standstill_);
   if (newest_.standing) return noise;
-  noise.accel_density = std::max(
-      noise.accel_density, std::min(kMostSlow * noise.accel_density, drive_noise_.accel_density()));
+  const double prevailing = noise.accel_density, most = kMostSlow * prevailing;
+  noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
+  noise.sideways_density = std::min(most, drive_noise_.sideways_density());
   return noise;
 }
 

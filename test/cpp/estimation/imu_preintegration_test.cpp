@@ -65,7 +65,7 @@ struct Motion {
 
 constexpr double kDt = 0.005;
 constexpr int kParts = 4;
-const ImuNoise kNoise{1.6e-4, 5.9e-4};
+const ImuNoise kNoise{1.6e-4, 5.9e-4, 3 * 5.9e-4};
 
 TEST(ImuPreintegration, EqualsIntegrationInSmallSteps) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
@@ -80,6 +80,11 @@ TEST(ImuPreintegration, EqualsIntegrationInSmallSteps) {
     EXPECT_LT((d.v - motion.v).norm(), 1e-8 * motion.v.norm());
     EXPECT_LT((d.p - motion.p).norm(), 1e-8 * motion.p.norm());
   }
+}
+
+// Sideways the force is worse known.
+Vector3d force_density() {
+  return {kNoise.accel_density, kNoise.sideways_density, kNoise.accel_density};
 }
 
 TEST(ImuPreintegration, CovarianceEqualsNumericPropagation) {
@@ -112,8 +117,8 @@ TEST(ImuPreintegration, CovarianceEqualsNumericPropagation) {
       G.col(k) = (8 * (at(g) - at(-g)) - (at(2 * g) - at(-2 * g))) / (12 * g);
     }
     Eigen::Matrix<double, 6, 1> q;
-    q << Vector3d::Constant(kNoise.gyro_density * kNoise.gyro_density / kDt),
-        Vector3d::Constant(kNoise.accel_density * kNoise.accel_density / kDt);
+    q << Vector3d::Constant(kNoise.gyro_density), force_density();
+    q = (q.cwiseAbs2() / kDt).eval();
     P = F * P * F.transpose() + G * q.asDiagonal() * G.transpose();
     motion = next;
   }
@@ -131,7 +136,7 @@ TEST(ImuPreintegration, CovarianceEqualsThatOfDrawnNoise) {
       if (engine)
         for (int k = 0; k < 3; ++k) {
           s.rate[k] += n(*engine) * kNoise.gyro_density / std::sqrt(kDt);
-          s.force[k] += n(*engine) * kNoise.accel_density / std::sqrt(kDt);
+          s.force[k] += n(*engine) * force_density()[k] / std::sqrt(kDt);
         }
       imu.integrate(s.force, s.rate, kDt);
     }

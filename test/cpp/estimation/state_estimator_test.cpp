@@ -158,5 +158,46 @@ TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   EXPECT_LT(sigma(result, row::kTheta + 2), 0.02);
 }
 
+// Gravity shows four times the bias that the accelerometer is said to have. What it says of speeds
+// may be off by as much, so the wheel's scale is not learnt from it, and not better known either.
+TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
+  for (const bool calibrated : {true, false}) {
+    Config config;
+    InitialState initial;
+    initial.state.time = from_seconds(10.0);
+    if (!calibrated) initial.state.accel_bias.z() = 4 * config.imu.accel_bias_sigma;
+    initial.noise = {1.6e-4, 6e-4};
+    StateVector sigmas = StateVector::Constant(1e-3);
+    sigmas[row::kScale] = config.wheel.scale_sigma;
+    const StateMatrix known = sigmas.cwiseAbs2().asDiagonal();
+    initial.prior = gaussian_prior(initial.state, known);
+    StateEstimator estimator(config, initial);
+    std::mt19937 random(1);
+    double speed = 0;
+    StateResult result;
+    for (int k = 0; k < 100; ++k) {
+      Motion motion{speed, 0.0};
+      motion.push = 0.5 * std::cos(0.2 * k) * 1.05;  // more than the wheel's speeds change by
+      StateInput input = interval(10.0 + k * kStateInterval, motion, random);
+      for (MotionStep& step : input.steps) {
+        speed += 0.5 * std::cos(0.2 * k) * step.dt;
+        step.wheel_m = speed * step.dt;
+        step.acceleration += initial.state.accel_bias;
+      }
+      result = estimator.add(input);
+      ASSERT_TRUE(result.solve.usable);
+    }
+    const double scale = result.state.wheel_scale, sigma_scale = sigma(result, row::kScale);
+    if (calibrated) {
+      EXPECT_NEAR(scale, 1 / 1.05, 0.01);
+      EXPECT_LT(sigma_scale, 0.5 * config.wheel.scale_sigma);
+    } else {
+      EXPECT_NEAR(scale, 1.0, 1e-4);
+      EXPECT_NEAR(sigma_scale, config.wheel.scale_sigma, 1e-4);
+      EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -10,16 +10,17 @@
 namespace gprodom {
 namespace {
 
-constexpr double kGravity = 9.80665, kInterval_s = 0.2, kRate = 50;
+constexpr double kGravity = 9.80665, kInterval_s = 0.2, kRate = 50, kTurn = 0.2;
 
 struct Shown {
-  double accel_density, increment_sigma;
+  double accel_density, increment_sigma, sideways_density;
 };
 
 // Two minutes of driving with these noises, `slipping` of the time with a wheel that turns 1.5
-// times as fast as it should, for a second at once. bias: of the accelerometer, not known.
-Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
-            double bias = 0.0) {
+// times as fast as it should, for a second at once. bias: of the accelerometer, not known. The
+// robot turns all the time.
+Shown drive(double accel_density, double increment_sigma, double slipping = 0.0, double bias = 0.0,
+            double sideways_density = 0.0) {
   DriveNoise noise(kGravity);
   std::mt19937 random(1);
   std::normal_distribution<double> n;
@@ -38,6 +39,9 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
       const double force = 0.3 * std::cos(0.5 * t) + bias;
       step.acceleration = {force + accel_density * std::sqrt(kRate) * n(random), 0, kGravity};
       step.wheel_m = (1.0 + 0.6 * std::sin(0.5 * t)) / kRate;
+      step.angular_velocity.z() = kTurn;
+      step.acceleration.y() =
+          kTurn * step.wheel_m * kRate + sideways_density * std::sqrt(kRate) * n(random);
       true_m += step.wheel_m;
       input.steps.push_back(step);
     }
@@ -45,7 +49,7 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
     noise.add(input, at);
     at.time = input.time;
   }
-  return {noise.accel_density(), noise.increment_sigma()};
+  return {noise.accel_density(), noise.increment_sigma(), noise.sideways_density()};
 }
 
 TEST(DriveNoise, TellsAccelerationsFromWheel) {
@@ -55,6 +59,13 @@ TEST(DriveNoise, TellsAccelerationsFromWheel) {
   const Shown jittery = drive(0.001, 0.01);
   EXPECT_LT(jittery.accel_density, 0.02);
   EXPECT_NEAR(jittery.increment_sigma, 0.01, 0.003);
+}
+
+TEST(DriveNoise, TellsForwardsFromSideways) {
+  const Shown tilting = drive(0.002, 0.0005, 0.0, 0.0, 0.1);
+  EXPECT_NEAR(tilting.sideways_density, 0.1, 0.03);
+  EXPECT_LT(tilting.accel_density, 0.01);
+  EXPECT_LT(drive(0.1, 0.0005).sideways_density, 0.01);
 }
 
 TEST(DriveNoise, NeitherASlipNorABiasIsNoise) {
