@@ -22,7 +22,7 @@ struct Shown {
 Shown drive(double accel_density, double increment_sigma, double slipping = 0.0, double bias = 0.0,
             double sideways_density = 0.0) {
   DriveNoise noise(kGravity);
-  std::mt19937 random(1);
+  std::mt19937 random(1), random_sideways(2);
   std::normal_distribution<double> n;
   NavState at;
   double t = 0;
@@ -41,7 +41,7 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
       step.wheel_m = (1.0 + 0.6 * std::sin(0.5 * t)) / kRate;
       step.angular_velocity.z() = kTurn;
       step.acceleration.y() =
-          kTurn * step.wheel_m * kRate + sideways_density * std::sqrt(kRate) * n(random);
+          kTurn * step.wheel_m * kRate + sideways_density * std::sqrt(kRate) * n(random_sideways);
       true_m += step.wheel_m;
       input.steps.push_back(step);
     }
