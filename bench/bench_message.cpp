@@ -13,6 +13,7 @@
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
+#include "lcmtypes/gprodom/wheels_t.hpp"
 
 namespace gprodom {
 namespace {
@@ -33,7 +34,9 @@ void decode_imu(benchmark::State& state) { decode(state, imu_t{}, ChannelConfig(
 BENCHMARK(decode_imu)->Unit(benchmark::kMicrosecond);
 
 void decode_wheel(benchmark::State& state) { decode(state, wheel_t{}, ChannelConfig().wheel); }
+void decode_wheels(benchmark::State& state) { decode(state, wheels_t{}, ChannelConfig().wheels); }
 BENCHMARK(decode_wheel)->Unit(benchmark::kMicrosecond);
+BENCHMARK(decode_wheels)->Unit(benchmark::kMicrosecond);
 
 void decode_trace(benchmark::State& state) {
   gpr_trace_t trace{};

@@ -44,6 +44,7 @@ FOREIGN_SHARE = 0.02  # of the packets are datagrams that are no LCM
 CHANNELS = {
     "IMU": "imu_t",
     "WHEEL": "wheel_t",
+    "WHEELS": "wheels_t",
     "GPR_TRACE": "gpr_trace_t",
     "GPR_DISPLACEMENT_IN": "displacement_t",
     "COMMAND": "command_t",
@@ -59,6 +60,8 @@ def valid(channel: str, utime: int, rng: np.random.Generator) -> Any:
         m.linear_acceleration = [0.0, 0.0, 9.8]
     elif channel == "WHEEL":
         m.ticks, m.metres_per_tick = 1, 1e-3
+    elif channel == "WHEELS":
+        m.left_ticks, m.right_ticks, m.metres_per_tick = 1, 1, 1e-3
     elif channel == "GPR_TRACE":
         m.sample_interval = 2e-10
         m.num_samples = 201
@@ -106,7 +109,7 @@ def impossible(channel: str, rng: np.random.Generator, utime: int) -> bytes:
     elif channel == "IMU":
         field = m.linear_acceleration if rng.random() < 0.5 else m.angular_velocity
         field[rng.integers(0, 3)] = bad
-    elif channel == "WHEEL":
+    elif channel in ("WHEEL", "WHEELS"):
         m.metres_per_tick = bad
     elif channel == "GPR_TRACE":
         which = rng.integers(0, 3)

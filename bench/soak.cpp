@@ -33,13 +33,18 @@ namespace {
 
 using namespace gprodom;
 
+bool is_sensor(const Input& input) {
+  return std::holds_alternative<ImuSample>(input) || std::holds_alternative<WheelSample>(input) ||
+         std::holds_alternative<GprTrace>(input);
+}
+
 std::vector<Input> read_log(const ChannelConfig& channels, const std::string& path) {
   std::vector<Input> inputs;
   LogReader reader(path);
   while (const lcm::LogEvent* event = reader.next()) {
     auto input = decode_input(channels, event->channel, event->data,
                               static_cast<std::size_t>(event->datalen));
-    if (input && input->index() <= 2) inputs.push_back(std::move(*input));  // IMU, wheel, radar
+    if (input && is_sensor(*input)) inputs.push_back(std::move(*input));
   }
   if (inputs.empty()) throw std::runtime_error(path + ": no IMU, wheel or radar messages");
   return inputs;

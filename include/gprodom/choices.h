@@ -10,6 +10,7 @@
 
 namespace gprodom {
 
+enum class WheelDrive { kSingle, kDifferential, kSkidSteer, kAckermann };
 enum class WheelForm { kIncrement, kDistance };
 enum class FrontEndKind { kMotion, kStationarity, kSfm, kBscan, kDec, kTraceCount, kNone };
 enum class Fusion { kSigned, kNorm };
@@ -36,6 +37,9 @@ enum class LogLevel { kDebug, kInfo, kWarning, kError };
 enum class CommandName { kReset, kSaveMap, kLoadMap };  // of command_t
 
 // In the order of the enum, whose value selects the overload and is not looked at.
+constexpr std::array<const char*, 4> names_like(WheelDrive) {
+  return {"single", "differential", "skid_steer", "ackermann"};
+}
 constexpr std::array<const char*, 2> names_like(WheelForm) { return {"increment", "distance"}; }
 constexpr std::array<const char*, 7> names_like(FrontEndKind) {
   return {"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"};
@@ -60,6 +64,7 @@ constexpr std::array<const char*, 3> names_like(CommandName) {
   return {"reset", "save_map", "load_map"};
 }
 
+static_assert(names_like(WheelDrive{}).size() == std::size_t(WheelDrive::kAckermann) + 1);
 static_assert(names_like(WheelForm{}).size() == std::size_t(WheelForm::kDistance) + 1);
 static_assert(names_like(FrontEndKind{}).size() == std::size_t(FrontEndKind::kNone) + 1);
 static_assert(names_like(Fusion{}).size() == std::size_t(Fusion::kNorm) + 1);

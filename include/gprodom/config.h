@@ -14,6 +14,7 @@ struct ChannelConfig {
   std::string gpr_trace = "GPR_TRACE";
   std::string imu = "IMU";
   std::string wheel = "WHEEL";
+  std::string wheels = "WHEELS";
   std::string displacement_in = "GPR_DISPLACEMENT_IN";
   std::string command = "COMMAND";
   std::string displacement = "GPR_DISPLACEMENT";
@@ -46,6 +47,8 @@ struct ImuConfig {
 
 struct WheelConfig {
   bool enabled = true;
+  WheelDrive drive = WheelDrive::kSingle;  // what turns the robot
+  double track = 0.5;  // m; between left and right wheels, by tape; single has no use for it
   WheelForm form = WheelForm::kIncrement;  // signed, with the gyro; or the paper's norm
   double scale = 1.0;                      // reported over true distance
   double scale_sigma = 0.02;               // prior of the scale; 0 holds it fixed

@@ -25,6 +25,7 @@ struct Rejection {
   std::string reason;
 };
 
-using Input = std::variant<ImuSample, WheelSample, GprTrace, Displacement, Command, Rejection>;
+using Input =
+    std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement, Command, Rejection>;
 
 }  // namespace gprodom

@@ -33,6 +33,7 @@ class Odometry {
   // Bad samples (non-finite, out of range, out of time) are counted, warned of and dropped.
   void add(const ImuSample& sample);
   void add(const WheelSample& sample);
+  void add(const WheelsSample& sample);  // once heard, a single wheel's samples are dropped
   void add(const GprTrace& trace);
   void add(const Displacement& external);
 

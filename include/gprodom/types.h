@@ -34,6 +34,13 @@ struct WheelSample {
   double distance_m = 0.0;
 };
 
+// The same of the left and the right side. Of several wheels of one side, their mean.
+struct WheelsSample {
+  TimeNs time = 0;
+  double left_m = 0.0;
+  double right_m = 0.0;
+};
+
 // One radar trace, in counts. Sample i was taken at i * sample_interval_s - time_zero_s after the
 // pulse left the antenna.
 struct GprTrace {
@@ -82,7 +89,9 @@ enum OdometryFlags : std::int32_t {
   kImuGap = 16,        // IMU data were missing since the last state
   kSolverFailed = 32,  // the last solve failed; the state is the last good one, propagated
   kWheelFast = 64,     // slipping: the wheel is faster than the ground
-  kWheelSlow = 128     // slipping: the wheel is slower than the ground
+  kWheelSlow = 128,    // slipping: the wheel is slower than the ground
+  kLeftSlips = 256,    // of two sides the left one slips; the right one is gone by
+  kRightSlips = 512    // likewise
 };
 
 // Covariances: pose as [position (m), rotation vector (rad)], both in `odom` axes, of the error

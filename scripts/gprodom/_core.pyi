@@ -753,6 +753,15 @@ class Odometry:
         """
         distance: signed, cumulative, metres.
         """
+    def add_wheels(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        left: typing.SupportsFloat | typing.SupportsIndex,
+        right: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None:
+        """
+        left, right: signed, cumulative, metres. In place of add_wheel.
+        """
     def finish(self) -> Outputs: ...
     def forget(self) -> None:
         """
@@ -790,6 +799,7 @@ class Odometry:
         """
         A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are integers,
         nanoseconds; others raise ValueError.
+        wheel_distance: (n,), or (n, 2) of left and right wheels.
         """
     def save_map(self, path: str) -> None:
         """

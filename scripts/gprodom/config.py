@@ -25,6 +25,7 @@ class Channels:
     gpr_trace: str = "GPR_TRACE"
     imu: str = "IMU"
     wheel: str = "WHEEL"
+    wheels: str = "WHEELS"
     displacement_in: str = "GPR_DISPLACEMENT_IN"
     command: str = "COMMAND"
     displacement: str = "GPR_DISPLACEMENT"
@@ -36,7 +37,10 @@ class Channels:
     sfm: str = "SFM"
 
     def of(self, *roles: str) -> dict[str, str]:
-        """Names by role."""
+        """Names by role. Who asks for the wheel gets the pair of wheels as well: one stands in for
+        the other."""
+        if "wheel" in roles:
+            roles = (*roles, "wheels")
         return {role: getattr(self, role) for role in roles}
 
 

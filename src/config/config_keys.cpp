@@ -26,6 +26,7 @@ void add_channels(Keys& keys, ChannelConfig& c) {
     {"channels.gpr_trace", &c.gpr_trace, "", kChannel, "in: gpr_trace_t"},
     {"channels.imu", &c.imu, "", kChannel, "in: imu_t"},
     {"channels.wheel", &c.wheel, "", kChannel, "in: wheel_t"},
+    {"channels.wheels", &c.wheels, "", kChannel, "in: wheels_t, left and right; in place of wheel_t"},
     {"channels.displacement_in", &c.displacement_in, "", kChannel, "in: displacement_t of another process"},
     {"channels.command", &c.command, "", kChannel, "in: command_t"},
     {"channels.displacement", &c.displacement, "", kChannel, "out: displacement_t of the radar front end"},
@@ -64,6 +65,8 @@ void add_imu(Keys& keys, ImuConfig& c) {
 void add_wheel(Keys& keys, WheelConfig& c) {
   keys.insert(keys.end(), {
     {"wheel.enabled", &c.enabled, "", kAny, "use the wheel encoder"},
+    {"wheel.drive", &c.drive, "", kAny, "what turns the robot; all but single learn from left and right wheels"},
+    {"wheel.track", &c.track, "m", between(0.05, 10), "between left and right wheels, by tape; single has no use for it"},
     {"wheel.form", &c.form, "", kAny, "signed increment with the gyro, or the paper's distance norm"},
     {"wheel.scale", &c.scale, "", between(0.1, 10), "reported distance over true distance"},
     {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior of the scale; 0 holds it fixed"},

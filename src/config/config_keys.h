@@ -35,9 +35,9 @@ struct Text {
 
 using Allowed = std::variant<Range, Text>;
 // The enums are those of gprodom/choices.h, which has the names that they go by.
-using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, WheelForm*,
-                                  FrontEndKind*, Fusion*, Background*, WaveletKind*, DistanceForm*,
-                                  CoherenceUse*, SolverKind*, LogLevel*>;
+using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, WheelDrive*,
+                                  WheelForm*, FrontEndKind*, Fusion*, Background*, WaveletKind*,
+                                  DistanceForm*, CoherenceUse*, SolverKind*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

@@ -46,7 +46,8 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   double dt = 0.0;
   for (const MotionStep& step : input.steps) {
     Vector3d rate = Vector3d::Zero();
-    if (turning || !step.bridged) rate = step.angular_velocity - x.gyro_bias;
+    if (turning || !step.bridged || step.wheel_turn)
+      rate = angular_velocity(step, x.gyro_bias) - x.gyro_bias;
     motion.integrate(rate, step.dt, wheel ? step.wheel_m / x.wheel_scale : speed * step.dt);
     y.q_odom_body = (y.q_odom_body * so3::exp(rate * step.dt)).normalized();
     dt += step.dt;
@@ -64,7 +65,10 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   // A motion that is known leaves the chart's errors as they are; its own come in plain.
   StateMatrix P = plain_position(y, 1) * from.covariance * plain_position(y, 1).transpose();
   double& yaw = P(row::kTheta + 2, row::kTheta + 2);
-  const double turned = kTurning * kTurning * (std::pow(gap_s, 4) - std::pow(gap_s - dt, 4));
+  const bool told = std::any_of(input.steps.begin(), input.steps.end(),
+                                [](const MotionStep& s) { return s.wheel_turn.has_value(); });
+  const double turned = told ? input.turn_variance
+                             : kTurning * kTurning * (std::pow(gap_s, 4) - std::pow(gap_s - dt, 4));
   yaw = std::max(yaw, std::min(yaw + turned, kAnyYaw * kAnyYaw));
   for (int axis : {row::kTheta, row::kTheta + 1}) {
     double& tilt = P(axis, axis);

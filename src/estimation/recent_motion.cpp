@@ -4,6 +4,11 @@
 
 namespace gprodom {
 
+Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias) {
+  if (!step.wheel_turn) return step.angular_velocity;
+  return gyro_bias + Eigen::Vector3d(0, 0, *step.wheel_turn / step.dt);
+}
+
 void RecentMotion::forget_before(TimeNs time) {
   while (!stretches_.empty() && stretches_.front().time < time) stretches_.pop_front();
 }
@@ -16,7 +21,8 @@ ImuPreintegration RecentMotion::since(const NavState& state, TimeNs moment) cons
   double left = to_seconds(moment - state.time);
   for (const MotionStep& step : stretch->steps) {
     if (left <= 0) break;
-    imu.integrate(step.acceleration, step.angular_velocity, std::min(step.dt, left));
+    imu.integrate(step.acceleration, angular_velocity(step, state.gyro_bias),
+                  std::min(step.dt, left));
     left -= step.dt;
   }
   return imu;

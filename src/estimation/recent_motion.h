@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "estimation/imu_preintegration.h"
@@ -16,9 +17,15 @@ struct MotionStep {
   double dt = 0.0;  // s
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
-  double wheel_m = 0.0;  // signed
-  bool bridged = false;  // no IMU data: values held, noise opened up
+  double wheel_m = 0.0;   // signed
+  bool bridged = false;   // no IMU data: values held, noise opened up
+  bool long_gap = false;  // of more than kLongestBridge
+  // rad, about body z; in a long gap, where left and right wheels tell of it.
+  std::optional<double> wheel_turn;
 };
+
+// rad/s, body: of the gyro or, in a long gap, of the wheels; the bias counts as the gyro's.
+Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias);
 
 class RecentMotion {
  public:

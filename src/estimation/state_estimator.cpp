@@ -65,6 +65,7 @@ MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covarianc
 
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
     : config_(config),
+      drive_(drive_traits(config.wheel)),
       gravity_odom_(0, 0, -config.initializer.gravity),
       scale_held_(out_of_calibration(config, initial.state)),
       held_scale_sigma_(scale_held_ ? std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))
@@ -93,7 +94,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;
   for (const MotionStep& step : input.steps) {
-    imu.integrate(step.acceleration, step.angular_velocity, step.dt,
+    imu.integrate(step.acceleration, angular_velocity(step, last.gyro_bias), step.dt,
                   step.bridged ? kBridgedImuNoise : input.noise);
     result.bridged |= step.bridged;
   }
@@ -234,13 +235,17 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   const NavState& x = smoother_.state(a);
   const double speed = (x.q_odom_body.conjugate() * x.v_odom).x() * x.wheel_scale;
   WheelIncrement increment(x.gyro_bias);
-  for (const MotionStep& step : input.steps)
-    increment.integrate(step.angular_velocity, step.dt,
-                        turns_with_ground ? step.wheel_m : speed * step.dt);
-  Vector3d variance =
-      increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
+  double turned = 0.0;
+  for (const MotionStep& step : input.steps) {
+    const Vector3d rate = angular_velocity(step, x.gyro_bias);
+    increment.integrate(rate, step.dt, turns_with_ground ? step.wheel_m : speed * step.dt);
+    turned += (rate - x.gyro_bias).z() * step.dt;
+  }
+  Vector3d variance = increment.variance(
+      {std::max(c.noise, input.wheel_noise), c.lateral_noise, c.vertical_noise, c.noise_floor});
   variance[0] = std::max(
       variance[0], std::pow(c.noise, 2) * increment.path() + std::pow(input.wheel_sigma_m, 2));
+  variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   std::shared_ptr<const Factor> factor;
   if (c.form == WheelForm::kDistance)

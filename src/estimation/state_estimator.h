@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimation/batch.h"
+#include "estimation/drive_traits.h"
 #include "estimation/fixed_lag_smoother.h"
 #include "estimation/recent_motion.h"
 #include "gprodom/config.h"
@@ -37,6 +38,8 @@ struct StateInput {
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
   double wheel_sigma_m = 0.0;       // of the wheel's distance, beside wheel.noise; as learnt
+  double wheel_noise = 0.0;         // m/sqrt(m), as the sides show it; below wheel.noise: that
+  double turn_variance = 0.0;       // rad^2, of the steps' wheel_turn together
   bool standing = false;            // proven: the robot did not move
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
@@ -112,6 +115,7 @@ class StateEstimator {
            std::shared_ptr<const Factor> factor);
 
   Config config_;
+  DriveTraits drive_;
   Eigen::Vector3d gravity_odom_;
   // The wheel's scale stays where it is, as uncertain as it is. Below no covariance knows of that.
   bool scale_held_;

@@ -30,6 +30,7 @@ Channel channel_of(const InputMessage& message, const Config& config) {
   const ChannelConfig& c = config.channels;
   const Channel channels[] = {{c.imu, TimeGuard::kImu, config.imu.time_offset},
                               {c.wheel, TimeGuard::kWheel, config.wheel.time_offset},
+                              {c.wheels, TimeGuard::kWheels, config.wheel.time_offset},
                               {c.gpr_trace, TimeGuard::kGpr, config.gpr.time_offset},
                               {c.displacement_in, TimeGuard::kDisplacement, 0.0}};
   return channels[message.index()];
@@ -54,7 +55,9 @@ bool InputCheck::accept(InputMessage& message) {
   health_.advance(time);
   watch(message);
   if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
-  if (std::holds_alternative<WheelSample>(message)) wheel_now_ = std::max(wheel_now_, time);
+  pair_heard_ |= std::holds_alternative<WheelsSample>(message);
+  if (std::holds_alternative<WheelSample>(message) || std::holds_alternative<WheelsSample>(message))
+    wheel_now_ = std::max(wheel_now_, time);
   if (std::holds_alternative<GprTrace>(message)) gpr_now_ = time;
   return true;
 }
@@ -65,6 +68,8 @@ std::string InputCheck::refusal(InputMessage& message) {
   const TimeNs time =
       std::visit([&](auto& m) { return m.time += from_seconds(channel.offset_s); }, message);
   std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
+  if (reason.empty() && pair_heard_ && std::holds_alternative<WheelSample>(message))
+    reason = "not used: left and right wheels are heard";
   const auto* imu = std::get_if<ImuSample>(&message);
   const auto* trace = std::get_if<GprTrace>(&message);
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);
@@ -92,6 +97,10 @@ void InputCheck::watch(const InputMessage& message) {
     health_.count(name, "clock and the IMU's drift apart: 50 ppm or more");
 }
 
+const std::string& InputCheck::wheel_channel() const {
+  return pair_heard_ ? config_.channels.wheels : config_.channels.wheel;
+}
+
 bool InputCheck::radar_silent() const { return gpr_now_ + kSecond < imu_now_; }
 
 void InputCheck::watch_silence(bool radar_used) {
@@ -100,7 +109,7 @@ void InputCheck::watch_silence(bool radar_used) {
     health_.set(topic, HealthLevel::kDegraded, silent ? kNoData : "");
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
-  watch(config_.channels.wheel, config_.wheel.enabled, wheel_now_);
+  watch(wheel_channel(), config_.wheel.enabled, wheel_now_);
   watch(config_.channels.gpr_trace, radar_used, gpr_now_);
   const bool no_signal = radar_used && gpr_signal_ + kSecond < gpr_now_;
   health_.set("radar", HealthLevel::kDegraded,

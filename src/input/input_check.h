@@ -16,7 +16,7 @@
 
 namespace gprodom {
 
-using InputMessage = std::variant<ImuSample, WheelSample, GprTrace, Displacement>;
+using InputMessage = std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement>;
 
 class InputCheck {
  public:
@@ -37,6 +37,9 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
+  // The channel that the wheel is heard on: that of the pair, once there is one.
+  const std::string& wheel_channel() const;
+
   // No trace for a second.
   bool radar_silent() const;
 
@@ -48,6 +51,8 @@ class InputCheck {
   std::optional<Status> status_without_clock();
 
  private:
+  static constexpr std::size_t kMessages = std::variant_size_v<InputMessage>;
+
   std::string refusal(InputMessage& message);
   void watch(const InputMessage& message);
 
@@ -57,9 +62,10 @@ class InputCheck {
   TraceFormatWatch trace_format_;
   ImuWatch imu_watch_;
   TraceWatch trace_watch_;
-  std::array<GapWatch, 4> gaps_;      // by the message's index
-  std::array<ClockWatch, 4> clocks_;  // likewise
+  std::array<GapWatch, kMessages> gaps_;      // by the message's index
+  std::array<ClockWatch, kMessages> clocks_;  // likewise
   TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
+  bool pair_heard_ = false;
   TimeNs gpr_signal_ = 0;  // newest trace that was not dead
   TimeNs next_lost_status_ = 0;
 };

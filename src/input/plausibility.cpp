@@ -18,6 +18,11 @@ std::string fault(const WheelSample& s, const Config& /*config*/) {
   return std::abs(s.distance_m) < 1e9 ? "" : "distance beyond a million kilometres";
 }
 
+std::string fault(const WheelsSample& s, const Config& config) {
+  const std::string left = fault(WheelSample{s.time, s.left_m}, config);
+  return left.empty() ? fault(WheelSample{s.time, s.right_m}, config) : left;
+}
+
 std::string fault(const GprTrace& s, const Config& config) {
   if (s.samples.size() < 32) return "fewer than 32 samples";
   if (s.samples.size() > 16384) return "more than 16384 samples";

@@ -10,6 +10,7 @@ namespace gprodom {
 
 std::string fault(const ImuSample& sample, const Config& config);
 std::string fault(const WheelSample& sample, const Config& config);
+std::string fault(const WheelsSample& sample, const Config& config);
 std::string fault(const GprTrace& trace, const Config& config);
 std::string fault(const Displacement& displacement, const Config& config);
 

@@ -61,7 +61,7 @@ bool TimeGuard::all_are_ahead(TimeNs time) const {
   const Track& imu = tracks_[kImu];
   if (time < imu.newest || time - imu.newest > kMostAhead - ahead()) return false;
   bool one = false;
-  for (const Source source : {kWheel, kGpr}) {
+  for (const Source source : {kWheel, kWheels, kGpr}) {
     const Track& other = tracks_[source];
     if (other.newest < imu.newest - kRunning) continue;
     const bool agrees = other.strays > 0 && other.at_first_stray == imu_accepted_ &&

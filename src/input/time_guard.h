@@ -13,7 +13,7 @@ namespace gprodom {
 
 class TimeGuard {
  public:
-  enum Source { kImu, kWheel, kGpr, kDisplacement };
+  enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement };
 
   explicit TimeGuard(const TimeConfig& config);
 
@@ -61,7 +61,7 @@ class TimeGuard {
   void add_stray(Track& track, TimeNs time) const;
 
   TimeNs reorder_, max_jump_;
-  std::array<Track, 4> tracks_;
+  std::array<Track, 5> tracks_;
   long imu_accepted_ = 0;
   TimeNs offset_ = 0;  // from stamps to the time that goes on, since the clock was set
 

@@ -25,6 +25,8 @@ static_assert(is(kImuGap, odometry_t::IMU_GAP));
 static_assert(is(kSolverFailed, odometry_t::SOLVER_FAILED));
 static_assert(is(kWheelFast, odometry_t::WHEEL_FAST));
 static_assert(is(kWheelSlow, odometry_t::WHEEL_SLOW));
+static_assert(is(kLeftSlips, odometry_t::LEFT_SLIPS));
+static_assert(is(kRightSlips, odometry_t::RIGHT_SLIPS));
 
 static_assert(is(kMaxFeatureLevel, sfm_t::MAX_LEVEL));
 

@@ -7,6 +7,7 @@
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
+#include "lcmtypes/gprodom/wheels_t.hpp"
 
 namespace gprodom {
 namespace {
@@ -54,6 +55,14 @@ Input decode_wheel(const Packet& packet) {
   const std::string fault = packet.layout(wheel_t::getHash()).fixed(8 + 8 + 8).end();
   return decode<wheel_t>(packet, fault, [](const wheel_t& m) -> Input {
     return WheelSample{from_utime(m.utime), static_cast<double>(m.ticks) * m.metres_per_tick};
+  });
+}
+
+Input decode_wheels(const Packet& packet) {
+  const std::string fault = packet.layout(wheels_t::getHash()).fixed(8 + 2 * 8 + 8).end();
+  return decode<wheels_t>(packet, fault, [](const wheels_t& m) -> Input {
+    return WheelsSample{from_utime(m.utime), static_cast<double>(m.left_ticks) * m.metres_per_tick,
+                        static_cast<double>(m.right_ticks) * m.metres_per_tick};
   });
 }
 
@@ -117,8 +126,8 @@ Input decode_command(const Packet& packet) {
 }  // namespace
 
 std::vector<std::string> input_channels(const ChannelConfig& channels) {
-  return {channels.gpr_trace, channels.imu, channels.wheel, channels.displacement_in,
-          channels.command};
+  return {channels.gpr_trace,       channels.imu,    channels.wheel, channels.wheels,
+          channels.displacement_in, channels.command};
 }
 
 std::optional<Input> decode_input(const ChannelConfig& channels, const std::string& channel,
@@ -126,6 +135,7 @@ std::optional<Input> decode_input(const ChannelConfig& channels, const std::stri
   const Packet packet{channel, data, size};
   if (channel == channels.imu) return decode_imu(packet);
   if (channel == channels.wheel) return decode_wheel(packet);
+  if (channel == channels.wheels) return decode_wheels(packet);
   if (channel == channels.gpr_trace) return decode_trace(packet);
   if (channel == channels.displacement_in) return decode_displacement(packet);
   if (channel == channels.command) return decode_command(packet);

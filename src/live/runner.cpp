@@ -23,6 +23,7 @@ Results Runner::feed(const Input& input) {
     Runner& runner;
     void operator()(const ImuSample& sample) const { runner.odometry_.add(sample); }
     void operator()(const WheelSample& sample) const { runner.odometry_.add(sample); }
+    void operator()(const WheelsSample& sample) const { runner.odometry_.add(sample); }
     void operator()(const GprTrace& trace) const { runner.odometry_.add(trace); }
     void operator()(const Displacement& external) const { runner.odometry_.add(external); }
     void operator()(const Command& command) const { runner.obey(command); }

@@ -39,6 +39,7 @@ MotionJudge::MotionJudge(const Config& config)
       imu_gap_(from_seconds(config.time.imu_gap)),
       lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
+      pair_(config.wheel),
       drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
       coherence_(config.gpr.coherence) {}
@@ -53,6 +54,12 @@ bool MotionJudge::add(const WheelSample& sample) {
   wheel_now_ = std::max(wheel_now_, sample.time);
   wheel_.forget_before(wheel_now_ - kLongestSilence);
   return !config_.wheel.enabled || wheel_.insert(sample);
+}
+
+bool MotionJudge::add(const WheelsSample& sample) {
+  pair_.forget_before(sample.time - kLongestSilence);
+  if (config_.wheel.enabled) pair_.insert(sample);  // the mean tells of a jump
+  return add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m)});
 }
 
 void MotionJudge::add_external(Displacement displacement) {
@@ -111,6 +118,7 @@ void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
   imu_.forget_before(std::min(asked_to_, newest.state.time) - kSecond);
   wheel_.forget_before(asked_to_ - SlipWatch::kMemory);
+  pair_.forget_before(asked_to_ - SlipWatch::kMemory);
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
@@ -137,7 +145,8 @@ void MotionJudge::learn_rest(TimeNs to) {
   const TimeNs from = to - kSecond;
   const auto samples = imu_.between(from, to);
   const ImuNoise now = measured_noise(samples);
-  if (wheel_.path(from, to) > 2 * config_.wheel.noise_floor) {
+  const double rolled_m = std::max(wheel_.path(from, to), pair_.path(from, to));
+  if (rolled_m > 2 * config_.wheel.noise_floor) {
     constexpr double kLearningRate = 0.1;
     moving_accel_ += kLearningRate * (now.accel_density - moving_accel_);
     return;
@@ -162,7 +171,8 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
   input.wheel_sigma_m = drive_noise_.increment_sigma();
-  slip_.set_wheel_error(input.wheel_sigma_m, wheel_.held_s());
+  input.wheel_noise = pair_.middle_noise();
+  slip_.set_wheel_error({input.wheel_noise, input.wheel_sigma_m, wheel_.held_s()});
   learn_rest(to);
 
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
@@ -173,6 +183,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  if (pair_.heard()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
   input.displacements = take_displacements(to);
@@ -226,6 +237,8 @@ std::int32_t MotionJudge::flags() const {
   if (newest_.standing) flags |= kStanding;
   if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
   if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
+  if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
+  if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
   if (newest_.no_wheel) flags |= kNoWheel;
   if (newest_.bridged) flags |= kImuGap;
   if (!newest_.solve.usable) flags |= kSolverFailed;

@@ -19,6 +19,7 @@
 #include "motion/sensor_history.h"
 #include "motion/slip_watch.h"
 #include "motion/standstill.h"
+#include "motion/wheel_pair.h"
 
 namespace gprodom {
 
@@ -32,6 +33,7 @@ class MotionJudge {
   // false: the distance jumped further than wheel.max_speed allows (WheelHistory::insert). A wheel
   // that is not enabled is not listened to.
   bool add(const WheelSample& sample);
+  bool add(const WheelsSample& sample);  // their mean is the wheel
 
   // From another process, in effect at once. Dropped where too many wait for a first state.
   void add_external(Displacement displacement);
@@ -74,6 +76,7 @@ class MotionJudge {
 
   const ImuHistory& imu() const { return imu_; }
   const WheelHistory& wheel() const { return wheel_; }
+  const WheelPair& pair() const { return pair_; }
 
  private:
   AtRest at_rest() const;
@@ -89,6 +92,7 @@ class MotionJudge {
 
   ImuHistory imu_;
   WheelHistory wheel_;
+  WheelPair pair_;
   TimeNs imu_now_ = 0, wheel_now_ = 0;           // newest stamps
   std::vector<gpr::Standstill> radar_standing_;  // newest last
   std::vector<Displacement> displacements_;      // not handed out yet

@@ -21,6 +21,7 @@ void forget(Entries& entries, TimeNs time) {
 }
 
 constexpr double kStampError_s = 0.02;
+constexpr TimeNs kLongGap = from_seconds(kLongestBridge);
 constexpr TimeNs kBridgeStep = 20'000'000;  // ns
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
@@ -66,7 +67,7 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
     const ImuSample right = at(next, end);
     steps.push_back({to_seconds(end - left.time), 0.5 * (left.acceleration + right.acceleration),
                      0.5 * (left.angular_velocity + right.angular_velocity), 0.0,
-                     after - before > max_gap});
+                     after - before > max_gap, after - before > kLongGap, std::nullopt});
     left = right;
     left.time = end;
     if (next != samples_.end() && next->time <= end) ++next;

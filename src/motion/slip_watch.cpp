@@ -25,12 +25,14 @@ double deviations_off(const Displacement& radar, double m) {
 SlipWatch::SlipWatch(const WheelConfig& config)
     : config_(config),
       window_(from_seconds(config.slip_window)),
+      noise_(config.noise),
       wheel_sigma_m_(config.noise_floor) {}
 
-void SlipWatch::set_wheel_error(double sigma_m, double held_s) {
-  wheel_sigma_m_ = std::max(config_.noise_floor, sigma_m);
-  window_ = from_seconds(std::max(config_.slip_window, 2 * held_s));
-  late_ = from_seconds(held_s);
+void SlipWatch::set_wheel_error(const WheelError& error) {
+  noise_ = std::max(config_.noise, error.noise);
+  wheel_sigma_m_ = std::max(config_.noise_floor, error.sigma_m);
+  window_ = from_seconds(std::max(config_.slip_window, 2 * error.held_s));
+  late_ = from_seconds(error.held_s);
 }
 
 void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,
@@ -71,7 +73,7 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& mo
   const double innovation = moved.wheel_m - moved.ground_m;
   const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
                           std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
-                          config_.noise * config_.noise * std::abs(moved.ground_m) +
+                          noise_ * noise_ * std::abs(moved.ground_m) +
                           2 * wheel_sigma_m_ * wheel_sigma_m_ + moved.by_delay_m * moved.by_delay_m;
   const double threshold = back_from_silence_
                                ? std::min(kThresholdAfterSilence, config_.slip_threshold)
@@ -88,6 +90,12 @@ std::optional<SlipWatch::Distances> SlipWatch::distances(TimeNs from, TimeNs to,
   const double ground_m = track_.path(to) - track_.path(from);
   const double earlier_m = track_.path(to - late_) - track_.path(from - late_);
   return Distances{(*wheel_to - *wheel_from) / wheel_scale, ground_m, ground_m - earlier_m};
+}
+
+std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
+  if (!speed_known_ || track_.empty() || from < track_.begin() || to > track_.end())
+    return std::nullopt;
+  return track_.path(to) - track_.path(from);
 }
 
 // A driven wheel seldom turns more slowly than the robot moves. Where the speed is only the wheel's

@@ -20,6 +20,13 @@ namespace gprodom {
 
 enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
 
+// What has been learnt of the wheel.
+struct WheelError {
+  double noise = 0.0;    // m/sqrt(m), as left and right show it; below wheel.noise: that
+  double sigma_m = 0.0;  // standard deviation of a distance; below wheel.noise_floor: that
+  double held_s = 0.0;   // how long its values are held
+};
+
 class SlipWatch {
  public:
   // ns; as far back as a slip can be taken back, for which the wheel's history is needed.
@@ -50,9 +57,11 @@ class SlipWatch {
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
-  // What has been learnt of the wheel: standard deviation (m) of a distance, and how long (s) its
-  // values are held. The window reaches over two of them at least.
-  void set_wheel_error(double sigma_m, double held_s);
+  // The window reaches over two held values at least.
+  void set_wheel_error(const WheelError& error);
+
+  // How far the robot came (m, signed) by the published velocity; nothing where that is not known.
+  std::optional<double> ground(TimeNs from, TimeNs to) const;
 
   // Whether any window that showed slip reaches into (from, to).
   bool between(TimeNs from, TimeNs to) const;
@@ -84,7 +93,7 @@ class SlipWatch {
 
   WheelConfig config_;
   TimeNs window_;
-  double wheel_sigma_m_;
+  double noise_, wheel_sigma_m_;
   TimeNs late_ = 0;               // by which the wheel's distance may trail
   PathHistory track_;             // of the wheel's contact point, signed, as published
   std::deque<Interval> slipped_;  // apart from each other, oldest first

@@ -39,6 +39,7 @@ Odometry::~Odometry() = default;
 
 void Odometry::add(const ImuSample& sample) { pipeline_->add(sample); }
 void Odometry::add(const WheelSample& sample) { pipeline_->add(sample); }
+void Odometry::add(const WheelsSample& sample) { pipeline_->add(sample); }
 void Odometry::add(const GprTrace& trace) { pipeline_->add(trace); }
 void Odometry::add(const Displacement& external) { pipeline_->add(external); }
 std::string Odometry::add_factor(const UserFactor& factor) { return pipeline_->add_factor(factor); }

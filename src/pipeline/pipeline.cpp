@@ -92,8 +92,9 @@ void Pipeline::store(Message& message) {
     if (!motion_.add(*imu)) health_.count(config_.channels.imu, "stamp repeated");
     imu_now_ = input_.imu_now();
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
-    if (!motion_.add(*wheel))
-      health_.count(config_.channels.wheel, "distance jumped: beyond wheel.max_speed");
+    count_jump(motion_.add(*wheel));
+  } else if (auto* wheels = std::get_if<WheelsSample>(&message)) {
+    count_jump(motion_.add(*wheels));
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
     map_->add(*trace);
@@ -116,6 +117,10 @@ std::string Pipeline::add_factor(const UserFactor& factor) {
                            imu_now_ + from_seconds(config_.time.max_jump));
   if (!refusal.empty()) health_.count("factor " + factor.name, refusal);
   return refusal;
+}
+
+void Pipeline::count_jump(bool usable) {
+  if (!usable) health_.count(input_.wheel_channel(), "distance jumped: beyond wheel.max_speed");
 }
 
 void Pipeline::start() {
@@ -239,7 +244,7 @@ void Pipeline::make_states() {
   while (started_ && imu_now_ >= next_state_ + reorder_window_) {
     StateInput input = motion_.judge(next_state_);
     if (input.speed_correction)
-      health_.count(config_.channels.wheel, "the speed held for right was not");
+      health_.count(input_.wheel_channel(), "the speed held for right was not");
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias had moved: heading lost since the last standstill");
@@ -256,6 +261,7 @@ void Pipeline::publish() {
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
+    tell_of_pair();
     out_.status.push_back(stamped(health_.status(imu_now_)));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
@@ -267,10 +273,20 @@ Displacement Pipeline::stamped(Displacement displacement) const {
   return displacement;
 }
 
+// What left and right wheels have taught, once they are heard.
+void Pipeline::tell_of_pair() {
+  if (!motion_.pair().heard()) return;
+  const TurnCalibration& found = motion_.pair().calibration();
+  health_.value("wheels.track_m", found.track_m());
+  health_.value("wheels.track_sigma_m", found.track_sigma_m());
+  health_.value("wheels.radii_difference", found.radii_difference());
+  health_.value("wheels.difference_noise", found.noise());
+}
+
 void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (prediction_.lost()) return;  // until a state beyond the gap has been carried there
   if (motion_.follow(estimate))
-    health_.count(config_.channels.wheel, "turns otherwise than the robot moves");
+    health_.count(input_.wheel_channel(), "turns otherwise than the robot moves");
   if (input_.radar_silent()) estimate.flags |= kNoRadar;
   out_.odometry.push_back(stamped(estimate));
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(stamped(*correction));

@@ -89,6 +89,7 @@ class Pipeline {
  private:
   // Stations of a message, in the order step() visits them.
   void store(Message& message);
+  void count_jump(bool usable);
   void start();
   bool resume();
   void begin(const InitialState& initial, const StateResult& first);
@@ -98,6 +99,7 @@ class Pipeline {
   void ask_radar();
   void make_states();
   void publish();
+  void tell_of_pair();
   void publish_pose(OdometryEstimate estimate);
   // What goes out, with the sensors' own stamps.
   template <typename T>

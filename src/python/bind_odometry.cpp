@@ -115,9 +115,12 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
   check_rows(imu_time, acceleration, 3,
              "acceleration: expected an array (n, 3) beside imu_time (n,)");
   check_rows(imu_time, rate, 3, "angular_velocity: expected an array (n, 3) beside imu_time (n,)");
-  require(wheel_time.ndim() == 1 && wheel_distance.ndim() == 1 &&
-              wheel_time.shape(0) == wheel_distance.shape(0),
-          "wheel_distance: expected an array (n,) beside wheel_time (n,)");
+  const bool pair = wheel_distance.ndim() == 2;
+  require(wheel_time.ndim() == 1 && wheel_distance.ndim() >= 1 && wheel_distance.ndim() <= 2 &&
+              wheel_time.shape(0) == wheel_distance.shape(0) &&
+              (!pair || wheel_distance.shape(1) == 2),
+          "wheel_distance: expected an array (n,), or (n, 2) of left and right, beside wheel_time "
+          "(n,)");
   require(gpr_time.shape(0) == 0 || (traces.ndim() == 2 && traces.shape(0) == gpr_time.shape(0)),
           "traces: expected an array (n, samples) beside gpr_time (n,)");
   Outputs all;
@@ -145,7 +148,11 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
       odometry.add(ImuSample{ti, row3(acceleration, i), row3(rate, i)});
       if (++i % 2000 == 0 && progress) (*progress)(static_cast<double>(i) / static_cast<double>(n));
     } else if (tw <= tg) {
-      odometry.add(WheelSample{tw, wheel_distance.at(w++)});
+      if (pair)
+        odometry.add(WheelsSample{tw, wheel_distance.at(w, 0), wheel_distance.at(w, 1)});
+      else
+        odometry.add(WheelSample{tw, wheel_distance.at(w)});
+      ++w;
     } else {
       GprTrace trace;
       trace.time = tg;
@@ -298,6 +305,13 @@ void bind_odometry(py::module_& m) {
           },
           py::arg("time"), py::arg("distance"), "distance: signed, cumulative, metres.")
       .def(
+          "add_wheels",
+          [](PythonOdometry& o, std::int64_t time, double left, double right) {
+            o.add(WheelsSample{time, left, right});
+          },
+          py::arg("time"), py::arg("left"), py::arg("right"),
+          "left, right: signed, cumulative, metres. In place of add_wheel.")
+      .def(
           "add_gpr",
           [](PythonOdometry& o, std::int64_t time, const std::vector<float>& samples,
              double sample_interval, double time_zero, std::int64_t seq) {
@@ -346,5 +360,6 @@ void bind_odometry(py::module_& m) {
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
            "A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are "
            "integers,\n"
-           "nanoseconds; others raise ValueError.");
+           "nanoseconds; others raise ValueError.\n"
+           "wheel_distance: (n,), or (n, 2) of left and right wheels.");
 }

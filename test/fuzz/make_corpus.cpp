@@ -12,6 +12,7 @@
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
+#include "lcmtypes/gprodom/wheels_t.hpp"
 #include "map/ground_map_file.h"
 #include "persist/saved_state.h"
 
@@ -43,8 +44,12 @@ std::vector<std::string> packets() {
   gprodom::command_t command{};
   command.name = "reset";
   command.argument = "all";
-  return {encoded(trace), encoded(gprodom::imu_t{}), encoded(gprodom::wheel_t{}),
-          encoded(displacement), encoded(command)};
+  return {encoded(trace),
+          encoded(gprodom::imu_t{}),
+          encoded(gprodom::wheel_t{}),
+          encoded(gprodom::wheels_t{}),
+          encoded(displacement),
+          encoded(command)};
 }
 
 void write_log(const fs::path& file) {

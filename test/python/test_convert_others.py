@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gprodom.cli import main
-from gprodom.convert.bag import wheel_distance
 from gprodom.convert.survey_files import read_line
+from gprodom.convert.wheels import WheelSpec, added_up, along_poses, read_wheel, wheel_streams
 from gprodom.errors import Error
 from gprodom.geodesy import local_positions
 from gprodom.ground.survey import read_survey
+from gprodom.lcm.log_writer import Stream
+from gprodom.lcm.logs import read
+from gprodom.lcm.wire import decode
 
 HUSKY = ("--imu", "/imu/data", "--wheel", "/husky_velocity_controller/odom", "--truth", "/fix")
 
@@ -56,16 +60,85 @@ def test_car(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert abs(rest["error_after_pct"]) < 0.5 < abs(rest["error_before_pct"])
 
 
-def test_wheel_distance_of_poses_speeds_and_joints() -> None:
+def test_wheel_distance_of_poses_and_speeds() -> None:
     time = np.arange(5) * 1_000_000
     angle = np.arange(5) * 0.5
-    arc = [(2 * np.sin(a), 2 - 2 * np.cos(a), float(a)) for a in angle]
+    arc = np.column_stack([2 * np.sin(angle), 2 - 2 * np.cos(angle), angle])
     chord = 4 * np.sin(0.25)
-    np.testing.assert_allclose(wheel_distance(time, arc), chord * np.arange(5), atol=1e-12)
-    back = [(*pose[:2], pose[2] + np.pi) for pose in arc]
-    np.testing.assert_allclose(wheel_distance(time, back)[-1], -4 * chord, atol=1e-12)
-    speeds = [(0.0,), (1.0,), (1.0,), (-1.0,), (0.0,)]
-    np.testing.assert_allclose(wheel_distance(time, speeds), [0, 0.5, 1.5, 1.5, 1.0])
+    np.testing.assert_allclose(along_poses(arc), chord * np.arange(5), atol=1e-12)
+    back = arc + [0, 0, np.pi]
+    np.testing.assert_allclose(along_poses(back)[-1], -4 * chord, atol=1e-12)
+    speeds = np.array([0.0, 1.0, 1.0, -1.0, 0.0])
+    np.testing.assert_allclose(added_up(time, speeds), [0, 0.5, 1.5, 1.5, 1.0])
+
+
+def pair(streams: list[Stream]) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (m) of left and right in the one stream, which is of two sides."""
+    (stream,) = streams
+    assert stream.channel == "WHEELS"
+    fields = decode("wheels_t", stream.payloads, "here")
+    return tuple(fields[f"{side}_ticks"] * fields["metres_per_tick"] for side in ("left", "right"))
+
+
+def test_two_sides_of_joints() -> None:
+    """Two wheels a side, whose mean counts; a message of other joints says nothing."""
+    spec = WheelSpec(radius=0.1, left=("fl", "rl"), right=("fr",))
+    names = ["fr", "arm", "fl", "rl"]
+    joints = [SimpleNamespace(name=names, position=[3.0 * k, 9.0, k, 1.5 * k]) for k in range(3)]
+    kind = "sensor_msgs/msg/JointState"
+    rows = [read_wheel(message, kind, spec) for message in joints]
+    left, right = pair(wheel_streams(np.arange(3) * 1_000_000, rows, spec))
+    np.testing.assert_allclose(left, [0, 0.125, 0.25])
+    np.testing.assert_allclose(right, [0, 0.3, 0.6])
+    assert read_wheel(SimpleNamespace(name=["arm"], position=[1.0]), kind, spec) is None
+
+
+def test_two_sides_of_an_odometry() -> None:
+    """On a circle of 2 m to the left the right side goes further by the track times the turn."""
+    spec = WheelSpec(track=0.5)
+    rows = []
+    for angle in np.arange(5) * 0.1:
+        pose = SimpleNamespace(
+            position=SimpleNamespace(x=2 * np.sin(angle), y=2 - 2 * np.cos(angle)),
+            orientation=SimpleNamespace(w=np.cos(angle / 2), x=0, y=0, z=np.sin(angle / 2)),
+        )
+        twist = SimpleNamespace(angular=SimpleNamespace(z=0.1))
+        message = SimpleNamespace(
+            pose=SimpleNamespace(pose=pose), twist=SimpleNamespace(twist=twist)
+        )
+        rows.append(read_wheel(message, "nav_msgs/msg/Odometry", spec))
+    left, right = pair(wheel_streams(np.arange(5) * 1_000_000, rows, spec))
+    np.testing.assert_allclose(right[-1] - left[-1], 0.5 * 0.4, atol=2e-5)
+    np.testing.assert_allclose(0.5 * (left + right)[-1], 2 * 0.4, rtol=1e-3)
+    (single,) = wheel_streams(np.arange(5) * 1_000_000, rows, WheelSpec())
+    assert single.channel == "WHEEL"
+
+
+def test_two_sides_of_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stamps = [f"{1_700_000_000 + 0.02 * k:.2f}" for k in range(101)]
+    rows = [f"{stamp},1,2,3,4" for stamp in stamps]
+    (tmp_path / "wheels.csv").write_text("t,fl,fr,rl,rr\n" + "\n".join(rows) + "\n")
+    for name, value in (("accelerometer", "0,0,9.8"), ("gyroscope", "0,0,0")):
+        lines = [f"{stamp},{value}" for stamp in stamps]
+        (tmp_path / f"{name}.csv").write_text("t,x,y,z\n" + "\n".join(lines) + "\n")
+    tables = [
+        argument
+        for option, name in (
+            ("accelerometer", "accelerometer"),
+            ("gyroscope", "gyroscope"),
+            ("wheel-speed", "wheels"),
+        )
+        for argument in (f"--{option}", str(tmp_path / f"{name}.csv"))
+    ]
+    log = tmp_path / "pair.lcmlog"
+    convert = ["convert", "tables", *tables, "-o", str(log)]
+    figures(capsys, *convert, "--left", "1,3", "--right", "2,4")
+    wheels = read(log)["WHEELS"]
+    time = 0.02 * np.arange(101)
+    np.testing.assert_allclose(wheels["left_ticks"] * wheels["metres_per_tick"], 2 * time)
+    np.testing.assert_allclose(wheels["right_ticks"] * wheels["metres_per_tick"], 3 * time)
+    assert main([*convert, "--left", "1,3"]) == 2
+    assert main([*convert, "--left", "1", "--right", "5"]) == 2
 
 
 def test_local_positions() -> None:

@@ -23,6 +23,7 @@ from gprodom.lcm.messages import message
 
 WHEEL_RADIUS_M = 0.1
 WHEEL_JOINT = "front_left"
+SIDES = {"left_joints": (WHEEL_JOINT, "rear_left"), "right_joints": ("front_right", "rear_right")}
 
 
 def imu(m: Any) -> Imu:
@@ -46,7 +47,8 @@ def wheel(m: Any) -> Odometry:
 def joints(m: Any) -> JointState:
     """`m`: wheel_t. Among others, as a robot has them."""
     angle = m.ticks * m.metres_per_tick / WHEEL_RADIUS_M
-    return JointState(name=["arm", WHEEL_JOINT], position=[1.0, angle])
+    wheels = [name for side in SIDES.values() for name in side]
+    return JointState(name=["arm", *wheels], position=[1.0, *(len(wheels) * [angle])])
 
 
 def ticks(m: Any) -> Int64:

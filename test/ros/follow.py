@@ -1,11 +1,12 @@
-"""Plays a bag to three nodes and checks what they say, for Debian's own Python:
+"""Plays a bag to four nodes and checks what they say, for Debian's own Python:
 
     follow.py IN.bag OUT CONFIG METRES_PER_TICK [SPEED]
 
-Starts roscore and the launch file thrice, for the wheel as nav_msgs/Odometry, as
-sensor_msgs/JointState and as std_msgs/Int64 ticks; plays IN.bag on a simulated clock at SPEED times
-real time (4), and writes each node's odometry_map to OUT/WHEEL.tum. Fails where tf, diagnostics or
-the services are not as told. Runs in a network namespace of its own, with its loopback up.
+Starts roscore and the launch file four times, for the wheel as nav_msgs/Odometry, as one joint and
+as two sides of sensor_msgs/JointState, and as std_msgs/Int64 ticks; plays IN.bag on a simulated
+clock at SPEED times real time (4), and writes each node's odometry_map to OUT/WHEEL.tum. Fails
+where tf, diagnostics or the services are not as told. Runs in a network namespace of its own, with
+its loopback up.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from rosgraph_msgs.msg import Log
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from bag import WHEEL_JOINT, WHEEL_RADIUS_M
+from bag import SIDES, WHEEL_JOINT, WHEEL_RADIUS_M
 
 PATIENCE_S = 60.0
 MAIN = "odometry"
-NAMESPACES = {MAIN: "/", "joint": "/joint/", "ticks": "/ticks/"}
+NAMESPACES = {MAIN: "/", "joint": "/joint/", "joints": "/joints/", "ticks": "/ticks/"}
 
 
 def wait_for(what: str, happened: Callable[[], bool]) -> None:
@@ -106,6 +107,7 @@ def launch(name: str, config: str, metres_per_tick: str) -> subprocess.Popen[byt
     """The node that takes the wheel as `name` says: /gprodom, or in a namespace of that name."""
     command = ["roslaunch", "gprodom_ros", "gprodom.launch", f"config:={config}", f"wheel:={name}"]
     command += [f"wheel_joint:={WHEEL_JOINT}", f"wheel_radius:={WHEEL_RADIUS_M}"]
+    command += [f"{parameter}:={','.join(joints)}" for parameter, joints in SIDES.items()]
     command += [f"metres_per_tick:={metres_per_tick}", "use_sim_time:=true"]
     main_node = name == MAIN
     command += [f"publish_tf:={str(main_node).lower()}"]

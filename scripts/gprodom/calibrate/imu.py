@@ -16,7 +16,7 @@ from gprodom.calibrate.fragment import Found, add_output_option, fragment, write
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.odometry.dead_reckoning import standstill, wheel_distance
+from gprodom.odometry.dead_reckoning import has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -112,7 +112,7 @@ def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
     """Acceleration and angular rate (n, 3) at rest, and their rate (Hz)."""
     imu = logs.need(log, "imu")
     time = imu["utime"]
-    if "wheel" in log:
+    if has_wheel(log):
         start, end = standstill(*wheel_distance(log))
     else:
         start, end = int(time[0]), int(time[-1])

@@ -16,12 +16,12 @@ from gprodom.console import Progress
 from gprodom.convert.bag_reader import JOINTS, NEEDED, TRACE_FIELDS, choose_topics, open_bag
 from gprodom.convert.cmu import VOLTS_PER_COUNT
 from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.convert.wheels import WheelSpec, read_wheel, wheel_streams
 from gprodom.errors import Error
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
-QUANTUM = 1e-5  # m per tick of a wheel that reports metres
 _RADAR_FACTS = ("sample_interval", "time_zero", "volts_per_count")
 
 
@@ -33,8 +33,7 @@ class Topics:
     wheel: str | None = None
     gpr: str | None = None
     truth: str | None = None
-    wheel_radius: float = 0.0  # m, for a wheel of sensor_msgs/JointState
-    joint: str | None = None  # its name in the JointState; None: the first
+    wheels: WheelSpec = field(default_factory=WheelSpec)
     sample_interval: float | None = None  # s, of the radar; None: what its messages say, else 2e-10
     channels: Channels = STANDARD  # of the log to be written
 
@@ -50,7 +49,7 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
     with open_bag(path) as bag:
         asked = {what: getattr(topics, what) for what in ("imu", "wheel", "truth", "gpr")}
         found = choose_topics(path, bag, asked)
-        if bag.topics[found["wheel"]] == JOINTS and not topics.wheel_radius > 0:
+        if bag.topics[found["wheel"]] == JOINTS and not topics.wheels.radius > 0:
             raise Error(
                 f"{path}: {found['wheel']} tells the angle of a joint: give the wheel's radius in "
                 "metres, --wheel-radius M"
@@ -68,7 +67,12 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
     for what in NEEDED:
         if not rows[what].time:
             raise Error(f"{path}: topic {found[what]} holds no messages that can be used")
-    return [_stream(what, *_ordered(each), topics) for what, each in rows.items() if each.time]
+    return [
+        stream
+        for what, each in rows.items()
+        if each.time
+        for stream in _streams(what, *_ordered(each), topics)
+    ]
 
 
 def _stamp(message: Any, logged: int) -> int:
@@ -105,24 +109,6 @@ def _imu(message: Any, _kind: str, _topics: Topics) -> Any:
     )
 
 
-def _wheel(message: Any, kind: str, topics: Topics) -> Any:
-    """Pose x, y, yaw of an odometry, speed of a twist, distance of a joint."""
-    if kind.endswith("Odometry"):
-        pose = message.pose.pose
-        q = pose.orientation
-        yaw = np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
-        return pose.position.x, pose.position.y, float(yaw)
-    if kind.endswith("TwistStamped"):
-        return (message.twist.linear.x,)
-    names = list(message.name)
-    if topics.joint is not None and topics.joint not in names:
-        return None  # joints may be told in turns
-    index = 0 if topics.joint is None else names.index(topics.joint)
-    if index >= len(message.position):
-        return None
-    return message.position[index] * topics.wheel_radius, 0.0
-
-
 def _truth(message: Any, kind: str, _topics: Topics) -> Any:
     if kind.endswith("NavSatFix"):
         if message.status.status < 0:
@@ -145,25 +131,10 @@ def _gpr(message: Any, _kind: str, _topics: Topics) -> Any:
 
 _VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
     "imu": _imu,
-    "wheel": _wheel,
+    "wheel": lambda message, kind, topics: read_wheel(message, kind, topics.wheels),
     "truth": _truth,
     "gpr": _gpr,
 }
-
-
-def wheel_distance(time: Ints, values: list[tuple[float, ...]]) -> Floats:
-    """Signed cumulative distance (n,), m, of odometry poses, speeds or distances."""
-    table = np.array(values, np.float64)
-    if table.shape[1] == 1:  # speeds
-        steps = 0.5 * (table[1:, 0] + table[:-1, 0]) * np.diff(time) * 1e-6
-    elif table.shape[1] == 2:
-        steps = np.diff(table[:, 0])
-    else:  # along the heading in the middle of each step
-        yaw = np.unwrap(table[:, 2])
-        middle = 0.5 * (yaw[1:] + yaw[:-1])
-        dx, dy = np.diff(table[:, 0]), np.diff(table[:, 1])
-        steps = dx * np.cos(middle) + dy * np.sin(middle)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def imu_stream(channel: str, time: Ints, acceleration: Floats, rate: Floats) -> Stream:
@@ -184,13 +155,6 @@ def _imu_stream(
         "orientation": q,
     }
     return Stream(channel, time, encode("imu_t", fields, len(time)))
-
-
-def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
-    """Wheel messages of a cumulative distance (n,), m."""
-    ticks = np.rint(distance / QUANTUM).astype(np.int64)
-    fields: dict[str, npt.ArrayLike] = {"utime": time, "ticks": ticks, "metres_per_tick": QUANTUM}
-    return Stream(channel, time, encode("wheel_t", fields, len(time)))
 
 
 def gpr_stream(
@@ -220,18 +184,19 @@ def truth_stream(time: Ints, position: Floats) -> Stream:
     return Stream(TRUTH_CHANNEL, time, encode("position_truth_t", fields, len(time)))
 
 
-def _stream(what: str, time: Ints, values: list[Any], topics: Topics) -> Stream:
+def _streams(what: str, time: Ints, values: list[Any], topics: Topics) -> list[Stream]:
     if what == "imu":
         table = np.array(values, np.float64)
         known = table[:, 6] > 0
         imu = topics.channels.imu
-        return _imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])
+        return [_imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])]
     if what == "wheel":
-        return wheel_stream(topics.channels.wheel, time, wheel_distance(time, values))
+        return wheel_streams(time, values, topics.wheels, topics.channels)
     if what == "truth":
         table = np.array([value[1:] for value in values], np.float64)
-        return truth_stream(time, local_positions(table) if values[0][0] == "fix" else table)
-    return _gpr_stream(time, values, topics)
+        positions = local_positions(table) if values[0][0] == "fix" else table
+        return [truth_stream(time, positions)]
+    return [_gpr_stream(time, values, topics)]
 
 
 def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:

@@ -12,13 +12,17 @@ from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
+from gprodom.convert.wheels import WheelSpec
+from gprodom.errors import UsageError
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.options import Subparsers, add_command, add_config_options
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
     --wheel /husky_velocity_controller/odom --truth /fix
-  gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog
+  gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog \\
+    --left front_left,rear_left --right front_right,rear_right
+  gprodom convert bag run.bag --wheel /odom --track 0.55 -o run.lcmlog
 """
 
 DESCRIPTION = """\
@@ -27,7 +31,8 @@ where the bag has just one of a fitting type:
 
   --imu    sensor_msgs/Imu
   --wheel  nav_msgs/Odometry (its pose), geometry_msgs/TwistStamped (its speed, forwards) or
-           sensor_msgs/JointState (with --wheel-radius)
+           sensor_msgs/JointState (with --wheel-radius): one wheel, or with --left and --right two
+           sides. With --track, the yaw rate of an odometry's or stamped twist makes two sides, too
   --truth  sensor_msgs/NavSatFix (to local metres), or a PointStamped, PoseStamped or
            PoseWithCovarianceStamped of geometry_msgs
   --gpr    any message with an array `samples` or `data`: a trace
@@ -51,6 +56,17 @@ def add_parser(formats: Subparsers) -> None:
         "--wheel-radius", metavar="M", type=float, default=0.0, help="of a wheel's joint"
     )
     parser.add_argument("--joint", metavar="NAME", help="which joint (default: the first)")
+    for side in ("left", "right"):
+        parser.add_argument(
+            f"--{side}", metavar="NAMES", default="", help=f"joints of the {side} side, by commas"
+        )
+    parser.add_argument(
+        "--track",
+        metavar="M",
+        type=float,
+        default=0.0,
+        help="between the two sides, as the robot's driver has it",
+    )
     parser.add_argument(
         "--sample-interval",
         metavar="S",
@@ -65,13 +81,15 @@ def add_parser(formats: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Converts and prints what there is."""
+    left, right = (tuple(filter(None, side.split(","))) for side in (args.left, args.right))
+    if bool(left) != bool(right):
+        raise UsageError("--left and --right: expected both, or neither")
     topics = Topics(
         imu=args.imu,
         wheel=args.wheel,
         gpr=args.gpr,
         truth=args.truth,
-        wheel_radius=args.wheel_radius,
-        joint=args.joint,
+        wheels=WheelSpec(args.wheel_radius, args.joint, left, right, args.track),
         sample_interval=args.sample_interval,
         channels=read_channels(args.configs, args.overrides),
     )

@@ -50,11 +50,15 @@ def check_streams(streams: Sequence[Stream]) -> None:
     times: dict[str, Ints] = {}
     content = {}
     for stream in streams:
-        kind = by_fingerprint()[stream.payloads[0][:8]] if len(stream.payloads) else ""
+        name = by_fingerprint()[stream.payloads[0][:8]] if len(stream.payloads) else ""
+        kind = "wheel_t" if name == "wheels_t" else name
         if kind in _NAMES:
             times[kind] = stream.utime
         if kind in ("imu_t", "wheel_t"):
-            content[kind] = wire.decode(kind, stream.payloads, stream.channel)
+            content[kind] = wire.decode(name, stream.payloads, stream.channel)
+        if name == "wheels_t":  # their mean is the wheel
+            sides = np.add(content[kind]["left_ticks"], content[kind]["right_ticks"])
+            content[kind]["ticks"] = 0.5 * sides
     for kind, utime in times.items():
         _check_stamps(kind, utime, found)
     if not found.wrong:  # else spans and rates of change mean nothing

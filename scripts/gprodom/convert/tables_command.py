@@ -16,14 +16,13 @@ from gprodom.convert.bag import (
     gpr_stream,
     imu_stream,
     truth_stream,
-    wheel_distance,
-    wheel_stream,
 )
 from gprodom.convert.bag_command import write_and_tell
 from gprodom.convert.layout import CHOICES, SOURCES, TIME_UNITS, Layout, Source, read_layout
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.survey_files import SUFFIXES, read_line
 from gprodom.convert.table import Table
+from gprodom.convert.wheels import added_up, pair_stream, wheel_stream
 from gprodom.errors import Error, UsageError
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
@@ -48,9 +47,10 @@ time first; 2-202 is a range of numbers. Where nothing is said they are the firs
     + """
 
 A wheel and either --imu or both --accelerometer and --gyroscope are wanted; acceleration is then
-brought to the gyroscope's times, where both are there. Of several wheels the mean is taken. The
-radar (--gpr) is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with
---gpr-times. Positions in degrees (--position-unit degrees) become metres from the first.
+brought to the gyroscope's times, where both are there. Of several wheels the mean is taken, or that
+of each side where --left and --right say which wheels, counted from 1, are on it. The radar (--gpr)
+is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with --gpr-times.
+Positions in degrees (--position-unit degrees) become metres from the first.
 
 --layout takes the same from a YAML file, with the same names and underscores:
 
@@ -85,6 +85,14 @@ def add_parser(formats: Subparsers) -> None:
         parser.add_argument(
             "--" + key.replace("_", "-"), choices=list(choices), help=f"default {default}"
         )
+    for side in ("left", "right"):
+        parser.add_argument(
+            f"--{side}",
+            metavar="WHEELS",
+            type=_wheel_numbers,
+            default=[],
+            help=f"wheels of the {side} side by their columns, such as 1,3",
+        )
     parser.add_argument("--counts-per-metre", metavar="N", type=float, help="of --wheel-counts")
     parser.add_argument(
         "--sample-interval",
@@ -104,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
     """Converts and prints what there is."""
     layout = read_layout(args.layout, _options(args), args.table)
     channels = read_channels(args.configs, args.overrides)
-    streams = [_imu(layout, channels), _wheel(layout, channels)]
+    streams = [_imu(layout, channels), _wheel(layout, channels, args.left, args.right)]
     if "gpr" in layout.sources:
         streams.append(_gpr(layout, channels))
     if "position" in layout.sources:
@@ -164,7 +172,7 @@ def covered(time: Ints, by: Ints) -> Floats:
     return np.asarray(exact | (inside & (step <= _MAX_GAP * max(np.median(np.diff(by)), 1))))
 
 
-def _wheel(layout: Layout, channels: Channels) -> Stream:
+def _wheel(layout: Layout, channels: Channels, left: list[int], right: list[int]) -> Stream:
     given = [name for name in _WHEELS if name in layout.sources]
     if len(given) != 1:
         options = ", ".join("--" + name.replace("_", "-") for name in _WHEELS)
@@ -172,16 +180,32 @@ def _wheel(layout: Layout, channels: Channels) -> Stream:
     (name,) = given
     source = layout.sources[name]
     table = read_source(source, range(2, 20), f"time, {SOURCES[name]}")
-    mean = table.values.mean(axis=1)
+    travelled = table.values
     if name == "wheel_speed":
         _check_speed(source, table)
-        speed = mean * layout.factor("speed_unit")
-        mean = wheel_distance(table.utime, [(value,) for value in speed.tolist()])
+        travelled = added_up(table.utime, travelled * layout.factor("speed_unit"))
     elif name == "wheel_counts":
         if "counts_per_metre" not in layout.settings:
             raise UsageError("--wheel-counts: how many make a metre? Give --counts-per-metre N")
-        mean = mean / float(layout.settings["counts_per_metre"])
-    return wheel_stream(channels.wheel, table.utime, mean - mean[0])
+        travelled = travelled / float(layout.settings["counts_per_metre"])
+    travelled = travelled - travelled[0]
+    if not left and not right:
+        return wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
+    wheels = travelled.shape[1]
+    if not left or not right or max(left + right) > wheels:
+        raise UsageError(f"--left and --right: expected wheels 1 to {wheels} for both sides")
+    sides = (travelled[:, [wheel - 1 for wheel in side]].mean(axis=1) for side in (left, right))
+    return pair_stream(channels.wheels, table.utime, *sides)
+
+
+def _wheel_numbers(text: str) -> list[int]:
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        numbers = [0]
+    if min(numbers) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected numbers of wheels, from 1")
+    return numbers
 
 
 def _check_speed(source: Source, table: Table) -> None:

@@ -19,6 +19,8 @@ _FLAGS = {
     "SOLVER_FAILED": "solver failed",
     "WHEEL_FAST": "wheel fast",
     "WHEEL_SLOW": "wheel slow",
+    "LEFT_SLIPS": "left slips",
+    "RIGHT_SLIPS": "right slips",
 }
 
 

@@ -21,6 +21,7 @@ NAMES = (
     "gpr_trace_t",
     "imu_t",
     "wheel_t",
+    "wheels_t",
     "displacement_t",
     "odometry_t",
     "correction_t",

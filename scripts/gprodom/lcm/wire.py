@@ -40,6 +40,12 @@ LAYOUTS: dict[str, list[Field]] = {
         ("orientation", ">f8", (4,)),
     ],
     "wheel_t": [("utime", ">i8", ()), ("ticks", ">i8", ()), ("metres_per_tick", ">f8", ())],
+    "wheels_t": [
+        ("utime", ">i8", ()),
+        ("left_ticks", ">i8", ()),
+        ("right_ticks", ">i8", ()),
+        ("metres_per_tick", ">f8", ()),
+    ],
     "position_truth_t": [("utime", ">i8", ()), ("position", ">f8", (3,))],
     "displacement_t": [
         ("utime", ">i8", ()),

@@ -89,9 +89,21 @@ def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Traj
 
 
 def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
-    """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel."""
+    """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel.
+
+    Where left and right wheels are heard, it is their mean, as for the estimator.
+    """
+    if "wheels" in log:
+        pair = log["wheels"]
+        mean = 0.5 * (pair["left_ticks"] + pair["right_ticks"]) * pair["metres_per_tick"]
+        return pair["utime"], np.asarray(mean, dtype=float)
     wheel = logs.need(log, "wheel")
     return wheel["utime"], np.asarray(wheel["ticks"] * wheel["metres_per_tick"], dtype=float)
+
+
+def has_wheel(log: dict[str, logs.Channel]) -> bool:
+    """Whether `wheel_distance` can be told."""
+    return "wheel" in log or "wheels" in log
 
 
 def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gprodom import canvas
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag_bits
-from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +48,7 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
 def _draw_speed(
     axis: Axes, log: dict[str, logs.Channel], seconds: NDArray[np.float64], origin: int
 ) -> None:
-    if "wheel" in log:
+    if has_wheel(log):
         time, distance = wheel_distance(log)
         clock = (time - origin) * 1e-6
         ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)

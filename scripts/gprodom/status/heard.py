@@ -15,7 +15,7 @@ from gprodom.lcm.constants import flag_bits, health
 from gprodom.lcm.messages import by_fingerprint, message
 
 SPAN_S = 5.0  # over which rates are counted
-INPUTS = {"imu_t": "IMU", "wheel_t": "wheel", "gpr_trace_t": "radar"}
+INPUTS = {"imu_t": "IMU", "wheel_t": "wheel", "wheels_t": "wheel", "gpr_trace_t": "radar"}
 KEPT = ("odometry_t", "status_t", "correction_t")  # decoded; of the others only the head is read
 
 

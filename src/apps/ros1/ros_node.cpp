@@ -1,5 +1,6 @@
 #include "apps/ros1/ros_node.h"
 
+#include <sstream>
 #include <stdexcept>
 
 #include "gprodom/config.h"
@@ -26,6 +27,17 @@ double positive(const ros::NodeHandle& parameters, const std::string& name) {
     throw std::runtime_error("parameter ~" + name + ": expected a number above 0, in metres");
   }
   return value;
+}
+
+// Names by commas.
+std::vector<std::string> names(const ros::NodeHandle& parameters, const std::string& name) {
+  std::vector<std::string> found;
+  std::istringstream list(parameters.param<std::string>(name, ""));
+  for (std::string each; std::getline(list, each, ',');)
+    if (!each.empty()) found.push_back(each);
+  if (found.empty())
+    throw std::runtime_error("parameter ~" + name + ": expected names of joints, by commas");
+  return found;
 }
 
 }  // namespace
@@ -68,7 +80,12 @@ void RosNode::subscribe() {
   on<sensor_msgs::Imu>("imu", [this](const auto& m) { live_->push(ros1::to_sample(m)); });
   on<gprodom_ros::GprTrace>("gpr", [this](const auto& m) { live_->push(ros1::to_trace(m)); });
   const auto wheel = private_.param<std::string>("wheel", "odometry");
-  if (wheel == "odometry") {
+  const auto track_m = private_.param<double>("track", 0.0);
+  if (wheel == "odometry" && track_m > 0.0) {
+    wheels_.emplace(track_m);
+    on<nav_msgs::Odometry>("wheel_odometry",
+                           [this](const auto& m) { live_->push(wheels_->add(m)); });
+  } else if (wheel == "odometry") {
     on<nav_msgs::Odometry>("wheel_odometry", [this](const auto& m) { live_->push(wheel_.add(m)); });
   } else if (wheel == "joint") {
     const auto joint = private_.param<std::string>("wheel_joint", "");
@@ -77,12 +94,21 @@ void RosNode::subscribe() {
     on<sensor_msgs::JointState>("joint_states", [this, joint, radius_m](const auto& m) {
       if (const auto sample = ros1::to_sample(m, joint, radius_m)) live_->push(*sample);
     });
+  } else if (wheel == "joints") {
+    subscribe_joints(positive(private_, "wheel_radius"));
   } else if (wheel == "ticks") {
     subscribe_ticks(positive(private_, "metres_per_tick"));
   } else if (wheel != "none") {
-    throw std::runtime_error("parameter ~wheel: expected odometry, joint, ticks or none, got " +
-                             wheel);
+    throw std::runtime_error(
+        "parameter ~wheel: expected odometry, joint, joints, ticks or none, got " + wheel);
   }
+}
+
+void RosNode::subscribe_joints(double radius_m) {
+  const auto left = names(private_, "left_joints"), right = names(private_, "right_joints");
+  on<sensor_msgs::JointState>("joint_states", [this, left, right, radius_m](const auto& m) {
+    if (const auto sample = ros1::to_sample(m, left, right, radius_m)) live_->push(*sample);
+  });
 }
 
 // This message alone has no stamp of its own. When it came in counts, not when its turn is.

@@ -12,6 +12,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ class RosNode {
   template <class Message>
   void on(const std::string& topic, std::function<void(const Message&)> take);
   void subscribe();
+  void subscribe_joints(double radius_m);
   void subscribe_ticks(double metres_per_tick);
   void serve(const std::string& name, const std::string& argument);  // the command of this name
   void command(const std::string& name, const std::string& argument,
@@ -42,6 +44,7 @@ class RosNode {
 
   // Used by the thread that spins.
   ros1::WheelOdometry wheel_;
+  std::optional<ros1::WheelsOdometry> wheels_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
 

@@ -49,12 +49,38 @@ WheelSample WheelOdometry::add(const nav_msgs::Odometry& message) {
   return {to_ns(message.header.stamp), distance_m_};
 }
 
+WheelsSample WheelsOdometry::add(const nav_msgs::Odometry& message) {
+  const WheelSample middle = middle_.add(message);
+  const double rate = message.twist.twist.angular.z;
+  if (last_ != 0) turned_rad_ += 0.5 * (rate_ + rate) * to_seconds(middle.time - last_);
+  last_ = middle.time;
+  rate_ = rate;
+  const double half = 0.5 * track_m_ * turned_rad_;
+  return {middle.time, middle.distance_m - half, middle.distance_m + half};
+}
+
 std::optional<WheelSample> to_sample(const sensor_msgs::JointState& message,
                                      const std::string& joint, double radius_m) {
   const auto found = std::find(message.name.begin(), message.name.end(), joint);
   const auto index = static_cast<std::size_t>(found - message.name.begin());
   if (index >= message.name.size() || index >= message.position.size()) return std::nullopt;
   return WheelSample{to_ns(message.header.stamp), message.position[index] * radius_m};
+}
+
+std::optional<WheelsSample> to_sample(const sensor_msgs::JointState& message,
+                                      const std::vector<std::string>& left,
+                                      const std::vector<std::string>& right, double radius_m) {
+  WheelsSample sample{to_ns(message.header.stamp), 0.0, 0.0};
+  const auto add = [&](const std::vector<std::string>& joints, double& side_m) {
+    for (const std::string& joint : joints) {
+      const auto wheel = to_sample(message, joint, radius_m);
+      if (!wheel) return false;
+      side_m += wheel->distance_m / static_cast<double>(joints.size());
+    }
+    return true;
+  };
+  if (!add(left, sample.left_m) || !add(right, sample.right_m)) return std::nullopt;
+  return sample;
 }
 
 }  // namespace gprodom::ros1

@@ -12,6 +12,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gprodom/types.h"
 
@@ -34,10 +35,28 @@ class WheelOdometry {
   double distance_m_ = 0.0;
 };
 
+// The same with the yaw rate of the twist, of whose integral two sides are made that are track_m
+// apart.
+class WheelsOdometry {
+ public:
+  explicit WheelsOdometry(double track_m) : track_m_(track_m) {}
+  WheelsSample add(const nav_msgs::Odometry& message);
+
+ private:
+  WheelOdometry middle_;
+  double track_m_, turned_rad_ = 0.0, rate_ = 0.0;
+  TimeNs last_ = 0;
+};
+
 // The joint's angle (rad) times the wheel's radius (m); nothing where the joint is not in the
 // message.
 std::optional<WheelSample> to_sample(const sensor_msgs::JointState& message,
                                      const std::string& joint, double radius_m);
+
+// The same of two sides, each the mean of its joints.
+std::optional<WheelsSample> to_sample(const sensor_msgs::JointState& message,
+                                      const std::vector<std::string>& left,
+                                      const std::vector<std::string>& right, double radius_m);
 
 struct FrameNames {
   std::string map = "map";

@@ -18,6 +18,7 @@
 #include "lcmtypes/gprodom/sfm_t.hpp"
 #include "lcmtypes/gprodom/status_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
+#include "lcmtypes/gprodom/wheels_t.hpp"
 
 namespace gprodom {
 namespace {
@@ -111,6 +112,18 @@ TEST(LcmInput, DecodesWheelAsSignedDistance) {
   EXPECT_EQ(std::get<WheelSample>(input).distance_m, -500.0);
 }
 
+TEST(LcmInput, DecodesTwoWheelsAsSignedDistances) {
+  wheels_t m{};
+  m.utime = 1;
+  m.left_ticks = -2000;
+  m.right_ticks = 3000;
+  m.metres_per_tick = 0.25;
+  const auto input = std::get<WheelsSample>(decoded("WHEELS", encoded(m)));
+  EXPECT_EQ(input.time, 1000);
+  EXPECT_EQ(input.left_m, -500.0);
+  EXPECT_EQ(input.right_m, 750.0);
+}
+
 TEST(LcmInput, DecodesTrace) {
   const Input input = decoded("GPR_TRACE", encoded(trace_message(201)));
   const auto& trace = std::get<GprTrace>(input);
@@ -201,6 +214,7 @@ TEST(LcmInput, RefusesEveryTruncationAndOtherTypes) {
   const std::vector<std::pair<std::string, Bytes>> packets = {
       {"IMU", encoded(imu_message())},
       {"WHEEL", encoded(wheel_t{1, 2, 0.5})},
+      {"WHEELS", encoded(wheels_t{1, 2, 3, 0.5})},
       {"GPR_TRACE", encoded(trace_message(20))},
       {"GPR_DISPLACEMENT_IN", encoded(displacement_message())},
       {"COMMAND", encoded(command_message())}};

@@ -1,0 +1,117 @@
+"""Wheels of bags and tables: poses, speeds and joints to distances, of one wheel or two sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gprodom.arrays import Floats, Ints
+from gprodom.config import STANDARD, Channels
+from gprodom.lcm.log_writer import Stream
+from gprodom.lcm.wire import encode
+
+QUANTUM = 1e-5  # m per tick of a wheel that reports metres
+
+Row = tuple[str, float, float, float, float]  # what it is of, and its numbers
+
+
+@dataclass(frozen=True)
+class WheelSpec:
+    """What of a bag's messages is the wheel, or the two sides."""
+
+    radius: float = 0.0  # m, of a joint's wheel
+    joint: str | None = None  # its name; None: the message's first
+    left: tuple[str, ...] = ()  # joints of the left side; with `right`, these are the wheels
+    right: tuple[str, ...] = ()
+    # m, between the sides of which a driver made an odometry or a twist. Above 0, left and right
+    # are made of its speed and yaw rate again.
+    track: float = 0.0
+
+
+def read_wheel(message: Any, kind: str, spec: WheelSpec) -> Row | None:
+    """What `wheel_streams` needs of a message of type `kind`; None where its joints are missing."""
+    if kind.endswith("Odometry"):
+        pose, rate = message.pose.pose, message.twist.twist.angular.z
+        q = pose.orientation
+        yaw = np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
+        return "pose", pose.position.x, pose.position.y, float(yaw), rate
+    if kind.endswith("TwistStamped"):
+        return "speed", message.twist.linear.x, message.twist.angular.z, 0.0, 0.0
+    angles = dict(zip(message.name, message.position, strict=False))
+    if spec.left:
+        if not angles.keys() >= {*spec.left, *spec.right}:
+            return None
+        left, right = (
+            float(np.mean([angles[name] for name in side])) * spec.radius
+            for side in (spec.left, spec.right)
+        )
+        return "sides", left, right, 0.0, 0.0
+    joint = spec.joint if spec.joint is not None else next(iter(angles), None)
+    if joint not in angles:
+        return None
+    return "joint", angles[joint] * spec.radius, 0.0, 0.0, 0.0
+
+
+def wheel_streams(
+    time: Ints, rows: list[Row], spec: WheelSpec, channels: Channels = STANDARD
+) -> list[Stream]:
+    """The messages of `read_wheel`'s rows, all of one kind."""
+    kind, table = rows[0][0], np.array([row[1:] for row in rows], np.float64)
+    if kind == "sides":
+        return [pair_stream(channels.wheels, time, table[:, 0], table[:, 1])]
+    if kind == "pose":
+        distance, rate = along_poses(table[:, :3]), table[:, 3]
+    elif kind == "speed":
+        distance, rate = added_up(time, table[:, 0]), table[:, 1]
+    else:
+        distance, rate = table[:, 0] - table[0, 0], None
+    if spec.track > 0 and rate is not None:
+        half = 0.5 * spec.track * added_up(time, rate)
+        return [pair_stream(channels.wheels, time, distance - half, distance + half)]
+    return [wheel_stream(channels.wheel, time, distance)]
+
+
+def along_poses(poses: Floats) -> Floats:
+    """Signed cumulative distance (n,), m, of poses x, y, yaw (n, 3).
+
+    A step counts along the heading in its middle.
+    """
+    yaw = np.unwrap(poses[:, 2])
+    middle = 0.5 * (yaw[1:] + yaw[:-1])
+    dx, dy = np.diff(poses[:, 0]), np.diff(poses[:, 1])
+    return np.concatenate([[0.0], np.cumsum(dx * np.cos(middle) + dy * np.sin(middle))])
+
+
+def added_up(time: Ints, rate: Floats) -> Floats:
+    """The integral of a rate (n, ...) per second over `time` (n,), us, by means of neighbours."""
+    steps = np.diff(time).reshape(-1, *(1,) * (rate.ndim - 1)) * 1e-6
+    pieces = 0.5 * (rate[1:] + rate[:-1]) * steps
+    return np.concatenate([np.zeros_like(pieces[:1]), np.cumsum(pieces, axis=0)])
+
+
+def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
+    """Wheel messages of a cumulative distance (n,), m."""
+    fields: dict[str, npt.ArrayLike] = {
+        "utime": time,
+        "ticks": _ticks(distance),
+        "metres_per_tick": QUANTUM,
+    }
+    return Stream(channel, time, encode("wheel_t", fields, len(time)))
+
+
+def pair_stream(channel: str, time: Ints, left: Floats, right: Floats) -> Stream:
+    """Messages of the two sides' cumulative distances (n,), m."""
+    fields: dict[str, npt.ArrayLike] = {
+        "utime": time,
+        "left_ticks": _ticks(left),
+        "right_ticks": _ticks(right),
+        "metres_per_tick": QUANTUM,
+    }
+    return Stream(channel, time, encode("wheels_t", fields, len(time)))
+
+
+def _ticks(distance: Floats) -> Ints:
+    return np.rint(distance / QUANTUM).astype(np.int64)

@@ -1,0 +1,89 @@
+#include "motion/turn_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+namespace {
+
+// Slip goes on for a second or so. Over windows of this length its variance grows with the way.
+constexpr double kWindow_s = 2.0;
+constexpr double kRadiiSigma = 0.02;      // of tyres of one kind
+constexpr double kRadiiWalk = 1e-4;       // 1/sqrt(m): load and pressure
+constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
+constexpr double kNoiseMemory_m = 200.0;  // of both sides
+// Standard deviations beyond which a window counts for less: a side that spins is not the ground's
+// usual slip.
+constexpr double kRobust = 3.0;
+
+}  // namespace
+
+TurnCalibration::TurnCalibration(const DriveTraits& traits, double floor_m)
+    : traits_(traits),
+      floor_variance_(4 * floor_m * floor_m),  // two sides, at two ends
+      x_(traits.track_m, 0.0),
+      noise_sum_(traits.difference_noise_m * traits.difference_noise_m * kPriorPath_m),
+      noise_path_m_(kPriorPath_m) {
+  P_ << traits.track_sigma_m * traits.track_sigma_m, 0, 0, kRadiiSigma * kRadiiSigma;
+}
+
+void TurnCalibration::learn(const PairMotion& motion, double turned_rad, double dt_s) {
+  window_.motion += motion;
+  window_.turned_rad += turned_rad;
+  window_.seconds += dt_s;
+  if (window_.seconds < kWindow_s) return;
+  update(window_);
+  window_ = {};
+}
+
+void TurnCalibration::update(const Window& window) {
+  const double path = window.motion.path_m;
+  if (path * path < floor_variance_) return;  // it stood
+  P_(0, 0) += traits_.track_walk_m * traits_.track_walk_m * path;
+  P_(1, 1) += kRadiiWalk * kRadiiWalk * path;
+  const Eigen::Vector2d h(window.turned_rad, window.motion.middle_m);
+  const double error = window.motion.difference_m - h.dot(x_);
+  const double slip = slip_variance(path), known = h.dot(P_ * h);
+  const double deviation2 = error * error / (known + slip);
+  const double weight = std::min(1.0, kRobust / std::sqrt(std::max(deviation2, 1e-12)));
+
+  // The expected square of the slip itself, given the error, of which it is only a part.
+  const double share = slip / (known + slip);
+  const double bounded = std::min(error * error, kRobust * kRobust * (known + slip));
+  const double slipped2 = share * share * bounded + share * known;
+  noise_sum_ += std::max(0.0, slipped2 - floor_variance_);
+  noise_path_m_ += path;
+  if (noise_path_m_ > kNoiseMemory_m) {
+    noise_sum_ *= kNoiseMemory_m / noise_path_m_;
+    noise_path_m_ = kNoiseMemory_m;
+  }
+
+  const Eigen::Vector2d gain = P_ * h / (known + slip / weight);
+  x_ += gain * error;
+  const Eigen::Matrix2d left = Eigen::Matrix2d::Identity() - gain * h.transpose();
+  P_ = (left * P_ * left.transpose() + slip / weight * gain * gain.transpose()).eval();
+}
+
+double TurnCalibration::slip_variance(double path_m) const {
+  return noise_sum_ / noise_path_m_ * path_m + floor_variance_;
+}
+
+double TurnCalibration::turn(const PairMotion& motion) const {
+  return (motion.difference_m - x_[1] * motion.middle_m) / x_[0];
+}
+
+double TurnCalibration::turn_variance(const PairMotion& motion) const {
+  return difference_variance(motion, turn(motion)) / (x_[0] * x_[0]);
+}
+
+double TurnCalibration::expected_difference(double middle_m, double turned_rad) const {
+  return x_[0] * turned_rad + x_[1] * middle_m;
+}
+
+double TurnCalibration::difference_variance(const PairMotion& motion, double turned_rad) const {
+  const Eigen::Vector2d h(turned_rad, motion.middle_m);
+  return h.dot(P_ * h) + slip_variance(motion.path_m);
+}
+
+}  // namespace gprodom

@@ -1,0 +1,160 @@
+#include "motion/wheel_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+
+namespace {
+
+// Of the slipping side's error against the published velocity: the other side's is less than this.
+constexpr double kOther = 0.5;
+
+constexpr std::size_t kWitnesses = 5;          // intervals that are looked at together
+constexpr double kAgrees = 2.0, kShows = 3.0;  // standard deviations
+
+}  // namespace
+
+WheelPair::WheelPair(const WheelConfig& config)
+    : config_(config),
+      difference_(2 * config.max_speed),
+      calibration_(drive_traits(config), config.noise_floor) {}
+
+bool WheelPair::insert(const WheelsSample& sample) {
+  heard_ = true;
+  return difference_.insert({sample.time, sample.right_m - sample.left_m});
+}
+
+// The mean of two sides has a quarter of the variance that their difference has.
+double WheelPair::middle_noise() const {
+  const bool learnt = heard_ && drive_traits(config_).turns_by_difference;
+  return learnt ? 0.5 * calibration_.noise_by_middle() : 0.0;
+}
+
+void WheelPair::forget_before(TimeNs time) { difference_.forget_before(time); }
+
+std::optional<std::vector<WheelPair::Step>> WheelPair::steps_of(const StateInput& input,
+                                                                TimeNs from,
+                                                                const Eigen::Vector3d& gyro_bias,
+                                                                const WheelHistory& wheel,
+                                                                bool across_gaps) const {
+  std::vector<Step> steps;
+  double elapsed = 0.0;
+  auto middle = wheel.distance(from, across_gaps), apart = difference_.distance(from, across_gaps);
+  for (const MotionStep& s : input.steps) {
+    elapsed += s.dt;
+    const TimeNs time = from + from_seconds(elapsed);
+    const auto next_middle = wheel.distance(time, across_gaps);
+    const auto next_apart = difference_.distance(time, across_gaps);
+    if (!middle || !apart || !next_middle || !next_apart) return std::nullopt;
+    Step step{{*next_middle - *middle, *next_apart - *apart, 0.0},
+              (s.angular_velocity - gyro_bias).z() * s.dt};
+    const double half = 0.5 * step.motion.difference_m;
+    step.motion.path_m =
+        std::abs(step.motion.middle_m - half) + std::abs(step.motion.middle_m + half);
+    steps.push_back(step);
+    middle = next_middle;
+    apart = next_apart;
+  }
+  return steps;
+}
+
+void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
+                         const WheelHistory& wheel, std::optional<double> ground_m) {
+  slipping_ = SlippingSide::kNone;
+  const bool in_gap = std::any_of(input.steps.begin(), input.steps.end(),
+                                  [](const MotionStep& s) { return s.bridged; });
+  if (!in_gap) in_gap_ = {};
+  const auto steps = steps_of(input, from, newest.gyro_bias, wheel, in_gap);
+  if (!steps || !drive_traits(config_).turns_by_difference) return interrupt();
+  if (in_gap) {
+    interrupt();
+    return stand_in(input, *steps);
+  }
+  Stretch whole;
+  whole.seconds = to_seconds(input.time - from);
+  for (const Step& step : *steps) {
+    whole.motion += step.motion;
+    whole.turned_rad += step.turned_rad;
+  }
+  if (ground_m) {
+    whole.ground_m = *ground_m * newest.wheel_scale;
+    slipping_ = judge(whole);
+  }
+  if (slipping_ != SlippingSide::kNone) {
+    interrupt();
+    return go_by_the_other(input, *steps);
+  }
+  calibration_.learn(whole.motion, whole.turned_rad, whole.seconds);
+  recent_.push_back(whole);
+  if (recent_.size() > kWitnesses) recent_.pop_front();
+  if (input.wheel_contradicted && ground_m && vouches()) input.wheel_contradicted = false;
+}
+
+void WheelPair::interrupt() {
+  calibration_.interrupt();
+  recent_.clear();
+}
+
+// The other side goes where the body goes: with the turn that the gyro has, so does the middle.
+void WheelPair::go_by_the_other(StateInput& input, const std::vector<Step>& steps) const {
+  const double side = slipping_ == SlippingSide::kLeft ? 1.0 : -1.0;  // the other is right, or left
+  for (size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    const double good = step.motion.middle_m + side * 0.5 * step.motion.difference_m;
+    input.steps[i].wheel_m = (good - side * 0.5 * calibration_.track_m() * step.turned_rad) /
+                             (1 + side * 0.5 * calibration_.radii_difference());
+  }
+  input.has_wheel = true;
+  input.wheel_contradicted = false;
+}
+
+// The errors of track and radii are the same all through a gap: its variance is that of the whole.
+void WheelPair::stand_in(StateInput& input, const std::vector<Step>& steps) {
+  const double before = in_gap_.path_m > 0 ? calibration_.turn_variance(in_gap_) : 0.0;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    if (!input.steps[i].long_gap) continue;
+    input.steps[i].wheel_turn = calibration_.turn(steps[i].motion);
+    in_gap_ += steps[i].motion;
+  }
+  const double after = in_gap_.path_m > 0 ? calibration_.turn_variance(in_gap_) : 0.0;
+  input.turn_variance = std::max(0.0, after - before);
+}
+
+// One side slips where left, right and gyro do not go together, and the other side goes as the
+// robot does.
+SlippingSide WheelPair::judge(const Stretch& whole) const {
+  const PairMotion& motion = whole.motion;
+  const double error =
+      motion.difference_m - calibration_.expected_difference(motion.middle_m, whole.turned_rad);
+  const double sigma = std::sqrt(calibration_.difference_variance(motion, whole.turned_rad));
+  const double threshold = config_.slip_threshold;
+  if (threshold <= 0 || std::abs(error) < threshold * sigma) return SlippingSide::kNone;
+  const double half = 0.5 * motion.difference_m;
+  const double rolled = 0.5 * calibration_.expected_difference(whole.ground_m, whole.turned_rad);
+  const double left = std::abs(motion.middle_m - half - (whole.ground_m - rolled));
+  const double right = std::abs(motion.middle_m + half - (whole.ground_m + rolled));
+  if (std::min(left, right) > kOther * std::max(left, right)) return SlippingSide::kNone;
+  return left > right ? SlippingSide::kLeft : SlippingSide::kRight;
+}
+
+// Both sides slip by the same share, the published velocity says. In a bend the difference of left
+// and right would show it against the gyro. Where it shows none, it is the velocity that is wrong.
+bool WheelPair::vouches() const {
+  Stretch last;
+  for (const Stretch& each : recent_) {
+    last.motion += each.motion;
+    last.turned_rad += each.turned_rad;
+    last.ground_m += each.ground_m;
+  }
+  const PairMotion& motion = last.motion;
+  const double error =
+      motion.difference_m - calibration_.expected_difference(motion.middle_m, last.turned_rad);
+  const double sigma = std::sqrt(calibration_.difference_variance(motion, last.turned_rad));
+  const double larger = std::max(std::abs(motion.middle_m), std::abs(last.ground_m));
+  const double share = larger > 0 ? std::abs(motion.middle_m - last.ground_m) / larger : 0.0;
+  return std::abs(error) < kAgrees * sigma &&
+         share * std::abs(motion.difference_m) > (kAgrees + kShows) * sigma;
+}
+
+}  // namespace gprodom

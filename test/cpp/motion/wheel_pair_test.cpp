@@ -1,0 +1,137 @@
+#include "motion/wheel_pair.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gprodom {
+namespace {
+
+constexpr double kInterval = 0.2, kStep = 0.01;  // s
+constexpr double kTrack = 0.5;                   // m
+
+WheelConfig differential() {
+  WheelConfig config;
+  config.drive = WheelDrive::kDifferential;
+  config.track = kTrack;
+  return config;
+}
+
+// A robot at 0.6 m/s in bends of 0.4 rad/s either way, its wheels at 50 Hz, ahead of the states.
+class Drive {
+ public:
+  explicit Drive(const WheelConfig& config) : pair(config), wheel(config.max_speed) {}
+
+  // The next interval. spin: m/s, of the left side beside rolling. silent: of the IMU.
+  StateInput next(double spin = 0.0, bool silent = false) {
+    const double from = now_;
+    StateInput input;
+    for (int i = 0; i < 20; ++i) {
+      const double rate = 0.4 * std::sin(0.8 * now_);
+      turned_ = rate * kStep;
+      left_m_ += (0.6 - 0.5 * kTrack * rate + spin) * kStep;
+      right_m_ += (0.6 + 0.5 * kTrack * rate) * kStep;
+      now_ += kStep;
+      MotionStep step;
+      step.dt = kStep;
+      step.angular_velocity.z() = silent ? 0.0 : rate;
+      step.bridged = step.long_gap = silent;
+      input.steps.push_back(step);
+      turned_rad += turned_;
+      if (i % 2 == 1) {
+        const WheelsSample sample{from_seconds(now_), left_m_, right_m_};
+        pair.insert(sample);
+        wheel.insert({sample.time, 0.5 * (left_m_ + right_m_)});
+      }
+    }
+    input.time = from_seconds(now_);
+    input.wheel_contradicted = contradicted;
+    input.has_wheel = set_wheel_distances(input.steps, wheel, from_seconds(from), false);
+    pair.complete(input, from_seconds(from), NavState{}, wheel, ground_speed * kInterval);
+    return input;
+  }
+
+  WheelPair pair;
+  WheelHistory wheel;
+  double turned_rad = 0.0;    // so far
+  double ground_speed = 0.6;  // m/s, as published
+  bool contradicted = false;  // by the slip watch
+
+ private:
+  double now_ = 100.0, left_m_ = 0.0, right_m_ = 0.0, turned_ = 0.0;
+};
+
+double wheel_turn(const StateInput& input) {
+  double sum = 0.0;
+  for (const MotionStep& step : input.steps) sum += step.wheel_turn.value_or(0.0);
+  return sum;
+}
+
+TEST(WheelPair, StandsInForASilentGyroAndOwnsUpToItsError) {
+  Drive drive(differential());
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(wheel_turn(drive.next()), 0.0);
+  const double before = drive.turned_rad;
+  double told = 0.0, variance = 0.0;
+  for (int i = 0; i < 50; ++i) {
+    const StateInput input = drive.next(0.0, true);
+    told += wheel_turn(input);
+    variance += input.turn_variance;
+  }
+  EXPECT_NEAR(told, drive.turned_rad - before, 0.01);
+  EXPECT_GT(std::sqrt(variance), 0.002);
+  EXPECT_LT(std::sqrt(variance), 0.1);
+}
+
+TEST(WheelPair, GoesByTheOtherSideWhereOneSlips) {
+  Drive drive(differential());
+  for (int i = 0; i < 300; ++i) drive.next();
+  EXPECT_EQ(drive.pair.slipping(), SlippingSide::kNone);
+  for (const double spin : {0.4, -0.4}) {
+    drive.next(spin);  // the step at its beginning lies between two samples
+    const StateInput input = drive.next(spin);
+    EXPECT_EQ(drive.pair.slipping(), SlippingSide::kLeft) << spin;
+    double moved = 0.0;
+    for (const MotionStep& step : input.steps) moved += step.wheel_m;
+    EXPECT_NEAR(moved, 0.6 * kInterval, 0.003) << spin;
+    EXPECT_FALSE(input.wheel_contradicted);
+    for (int i = 0; i < 10; ++i) drive.next();
+    EXPECT_EQ(drive.pair.slipping(), SlippingSide::kNone);
+  }
+}
+
+// A slip of both sides by the same share would show in a bend.
+TEST(WheelPair, VouchesInABendAgainstAPublishedVelocityThatIsWrong) {
+  Drive drive(differential());
+  for (int i = 0; i < 300; ++i) drive.next();
+  drive.contradicted = true;
+  drive.ground_speed = 0.25;
+  int used = 0;
+  for (int i = 0; i < 40; ++i) used += drive.next().wheel_contradicted ? 0 : 1;
+  EXPECT_GT(used, 10);  // but not where the way is straight
+  EXPECT_LT(used, 40);
+  drive.ground_speed = 0.595;  // so small a slip would not show
+  for (int i = 0; i < 10; ++i) drive.next();
+  used = 0;
+  for (int i = 0; i < 40; ++i) used += drive.next().wheel_contradicted ? 0 : 1;
+  EXPECT_EQ(used, 0);
+}
+
+TEST(WheelPair, ItsNoiseIsTheWheels) {
+  Drive drive(differential());
+  EXPECT_GT(drive.pair.middle_noise(), 0.0);
+  for (int i = 0; i < 300; ++i) drive.next();
+  EXPECT_LT(drive.pair.middle_noise(), 0.005);  // wheels that do not slip at all
+  EXPECT_EQ(drive.next().wheel_noise, drive.pair.middle_noise());
+  EXPECT_EQ(WheelPair(WheelConfig{}).middle_noise(), 0.0);
+}
+
+TEST(WheelPair, SaysNothingForASingleDrive) {
+  Drive drive(WheelConfig{});
+  for (int i = 0; i < 100; ++i) drive.next();
+  EXPECT_EQ(wheel_turn(drive.next(0.0, true)), 0.0);
+  drive.next(0.4);
+  EXPECT_EQ(drive.pair.slipping(), SlippingSide::kNone);
+}
+
+}  // namespace
+}  // namespace gprodom
