@@ -13,21 +13,24 @@ from gprodom.random_streams import stream
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
-from gprodom.simulate.robot import Point, robot
+from gprodom.simulate.robot import KINDS, Point, of_kind, robot
 from gprodom.simulate.routes import ROUTES, make_route
 from gprodom.simulate.sequence import Spec, SurveySpec, simulate
+from gprodom.simulate.surface import SURFACES
 
 EXAMPLES = """\
   gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
+  gprodom simulate --robot skid_steer --surface gravel --ground none --route loop -o field.lcmlog
   gprodom simulate --ground basement --route eight --slips 4 -o 1700000000-0-cellar-cmu-gpr
 """
 
 RAYS, NONE = "rays", "none"
+SPEED = 0.6  # m/s
 
 DESCRIPTION = """\
-Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`. OUT
-is a zip where so named, else a directory; the truth comes beside it as OUT.truth.npz and OUT.json.
-The same arguments give the same bytes.
+Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`: a
+zip where OUT is so named, else a directory; or OUT.lcmlog, the log itself. The truth comes beside
+it as OUT.truth.npz and OUT.json. The same arguments give the same bytes.
 
 The ground is that of survey lines made by FDTD, which `gprodom ground` writes (garage, basement and
 floor come with the package), or one of scatterers and layers by travel time (`rays`): quick, over
@@ -38,6 +41,11 @@ The robot has the faults of a real one: IMU noise of an MTi-30, vibration that g
 encoder of 0.182 mm, radar gain and time zero that drift, ringing, spikes, and it wanders some
 centimetres aside from pass to pass. With --plain the errors are those of the estimator's default
 configuration and nothing else.
+
+With --robot it is another one, with left and right wheels, which only an LCM log holds: a cart or a
+rover with differential drive, a skid steer (20 Hz, wheels held at 4 Hz and late), a car (its engine
+runs). --surface says what they drive on: how they slip, rumble and tilt. --slips then are moments
+in which one side spins.
 """
 
 
@@ -60,7 +68,11 @@ def add_parser(subparsers: Subparsers) -> None:
         "--distance", metavar="M", type=float, default=30.0, help="default: %(default)s"
     )
     parser.add_argument(
-        "--speed", metavar="M/S", type=float, default=0.6, help="top speed (default: %(default)s)"
+        "--speed", metavar="M/S", type=float, help="top speed (default: 0.6, or the robot's own)"
+    )
+    parser.add_argument("--robot", choices=sorted(KINDS), help="see above")
+    parser.add_argument(
+        "--surface", choices=sorted(SURFACES), help="under the robot (default: floor)"
     )
     parser.add_argument(
         "--standstill", metavar="S", type=float, default=6.0, help="at first (default: %(default)s)"
@@ -103,18 +115,19 @@ def parse_point(text: str) -> Point:
 
 def make_spec(args: argparse.Namespace) -> Spec:
     """What the arguments ask for."""
+    speed = args.speed or (KINDS[args.robot].speed if args.robot else SPEED)
     ground: GroundSpec | SurveySpec | None = GroundSpec() if args.ground == RAYS else None
     length = None
     if args.ground not in (RAYS, NONE):
         ground, length = SurveySpec(args.ground), find_survey(args.ground).length
     drive: DriveSpec = make_route(
-        args.route, args.distance, args.speed, args.standstill, stream(args.seed, "route"), length
+        args.route, args.distance, speed, args.standstill, stream(args.seed, "route"), length
     )
     if args.plain:
         if args.antenna != (0, 0) or args.contact != (0, 0) or args.prism != (0, 0):
             raise UsageError("--plain: takes no --antenna, --contact or --prism")
         return Spec(drive, ground=ground, slips=args.slips, kind=args.route)
-    return robot(
+    spec = robot(
         drive,
         ground,
         kind=args.route,
@@ -123,19 +136,30 @@ def make_spec(args: argparse.Namespace) -> Spec:
         contact=args.contact,
         prism=args.prism,
     )
+    return of_kind(args.robot, args.surface or "floor", spec) if args.robot else spec
+
+
+def check(args: argparse.Namespace) -> None:
+    """Raises `UsageError` where the arguments do not go together."""
+    for name, low, high in (
+        ("seed", 0, 2**63),
+        ("distance", 1, 5000),
+        ("speed", 0.05, 20),
+        ("standstill", 0, 3600),
+        ("slips", 0, 1000),
+    ):
+        value = getattr(args, name)
+        if value is not None and not low <= value <= high:
+            raise UsageError(f"--{name} {value}: expected {low} to {high}")
+    if args.surface and not args.robot:
+        raise UsageError("--surface: wants a --robot")
+    if args.robot and (args.plain or args.contact != (0, 0)):
+        raise UsageError("--robot: takes no --plain or --contact")
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulates and writes."""
-    for name, low, high in (
-        ("seed", 0, 2**63),
-        ("distance", 1, 5000),
-        ("speed", 0.05, 5),
-        ("standstill", 0, 3600),
-        ("slips", 0, 1000),
-    ):
-        if not low <= getattr(args, name) <= high:
-            raise UsageError(f"--{name} {getattr(args, name)}: expected {low} to {high}")
+    check(args)
     spec = make_spec(args)
     with Progress("simulating", 2) as progress:
         simulated = simulate(spec, args.seed)

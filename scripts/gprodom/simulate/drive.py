@@ -19,6 +19,9 @@ _GRID = 0.001  # s; of the integration of position
 _SLIP_LENGTH = 0.05  # m; below it side slip is smooth, above it white
 _WANDER_LENGTHS = (5.3, 8.7)  # m
 _CENTRE_STEP = 0.01  # m, along the track's middle
+_CENTRE_LENGTHS = (3.7, 7.9)  # m
+_GRAVITY = 9.8  # m/s^2
+_SIDE_STEP = 5e-4  # s; of the numeric derivative of sideways speed
 
 
 def _step(x: Floats) -> Floats:
@@ -105,6 +108,12 @@ class DriveSpec:
     acceleration: float = 0.5  # m/s^2, at most
     lateral_noise: float = 0.003
     wander: float = 0.0
+    # The point that does not move sideways as the robot turns lies this far (m) forwards of the
+    # body's origin, and wanders by `centre_wander` (m, RMS) over the distance driven.
+    centre_offset: float = 0.0
+    centre_wander: float = 0.0
+    # Lateral over vertical force of the tyres, by slip angle (1/rad); 0: they do not creep.
+    cornering_stiffness: float = 0.0
     yaw: float = 0.0  # rad, of the track at its start
 
 
@@ -152,6 +161,7 @@ class Drive:
         # White noise of this density over the distance, cubic splines of unit area between knots.
         self._slip = random.standard_normal(knots) * (spec.lateral_noise / np.sqrt(_SLIP_LENGTH))
         self._phase = random.uniform(0, 2 * np.pi, len(_WANDER_LENGTHS))
+        self._centre_phase = random.uniform(0, 2 * np.pi, len(_CENTRE_LENGTHS))
         self._grid_x, self._grid_y = self._integrate()
 
     def at(self, t: Floats) -> Motion:
@@ -220,9 +230,10 @@ class Drive:
         swing, swing_rate = self._swing(travelled)
         yaw = self._spec.yaw + heading + swing
         slope, slope_rate = self._side_slip(travelled)
-        lateral = v * slope
-        lateral_rate = a * slope + v * np.abs(v) * slope_rate
         yaw_rate = curvature * v + swing_rate * np.abs(v)
+        aside, aside_rate = self._aside(t)
+        lateral = v * slope + aside
+        lateral_rate = a * slope + v * np.abs(v) * slope_rate + aside_rate
         acceleration = np.stack([a - yaw_rate * lateral, lateral_rate + yaw_rate * v], axis=1)
         motion = {
             "s": s,
@@ -235,6 +246,27 @@ class Drive:
         }
         cos, sin = np.cos(yaw), np.sin(yaw)
         return motion, v * cos - lateral * sin, v * sin + lateral * cos
+
+    def _aside(self, t: Floats) -> tuple[Floats, Floats]:
+        """Sideways speed of a body that turns round another point than its origin, and of its
+        tyres' creep (m/s), and the derivative (m/s^2)."""
+        spec = self._spec
+        if not (spec.centre_offset or spec.centre_wander or spec.cornering_stiffness):
+            return np.zeros_like(t), np.zeros_like(t)
+
+        def speed(time: Floats) -> Floats:
+            s, travelled, v, _ = self._law(time)
+            _, curvature = spec.track.heading(s)
+            yaw_rate = curvature * v + self._swing(travelled)[1] * np.abs(v)
+            numbers = 2 * np.pi / np.array(_CENTRE_LENGTHS)
+            waves = np.sin(travelled[:, None] * numbers + self._centre_phase)
+            offset = spec.centre_offset + spec.centre_wander * waves.sum(axis=1)
+            if spec.cornering_stiffness:
+                offset = offset + v**2 / (spec.cornering_stiffness * _GRAVITY)
+            return np.asarray(-offset * yaw_rate)
+
+        rate = (speed(t + _SIDE_STEP) - speed(t - _SIDE_STEP)) / (2 * _SIDE_STEP)
+        return speed(t), np.asarray(rate)
 
     def _law(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Distance along the track, distance travelled, speed and its rate."""

@@ -14,22 +14,31 @@ from gprodom.arrays import Floats, Ints
 from gprodom.convert.sampling import radar_facts
 from gprodom.convert.source import RADAR_FACTS
 from gprodom.files import write_bytes, write_npz, zip_bytes
+from gprodom.lcm.log_writer import write_log
+from gprodom.simulate.pair import PairData
+from gprodom.simulate.recording import log_streams
 from gprodom.simulate.sequence import Simulated
 
 
 def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
-    """Writes `output`, a zip where so named and else a directory, and the truth beside it.
+    """Writes `output`, a zip or LCM log where so named, else a directory, and the truth beside it.
+
+    Only a log holds left and right wheels; in the dataset's format their mean is the wheel.
 
     The truth, for tests of the parts: ``.truth.npz`` (t, s, x, y, yaw, v at 20 Hz, and the IMU's
     biases) and ``.json`` (wheel scale, slip episodes, what was simulated). Returns the paths.
     """
-    name = output.name.removesuffix(".zip")
-    files = {file: content.encode() for file, content in _tables(simulated).items()}
-    if simulated.sample_interval is not None:
-        files[RADAR_FACTS] = radar_facts(simulated.sample_interval)
+    name = output.name.removesuffix(".zip").removesuffix(".lcmlog")
+    files = {}
+    if output.suffix == ".lcmlog":
+        write_log(output, log_streams(simulated))
+    else:
+        files = {file: content.encode() for file, content in _tables(simulated).items()}
+        if simulated.sample_interval is not None:
+            files[RADAR_FACTS] = radar_facts(simulated.sample_interval)
     if output.suffix == ".zip":
         write_bytes(output, zip_bytes({f"{name}/{file}": data for file, data in files.items()}))
-    else:
+    elif files:
         output.mkdir(exist_ok=True)
         for file, data in files.items():
             write_bytes(output / file, data)
@@ -98,6 +107,7 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
     slips = spec.wheel.slips
     return {
         "scale": float(simulated.wheel.scale[0]),
+        "pair": None if simulated.pair is None else _pair_facts(simulated.pair),
         "slip": [[slip.start, slip.duration, slip.factor] for slip in slips],
         "spin": [[slip.start, slip.duration, slip.spin] for slip in slips if slip.spin],
         "dist": float(simulated.truth.travelled[-1]),
@@ -109,3 +119,7 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
         "seed": simulated.seed,
         "spec": asdict(spec),
     }
+
+
+def _pair_facts(pair: PairData) -> dict[str, float]:
+    return {"scale": pair.scale, "track": pair.track, "radii": pair.radii}

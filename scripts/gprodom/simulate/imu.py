@@ -11,9 +11,12 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.simulate.drive import Motion
+from gprodom.simulate.terrain import draw_terrain
 
 _INSTABILITY_TIME = 100.0  # s
 _RESONANCE, _RESONANCE_WIDTH = 23.0, 6.0  # Hz, of a frame on wheels
+_RUMBLE_TIME = 0.5  # s, of the slow part of rumble
+_ENGINE, _ENGINE_WANDER = 27.0, 0.6  # Hz: twice a turn at 810/min; in a second
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,14 @@ class ImuSpec:
     # Vibration of the moving robot, standard deviation per m/s of speed.
     accel_vibration: float = 0.0  # m/s^2 / (m/s)
     gyro_vibration: float = 0.0  # rad/s / (m/s)
+    # Vibration that the sampling folds into every band, densities per m/s of speed, with a slow
+    # part of the same power: as recordings of outdoor robots show it.
+    accel_rumble: float = 0.0  # m/s^2/sqrt(Hz) / (m/s)
+    gyro_rumble: float = 0.0  # rad/s/sqrt(Hz) / (m/s)
+    # An engine's, standard deviations, also at a standstill.
+    accel_idle: float = 0.0  # m/s^2
+    gyro_idle: float = 0.0  # rad/s
+    tilt: float = 0.0  # rad, RMS, of the ground: roll and pitch
 
 
 # MTi-30. The published calibration's 2.28e-3 rad/s and 8.27e-3 m/s^2 are of single samples at 200
@@ -80,8 +91,8 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
     """IMU samples of `motion`, whose times are 1 / `spec.rate` apart."""
     n, step = len(motion.s), 1.0 / spec.rate
     body_imu = rotation_from_rpy(spec.rpy_body_imu)
-    force = np.column_stack([motion.acceleration, np.full(n, spec.gravity)]) @ body_imu
-    rate = np.column_stack([np.zeros((n, 2)), motion.yaw_rate]) @ body_imu
+    force, rate = _body_motion(motion, spec, random)
+    force, rate = force @ body_imu, rate @ body_imu
 
     def bias(sigma: float, walk: float) -> Floats:
         steps = random.standard_normal((n, 3)) * (walk * np.sqrt(step))
@@ -102,6 +113,13 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
         speed = np.abs(motion.v)[:, None]
         measured_rate = measured_rate + spec.gyro_vibration * speed * _rattle(n, step, random)
         measured_force = measured_force + spec.accel_vibration * speed * _rattle(n, step, random)
+    if spec.gyro_rumble or spec.accel_rumble:
+        speed = np.abs(motion.v)[:, None] / np.sqrt(step)
+        measured_rate = measured_rate + spec.gyro_rumble * speed * _rumble(n, step, random)
+        measured_force = measured_force + spec.accel_rumble * speed * _rumble(n, step, random)
+    if spec.gyro_idle or spec.accel_idle:
+        measured_rate = measured_rate + spec.gyro_idle * _engine(n, step, random)
+        measured_force = measured_force + spec.accel_idle * _engine(n, step, random)
     measured_rate, measured_force = measured_rate + gyro_bias, measured_force + accel_bias
     turn = np.concatenate([[0.0], np.cumsum((measured_rate @ body_imu.T)[:-1, 2])]) * step
     return ImuData(
@@ -111,6 +129,54 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
         gyro_bias=gyro_bias,
         orientation=_orientation(float(motion.yaw[0]) + turn, spec.rpy_body_imu),
     )
+
+
+def _body_motion(
+    motion: Motion, spec: ImuSpec, random: np.random.RandomState
+) -> tuple[Floats, Floats]:
+    """Specific force (m/s^2) and angular rate (rad/s) in body (n, 3), as the ground tilts."""
+    n = len(motion.s)
+    if not spec.tilt:
+        force = np.column_stack([motion.acceleration, np.full(n, spec.gravity)])
+        return force, np.column_stack([np.zeros((n, 2)), motion.yaw_rate])
+    terrain, speed = draw_terrain(spec.tilt, random), np.abs(motion.v)
+    roll, pitch = terrain.tilt(motion.travelled).T
+    roll_rate, pitch_rate = (terrain.rate(motion.travelled) * speed[:, None]).T
+    # Along its pitched x axis the robot climbs with -v sin(pitch).
+    climb = np.gradient(-motion.v * np.sin(pitch)) * spec.rate
+    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+    x, y = motion.acceleration.T
+    z = spec.gravity + climb
+    force = np.column_stack(
+        [cp * x - sp * z, sr * sp * x + cr * y + sr * cp * z, cr * sp * x - sr * y + cr * cp * z]
+    )
+    yaw_rate = motion.yaw_rate
+    rate = np.column_stack(
+        [
+            roll_rate - yaw_rate * sp,
+            pitch_rate * cr + yaw_rate * cp * sr,
+            yaw_rate * cp * cr - pitch_rate * sr,
+        ]
+    )
+    return force, rate
+
+
+def _rumble(n: int, step: float, random: np.random.RandomState) -> Floats:
+    """(n, 3), unit variance: half of the power white, half of slow changes."""
+    from scipy.signal import lfilter
+
+    kept = float(np.exp(-step / _RUMBLE_TIME))
+    shocks = random.standard_normal((n, 3)) * np.sqrt(1 - kept**2)
+    slow = lfilter([1.0], [1.0, -kept], shocks, axis=0) * np.sqrt(step / _RUMBLE_TIME)
+    return np.asarray(np.sqrt(0.5) * (random.standard_normal((n, 3)) + slow))
+
+
+def _engine(n: int, step: float, random: np.random.RandomState) -> Floats:
+    """(n, 3), unit variance: an engine's shaking, whose frequency wanders, as sampled."""
+    wander = np.cumsum(random.standard_normal((n, 3)) * (_ENGINE_WANDER * np.sqrt(step)), axis=0)
+    angle = 2 * np.pi * np.cumsum((_ENGINE + wander) * step, axis=0)
+    start = random.uniform(0, 2 * np.pi, 3)
+    return np.asarray(np.sqrt(2.0) * np.sin(angle + start))
 
 
 def _wandering(n: int, step: float, random: np.random.RandomState) -> Floats:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from gprodom.config import STANDARD, Channels
 from gprodom.convert.cmu import Recording
 from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.convert.streams import streams
+from gprodom.convert.wheels import pair_stream
+from gprodom.lcm.log_writer import Stream
 from gprodom.simulate.sequence import Simulated
 
 
@@ -29,3 +33,15 @@ def as_recording(simulated: Simulated) -> Recording:
         out_of_order={},
         sample_interval=simulated.sample_interval or SAMPLE_INTERVAL,
     )
+
+
+def log_streams(simulated: Simulated, channels: Channels = STANDARD) -> list[Stream]:
+    """The messages of a log: those of the recording, with left and right wheels where there are."""
+    recording = as_recording(simulated)
+    recorded = streams(recording, recording.sample_interval, channels)
+    if simulated.pair is None or simulated.spec.pair is None:
+        return recorded
+    quantum = simulated.spec.pair.quantum
+    left, right = simulated.pair.left * quantum, simulated.pair.right * quantum
+    sides = pair_stream(channels.wheels, simulated.wheel_utime, left, right)
+    return [sides if stream.channel == channels.wheel else stream for stream in recorded]

@@ -9,10 +9,11 @@ import numpy as np
 from gprodom.arrays import Floats, Ints
 from gprodom.ground.survey import find_survey
 from gprodom.random_streams import stream
-from gprodom.simulate import imu, radar, wheel
+from gprodom.simulate import imu, pair, radar, wheel
 from gprodom.simulate.drive import Drive, DriveSpec, Motion
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuData, ImuSpec
+from gprodom.simulate.pair import PairData, PairSpec
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.wheel import WheelData, WheelSpec
 
@@ -48,6 +49,7 @@ class Spec:
     drive: DriveSpec
     imu: ImuSpec = field(default_factory=ImuSpec)
     wheel: WheelSpec = field(default_factory=WheelSpec)
+    pair: PairSpec | None = None  # left and right wheels: `wheel` is their mean then
     radar: RadarSpec = field(default_factory=RadarSpec)
     ground: GroundSpec | SurveySpec | None = field(default_factory=GroundSpec)
     station: StationSpec | None = field(default_factory=StationSpec)
@@ -66,6 +68,7 @@ class Simulated:
     imu: ImuData
     wheel_utime: Ints
     wheel: WheelData
+    pair: PairData | None  # at the wheel's times
     gpr_utime: Ints
     traces: Ints  # (g, samples); g = 0 without radar
     sample_interval: float | None  # s, of the radar
@@ -98,11 +101,14 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         phase = int(clock.randint(period))
         return np.arange(phase, int(drive.duration * 1e6), period, dtype=np.int64)
 
-    imu_time, wheel_time = ticks(spec.imu.rate), ticks(spec.wheel.rate)
+    imu_time = ticks(spec.imu.rate)
+    wheel_time = ticks(spec.pair.rate if spec.pair else spec.wheel.rate)
     wheel_t = wheel_time * 1e-6
     wheel_motion = drive.at(wheel_t)
     drawn = wheel.draw_slips(spec.slips, wheel_t, wheel_motion.v, stream(seed, "slip"))
     spec = replace(spec, wheel=replace(spec.wheel, slips=spec.wheel.slips + drawn))
+
+    sides, counted = _count(drive, wheel_t, wheel_motion, spec, seed)
 
     gpr_time, traces, sample_interval = np.zeros(0, np.int64), np.zeros((0, 0), np.int32), None
     if spec.ground is not None:
@@ -120,7 +126,8 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         imu_utime=spec.start_utime + imu_time,
         imu=imu.measure(drive.at(imu_time * 1e-6), spec.imu, stream(seed, "imu")),
         wheel_utime=spec.start_utime + wheel_time,
-        wheel=wheel.measure(wheel_t, wheel_motion, spec.wheel, stream(seed, "wheel")),
+        wheel=counted,
+        pair=sides,
         gpr_utime=spec.start_utime + gpr_time,
         traces=traces,
         sample_interval=sample_interval,
@@ -130,6 +137,19 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         truth=drive.at(truth_time * 1e-6),
         drive=drive,
     )
+
+
+def _count(
+    drive: Drive, t: Floats, motion: Motion, spec: Spec, seed: int
+) -> tuple[PairData | None, WheelData]:
+    """What the two sides count at `t` (s), where there are any, and the wheel."""
+    if spec.pair is None:
+        return None, wheel.measure(t, motion, spec.wheel, stream(seed, "wheel"))
+    sides = pair.measure(t, drive, spec.pair, stream(seed, "pair"))
+    ticks = np.rint(
+        0.5 * (sides.left + sides.right) * (spec.pair.quantum / spec.wheel.quantum)
+    ).astype(np.int64)
+    return sides, WheelData(ticks, np.full(len(t), sides.scale))
 
 
 def _at(motion: Motion, arm: tuple[float, float]) -> tuple[Floats, Floats]:

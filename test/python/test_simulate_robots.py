@@ -1,0 +1,125 @@
+"""Robots with left and right wheels: they report what bodies and surfaces make of them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gprodom.cli import main
+from gprodom.lcm.logs import read
+from gprodom.simulate import make_route, stream
+from gprodom.simulate.drive import Drive
+from gprodom.simulate.imu import ImuSpec, measure
+from gprodom.simulate.pair import PairSpec
+from gprodom.simulate.pair import measure as measure_pair
+from gprodom.simulate.robot import KINDS
+from gprodom.simulate.surface import SURFACES, draw_grip
+
+EXACT = PairSpec(0.5, scale_sigma=0, radii_sigma=0, track_sigma=0, noise=0, quantum=1e-7)
+
+
+@pytest.fixture(name="drive")
+def _drive() -> Drive:
+    return Drive(make_route("loop", 20.0, 0.8, 2.0, stream(1, "route")), stream(1, "drive"))
+
+
+def times(drive: Drive, rate: float = 50.0) -> np.ndarray:
+    return np.arange(0, drive.duration - 0.1, 1 / rate)
+
+
+def test_sides_differ_by_track_times_turn(drive: Drive) -> None:
+    t = times(drive)
+    pair, motion = measure_pair(t, drive, EXACT, stream(1, "pair")), drive.at(t)
+    apart = (pair.right - pair.left) * EXACT.quantum
+    np.testing.assert_allclose(apart, 0.5 * (motion.yaw - motion.yaw[0]), atol=1e-3)
+    middle = 0.5 * (pair.right + pair.left) * EXACT.quantum
+    np.testing.assert_allclose(middle, motion.s, atol=1e-3)
+
+
+def test_skid_steer_turns_as_if_wider(drive: Drive) -> None:
+    t = times(drive)
+    pair = measure_pair(t, drive, replace(EXACT, skids=True), stream(1, "pair"))
+    motion = drive.at(t)
+    wider = (pair.right - pair.left)[-1] * EXACT.quantum / (motion.yaw[-1] - motion.yaw[0])
+    assert wider == pytest.approx(0.5 * SURFACES["floor"].widening, rel=0.01)
+
+
+def test_late_and_held(drive: Drive) -> None:
+    t = times(drive)
+    prompt = measure_pair(t, drive, EXACT, stream(1, "pair"))
+    late = measure_pair(t, drive, replace(EXACT, late=0.2), stream(1, "pair"))
+    np.testing.assert_allclose(late.left[10:], prompt.left[:-10], atol=10)
+    held = measure_pair(t, drive, replace(EXACT, held=0.25), stream(1, "pair"))
+    speeds = np.diff(held.left)
+    assert len(np.unique(np.round(speeds / 100))) < len(speeds) / 5
+
+
+def test_grip_has_the_quantiles_of_its_surface() -> None:
+    grip = draw_grip(SURFACES["ice"], 20_000.0, stream(1, "grip"))
+    shown = np.quantile(grip, [0.25, 0.5, 0.75])
+    np.testing.assert_allclose(shown, SURFACES["ice"].grip[1:4], atol=0.03)
+
+
+def test_sideways_speed_is_that_of_the_centre(drive: Drive) -> None:
+    """The centre moves only forwards; accelerations still integrate to the motion."""
+    spec = make_route("loop", 20.0, 0.8, 2.0, stream(1, "route"))
+    spec = replace(spec, centre_offset=0.3, lateral_noise=0.0)
+    turning = Drive(spec, stream(1, "drive"))
+    t = np.arange(0, turning.duration - 0.1, 0.002)
+    motion = turning.at(t)
+    np.testing.assert_allclose(motion.lateral, -0.3 * motion.yaw_rate, atol=1e-12)
+    gained = motion.acceleration[:, 1] - motion.yaw_rate * motion.v
+    lateral = np.concatenate([[0.0], np.cumsum(0.5 * (gained[1:] + gained[:-1]) * 0.002)])
+    np.testing.assert_allclose(lateral, motion.lateral, atol=1e-4)
+
+
+def test_tilting_ground_turns_gravity(drive: Drive) -> None:
+    """The gyro integrates to the tilt that the force shows."""
+    spec = ImuSpec(
+        rate=500.0,
+        tilt=0.02,
+        gyro_noise_density=0,
+        accel_noise_density=0,
+        gyro_bias_walk=0,
+        accel_bias_walk=0,
+        gyro_bias_sigma=0,
+        accel_bias_sigma=0,
+    )
+    t = np.arange(0, drive.duration - 0.1, 1 / spec.rate)
+    motion = drive.at(t)
+    data = measure(motion, spec, stream(1, "imu"))
+    pitch = -(data.acceleration[:, 0] - motion.acceleration[:, 0]) / spec.gravity
+    assert 0.01 < np.std(pitch[motion.travelled > 1]) < 0.03
+    roll_rate, pitch_rate, yaw_rate = data.angular_velocity.T
+    roll = (data.acceleration[:, 1] - motion.acceleration[:, 1]) / spec.gravity
+    change = pitch_rate - roll * yaw_rate  # of pitch, to first order of the tilt
+    shown = pitch[0] + np.concatenate([[0.0], np.cumsum(0.5 * (change[1:] + change[:-1]))]) / 500
+    np.testing.assert_allclose(shown, pitch, atol=2e-3)
+    assert np.std(roll_rate) > 0
+
+
+def test_engine_shakes_at_a_standstill(drive: Drive) -> None:
+    spec = replace(KINDS["car"].imu, tilt=0.0)
+    t = np.arange(0, 2.0, 1 / spec.rate)
+    shaken = measure(drive.at(t), spec, stream(1, "imu")).acceleration
+    assert np.std(shaken[:, 0]) == pytest.approx(spec.accel_idle, rel=0.1)
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "field.lcmlog"
+    arguments = ["simulate", "--robot", "skid_steer", "--surface", "ice", "--ground", "none"]
+    arguments += ["--distance", "10", "--standstill", "3", "-o", str(log)]
+    assert main(arguments) == 0
+    first = log.read_bytes()
+    assert main(arguments) == 0
+    assert log.read_bytes() == first
+    channels = read(log)
+    assert set(channels) == {"IMU", "WHEELS", "TOTAL_STATION"}
+    facts = json.loads((tmp_path / "field.json").read_text())
+    assert facts["pair"]["track"] > 1.08
+    assert main(["simulate", "--surface", "ice", "-o", str(log)]) == 2
+    assert "wants a --robot" in capsys.readouterr().err

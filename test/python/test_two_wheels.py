@@ -1,0 +1,105 @@
+"""Left and right wheels through the whole estimator, on simulated robots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gprodom import Odometry
+from gprodom.simulate import Simulated, make_route, simulate, stream
+from gprodom.simulate.robot import KINDS, of_kind, robot
+
+GAP_S = 10.0
+
+
+def drive(kind: str, seed: int, route: str = "random", slips: int = 0, **pair: float) -> Simulated:
+    """A robot on even ground for 60 m."""
+    track = make_route(route, 60.0, KINDS[kind].speed, 6.0, stream(seed, "route"))
+    spec = of_kind(kind, "floor", robot(track, None, slips=slips))
+    return simulate(replace(spec, pair=replace(spec.pair, **pair)), seed)
+
+
+def run(simulated: Simulated, *settings: str, gap_from: float | None = None, sides: bool = True):
+    """What the estimator makes of it, the IMU silent for `GAP_S` from `gap_from` (s) on."""
+    heard = np.ones(len(simulated.imu_utime), bool)
+    if gap_from is not None:
+        seconds = (simulated.imu_utime - simulated.imu_utime[0]) * 1e-6
+        heard = (seconds < gap_from) | (seconds > gap_from + GAP_S)
+    quantum = simulated.spec.pair.quantum
+    distance = np.column_stack([simulated.pair.left, simulated.pair.right]) * quantum
+    estimator = Odometry(set=["gpr.enabled=false", "graph.enabled=false", *settings])
+    return estimator.run(
+        simulated.imu_utime[heard] * 1000,
+        simulated.imu.acceleration[heard],
+        simulated.imu.angular_velocity[heard],
+        simulated.wheel_utime * 1000,
+        distance if sides else distance.mean(axis=1),
+        np.zeros(0, np.int64),
+        np.zeros((0, 0), np.float32),
+    )
+
+
+def error(simulated: Simulated, outputs) -> float:
+    """RMS of the position (m), in the frame of the first pose."""
+    odometry = outputs.odometry
+    utime = odometry["time"] // 1000
+    true = simulated.position_from(int(utime[0]), utime)
+    return float(np.sqrt(np.mean(np.sum((odometry["position"][:, :2] - true) ** 2, axis=1))))
+
+
+def values(outputs) -> dict[str, float]:
+    """The newest figures of the status."""
+    return outputs.status[-1]["values"]
+
+
+DIFFERENTIAL = ("wheel.drive=differential", "wheel.track=0.5")
+
+
+def test_ten_seconds_without_imu() -> None:
+    """Left and right carry the heading: at most four times the error of a drive without a gap."""
+    clean, gap, single = [], [], []
+    for seed in range(4):
+        simulated = drive("cart", seed)
+        begin = 40.0 + 5 * seed
+        clean.append(error(simulated, run(simulated, *DIFFERENTIAL)))
+        gap.append(error(simulated, run(simulated, *DIFFERENTIAL, gap_from=begin)))
+        single.append(error(simulated, run(simulated, gap_from=begin)))
+    assert np.mean(gap) < 4 * np.mean(clean)
+    assert np.mean(gap) < 0.25 * np.mean(single)
+
+
+def test_track_and_radii_are_learnt() -> None:
+    simulated = drive("cart", 7, track_sigma=0.05, radii_sigma=0.02)
+    told = values(run(simulated, *DIFFERENTIAL))
+    track = simulated.pair.track * simulated.pair.scale
+    assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"]
+    assert told["wheels.track_sigma_m"] < 0.02 * track
+    assert told["wheels.radii_difference"] == pytest.approx(simulated.pair.radii, abs=0.005)
+
+
+def test_skid_steer_track_is_wider_than_the_tape_says() -> None:
+    simulated = drive("skid_steer", 3)
+    told = values(run(simulated, "wheel.drive=skid_steer", "wheel.track=1.08"))
+    track = simulated.pair.track * simulated.pair.scale
+    assert track > 1.6 * 1.08
+    assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"] < 0.15 * track
+
+
+def test_one_side_that_slips_is_gone_by() -> None:
+    simulated = drive("cart", 11, slips=8)
+    pair = run(simulated, *DIFFERENTIAL)
+    assert np.any(pair.odometry["flags"] & (256 | 512))
+    assert error(simulated, pair) < 0.5 * error(simulated, run(simulated))
+
+
+def test_single_takes_the_mean_and_the_pair_comes_first() -> None:
+    simulated = drive("cart", 5)
+    pair, mean = run(simulated), run(simulated, sides=False)
+    np.testing.assert_array_equal(pair.odometry["position"], mean.odometry["position"])
+    estimator = Odometry()
+    estimator.add_imu(1_000_000_000, [0.0, 0.0, 9.8], [0.0, 0.0, 0.0])
+    estimator.add_wheels(1_010_000_000, 0.0, 0.0)
+    estimator.add_wheel(1_020_000_000, 0.0)
+    assert any("left and right wheels are heard" in text for text in estimator.step().warnings)
