@@ -3,7 +3,7 @@
 reckoning, does its covariance hold, how soon does it start?
 
 DIR holds wid02/, wid09/, warthog_a/, car/ (tables), husky.bag and xsens_skid/test1.bag, or some of
-them. Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and
+them. The Warthog is run with the mean of its wheels, and with left and right (skid steer). Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and
 `imu_wheel` are run. Errors are of the truth's points from the start of imu_wheel on, for both the
 same, aligned by se2; in brackets that of `wheel` over all points.
 
@@ -17,7 +17,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -45,14 +45,15 @@ TABLES = ("accelerometer", "gyroscope", "wheel-speed", "position")
 @dataclass(frozen=True)
 class Recording:
     """path: in DIR; of tables the folder. options: of gprodom convert; of tables the file names.
-    settings: what a user measures with a tape. points: whether the truth tells positions, and not
-    only how far the robot came."""
+    sides: options that say which wheels are left and right. settings: what a user measures with a
+    tape. points: whether the truth tells positions, and not only how far the robot came."""
 
     path: str
     options: tuple[str, ...]
     truth: TruthError
     settings: tuple[str, ...] = ()
     points: bool = True
+    sides: tuple[str, ...] = ()
 
 
 def tables(folder: str, wheel: str, truth: TruthError, points: bool = True) -> Recording:
@@ -62,10 +63,14 @@ def tables(folder: str, wheel: str, truth: TruthError, points: bool = True) -> R
 
 
 RTK = TruthError(0.03, 0.03)
+LIDAR = TruthError(0.03, 0.1)
+WARTHOG = tables("warthog_a", "wheels.csv", LIDAR)
+SKID_STEER = ("wheel.drive=skid_steer", "wheel.track=1.08")
 RECORDINGS = {
     "wid02": tables("wid02", "wheel.csv", RTK),
     "wid09": tables("wid09", "wheel.csv", RTK),
-    "warthog_a": tables("warthog_a", "wheels.csv", TruthError(0.03, 0.1)),
+    "warthog_a": WARTHOG,
+    "warthog_a (pair)": replace(WARTHOG, settings=SKID_STEER, sides=("--left=1", "--right=2")),
     "husky": Recording(
         "husky.bag",
         ("--imu=/imu/data", "--wheel=/husky_velocity_controller/odom", "--truth=/fix"),
@@ -86,7 +91,7 @@ def convert(recording: Recording, data: Path, log: Path) -> None:
     path = data / recording.path
     if path.is_dir():
         named = zip(TABLES, recording.options, strict=True)
-        given = ["tables", *(f"--{name}={path / file}" for name, file in named)]
+        given = ["tables", *(f"--{name}={path / file}" for name, file in named), *recording.sides]
     else:
         given = ["bag", str(path), *recording.options]
     with redirect_stdout(StringIO()):  # its table

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from gprodom import Odometry
-from gprodom.simulate import Simulated, make_route, simulate, stream
-from gprodom.simulate.robot import KINDS, of_kind, robot
+from gprodom.simulate import Simulated
+from gprodom.simulate.drives import robot_drive
+from gprodom.simulate.recording import side_distances
+from gprodom.simulate.robot import KINDS
 
 GAP_S = 10.0
-
-
-def drive(kind: str, seed: int, route: str = "random", slips: int = 0, **pair: float) -> Simulated:
-    """A robot on even ground for 60 m."""
-    track = make_route(route, 60.0, KINDS[kind].speed, 6.0, stream(seed, "route"))
-    spec = of_kind(kind, "floor", robot(track, None, slips=slips))
-    return simulate(replace(spec, pair=replace(spec.pair, **pair)), seed)
 
 
 def run(simulated: Simulated, *settings: str, gap_from: float | None = None, sides: bool = True):
@@ -27,8 +20,7 @@ def run(simulated: Simulated, *settings: str, gap_from: float | None = None, sid
     if gap_from is not None:
         seconds = (simulated.imu_utime - simulated.imu_utime[0]) * 1e-6
         heard = (seconds < gap_from) | (seconds > gap_from + GAP_S)
-    quantum = simulated.spec.pair.quantum
-    distance = np.column_stack([simulated.pair.left, simulated.pair.right]) * quantum
+    distance = side_distances(simulated)
     estimator = Odometry(set=["gpr.enabled=false", "graph.enabled=false", *settings])
     return estimator.run(
         simulated.imu_utime[heard] * 1000,
@@ -54,14 +46,14 @@ def values(outputs) -> dict[str, float]:
     return outputs.status[-1]["values"]
 
 
-DIFFERENTIAL = ("wheel.drive=differential", "wheel.track=0.5")
+DIFFERENTIAL = KINDS["cart"].settings
 
 
 def test_ten_seconds_without_imu() -> None:
     """Left and right carry the heading: at most four times the error of a drive without a gap."""
     clean, gap, single = [], [], []
     for seed in range(4):
-        simulated = drive("cart", seed)
+        simulated = robot_drive(seed, "cart")
         begin = 40.0 + 5 * seed
         clean.append(error(simulated, run(simulated, *DIFFERENTIAL)))
         gap.append(error(simulated, run(simulated, *DIFFERENTIAL, gap_from=begin)))
@@ -71,7 +63,7 @@ def test_ten_seconds_without_imu() -> None:
 
 
 def test_track_and_radii_are_learnt() -> None:
-    simulated = drive("cart", 7, track_sigma=0.05, radii_sigma=0.02)
+    simulated = robot_drive(7, "cart", track_sigma=0.05, radii_sigma=0.02)
     told = values(run(simulated, *DIFFERENTIAL))
     track = simulated.pair.track * simulated.pair.scale
     assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"]
@@ -80,22 +72,22 @@ def test_track_and_radii_are_learnt() -> None:
 
 
 def test_skid_steer_track_is_wider_than_the_tape_says() -> None:
-    simulated = drive("skid_steer", 3)
-    told = values(run(simulated, "wheel.drive=skid_steer", "wheel.track=1.08"))
+    simulated = robot_drive(3, "skid_steer")
+    told = values(run(simulated, *KINDS["skid_steer"].settings))
     track = simulated.pair.track * simulated.pair.scale
     assert track > 1.6 * 1.08
     assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"] < 0.15 * track
 
 
 def test_one_side_that_slips_is_gone_by() -> None:
-    simulated = drive("cart", 11, slips=8)
+    simulated = robot_drive(11, "cart", slips=8)
     pair = run(simulated, *DIFFERENTIAL)
     assert np.any(pair.odometry["flags"] & (256 | 512))
     assert error(simulated, pair) < 0.5 * error(simulated, run(simulated))
 
 
 def test_single_takes_the_mean_and_the_pair_comes_first() -> None:
-    simulated = drive("cart", 5)
+    simulated = robot_drive(5, "cart")
     pair, mean = run(simulated), run(simulated, sides=False)
     np.testing.assert_array_equal(pair.odometry["position"], mean.odometry["position"])
     estimator = Odometry()

@@ -11,8 +11,9 @@ import numpy as np
 
 import gprodom
 from gprodom.errors import Error
-from gprodom.simulate.drives import plain_drive
-from gprodom.simulate.recording import as_recording
+from gprodom.simulate.drives import plain_drive, robot_drive
+from gprodom.simulate.recording import as_recording, side_distances
+from gprodom.simulate.robot import KINDS
 from gprodom.simulate.sequence import Simulated
 
 BAND = 0.99  # of chi-square, in which a mean should lie
@@ -38,11 +39,16 @@ class End:
         return self.error[2] ** 2 / self.covariance[2][2]
 
 
-def end_of_drive(seed: int, overrides: Sequence[str] = ()) -> End:
-    """Of a plain drive, the truth placed by its first pose."""
-    simulated = plain_drive(seed)
-    estimator = gprodom.Odometry(set=list(overrides))
-    odometry = estimator.run(**as_recording(simulated).messages()).odometry
+def end_of_drive(
+    seed: int, overrides: Sequence[str] = (), kind: str | None = None, surface: str = "floor"
+) -> End:
+    """Of a plain drive, or of one of `KINDS` on a surface; the truth placed by its first pose."""
+    simulated = robot_drive(seed, kind, surface) if kind else plain_drive(seed)
+    sensors, settings = as_recording(simulated).messages(), list(overrides)
+    if kind:
+        sensors["wheel_distance"] = side_distances(simulated)
+        settings = ["gpr.enabled=false", *KINDS[kind].settings, *overrides]
+    odometry = gprodom.Odometry(set=settings).run(**sensors).odometry
     if not len(odometry["time"]):
         raise Error(f"seed {seed}: no odometry")
     w, x, y, z = odometry["orientation"][-1]

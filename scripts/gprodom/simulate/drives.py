@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gprodom.random_streams import stream
+from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Simulated, Spec, simulate
 
 PLAIN_M = 12.0  # a drive without ground
+ROBOT_M = 60.0  # of a robot with two sides of wheels
 KNOWN_M = 45.0  # a drive over ground seen again
 AGAIN_M = 14.0  # of ground that longer drives stay on, about what one of 45 m drives over
 STANDSTILL_S = 4.0  # at first
@@ -22,6 +25,16 @@ def plain_drive(seed: int) -> Simulated:
     """Some 40 s without radar and slip, all errors as the configuration states them."""
     route = make_route("random", PLAIN_M, 0.6, STANDSTILL_S, stream(seed, "route"))
     return simulate(Spec(route, ground=None, station=None), seed)
+
+
+def robot_drive(
+    seed: int, kind: str, surface: str = "floor", slips: int = 0, **pair: float
+) -> Simulated:
+    """One of `KINDS` on random bends, without radar. pair: fields of its `PairSpec`."""
+    route = make_route("random", ROBOT_M, KINDS[kind].speed, 6.0, stream(seed, "route"))
+    spec = of_kind(kind, surface, robot(route, None, slips=slips))
+    assert spec.pair is not None
+    return simulate(replace(spec, pair=replace(spec.pair, **pair)), seed)
 
 
 def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:

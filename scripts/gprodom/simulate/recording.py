@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gprodom.arrays import Floats
 from gprodom.config import STANDARD, Channels
 from gprodom.convert.cmu import Recording
 from gprodom.convert.sampling import SAMPLE_INTERVAL
@@ -35,13 +36,18 @@ def as_recording(simulated: Simulated) -> Recording:
     )
 
 
+def side_distances(simulated: Simulated) -> Floats:
+    """What left and right wheels report at the wheel's times (n, 2), m."""
+    assert simulated.pair is not None and simulated.spec.pair is not None
+    sides = np.column_stack([simulated.pair.left, simulated.pair.right])
+    return np.asarray(sides * simulated.spec.pair.quantum)
+
+
 def log_streams(simulated: Simulated, channels: Channels = STANDARD) -> list[Stream]:
     """The messages of a log: those of the recording, with left and right wheels where there are."""
     recording = as_recording(simulated)
     recorded = streams(recording, recording.sample_interval, channels)
     if simulated.pair is None or simulated.spec.pair is None:
         return recorded
-    quantum = simulated.spec.pair.quantum
-    left, right = simulated.pair.left * quantum, simulated.pair.right * quantum
-    sides = pair_stream(channels.wheels, simulated.wheel_utime, left, right)
+    sides = pair_stream(channels.wheels, simulated.wheel_utime, *side_distances(simulated).T)
     return [sides if stream.channel == channels.wheel else stream for stream in recorded]

@@ -60,6 +60,11 @@ class Kind:
     centre_wander: float = 0.0  # m
     cornering_stiffness: float = 0.0  # 1/rad
 
+    @property
+    def settings(self) -> list[str]:
+        """What its user tells the estimator."""
+        return [f"wheel.drive={self.drive}", f"wheel.track={self.pair.track}"]
+
 
 def _imu(rate: float, accel: float, gyro: float, tilt_deg: float) -> ImuSpec:
     return replace(
