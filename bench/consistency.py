@@ -71,9 +71,7 @@ def main() -> int:
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.runs)
     ends: list[End] = []
-    work = partial(
-        end_of_drive, overrides=args.overrides, kind=args.robot, surface=args.surface
-    )
+    work = partial(end_of_drive, overrides=args.overrides, kind=args.robot, surface=args.surface)
     try:
         with (
             ProcessPoolExecutor(args.jobs) as pool,

@@ -3,9 +3,10 @@
 reckoning, does its covariance hold, how soon does it start?
 
 DIR holds wid02/, wid09/, warthog_a/, car/ (tables), husky.bag and xsens_skid/test1.bag, or some of
-them. The Warthog is run with the mean of its wheels, and with left and right (skid steer). Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and
-`imu_wheel` are run. Errors are of the truth's points from the start of imu_wheel on, for both the
-same, aligned by se2; in brackets that of `wheel` over all points.
+them. The Warthog is run with the mean of its wheels, and with left and right (skid steer). Each is
+converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and `imu_wheel` are
+run. Errors are of the truth's points from the start of imu_wheel on, for both the same, aligned by
+se2; in brackets that of `wheel` over all points.
 
     bench/robots.py DIR [--only NAME]... [--set KEY=VALUE]... [--json]
 """

@@ -25,11 +25,10 @@ double deviations_off(const Displacement& radar, double m) {
 SlipWatch::SlipWatch(const WheelConfig& config)
     : config_(config),
       window_(from_seconds(config.slip_window)),
-      noise_(config.noise),
       wheel_sigma_m_(config.noise_floor) {}
 
 void SlipWatch::set_wheel_error(const WheelError& error) {
-  noise_ = std::max(config_.noise, error.noise);
+  pair_noise_ = error.noise;
   wheel_sigma_m_ = std::max(config_.noise_floor, error.sigma_m);
   window_ = from_seconds(std::max(config_.slip_window, 2 * error.held_s));
   late_ = from_seconds(error.held_s);
@@ -67,14 +66,19 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
 }
 
-// A velocity error is one for the whole window. The wheel's errors are those of its factor.
+// A velocity error is one for the whole window. The wheel's errors are those of its factor: what
+// driving and what the sides show of them is the same slip, told twice.
 WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& moved) const {
   const double seconds = to_seconds(window_);
   const double innovation = moved.wheel_m - moved.ground_m;
+  const auto of_wheel = [&](double noise, double sigma_m) {
+    return noise * noise * std::abs(moved.ground_m) + 2 * sigma_m * sigma_m;
+  };
   const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
                           std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
-                          noise_ * noise_ * std::abs(moved.ground_m) +
-                          2 * wheel_sigma_m_ * wheel_sigma_m_ + moved.by_delay_m * moved.by_delay_m;
+                          std::max(of_wheel(config_.noise, wheel_sigma_m_),
+                                   of_wheel(pair_noise_, config_.noise_floor)) +
+                          moved.by_delay_m * moved.by_delay_m;
   const double threshold = back_from_silence_
                                ? std::min(kThresholdAfterSilence, config_.slip_threshold)
                                : config_.slip_threshold;

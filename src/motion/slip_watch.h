@@ -22,7 +22,7 @@ enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
 
 // What has been learnt of the wheel.
 struct WheelError {
-  double noise = 0.0;    // m/sqrt(m), as left and right show it; below wheel.noise: that
+  double noise = 0.0;    // m/sqrt(m), as left and right show it; 0: they do not
   double sigma_m = 0.0;  // standard deviation of a distance; below wheel.noise_floor: that
   double held_s = 0.0;   // how long its values are held
 };
@@ -93,7 +93,7 @@ class SlipWatch {
 
   WheelConfig config_;
   TimeNs window_;
-  double noise_, wheel_sigma_m_;
+  double wheel_sigma_m_, pair_noise_ = 0.0;
   TimeNs late_ = 0;               // by which the wheel's distance may trail
   PathHistory track_;             // of the wheel's contact point, signed, as published
   std::deque<Interval> slipped_;  // apart from each other, oldest first

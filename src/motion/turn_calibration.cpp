@@ -12,6 +12,7 @@ constexpr double kWindow_s = 2.0;
 constexpr double kRadiiSigma = 0.02;      // of tyres of one kind
 constexpr double kRadiiWalk = 1e-4;       // 1/sqrt(m): load and pressure
 constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
+constexpr double kEnoughPath_m = 20.0;    // likewise, beyond which what was seen tells it alone
 constexpr double kNoiseMemory_m = 200.0;  // of both sides
 // Standard deviations beyond which a window counts for less: a side that spins is not the ground's
 // usual slip.
@@ -22,9 +23,7 @@ constexpr double kRobust = 3.0;
 TurnCalibration::TurnCalibration(const DriveTraits& traits, double floor_m)
     : traits_(traits),
       floor_variance_(4 * floor_m * floor_m),  // two sides, at two ends
-      x_(traits.track_m, 0.0),
-      noise_sum_(traits.difference_noise_m * traits.difference_noise_m * kPriorPath_m),
-      noise_path_m_(kPriorPath_m) {
+      x_(traits.track_m, 0.0) {
   P_ << traits.track_sigma_m * traits.track_sigma_m, 0, 0, kRadiiSigma * kRadiiSigma;
 }
 
@@ -66,7 +65,16 @@ void TurnCalibration::update(const Window& window) {
 }
 
 double TurnCalibration::slip_variance(double path_m) const {
-  return noise_sum_ / noise_path_m_ * path_m + floor_variance_;
+  return noise() * noise() * path_m + floor_variance_;
+}
+
+double TurnCalibration::noise() const {
+  const double expected = traits_.difference_noise_m * traits_.difference_noise_m * kPriorPath_m;
+  return std::sqrt((expected + noise_sum_) / (kPriorPath_m + noise_path_m_));
+}
+
+double TurnCalibration::noise_seen_by_middle() const {
+  return noise_path_m_ < kEnoughPath_m ? 0.0 : std::sqrt(2.0 * noise_sum_ / noise_path_m_);
 }
 
 double TurnCalibration::turn(const PairMotion& motion) const {

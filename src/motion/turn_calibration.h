@@ -51,9 +51,11 @@ class TurnCalibration {
   double track_sigma_m() const { return std::sqrt(P_(0, 0)); }
   double radii_difference() const { return x_[1]; }
   double radii_difference_sigma() const { return std::sqrt(P_(1, 1)); }
-  // The same per metre of the middle's way, which is half of that of both sides.
-  double noise_by_middle() const { return std::sqrt(2.0) * noise(); }
-  double noise() const { return std::sqrt(noise_sum_ / noise_path_m_); }  // of D, m/sqrt(m)
+  // Of D, m/sqrt(m) of the way of both sides together; what the drive lets expect is in it.
+  double noise() const;
+  // The same by what was seen alone, per metre of the middle's way, which is half of that of both
+  // sides; 0 where that is too little yet.
+  double noise_seen_by_middle() const;
 
  private:
   struct Window {
@@ -68,7 +70,7 @@ class TurnCalibration {
   double floor_variance_;  // of a difference, m^2
   Eigen::Vector2d x_;      // B (m), d
   Eigen::Matrix2d P_;
-  double noise_sum_, noise_path_m_;  // m^2 over m
+  double noise_sum_ = 0.0, noise_path_m_ = 0.0;  // seen, m^2 over m
   Window window_;
 };
 

@@ -28,7 +28,7 @@ bool WheelPair::insert(const WheelsSample& sample) {
 // The mean of two sides has a quarter of the variance that their difference has.
 double WheelPair::middle_noise() const {
   const bool learnt = heard_ && drive_traits(config_).turns_by_difference;
-  return learnt ? 0.5 * calibration_.noise_by_middle() : 0.0;
+  return learnt ? 0.5 * calibration_.noise_seen_by_middle() : 0.0;
 }
 
 void WheelPair::forget_before(TimeNs time) { difference_.forget_before(time); }

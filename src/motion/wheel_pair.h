@@ -26,7 +26,7 @@ class WheelPair {
   bool heard() const { return heard_; }
   // Unsigned way (m) of each side about the middle; 0 where there are no samples.
   double path(TimeNs from, TimeNs to) const { return 0.5 * difference_.path(from, to); }
-  // m/sqrt(m), of the sides' mean; 0 where they are not heard or the drive says nothing of it.
+  // m/sqrt(m), of the sides' mean; 0 where they have not shown it.
   double middle_noise() const;
 
   // Completes what is known of the interval from `from` to a new state; intervals come in time

@@ -81,7 +81,8 @@ TEST(DriveNoise, SaysNothingOfARobotThatStands) {
     StateInput input;
     input.has_wheel = true;
     input.time = from_seconds((k + 1) * kInterval_s);
-    input.steps = {{kInterval_s, {0.3 * (k % 2), 0, kGravity}, {0, 0, 0}, 0.0, false}};
+    input.steps = {
+        {kInterval_s, {0.3 * (k % 2), 0, kGravity}, {0, 0, 0}, 0.0, false, false, std::nullopt}};
     noise.add(input, at);
     at.time = input.time;
   }

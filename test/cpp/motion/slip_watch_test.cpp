@@ -164,6 +164,19 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
   EXPECT_FALSE(silent_radar.correction);
 }
 
+// A jump of the wheel's speed by half, within what left and right wheels have shown of their noise,
+// and beyond it.
+TEST(SlipWatch, TheWheelsOwnNoiseIsNoSlip) {
+  for (const double noise : {0.0, 0.1}) {
+    Drive drive;
+    drive.watch.set_wheel_error({noise, 0.0, 0.0});
+    drive.run(3.0);
+    drive.wheel_speed = 1.5 * kSpeed;
+    drive.run(0.5);
+    EXPECT_EQ(drive.watch.now() == WheelSlip::kNone, noise > 0) << noise;
+  }
+}
+
 // It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
 // back.
 TEST(SlipWatch, AVerdictThatCannotBeUsedAtOnceIsDropped) {

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+
+#include "motion/motion_judge.h"
 
 namespace gprodom {
 namespace {
@@ -116,13 +119,77 @@ TEST(WheelPair, VouchesInABendAgainstAPublishedVelocityThatIsWrong) {
   EXPECT_EQ(used, 0);
 }
 
-TEST(WheelPair, ItsNoiseIsTheWheels) {
+TEST(WheelPair, WheelsThatDoNotSlipHaveNoNoise) {
   Drive drive(differential());
-  EXPECT_GT(drive.pair.middle_noise(), 0.0);
+  EXPECT_EQ(drive.pair.middle_noise(), 0.0);
   for (int i = 0; i < 300; ++i) drive.next();
   EXPECT_LT(drive.pair.middle_noise(), 0.005);  // wheels that do not slip at all
-  EXPECT_EQ(drive.next().wheel_noise, drive.pair.middle_noise());
   EXPECT_EQ(WheelPair(WheelConfig{}).middle_noise(), 0.0);
+}
+
+// A judge that hears left and right wheels, after a start on the move.
+class Judged {
+ public:
+  Judged() : judge(config()) {
+    newest_.state.time = from_seconds(kBegin);
+    newest_.solve.usable = true;
+    judge.begin(newest_, {newest_.state, {}, {1e-4, kAccelAtRest}, true});
+  }
+
+  // The sides go by side_mps against each other. shakes: m/s^2, of a sample. slip: m/sqrt(m), of
+  // either side. The last answer.
+  StateInput run(double seconds, double speed, double side_mps, double shakes, double slip = 0.0) {
+    StateInput last;
+    for (const int end = i_ + static_cast<int>(200 * seconds); i_ < end; ++i_) {
+      const TimeNs time = from_seconds(kBegin + 0.005 * i_);
+      ImuSample imu{time, {0, 0, 9.80665}, {0, 0, 0}};
+      for (int axis = 0; axis < 3; ++axis) imu.acceleration[axis] += shakes * noise_(random_);
+      judge.add(imu);
+      const double slipped = slip * std::sqrt(0.005 * speed);
+      left_m_ += 0.005 * (speed - side_mps) + slipped * noise_(random_);
+      right_m_ += 0.005 * (speed + side_mps) + slipped * noise_(random_);
+      if (i_ % 4 == 0) judge.add(WheelsSample{time, left_m_, right_m_});
+      if (i_ % 40 != 36) continue;
+      newest_.state.time = time;
+      last = judge.judge(time);
+      judge.adopt(newest_);
+    }
+    return last;
+  }
+
+  static constexpr double kAccelAtRest = 1e-3;  // m/s^2/sqrt(Hz), as told
+  MotionJudge judge;
+
+ private:
+  static Config config() {
+    Config config;
+    config.wheel = differential();
+    return config;
+  }
+  static constexpr double kBegin = 100.0;  // s
+  StateResult newest_;
+  int i_ = 0;
+  double left_m_ = 0.0, right_m_ = 0.0;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> noise_;
+};
+
+TEST(WheelPair, TurningOnTheSpotIsNoRest) {
+  for (const double side_mps : {0.0, 0.3}) {
+    Judged judged;
+    judged.run(4.0, 0.6, 0.0, 0.5);
+    judged.run(2.0, 0.0, side_mps, 0.05);
+    const double learnt = judged.judge.noise_at_standstill().accel_density;
+    EXPECT_EQ(learnt > 2 * Judged::kAccelAtRest, side_mps == 0.0) << learnt;
+  }
+}
+
+TEST(WheelPair, WhatItsSidesShowIsTheNoiseThatTheJudgeTells) {
+  constexpr double kSlip = 0.02;
+  Judged judged;
+  EXPECT_EQ(judged.run(10.0, 0.6, 0.0, 0.1, kSlip).wheel_noise, 0.0);  // not enough yet
+  EXPECT_NEAR(judged.run(100.0, 0.6, 0.0, 0.1, kSlip).wheel_noise, kSlip / std::sqrt(2.0),
+              0.3 * kSlip);
 }
 
 TEST(WheelPair, SaysNothingForASingleDrive) {

@@ -38,6 +38,7 @@ Told run(Odometry& odometry, const std::vector<Input>& inputs) {
     Odometry& odometry;
     void operator()(const ImuSample& sample) const { odometry.add(sample); }
     void operator()(const WheelSample& sample) const { odometry.add(sample); }
+    void operator()(const WheelsSample& sample) const { odometry.add(sample); }
     void operator()(const GprTrace& trace) const { odometry.add(trace); }
     void operator()(const Displacement& external) const { odometry.add(external); }
     void operator()(const Command&) const {}
