@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,7 +65,8 @@ def test_ten_seconds_without_imu() -> None:
 
 
 def test_track_and_radii_are_learnt() -> None:
-    simulated = robot_drive(7, "cart", track_sigma=0.05, radii_sigma=0.02)
+    pair = replace(KINDS["cart"].pair, track_sigma=0.05, radii_sigma=0.02)
+    simulated = robot_drive(7, "cart", pair=pair)
     told = values(run(simulated, *DIFFERENTIAL))
     track = simulated.pair.track * simulated.pair.scale
     assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"]

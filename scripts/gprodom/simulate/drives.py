@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.random_streams import stream
+from gprodom.simulate.pair import PairSpec
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Simulated, Spec, simulate
@@ -28,13 +29,12 @@ def plain_drive(seed: int) -> Simulated:
 
 
 def robot_drive(
-    seed: int, kind: str, surface: str = "floor", slips: int = 0, **pair: float
+    seed: int, kind: str, surface: str = "floor", slips: int = 0, pair: PairSpec | None = None
 ) -> Simulated:
-    """One of `KINDS` on random bends, without radar. pair: fields of its `PairSpec`."""
+    """One of `KINDS` on random bends, without radar. pair: in place of its own."""
     route = make_route("random", ROBOT_M, KINDS[kind].speed, 6.0, stream(seed, "route"))
     spec = of_kind(kind, surface, robot(route, None, slips=slips))
-    assert spec.pair is not None
-    return simulate(replace(spec, pair=replace(spec.pair, **pair)), seed)
+    return simulate(replace(spec, pair=pair) if pair else spec, seed)
 
 
 def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
