@@ -16,12 +16,13 @@ class Clock {
  public:
   TimeNs now = kStart;
   TimeGuard guard{TimeConfig{}};
+  TimeGuard::Source wheel_source = TimeGuard::kWheel;
 
   void run(int seconds, bool imu = true, bool wheel = true) {
     for (int i = 0; i < 100 * seconds; ++i) {
       now += 10 * kMs;
       if (imu) taken_imu += check(guard, TimeGuard::kImu, now).empty();
-      if (wheel && i % 5 == 0) taken_wheel += check(guard, TimeGuard::kWheel, now + kMs).empty();
+      if (wheel && i % 5 == 0) taken_wheel += check(guard, wheel_source, now + kMs).empty();
     }
   }
   int taken_imu = 0, taken_wheel = 0;
@@ -89,10 +90,13 @@ TEST(TimeGuard, TheImusClockSetAheadAloneIsAFreshStart) {
   EXPECT_TRUE(clock.guard.moved());
 }
 
+class TimeGuardOfWheels : public testing::TestWithParam<TimeGuard::Source> {};
+
 // All sensors an hour ahead between two messages: time goes on, again and again, and each time has
 // the stamp that the clock told.
-TEST(TimeGuard, AClockSetAheadWithAllSensorsIsCarriedOn) {
+TEST_P(TimeGuardOfWheels, AClockSetAheadWithAllSensorsIsCarriedOn) {
   Clock clock;
+  clock.wheel_source = GetParam();
   clock.run(2);
   TimeNs newest = clock.now, ahead = 0;
   for (int step = 1; step <= 3; ++step) {
@@ -107,7 +111,7 @@ TEST(TimeGuard, AClockSetAheadWithAllSensorsIsCarriedOn) {
       TimeNs imu = told, wheel = told + kMs;
       const std::string reason = clock.guard.check(TimeGuard::kImu, imu);
       reasons += reason.rfind("clock was set ahead with those of all sensors", 0) == 0;
-      const bool wheel_taken = i % 2 == 0 && clock.guard.check(TimeGuard::kWheel, wheel).empty();
+      const bool wheel_taken = i % 2 == 0 && clock.guard.check(GetParam(), wheel).empty();
       ASSERT_FALSE(clock.guard.moved());
       if (wheel_taken) {
         EXPECT_EQ(clock.guard.told(wheel), told + kMs);
@@ -125,6 +129,9 @@ TEST(TimeGuard, AClockSetAheadWithAllSensorsIsCarriedOn) {
     EXPECT_EQ(clock.guard.told(before), was) << "what was, stays";
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(OneOrTwo, TimeGuardOfWheels,
+                         testing::Values(TimeGuard::kWheel, TimeGuard::kWheels));
 
 // Packets from anywhere may come before the robot's own.
 TEST(TimeGuard, StampsBeforeTheImuDoNotBind) {
