@@ -173,7 +173,7 @@ TEST(Config, ChoicesAreNamed) {
     EXPECT_EQ(error_of_override(key.name + "=nonsense"),
               "--set " + key.name + "=nonsense: expected one of " + names + ", got \"nonsense\"");
   }
-  EXPECT_EQ(choices, 9);
+  EXPECT_EQ(choices, 10);
 }
 
 TEST(Config, OverrideErrorsQuoteTheOverride) {
