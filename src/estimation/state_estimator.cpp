@@ -243,8 +243,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   }
   Vector3d variance = increment.variance(
       {std::max(c.noise, input.wheel_noise), c.lateral_noise, c.vertical_noise, c.noise_floor});
-  variance[0] = std::max(
-      variance[0], std::pow(c.noise, 2) * increment.path() + std::pow(input.wheel_sigma_m, 2));
+  variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   std::shared_ptr<const Factor> factor;

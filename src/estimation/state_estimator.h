@@ -37,7 +37,7 @@ struct StateInput {
   std::vector<MotionStep> steps;
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
-  double wheel_sigma_m = 0.0;       // of the wheel's distance, beside wheel.noise; as learnt
+  double wheel_sigma_m = 0.0;       // of the wheel, as learnt: where it is above wheel.noise
   double wheel_noise = 0.0;         // m/sqrt(m), as the sides show it; below wheel.noise: that
   double turn_variance = 0.0;       // rad^2, of the steps' wheel_turn together
   bool standing = false;            // proven: the robot did not move

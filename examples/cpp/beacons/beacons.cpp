@@ -86,8 +86,9 @@ Outcome drive(unsigned seed, bool with_ranges) {
   config.imu.gyro_noise_density = kGyroNoise;
   config.imu.accel_noise_density = kAccelNoise;
   config.wheel.scale_sigma = kScaleSigma;
-  // This wheel has no resolution to speak of, and the robot does not slip sideways.
+  // This wheel has no resolution to speak of and never slips, and the robot does not slip sideways.
   config.wheel.noise_floor = 1e-5;
+  config.wheel.slip_share = 0;
   config.wheel.lateral_noise = config.wheel.vertical_noise = 3e-4;
   gprodom::Odometry odometry(config);
 
