@@ -54,6 +54,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   }
   passes.resize(std::min(passes.size(), kMaxWindows));
   std::vector<gpr::SearchWindow> windows;
+  windows.reserve(passes.size());
   for (const Pass& pass : passes) windows.push_back(window_at(pass, query, gate));
   return windows;
 }

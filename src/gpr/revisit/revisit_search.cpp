@@ -134,7 +134,7 @@ Eigen::ArrayXd RevisitSearch::changes(const SearchWindow& window) const {
 // Where the place is known, so is the stretch: only those near it are compared.
 RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
                                                   const Belief* before) const {
-  const Stretches fresh = anew(window);
+  Stretches fresh = anew(window);
   if (before == nullptr) return fresh;
   const Eigen::ArrayXd held =
       (before->places[0].colwise().sum() + before->places[1].colwise().sum()).transpose();
