@@ -99,10 +99,8 @@ void DriveNoise::learn() {
   const Eigen::Array2d in_short = variance(1);
   if (in_short[0] <= 0) return;
   Eigen::Array2d density2 = Eigen::Array2d::Zero();
-  known_ = false;
   for (const std::size_t m : kLongTimes) {
     const Eigen::Array2d in_long = variance(m);
-    known_ = in_long[0] > 0;
     const Eigen::Array2d grown =
         (in_long - in_short) / (2.0 * static_cast<double>(m - 1) * last_dt_);
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);

@@ -21,9 +21,6 @@ class DriveNoise {
   // wheel tells nothing, or that begin with another state, break the sequence.
   void add(const StateInput& input, const NavState& at);
 
-  // Whether enough has been driven to tell, some twenty seconds.
-  bool known() const { return known_; }
-
   // m/s^2/sqrt(Hz), forwards and sideways (x and y of body); 0 where driving has not shown more
   // than the wheel's own noise would.
   double accel_density() const { return accel_density_[0]; }
@@ -51,7 +48,6 @@ class DriveNoise {
   };
   std::deque<Run> runs_;  // driven without a break, newest last
   std::size_t kept_ = 0;
-  bool known_ = false;
   Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
   double increment_sigma_m_ = 0.0;
 };

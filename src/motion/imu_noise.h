@@ -12,10 +12,11 @@ namespace gprodom {
 // samples.
 ImuNoise measured_noise(const std::vector<ImuSample>& samples);
 
-// Of each sensor what the samples show where that is clearly more than the reference, else the
-// reference. Few samples say nothing.
+// From fewer samples a density is not known to a fifth.
 constexpr std::size_t kEnoughForNoise = 20;
 
+// Of each sensor what the samples show where that is clearly more than the reference, else the
+// reference; also where there are fewer than kEnoughForNoise.
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
 
 }  // namespace gprodom
