@@ -12,13 +12,15 @@
 #include <thread>
 #include <utility>
 
+#include "base/background.h"
 #include "gprodom/execution.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
 
-// Jobs run one after the other, on a thread of their own (kThreaded) or at once (kInline). What one
-// throws is thrown again where its result is asked for (kInline: where it is submitted).
+// Jobs run one after the other, on a thread of their own in the background (kThreaded) or at once
+// (kInline). What one throws is thrown again where its result is asked for (kInline: where it is
+// submitted).
 template <typename Result>
 class DatedWorker {
  public:
@@ -140,6 +142,7 @@ class DatedWorker {
   }
 
   void run() {
+    stay_in_background();
     std::unique_lock lock(mutex_);
     while (true) {
       wake_.wait(lock, [this] { return stopping_ || next_undone() != jobs_.end(); });
