@@ -21,6 +21,9 @@ class Batch {
   void set_state(size_t i, const NavState& estimate) { states_.at(i) = estimate; }
   void add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor);
 
+  // The wheel's scale, constant from the first state on, with one standard deviation.
+  void hold_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
+
   // What the wheel said between states a and a + 1, had the robot moved e^l times as far.
   void set_slip(size_t a, double l);
 

@@ -5,6 +5,15 @@
 
 namespace gprodom {
 
+void MarginalPrior::add_scale(double scale, double sigma) {
+  const Eigen::Index rows = A.rows();
+  A.conservativeResize(rows + 1, Eigen::NoChange);
+  A.row(rows).setZero();
+  A(rows, row::kScale) = 1 / sigma;
+  b.conservativeResize(rows + 1);
+  b[rows] = (x0.front().wheel_scale - scale) / sigma;
+}
+
 void MarginalPrior::evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::MatrixXd* J) const {
   const int n = states();
   r = b;

@@ -16,6 +16,9 @@ struct MarginalPrior {
   Eigen::MatrixXd A;  // (rows, 16 n)
   Eigen::VectorXd b;  // (rows)
 
+  // Of the first state's wheel scale, beside what is known, with one standard deviation.
+  void add_scale(double scale, double sigma);
+
   int states() const { return static_cast<int>(x0.size()); }
 
   // x points to the n states. Where J is not null it receives d residual / d (charts at x).

@@ -44,12 +44,7 @@ bool out_of_calibration(const Config& config, const NavState& x) {
 }
 
 MarginalPrior with_fixed_scale(MarginalPrior prior) {
-  const Eigen::Index rows = prior.A.rows();
-  prior.A.conservativeResize(rows + 1, Eigen::NoChange);
-  prior.A.row(rows).setZero();
-  prior.A(rows, row::kScale) = 1 / kFixedScaleSigma;
-  prior.b.conservativeResize(rows + 1);
-  prior.b[rows] = 0;
+  prior.add_scale(prior.x0.front().wheel_scale, kFixedScaleSigma);
   return prior;
 }
 
@@ -68,8 +63,8 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
       drive_(drive_traits(config.wheel)),
       gravity_odom_(0, 0, -config.initializer.gravity),
       scale_held_(out_of_calibration(config, initial.state)),
-      held_scale_sigma_(scale_held_ ? std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))
-                                    : 0.0),
+      first_scale_(initial.state.wheel_scale),
+      first_scale_sigma_(std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))),
       start_(initial.state.p_odom),
       last_covariance_(covariance(scale_held_ ? with_fixed_scale(initial.prior) : initial.prior)),
       bias_known_(initial.state),
@@ -78,15 +73,28 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
 
 // A scale that is off by a share shortens the way since the start, and the speed, by that share.
 StateMatrix StateEstimator::covariance_of_held_scale() const {
+  if (!scale_held_) return StateMatrix::Zero();
   const NavState& x = smoother_.newest();
   StateVector share = StateVector::Zero();
   share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
   share.segment<3>(row::kV) = -x.v_odom / x.wheel_scale;
   share[row::kScale] = 1;
-  return held_scale_sigma_ * held_scale_sigma_ * share * share.transpose();
+  return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
+}
+
+// What accelerations have told of it by now is taken back.
+void StateEstimator::hold_scale() {
+  scale_held_ = true;
+  CarriedState now{smoother_.newest(), last_covariance_};
+  now.state.wheel_scale = first_scale_;
+  replace(now.covariance, row::kScale, 1,
+          Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
+  if (batch_) batch_->hold_scale(first_scale_, kFixedScaleSigma);
+  go_on_from(now);
 }
 
 StateResult StateEstimator::add(const StateInput& input) {
+  if (input.wheel_late && !scale_held_ && config_.wheel.scale_sigma > 0) hold_scale();
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) go_on_from(with_gyro_bias(now(), *input.gyro_bias, bias_known_));
   if (input.speed_correction) go_on_from(with_speed_correction(now(), *input.speed_correction));
@@ -241,8 +249,8 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
     increment.integrate(rate, step.dt, turns_with_ground ? step.wheel_m : speed * step.dt);
     turned += (rate - x.gyro_bias).z() * step.dt;
   }
-  Vector3d variance = increment.variance(
-      {std::max(c.noise, input.wheel_noise), c.lateral_noise, c.vertical_noise, c.noise_floor});
+  Vector3d variance =
+      increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
   variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;

@@ -38,8 +38,8 @@ struct StateInput {
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
   double wheel_sigma_m = 0.0;       // of the wheel, as learnt: where it is above wheel.noise
-  double wheel_noise = 0.0;         // m/sqrt(m), as the sides show it; below wheel.noise: that
   double turn_variance = 0.0;       // rad^2, of the steps' wheel_turn together
+  bool wheel_late = false;          // so that accelerations tell nothing of the wheel's scale
   bool standing = false;            // proven: the robot did not move
   bool wheel_contradicted = false;  // the robot stands, or moves otherwise than the wheel says
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
@@ -110,6 +110,7 @@ class StateEstimator {
   void carry_over(const StateInput& input);
   void go_on_from(const CarriedState& state);
   void restart(const NavState& state);
+  void hold_scale();
   StateMatrix covariance_of_held_scale() const;
   bool tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
            std::shared_ptr<const Factor> factor);
@@ -117,9 +118,10 @@ class StateEstimator {
   Config config_;
   DriveTraits drive_;
   Eigen::Vector3d gravity_odom_;
-  // The wheel's scale stays where it is, as uncertain as it is. Below no covariance knows of that.
+  // The wheel's scale stays as it was at the start, as uncertain as it was. Below no covariance
+  // knows of that.
   bool scale_held_;
-  double held_scale_sigma_;
+  double first_scale_, first_scale_sigma_;
   Eigen::Vector3d start_;        // in odom
   StateMatrix last_covariance_;  // of the last state that a solve ended with, common_ included
   NavState bias_known_;          // the last state whose gyro bias a standstill bore out

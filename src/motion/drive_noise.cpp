@@ -45,12 +45,14 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
   const bool drives = goes_on && std::abs(wheel_m) > kSlowest * dt;
   if (!drives) {
     last_dt_ = 0;
+    delay_.interrupt();
     return;
   }
   if (last_dt_ > 0) {
     // The mean speed of this interval less that of the last, by the wheel and by the IMU.
     const double by_imu = last_v_ - last_p_ / last_dt_ + p / dt;
     const double by_wheel = wheel_m / dt - last_wheel_m_ / last_dt_;
+    delay_.add(by_imu, by_wheel, dt);
     runs_.back().drift_mps.push_back(runs_.back().drift_mps.back() +
                                      Eigen::Vector2d(by_imu - by_wheel, sideways));
     ++kept_;

@@ -10,6 +10,7 @@
 
 #include "estimation/nav_state.h"
 #include "estimation/state_estimator.h"
+#include "motion/wheel_delay.h"
 
 namespace gprodom {
 
@@ -28,6 +29,8 @@ class DriveNoise {
 
   // m, one standard deviation of the wheel's distance over one state interval; 0: not known yet.
   double increment_sigma() const { return increment_sigma_m_; }
+
+  double wheel_delay_s() const { return delay_.delay_s(); }
 
  private:
   // Of the speed by the IMU, less that by the wheel, at state intervals: S(k + 2m) - 2 S(k + m) +
@@ -50,6 +53,7 @@ class DriveNoise {
   std::size_t kept_ = 0;
   Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
   double increment_sigma_m_ = 0.0;
+  WheelDelay delay_;
 };
 
 }  // namespace gprodom

@@ -133,6 +133,13 @@ ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   return noise;
 }
 
+double MotionJudge::wheel_delay_s() const {
+  constexpr double kShown = 3.0;  // standard deviations
+  const TurnCalibration& by_turns = pair_.calibration();
+  const bool shown = pair_.heard() && by_turns.delay_s() > kShown * by_turns.delay_sigma_s();
+  return shown ? by_turns.delay_s() : drive_noise_.wheel_delay_s();
+}
+
 AtRest MotionJudge::at_rest() const {
   const double variance = newest_.covariance.diagonal().segment<3>(row::kBg).mean();
   return {noise_at_standstill_, resting_wheel_mps_, newest_.state.gyro_bias, std::sqrt(variance)};
@@ -171,8 +178,10 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
   input.wheel_sigma_m = drive_noise_.increment_sigma();
-  input.wheel_noise = pair_.middle_noise();
-  slip_.set_wheel_error({input.wheel_noise, input.wheel_sigma_m, wheel_.held_s()});
+  const double delay_s = wheel_delay_s();
+  input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
+  slip_.set_wheel_error(
+      {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
   learn_rest(to);
 
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);

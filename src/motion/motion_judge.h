@@ -77,6 +77,8 @@ class MotionJudge {
   const ImuHistory& imu() const { return imu_; }
   const WheelHistory& wheel() const { return wheel_; }
   const WheelPair& pair() const { return pair_; }
+  // s, behind the IMU; 0 where none shows.
+  double wheel_delay_s() const;
 
  private:
   AtRest at_rest() const;

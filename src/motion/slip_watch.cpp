@@ -30,8 +30,8 @@ SlipWatch::SlipWatch(const WheelConfig& config)
 void SlipWatch::set_wheel_error(const WheelError& error) {
   pair_noise_ = error.noise;
   wheel_sigma_m_ = std::max(config_.noise_floor, error.sigma_m);
-  window_ = from_seconds(std::max(config_.slip_window, 2 * error.held_s));
-  late_ = from_seconds(error.held_s);
+  window_ = from_seconds(std::max(config_.slip_window, 2 * error.late_s));
+  late_ = from_seconds(error.late_s);
 }
 
 void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel, TimeNs wheel_now,

@@ -24,7 +24,7 @@ enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
 struct WheelError {
   double noise = 0.0;    // m/sqrt(m), as left and right show it; 0: they do not
   double sigma_m = 0.0;  // standard deviation of a distance; below wheel.noise_floor: that
-  double held_s = 0.0;   // how long its values are held
+  double late_s = 0.0;   // how long its values are held, or come behind the IMU
 };
 
 class SlipWatch {

@@ -9,8 +9,9 @@ namespace {
 
 // Slip goes on for a second or so. Over windows of this length its variance grows with the way.
 constexpr double kWindow_s = 2.0;
-constexpr double kRadiiSigma = 0.02;      // of tyres of one kind
-constexpr double kRadiiWalk = 1e-4;       // 1/sqrt(m): load and pressure
+constexpr double kRadiiSigma = 0.02;  // of tyres of one kind
+constexpr double kRadiiWalk = 1e-4;   // 1/sqrt(m): load and pressure
+constexpr double kDelaySigma_s = 0.2;
 constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
 constexpr double kEnoughPath_m = 20.0;    // likewise, beyond which what was seen tells it alone
 constexpr double kNoiseMemory_m = 200.0;  // of both sides
@@ -23,17 +24,26 @@ constexpr double kRobust = 3.0;
 TurnCalibration::TurnCalibration(const DriveTraits& traits, double floor_m)
     : traits_(traits),
       floor_variance_(4 * floor_m * floor_m),  // two sides, at two ends
-      x_(traits.track_m, 0.0) {
-  P_ << traits.track_sigma_m * traits.track_sigma_m, 0, 0, kRadiiSigma * kRadiiSigma;
+      x_(traits.track_m, 0.0, 0.0) {
+  P_ = Eigen::Vector3d(traits.track_sigma_m, kRadiiSigma, traits.track_m * kDelaySigma_s)
+           .cwiseAbs2()
+           .asDiagonal();
 }
 
 void TurnCalibration::learn(const PairMotion& motion, double turned_rad, double dt_s) {
+  const double rate = turned_rad / dt_s;
+  window_.turn += {turned_rad, rate - rate_.value_or(rate)};
+  rate_ = rate;
   window_.motion += motion;
-  window_.turned_rad += turned_rad;
   window_.seconds += dt_s;
   if (window_.seconds < kWindow_s) return;
   update(window_);
   window_ = {};
+}
+
+void TurnCalibration::interrupt() {
+  window_ = {};
+  rate_.reset();
 }
 
 void TurnCalibration::update(const Window& window) {
@@ -41,7 +51,7 @@ void TurnCalibration::update(const Window& window) {
   if (path * path < floor_variance_) return;  // it stood
   P_(0, 0) += traits_.track_walk_m * traits_.track_walk_m * path;
   P_(1, 1) += kRadiiWalk * kRadiiWalk * path;
-  const Eigen::Vector2d h(window.turned_rad, window.motion.middle_m);
+  const Eigen::Vector3d h(window.turn.rad, window.motion.middle_m, -window.turn.faster);
   const double error = window.motion.difference_m - h.dot(x_);
   const double slip = slip_variance(path), known = h.dot(P_ * h);
   const double deviation2 = error * error / (known + slip);
@@ -58,9 +68,9 @@ void TurnCalibration::update(const Window& window) {
     noise_path_m_ = kNoiseMemory_m;
   }
 
-  const Eigen::Vector2d gain = P_ * h / (known + slip / weight);
+  const Eigen::Vector3d gain = P_ * h / (known + slip / weight);
   x_ += gain * error;
-  const Eigen::Matrix2d left = Eigen::Matrix2d::Identity() - gain * h.transpose();
+  const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - gain * h.transpose();
   P_ = (left * P_ * left.transpose() + slip / weight * gain * gain.transpose()).eval();
 }
 
@@ -82,15 +92,15 @@ double TurnCalibration::turn(const PairMotion& motion) const {
 }
 
 double TurnCalibration::turn_variance(const PairMotion& motion) const {
-  return difference_variance(motion, turn(motion)) / (x_[0] * x_[0]);
+  return difference_variance(motion, {turn(motion), 0.0}) / (x_[0] * x_[0]);
 }
 
-double TurnCalibration::expected_difference(double middle_m, double turned_rad) const {
-  return x_[0] * turned_rad + x_[1] * middle_m;
+double TurnCalibration::expected_difference(double middle_m, const GyroTurn& turn) const {
+  return x_.dot(Eigen::Vector3d(turn.rad, middle_m, -turn.faster));
 }
 
-double TurnCalibration::difference_variance(const PairMotion& motion, double turned_rad) const {
-  const Eigen::Vector2d h(turned_rad, motion.middle_m);
+double TurnCalibration::difference_variance(const PairMotion& motion, const GyroTurn& turn) const {
+  const Eigen::Vector3d h(turn.rad, motion.middle_m, -turn.faster);
   return h.dot(P_ * h) + slip_variance(motion.path_m);
 }
 

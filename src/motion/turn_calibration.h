@@ -1,16 +1,19 @@
 // What left and right wheels say of the robot's turning, learnt against the gyro.
 //
 // Over a stretch on which the body turns by psi and its middle moves by m, right less left is
-//   D = B psi + d m + n,
+//   D = B (psi - tau w) + d m + n,
 // with B the effective track (of a skid steer wider than the geometric one), d the difference of
-// the radii, right over left less one, and n the slip of the two sides. A Kalman filter holds B and
-// d; the variance of n is learnt beside them, per metre that the sides go. The gyro is the
+// the radii, right over left less one, tau the time by which the wheels come behind the gyro, w the
+// change of the turn rate from the stretch's beginning to its end, and n the slip of the two sides.
+// A Kalman filter holds B, d and B tau; the variance of n is learnt beside them, per metre that the
+// sides go. The gyro is the
 // regressor, since its error is the smaller one: regressed the other way round, slip would make the
 // track look wider. What the motion does not show stays as it is. docs/estimation.md, "Two wheels".
 #pragma once
 
 #include <Eigen/Core>
 #include <cmath>
+#include <optional>
 
 #include "estimation/drive_traits.h"
 
@@ -30,6 +33,18 @@ struct PairMotion {
   }
 };
 
+// What the gyro, less its bias, has of the same stretch.
+struct GyroTurn {
+  double rad = 0.0;
+  double faster = 0.0;  // rad/s: the rate at its end less that at its beginning
+
+  GyroTurn& operator+=(const GyroTurn& next) {
+    rad += next.rad;
+    faster += next.faster;
+    return *this;
+  }
+};
+
 class TurnCalibration {
  public:
   // floor_m: error of one side's distance over any stretch.
@@ -38,19 +53,22 @@ class TurnCalibration {
   // A stretch of dt_s that follows the one before; turned_rad as the gyro has it, less its bias.
   void learn(const PairMotion& motion, double turned_rad, double dt_s);
   // What comes next does not follow what was learnt from last.
-  void interrupt() { window_ = {}; }
+  void interrupt();
 
   // The body's turn (rad) that the wheels tell, and its variance.
   double turn(const PairMotion& motion) const;
   double turn_variance(const PairMotion& motion) const;
   // Of right less left, as the wheels report it, about what is expected where the body turns so.
-  double expected_difference(double middle_m, double turned_rad) const;
-  double difference_variance(const PairMotion& motion, double turned_rad) const;
+  double expected_difference(double middle_m, const GyroTurn& turn) const;
+  double difference_variance(const PairMotion& motion, const GyroTurn& turn) const;
 
   double track_m() const { return x_[0]; }
   double track_sigma_m() const { return std::sqrt(P_(0, 0)); }
   double radii_difference() const { return x_[1]; }
   double radii_difference_sigma() const { return std::sqrt(P_(1, 1)); }
+  // s; the wheels come behind the gyro.
+  double delay_s() const { return x_[2] / x_[0]; }
+  double delay_sigma_s() const { return std::sqrt(P_(2, 2)) / x_[0]; }
   // Of D, m/sqrt(m) of the way of both sides together; what the drive lets expect is in it.
   double noise() const;
   // The same by what was seen alone, per metre of the middle's way, which is half of that of both
@@ -60,7 +78,8 @@ class TurnCalibration {
  private:
   struct Window {
     PairMotion motion;
-    double turned_rad = 0.0, seconds = 0.0;
+    GyroTurn turn;
+    double seconds = 0.0;
   };
 
   double slip_variance(double path_m) const;
@@ -68,10 +87,11 @@ class TurnCalibration {
 
   DriveTraits traits_;
   double floor_variance_;  // of a difference, m^2
-  Eigen::Vector2d x_;      // B (m), d
-  Eigen::Matrix2d P_;
+  Eigen::Vector3d x_;      // B (m), d, B tau (m s)
+  Eigen::Matrix3d P_;
   double noise_sum_ = 0.0, noise_path_m_ = 0.0;  // seen, m^2 over m
   Window window_;
+  std::optional<double> rate_;  // rad/s, of the stretch learnt from last
 };
 
 }  // namespace gprodom

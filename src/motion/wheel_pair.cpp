@@ -75,7 +75,11 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
   whole.seconds = to_seconds(input.time - from);
   for (const Step& step : *steps) {
     whole.motion += step.motion;
-    whole.turned_rad += step.turned_rad;
+    whole.turn.rad += step.turned_rad;
+  }
+  if (!recent_.empty()) {
+    const Stretch& last = recent_.back();
+    whole.turn.faster = whole.turn.rad / whole.seconds - last.turn.rad / last.seconds;
   }
   if (ground_m) {
     whole.ground_m = *ground_m * newest.wheel_scale;
@@ -85,7 +89,7 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
     interrupt();
     return go_by_the_other(input, *steps);
   }
-  calibration_.learn(whole.motion, whole.turned_rad, whole.seconds);
+  calibration_.learn(whole.motion, whole.turn.rad, whole.seconds);
   recent_.push_back(whole);
   if (recent_.size() > kWitnesses) recent_.pop_front();
   if (input.wheel_contradicted && ground_m && vouches()) input.wheel_contradicted = false;
@@ -126,12 +130,12 @@ void WheelPair::stand_in(StateInput& input, const std::vector<Step>& steps) {
 SlippingSide WheelPair::judge(const Stretch& whole) const {
   const PairMotion& motion = whole.motion;
   const double error =
-      motion.difference_m - calibration_.expected_difference(motion.middle_m, whole.turned_rad);
-  const double sigma = std::sqrt(calibration_.difference_variance(motion, whole.turned_rad));
+      motion.difference_m - calibration_.expected_difference(motion.middle_m, whole.turn);
+  const double sigma = std::sqrt(calibration_.difference_variance(motion, whole.turn));
   const double threshold = config_.slip_threshold;
   if (threshold <= 0 || std::abs(error) < threshold * sigma) return SlippingSide::kNone;
   const double half = 0.5 * motion.difference_m;
-  const double rolled = 0.5 * calibration_.expected_difference(whole.ground_m, whole.turned_rad);
+  const double rolled = 0.5 * calibration_.expected_difference(whole.ground_m, whole.turn);
   const double left = std::abs(motion.middle_m - half - (whole.ground_m - rolled));
   const double right = std::abs(motion.middle_m + half - (whole.ground_m + rolled));
   if (std::min(left, right) > kOther * std::max(left, right)) return SlippingSide::kNone;
@@ -144,13 +148,13 @@ bool WheelPair::vouches() const {
   Stretch last;
   for (const Stretch& each : recent_) {
     last.motion += each.motion;
-    last.turned_rad += each.turned_rad;
+    last.turn += each.turn;
     last.ground_m += each.ground_m;
   }
   const PairMotion& motion = last.motion;
   const double error =
-      motion.difference_m - calibration_.expected_difference(motion.middle_m, last.turned_rad);
-  const double sigma = std::sqrt(calibration_.difference_variance(motion, last.turned_rad));
+      motion.difference_m - calibration_.expected_difference(motion.middle_m, last.turn);
+  const double sigma = std::sqrt(calibration_.difference_variance(motion, last.turn));
   const double larger = std::max(std::abs(motion.middle_m), std::abs(last.ground_m));
   const double share = larger > 0 ? std::abs(motion.middle_m - last.ground_m) / larger : 0.0;
   return std::abs(error) < kAgrees * sigma &&

@@ -51,7 +51,8 @@ class WheelPair {
   // An interval, or some in a row; ground_m by the published velocity, as the wheels report it.
   struct Stretch {
     PairMotion motion;
-    double turned_rad = 0.0, ground_m = 0.0, seconds = 0.0;
+    GyroTurn turn;
+    double ground_m = 0.0, seconds = 0.0;
   };
 
   void interrupt();

@@ -209,6 +209,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   map_->add(result, effective);
 
   health_.value("wheel.unwitnessed", result.slip_sigma);
+  if (motion_.wheel_delay_s() > 0) health_.value("wheel.delay_s", motion_.wheel_delay_s());
   health_.add("states", 1);
   health_.add("solver.steps", result.solve.steps);
   health_.add("solver.steps_accepted", result.solve.accepted);

@@ -199,5 +199,39 @@ TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
   }
 }
 
+// As where a driver smooths the wheel's speeds: known only after some driving.
+TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
+  Config config;
+  InitialState initial;
+  initial.state.time = from_seconds(10.0);
+  initial.noise = {1.6e-4, 6e-4};
+  StateVector sigmas = StateVector::Constant(1e-3);
+  sigmas[row::kScale] = config.wheel.scale_sigma;
+  initial.prior = gaussian_prior(initial.state, StateMatrix(sigmas.cwiseAbs2().asDiagonal()));
+  StateEstimator estimator(config, initial);
+  estimator.record();
+  std::mt19937 random(1);
+  double speed = 0, learnt = 1.0;
+  StateResult result;
+  for (int k = 0; k < 100; ++k) {
+    Motion motion{speed, 0.0};
+    motion.push = 0.5 * std::cos(0.2 * k) * 1.05;  // more than the wheel's speeds change by
+    StateInput input = interval(10.0 + k * kStateInterval, motion, random);
+    for (MotionStep& step : input.steps) {
+      speed += 0.5 * std::cos(0.2 * k) * step.dt;
+      step.wheel_m = speed * step.dt;
+    }
+    input.wheel_late = k >= 40;
+    if (k == 39) learnt = result.state.wheel_scale;
+    result = estimator.add(input);
+    ASSERT_TRUE(result.solve.usable);
+  }
+  EXPECT_LT(learnt, 0.99);  // so there was something to take back
+  EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
+  EXPECT_NEAR(sigma(result, row::kScale), config.wheel.scale_sigma, 1e-4);
+  EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());
+  for (const NavState& x : estimator.recorded()->solve({})) EXPECT_NEAR(x.wheel_scale, 1.0, 2e-3);
+}
+
 }  // namespace
 }  // namespace gprodom
