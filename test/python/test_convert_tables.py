@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conftest import CHECKOUT
 from gprodom.cli import main
-from gprodom.convert.layout import read_layout
+from gprodom.geodesy import Datum
 from gprodom.lcm.logs import read
 
 START = 1_700_000_000.0
@@ -254,11 +256,57 @@ def test_traces_of_a_survey_file(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "800 traces, but 10 rows" in said
 
 
-def test_the_layout_in_the_docs_is_one(tmp_path: Path) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text()
-    (tmp_path / "robot.yaml").write_text(text.split("```yaml\n")[1].split("```")[0])
-    layout = read_layout(tmp_path / "robot.yaml", {}, Path("drive.csv"))
-    assert set(layout.sources) == {"imu", "wheel_counts", "gpr", "position"}
-    assert layout.sources["imu"].file == Path("drive.csv")
-    assert layout.sources["gpr"].file == tmp_path / "radar.csv"
-    assert layout.factor("acceleration_unit") == pytest.approx(9.80665)
+def iso(utime: np.ndarray) -> list[str]:
+    """Stamps (us) as dates."""
+    return [str(t) for t in utime.astype("datetime64[us]")]
+
+
+def tables_of(log: dict[str, Any], folder: Path) -> list[str]:
+    """A log as a robot's own tables, as docs/recordings.md has them: all sensors in one with
+    semicolons and decimal commas, milliseconds, g, deg/s and counts; traces and degrees beside it.
+    Returns the arguments that convert them by the layout in the docs."""
+    text = (CHECKOUT / "docs" / "recordings.md").read_text()
+    (folder / "robot.yaml").write_text(text.split("```yaml\n")[1].split("```")[0])
+    imu, wheel, radar, station = (
+        log[name] for name in ("IMU", "WHEEL", "GPR_TRACE", "TOTAL_STATION")
+    )
+    distance = wheel["ticks"] * wheel["metres_per_tick"]
+    counts = np.rint(COUNTS * np.interp(imu["utime"], wheel["utime"], distance))
+    rate, force = np.degrees(imu["angular_velocity"]), imu["linear_acceleration"] / G
+    # Where both are: the table has a row for each IMU message.
+    both = (imu["utime"] >= wheel["utime"][0]) & (imu["utime"] <= wheel["utime"][-1])
+    columns = np.column_stack([imu["utime"] * 1e-3, counts, counts, rate, force])[both]
+    drive = table(folder / "drive.csv", "stamp_ms;left;right;gx;gy;gz;ax;ay;az", columns, mark=";")
+    drive.write_text(drive.read_text().replace(".", ","))
+    rows = zip(iso(radar["utime"]), np.stack(list(radar["samples"])).tolist(), strict=True)
+    (folder / "radar.csv").write_text(
+        "".join(f"{stamp},{','.join(map(str, trace))}\n" for stamp, trace in rows)
+    )
+    fixes = Datum(52.39, 13.06, 40.0, 30.0).to_geographic(station["position"])
+    rows = zip(iso(station["utime"]), fixes.tolist(), strict=True)
+    (folder / "gps.csv").write_text(
+        "time,latitude,longitude,height\n"
+        + "".join(f"{stamp},{a:.10f},{b:.10f},{c:.4f}\n" for stamp, (a, b, c) in rows)
+    )
+    return ["--layout", str(folder / "robot.yaml"), str(drive)]
+
+
+def test_own_tables_by_the_layout_in_the_docs_are_converted_and_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The sample sequence, written as a robot's own tables, comes out as from itself."""
+    pytest.importorskip("pyproj")
+    (sequence,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    direct = tmp_path / "direct.lcmlog"
+    assert main(["convert", "cmu", str(sequence), "-o", str(direct)]) == 0
+    log = convert(tmp_path, *tables_of(read(direct), tmp_path))
+    assert set(log["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
+    error = {}
+    for path in (direct, tmp_path / "out.lcmlog"):
+        poses = str(path.with_suffix(".tum"))
+        assert main(["run", str(path), "--method", "gprodom_full", "--tum", poses]) == 0
+        capsys.readouterr()
+        assert main(["score", poses, str(path), "--json"]) == 0
+        error[path.stem] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
+    assert error["direct"] < 0.1
+    assert error["out"] == pytest.approx(error["direct"], rel=0.3)
