@@ -26,6 +26,12 @@ def position(seconds: np.ndarray) -> np.ndarray:
     return np.column_stack([2.0 * seconds, 0.0 * seconds, 0.1 * seconds])
 
 
+def orientation(seconds: np.ndarray) -> np.ndarray:
+    """Along it (n, 4), w, x, y, z: turning about an axis of its own."""
+    half = 0.1 * seconds[:, None]
+    return np.hstack([np.cos(half), np.sin(half) * [0.48, -0.6, 0.64]])
+
+
 def more() -> list[Stream]:
     """A status, an estimate in odom a bit off the one in map, and a correction."""
     status, pose = message("status_t")(), message("odometry_t")()
@@ -45,9 +51,11 @@ def log(tmp_path: Path) -> Path:
     """An estimate, and traces at 20 Hz that begin a second before it."""
     time = START + 100_000 * np.arange(COUNT)
     poses = []
-    for t, place in zip(time.tolist(), position((time - START) * 1e-6).tolist(), strict=True):
+    seconds = (time - START) * 1e-6
+    path = zip(time, position(seconds).tolist(), orientation(seconds).tolist(), strict=True)
+    for t, place, turn in path:
         pose = message("odometry_t")()
-        pose.utime, pose.frame, pose.position, pose.orientation = t, "map", place, [1, 0, 0, 0]
+        pose.utime, pose.frame, pose.position, pose.orientation = int(t), "map", place, turn
         pose.pose_covariance = np.diag([0.01, 0.02, 0.06, 0, 0, 0]).ravel().tolist()
         poses.append(pose.encode())
     traces = START - 1_000_000 + 50_000 * np.arange(60)
@@ -81,6 +89,21 @@ def test_geojson(log: Path) -> None:
     check_fixes(fixes)
     assert fixes[-1, 2] - fixes[0, 2] == pytest.approx(0.49, abs=1e-3)
     assert feature["properties"]["times"][1] == "2023-11-14T22:13:20.100000+00:00"
+
+
+def test_geojson_in_a_gis_library(log: Path) -> None:
+    """By GDAL, where it is installed: in the package's tests it is."""
+    ogr = pytest.importorskip("osgeo.ogr")
+    pytest.importorskip("pyproj")
+    source = ogr.Open(str(export(log, "geojson", "--datum", DATUM)))
+    assert source.GetLayerCount() == 1
+    layer = source.GetLayer(0)
+    assert layer.GetSpatialRef().GetAuthorityCode(None) == "4326"
+    (feature,) = list(layer)
+    path = feature.GetGeometryRef()
+    assert path.GetGeometryName() == "LINESTRING"
+    check_fixes(np.array(path.GetPoints()))
+    assert path.GetPointCount() == COUNT
 
 
 def test_gpx(log: Path) -> None:
@@ -136,7 +159,7 @@ def test_segy(log: Path) -> None:
 
 
 def test_mcap_by_another_reader(log: Path) -> None:
-    """The same poses to the last bit, with stamps, frames and covariances."""
+    """The same poses, with stamps, frames and covariances."""
     pytest.importorskip("rosbags")
     pytest.importorskip("mcap_ros2")
     from mcap_ros2.reader import read_ros2_messages
@@ -148,10 +171,11 @@ def test_mcap_by_another_reader(log: Path) -> None:
         "/gprodom/odometry_map": COUNT, "/gprodom/odometry": 1, "/gprodom/path": 1, "/tf": 2,
         "/diagnostics": 1,
     }  # fmt: skip
-    poses = found["/gprodom/odometry_map"]
-    places = np.array([[p.pose.pose.position.x, p.pose.pose.position.z] for p in poses])
-    expected = position((100_000 * np.arange(COUNT)) * 1e-6)[:, [0, 2]]
-    np.testing.assert_allclose(places, expected, atol=1e-12)
+    poses, seconds = found["/gprodom/odometry_map"], 0.1 * np.arange(COUNT)
+    both = [(p.pose.pose.position, p.pose.pose.orientation) for p in poses]
+    got = np.array([[p.x, p.y, p.z, q.w, q.x, q.y, q.z] for p, q in both])
+    expected = np.hstack([position(seconds), orientation(seconds)])
+    np.testing.assert_allclose(got, expected, rtol=0, atol=1e-9)
     assert poses[1].header.stamp.nanosec == 100_000_000
     assert (poses[0].header.frame_id, poses[0].child_frame_id) == ("map", "base_link")
     assert poses[0].pose.covariance[7] == 0.02
