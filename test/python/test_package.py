@@ -82,6 +82,33 @@ def test_package_tests_that_replay_may_warn_on_stderr() -> None:
 
 
 @pytest.mark.parametrize(
+    ("check", "package", "code", "said"),
+    [
+        (0, 0, 0, "scripts/check passed, scripts/check-package passed"),
+        (1, 0, 1, "scripts/check FAILED, scripts/check-package passed"),
+        (0, 1, 1, "scripts/check passed, scripts/check-package FAILED"),
+        (0, 3, 0, "scripts/check passed, scripts/check-package NOT RUN (no namespaces)"),
+        (2, 3, 1, "scripts/check FAILED, scripts/check-package NOT RUN (no namespaces)"),
+    ],
+)
+def test_integration_runs_and_reports_both_checks(
+    check: int, package: int, code: int, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / ".ci").mkdir()
+    (tmp_path / ".ci" / "run").write_bytes((CHECKOUT / ".ci" / "run").read_bytes())
+    (tmp_path / "scripts").mkdir()
+    for name, status in (("check", check), ("check-package", package)):
+        script = tmp_path / "scripts" / name
+        script.write_text(f"#!/bin/sh\necho no namespaces >&2\nexit {status}\n")
+        script.chmod(0o755)
+    ran = subprocess.run(
+        ["bash", tmp_path / ".ci" / "run"], capture_output=True, text=True, cwd="/"
+    )
+    assert ran.returncode == code
+    assert re.fullmatch(rf"\.ci/run: {re.escape(said)}, \d+ s", ran.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
     ("line", "offered"),
     [
         ("gprodomd --check", "--check-config"),
