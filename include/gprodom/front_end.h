@@ -41,7 +41,16 @@ struct TrackDisplacement {
   double score = 0.0;
 };
 
-using Finding = std::variant<Standstill, PathLength, TrackDisplacement>;
+// How well a front end that tells Standstill sees motion: from `from` to `to` the antenna moved at
+// `times_least` times the slowest speed that its test sees. How many m/s that is, the estimator
+// learns from wheel and IMU; a wheel that turns slower is not contradicted by a Standstill.
+struct Sight {
+  TimeNs from = 0;
+  TimeNs to = 0;
+  double times_least = 0.0;  // above 0
+};
+
+using Finding = std::variant<Standstill, PathLength, TrackDisplacement, Sight>;
 
 // Front ends run on one thread (the GPR thread when live) and are driven by data time alone.
 class FrontEnd {

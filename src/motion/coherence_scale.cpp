@@ -14,8 +14,9 @@ constexpr TimeNs kKept = 4'000'000'000;             // ns of track beyond the lo
 constexpr TimeNs kStep = 20'000'000;                // ns between places kept
 constexpr double kGuess = 0.3, kGuessWeight = 3.0;  // standard deviation of x; m that it counts for
 constexpr double kSharedGround = 2.0;               // variance of spans in a row over that of one
-constexpr double kFades = 8.0;      // of scale_distance without learning: variance doubles
-constexpr double kMinSpeed = 0.05;  // m/s, mean over a span to learn from
+constexpr double kFades = 8.0;              // of scale_distance without learning: variance doubles
+constexpr double kMinSpeed = 0.05;          // m/s, mean over a span to learn from
+constexpr std::size_t kMostWaiting = 1000;  // before the first estimate
 constexpr std::int32_t kUnsound = kStanding | kSlipping | kNoWheel | kImuGap | kSolverFailed;
 
 }  // namespace
@@ -59,8 +60,13 @@ void CoherenceScale::learn(const gpr::PathLength& path) {
   blind_m_ = 0.0;
 }
 
+void CoherenceScale::learn_from(const gpr::PathLength& path) {
+  waiting_.push_back(path);
+  if (waiting_.size() > kMostWaiting) waiting_.pop_front();
+}
+
 Displacement CoherenceScale::to_metres(const gpr::PathLength& path) {
-  if (path.valid) waiting_.push_back(path);
+  if (path.valid) learn_from(path);
   Displacement d = to_displacement(path, metres_per_length());
   d.sigma_m = d.distance_m * relative_sigma();
   d.valid = path.valid && learned_m_ > 0.5 * config_.scale_distance;

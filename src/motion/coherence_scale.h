@@ -1,4 +1,5 @@
-// What a decorrelation length of the ground is in metres, learned while wheel and IMU agree.
+// What a radar's own unit of motion, such as a decorrelation length of the ground, is in metres:
+// learned while wheel and IMU agree.
 #pragma once
 
 #include <deque>
@@ -22,6 +23,8 @@ class CoherenceScale {
 
   // Every estimate published, in time order. `speed_known`: it can be learnt from.
   void add(const OdometryEstimate& estimate, bool speed_known);
+
+  void learn_from(const gpr::PathLength& path);
 
   // The same in metres, as a kMotion displacement, with `scale` the metres per length; not valid
   // before half of `scale_distance` has been learned from.

@@ -42,7 +42,8 @@ MotionJudge::MotionJudge(const Config& config)
       pair_(config.wheel),
       drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
-      coherence_(config.gpr.coherence) {}
+      coherence_(config.gpr.coherence),
+      sight_(config.gpr.coherence) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
   if (first_imu_ == 0) first_imu_ = sample.time;
@@ -83,6 +84,19 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   if (std::holds_alternative<gpr::PathLength>(finding))
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
   displacements_.push_back(in_metres);
+}
+
+void MotionJudge::add_sight(const gpr::Sight& sight) {
+  gpr::PathLength path;  // its unit is the least speed times a second
+  path.from = sight.from;
+  path.to = sight.to;
+  path.lengths = sight.times_least * to_seconds(sight.to - sight.from);
+  sight_.learn_from(path);
+}
+
+std::optional<double> MotionJudge::unseen_speed() const {
+  if (sight_.metres_per_length() <= 0.0) return std::nullopt;
+  return sight_.metres_per_length() * (1 + 2 * sight_.relative_sigma());
 }
 
 Initialization MotionJudge::initialize() {
@@ -142,7 +156,8 @@ double MotionJudge::wheel_delay_s() const {
 
 AtRest MotionJudge::at_rest() const {
   const double variance = newest_.covariance.diagonal().segment<3>(row::kBg).mean();
-  return {noise_at_standstill_, resting_wheel_mps_, newest_.state.gyro_bias, std::sqrt(variance)};
+  return {noise_at_standstill_, resting_wheel_mps_, newest_.state.gyro_bias, std::sqrt(variance),
+          unseen_speed().value_or(kUnseenAtFirst)};
 }
 
 // After a start on the move: the first second in which the wheel stands and the IMU shakes much
@@ -238,6 +253,7 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
   coherence_.add(estimate, speed_known);
+  sight_.add(estimate, speed_known);
   return !slipped && slip_.now() != WheelSlip::kNone;
 }
 

@@ -38,12 +38,20 @@ class MotionJudge {
   // From another process, in effect at once. Dropped where too many wait for a first state.
   void add_external(Displacement displacement);
 
-  // What the radar front end says, as it is published: lengths in metres, a standstill as a
-  // distance of 0.
+  // What the radar front end says of motion, as it is published: lengths in metres, a standstill as
+  // a distance of 0. Not of a Sight.
   Displacement in_metres(const gpr::Finding& finding);
 
   // The same once it is in effect, with what in_metres() made of it. Ignored where not valid.
   void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
+
+  // What the radar front end says of how well it sees motion.
+  void add_sight(const gpr::Sight& sight);
+
+  // Slower motion may pass the radar unseen, m/s: two standard deviations on the safe side, once
+  // that is known.
+  std::optional<double> unseen_speed() const;
+  static constexpr double kUnseenAtFirst = 0.05;  // m/s; of most grounds it is less
 
   // The first state and its noise, from the last initializer.duration of standstill, or, of a robot
   // that has been on the move for some seconds, from those; or why not. Forgets the IMU's samples
@@ -110,6 +118,7 @@ class MotionJudge {
   SlipWatch slip_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
+  CoherenceScale sight_;          // m/s, the least that the radar sees
   TimeNs speed_known_after_ = 0;  // until then the wheel is the only witness of the speed
   TimeNs wheel_doubted_ = 0;      // end of the last state interval without a wheel that can be used
 };

@@ -53,14 +53,16 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   const Stillness now = stillness(c, at_rest, imu.between(from, to));
   if (!now.quiet) return {};
   const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
-  const bool wheel_still =
-      config.wheel.enabled && wheel.distance(to) &&
-      wheel.path(from - margin, to + margin) <=
-          2 * config.wheel.noise_floor +
-              kRestSpread * at_rest.wheel_mps * to_seconds(to - from + 2 * margin);
-  const bool radar_still =
-      std::any_of(radar_standing.begin(), radar_standing.end(),
-                  [&](const gpr::Standstill& s) { return s.from <= from && s.to >= to; });
+  const bool wheel_heard = config.wheel.enabled && wheel.distance(to);
+  const double rolled_m = wheel.path(from - margin, to + margin);
+  const double seconds = to_seconds(to - from + 2 * margin);
+  const bool wheel_still = wheel_heard && rolled_m <= 2 * config.wheel.noise_floor +
+                                                          kRestSpread * at_rest.wheel_mps * seconds;
+  const bool creeps = wheel_heard && !wheel_still && rolled_m <= at_rest.unseen_mps * seconds;
+  const bool radar_still = !creeps && std::any_of(radar_standing.begin(), radar_standing.end(),
+                                                  [&](const gpr::Standstill& s) {
+                                                    return s.from <= from && s.to >= to;
+                                                  });
   const Stillness longer = stillness(c, at_rest, imu.between(from - margin, to + margin));
   StandstillVerdict verdict;
   if (now.turns()) {

@@ -31,11 +31,13 @@ struct AtRest {
   double wheel_mps = 0.0;  // unsigned, that the wheel shows nevertheless
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   double bias_sigma = 0.0;  // rad/s, per axis
+  double unseen_mps = 0.0;  // motion slower than that may pass the radar unseen
 };
 
 // Over [from, to], the interval between two states.
 //  - The IMU is still: noise within imu_ratio of the reference, no turning beyond it.
-//  - Either the wheel stands as well, or the radar saw standing ground over the whole interval.
+//  - Either the wheel stands as well, or the radar saw standing ground over the whole interval and
+//    the wheel, if it is heard, does not turn so slowly that this could have passed unseen.
 // The wheel alone proves nothing.
 StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
                                    const ImuHistory& imu, const WheelHistory& wheel,

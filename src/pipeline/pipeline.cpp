@@ -161,6 +161,10 @@ void Pipeline::take_radar_answers() {
       health_.count(config_.channels.gpr_trace, note);
     if (due->result->sfm) out_.sfm.push_back(stamped(std::move(*due->result->sfm)));
     for (const gpr::Finding& finding : due->result->findings) {
+      if (const auto* sight = std::get_if<gpr::Sight>(&finding)) {
+        motion_.add_sight(*sight);
+        continue;
+      }
       Displacement d = motion_.in_metres(finding);
       if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
@@ -263,6 +267,7 @@ void Pipeline::publish() {
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
     tell_of_pair();
+    tell_of_sight();
     out_.status.push_back(stamped(health_.status(imu_now_)));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
@@ -282,6 +287,18 @@ void Pipeline::tell_of_pair() {
   health_.value("wheels.track_sigma_m", found.track_sigma_m());
   health_.value("wheels.radii_difference", found.radii_difference());
   health_.value("wheels.difference_noise", found.noise());
+}
+
+// How slow a motion the radar does not see, once that is known.
+void Pipeline::tell_of_sight() {
+  const auto unseen = motion_.unseen_speed();
+  if (!unseen) return;
+  health_.value("standstill.unseen_mps", *unseen);
+  if (*unseen <= MotionJudge::kUnseenAtFirst || told_of_sight_) return;
+  told_of_sight_ = true;
+  health_.count(config_.channels.gpr_trace,
+                "slow motion changes the traces too little to be seen (coarse, smooth or weak "
+                "ground): the wheel decides what is a standstill");
 }
 
 void Pipeline::publish_pose(OdometryEstimate estimate) {

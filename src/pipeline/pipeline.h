@@ -100,6 +100,7 @@ class Pipeline {
   void make_states();
   void publish();
   void tell_of_pair();
+  void tell_of_sight();
   void publish_pose(OdometryEstimate estimate);
   // What goes out, with the sensors' own stamps.
   template <typename T>
@@ -141,6 +142,7 @@ class Pipeline {
   DatedWorker<RadarAnswer> radar_worker_;
   int map_number_ = 0;
   bool ground_from_before_, located_ = false;
+  bool told_of_sight_ = false;
   std::unique_ptr<MapTask> map_;
 };
 

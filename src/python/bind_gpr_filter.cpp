@@ -193,9 +193,10 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     if (i == 0) next = time + step;
     for (; next < time; next += step) {
       for (const Finding& finding : front_end->tick(next)) {
-        const Standstill& standstill = std::get<Standstill>(finding);
-        spans.push_back(standstill.from);
-        spans.push_back(standstill.to);
+        const auto* standstill = std::get_if<Standstill>(&finding);
+        if (!standstill) continue;
+        spans.push_back(standstill->from);
+        spans.push_back(standstill->to);
       }
     }
     if (end) break;

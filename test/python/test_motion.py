@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 from gprodom.benchmark.motion import measure
+from gprodom.cli import main
+from gprodom.ground.survey import Survey, write_survey
 
 
 def test_motion_of_the_sequences(shared: Path, tmp_path: Path) -> None:
@@ -23,3 +29,40 @@ def test_motion_of_the_sequences(shared: Path, tmp_path: Path) -> None:
         assert outcome.coherence_spans > 20, name
         assert outcome.coherence_covered > 0.9, name
         assert outcome.rmse["gprodom"] < 1.1 * outcome.rmse["imu_wheel"], name
+
+
+def coarse_ground(path: Path) -> None:
+    """Traces 0.6 m apart by a radar of 50 MHz, its echoes weak and without anything in common."""
+    interval, samples = 8e-10, 300
+    time = np.arange(samples) * interval
+
+    def wavelet(at: float) -> np.ndarray:
+        a = (np.pi * 50e6 * (time - at)) ** 2
+        return (1 - 2 * a) * np.exp(-a)
+
+    strength = 100 * np.exp(-time / 60e-9) * (time > 40e-9)
+    reflections = np.random.default_rng(1).normal(0, strength, (100, samples))
+    echoes = reflections @ np.array([wavelet(at) for at in time])
+    counts = np.rint(30000 * wavelet(30e-9) + echoes).astype(np.int16)
+    write_survey(
+        path, Survey("coarse", counts[None], 0.6, np.zeros(1), interval, 30e-9, closed=False)
+    )
+
+
+def test_ground_that_shows_no_slow_motion(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is no witness against the wheel: no worse than without a radar, and told."""
+    coarse_ground(tmp_path / "coarse.npz")
+    drive = tmp_path / "1700000001-0-coarse-cmu-gpr.zip"
+    made = ["--ground", str(tmp_path / "coarse.npz"), "--distance", "60", "--seed", "1"]
+    assert main(["simulate", *made, "-o", str(drive)]) == 0
+    error = {}
+    for method in ("imu_wheel", "gprodom"):
+        path = tmp_path / f"{method}.tum"
+        assert main(["run", str(drive), "--method", method, "--tum", str(path)]) == 0
+        said = capsys.readouterr().err
+        assert ("slow motion changes the traces too little" in said) is (method == "gprodom")
+        assert main(["score", str(path), str(drive), "--json"]) == 0
+        error[method] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
+    assert error["gprodom"] < 1.1 * error["imu_wheel"] + 0.01

@@ -30,6 +30,8 @@ void StationarityFrontEnd::reset() {
   run_ = 0;
   spans_.clear();
   told_ = 0;
+  sights_.clear();
+  seen_ = 0;
   clipping_.reset();
 }
 
@@ -107,14 +109,16 @@ WindowStatistics StationarityFrontEnd::analyse_window() {
   return analyser_.analyse(traces_.leftCols(bins_), weight_.head(bins_), window_used_, true);
 }
 
-bool StationarityFrontEnd::free_of_trend(const WindowStatistics& s) const {
-  const double samples = noise_samples_ > 0.0 ? noise_samples_ : kUnknownWhite * s.samples;
-  return s.trend < 1.0 + kSigmas * std::sqrt(2.0 / samples);
+double StationarityFrontEnd::samples(const WindowStatistics& s) const {
+  return noise_samples_ > 0.0 ? noise_samples_ : kUnknownWhite * s.samples;
+}
+
+double StationarityFrontEnd::trend_limit(const WindowStatistics& s) const {
+  return 1.0 + kSigmas * std::sqrt(2.0 / samples(s));
 }
 
 double StationarityFrontEnd::variance_limit(const WindowStatistics& s) const {
-  const double samples = noise_samples_ > 0.0 ? noise_samples_ : kUnknownWhite * s.samples;
-  return 1.0 + kSigmas * std::sqrt(2.0 / (samples * (s.traces - 1)));
+  return 1.0 + kSigmas * std::sqrt(2.0 / (samples(s) * (s.traces - 1)));
 }
 
 void StationarityFrontEnd::test_window() {
@@ -126,7 +130,8 @@ void StationarityFrontEnd::test_window() {
     s = analyse_window();
   }
   const bool sees_ground = s.traces > 0 && s.signal * s.traces > kMinSignal * s.variance;
-  if (!sees_ground || !free_of_trend(s)) {
+  if (sees_ground) see(s);
+  if (!sees_ground || s.trend >= trend_limit(s)) {
     run_ = 0;
     return;
   }
@@ -164,6 +169,17 @@ void StationarityFrontEnd::learn_noise(const WindowStatistics& s, const Span& sp
   }
 }
 
+void StationarityFrontEnd::see(const WindowStatistics& s) {
+  if (noise_ <= 0.0 || times_[0] < seen_) return;
+  const double n = s.traces;
+  const double error = std::sqrt(2.0 / (samples(s) * (n - 1)));  // of a variance over the noise's
+  const double by_variance = std::max(s.variance / noise_ - 1.0, error) * 12 / (n * (n + 1));
+  const double squared = std::max(by_variance, 2.0 * (s.step / noise_ - 1.0));
+  const double least = (trend_limit(s) - 1.0) * 12 / (n * (n * n - 1));
+  seen_ = times_[bins_ - 1];
+  sights_.push_back({times_[0], seen_, std::sqrt(squared / least)});
+}
+
 void StationarityFrontEnd::claim(const Span& span) {
   if (!spans_.empty() && span.from <= spans_.back().to) {
     spans_.back().from = std::min(spans_.back().from, span.from);
@@ -175,7 +191,8 @@ void StationarityFrontEnd::claim(const Span& span) {
 }
 
 std::vector<Finding> StationarityFrontEnd::tick(TimeNs tick) {
-  std::vector<Finding> result;
+  std::vector<Finding> result(sights_.begin(), sights_.end());
+  sights_.clear();
   while (!spans_.empty()) {
     Span& span = spans_.front();
     if (span.to > told_) {

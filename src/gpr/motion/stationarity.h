@@ -26,6 +26,13 @@ namespace gprodom::gpr {
 // and a higher one after several windows. Until it is known nothing is claimed, and then the
 // stretch itself is.
 //
+// How well motion is seen (Sight) depends on ground and noise. Let a trace differ from the one
+// before by x, in units of the noise's deviation, for the ground passed. The straight line's
+// contrast over n traces passes its limit L once x^2 n (n^2 - 1) / 12 > L. While the antenna moves,
+// x is known from the mean square of the steps from trace to trace, x^2 + 2, and from the
+// residual's variance, 1 + x^2 n (n + 1) / 12. This is the finer one of slow motion; of fast motion
+// it falls short, as traces are only so unlike however far apart. So the larger x is taken.
+//
 // A dead antenna shows no ground: windows whose mean trace does not stand out of the noise say
 // nothing. A single spiked trace is found by its share of the residual and left out.
 class StationarityFrontEnd : public FrontEnd {
@@ -34,7 +41,8 @@ class StationarityFrontEnd : public FrontEnd {
   explicit StationarityFrontEnd(double window);
 
   void add_trace(const GprTrace& trace) override;
-  // Standstills; `score` is the residual variance over that of the noise.
+  // Standstills, whose `score` is the residual variance over that of the noise, and, once the noise
+  // is known, a Sight of each window after the other.
   std::vector<Finding> tick(TimeNs tick) override;
   void reset() override;
 
@@ -50,10 +58,12 @@ class StationarityFrontEnd : public FrontEnd {
   void close_bin();
   void test_window();
   WindowStatistics analyse_window();
-  bool free_of_trend(const WindowStatistics& s) const;
+  double samples(const WindowStatistics& s) const;  // per trace that are worth one each
+  double trend_limit(const WindowStatistics& s) const;
   double variance_limit(const WindowStatistics& s) const;
   void learn_noise(const WindowStatistics& s, const Span& claim);
   void claim(const Span& span);
+  void see(const WindowStatistics& s);
 
   TimeNs window_;
 
@@ -81,6 +91,9 @@ class StationarityFrontEnd : public FrontEnd {
 
   std::vector<Span> spans_;  // not yet told, oldest first; the last may still grow
   TimeNs told_ = 0;          // up to where the last span has been told
+
+  std::vector<Sight> sights_;  // not yet told
+  TimeNs seen_ = 0;            // end of the newest
 };
 
 }  // namespace gprodom::gpr

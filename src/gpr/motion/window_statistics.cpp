@@ -118,6 +118,10 @@ double WindowAnalyser::largest_contrast(int n) {
   return largest;
 }
 
+double WindowAnalyser::mean_square_step(int n) const {
+  return (residual_.middleCols(1, n - 1) - residual_.leftCols(n - 1)).squaredNorm() / (n - 1);
+}
+
 // Fraction of the residual's samples that are worth a degree of freedom each: 1 for white noise,
 // 1 / sum_k rho_k^2 for coloured (Bartlett).
 double WindowAnalyser::whiteness(int n) const {
@@ -170,6 +174,7 @@ WindowStatistics WindowAnalyser::analyse(const Eigen::Ref<const Eigen::MatrixXf>
   result.traces = n;
   result.variance = sum / (result.samples * (n - 1));
   result.trend = sum > 0.0 ? largest_contrast(n) / (result.samples * result.variance) : 0.0;
+  result.step = 0.5 * mean_square_step(n) / result.samples;
   const double offset = mean_.dot(used) / used.sum();
   result.signal =
       ((mean_.array() - static_cast<float>(offset)) * used.array()).square().sum() / used.sum();

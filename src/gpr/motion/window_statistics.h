@@ -11,6 +11,7 @@ namespace gprodom::gpr {
 struct WindowStatistics {
   double variance = 0.0;       // of the residual, counts^2, per degree of freedom
   double trend = 0.0;          // the largest of the contrasts along the window, over `variance`
+  double step = 0.0;           // half the mean square of the step from trace to trace, like it
   double signal = 0.0;         // variance of the mean trace, counts^2
   double samples = 0.0;        // degrees of freedom per trace, were the noise white
   double white_samples = 0.0;  // the same, given the residual's autocorrelation (0: not asked for)
@@ -47,6 +48,7 @@ class WindowAnalyser {
   static constexpr int kNuisances = kPolynomials + 4;
 
   void resize(Eigen::Index samples, Eigen::Index traces);
+  double mean_square_step(int n) const;
   int build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& used);
   double largest_contrast(int n);
   double whiteness(int n) const;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "gpr/front_end_factory.h"
@@ -33,11 +34,14 @@ struct Scene {
   double start = 0.0, end = 23.0;
   double noise = 60.0, gain = 1.0;
   double step = kTraceStep;
+  std::function<double(double)> position = position_at;
   std::function<void(int, GprTrace&)> spoil = [](int, GprTrace&) {};
 };
 
-// The claims of a run with a tick every 0.1 s; checks what every claim must hold.
-std::vector<Standstill> run(const Scene& scene, StationarityFrontEnd& front_end) {
+// The claims of a run with a tick every 0.1 s, and the sights where they are asked for; checks what
+// every claim must hold.
+std::vector<Standstill> run(const Scene& scene, StationarityFrontEnd& front_end,
+                            std::vector<Sight>* sights = nullptr) {
   const SyntheticGround ground(3);
   SyntheticRadar radar(11, scene.noise, scene.gain);
   std::vector<Standstill> claims;
@@ -47,6 +51,10 @@ std::vector<Standstill> run(const Scene& scene, StationarityFrontEnd& front_end)
     const double t = scene.start + i * scene.step;
     for (; tick < t; tick += 0.1) {
       for (const Finding& finding : front_end.tick(from_seconds(tick))) {
+        if (const auto* sight = std::get_if<Sight>(&finding)) {
+          if (sights) sights->push_back(*sight);
+          continue;
+        }
         const auto& claim = std::get<Standstill>(finding);
         EXPECT_GT(claim.sigma_m, 0.0);
         EXPECT_LT(claim.from, claim.to);
@@ -54,7 +62,7 @@ std::vector<Standstill> run(const Scene& scene, StationarityFrontEnd& front_end)
         claims.push_back(claim);
       }
     }
-    GprTrace trace = radar.measure(ground, position_at(t), t);
+    GprTrace trace = radar.measure(ground, scene.position(t), t);
     scene.spoil(i, trace);
     front_end.add_trace(trace);
   }
@@ -171,6 +179,74 @@ TEST(Stationarity, WorksAtOtherTraceRates) {
     EXPECT_GT(outcome.recall, 0.9) << step;
     EXPECT_LT(outcome.unseen_motion, 4e-3) << step;
   }
+}
+
+// Stands for 6 s, and then goes on for 10 s at a speed (m/s).
+Scene go_on_at(double speed, double noise) {
+  Scene scene;
+  scene.end = 16.0;
+  scene.noise = noise;
+  scene.position = [speed](double t) { return 1.0 + speed * std::max(0.0, t - 6.0); };
+  return scene;
+}
+
+// The slowest speed that is seen, from a drive at a speed; the logarithms' mean.
+double least_speed(double speed, double noise) {
+  StationarityFrontEnd front_end(kWindow);
+  std::vector<Sight> sights;
+  run(go_on_at(speed, noise), front_end, &sights);
+  double sum = 0.0;
+  int count = 0;
+  for (const Sight& sight : sights) {
+    if (sight.from < from_seconds(6.0)) continue;
+    sum += std::log(speed / sight.times_least);
+    ++count;
+  }
+  EXPECT_GT(count, 10);
+  return std::exp(sum / count);
+}
+
+TEST(Stationarity, TellsAtAnySpeedWhichOneItWouldJustSee) {
+  for (const double noise : {20.0, 60.0}) {
+    const double least = least_speed(0.4, noise);
+    EXPECT_NEAR(least_speed(0.2, noise) / least, 1.0, 0.3) << noise;
+    const auto seen = [&](double times) {
+      StationarityFrontEnd front_end(kWindow);
+      const auto claims = run(go_on_at(times * least, noise), front_end);
+      double unseen = 0.0;
+      for (double t = 7.0; t < 15.0; t += 0.01) unseen += claimed(claims, t) ? 0.01 : 0.0;
+      return 1.0 - unseen / 8.0;
+    };
+    EXPECT_GT(seen(3.0), 0.95) << noise;
+    EXPECT_LT(seen(0.3), 0.3) << noise;
+  }
+}
+
+TEST(Stationarity, TellsThatGroundBelowTheNoiseShowsNoMotion) {
+  for (const double speed : {0.2, 0.8}) {
+    EXPECT_GT(least_speed(speed, 1500.0), 0.4 * speed);
+  }
+}
+
+// Traces of the same mean that else have nothing in common, as from places far apart: once that is
+// taken for noise, no speed is seen.
+TEST(Stationarity, TellsThatTracesWithoutCoherenceShowNoMotion) {
+  StationarityFrontEnd front_end(kWindow);
+  std::vector<Sight> sights;
+  Scene scene = go_on_at(0.0, 60.0);
+  scene.end = 30.0;
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  scene.spoil = [&](int i, GprTrace& trace) {
+    if (i * kTraceStep < 6.0) return;
+    for (float& sample : trace.samples) sample += 1000.0f * normal(random);
+  };
+  run(scene, front_end, &sights);
+  ASSERT_FALSE(sights.empty());
+  EXPECT_LT(sights.back().times_least, 10.0);
+  const auto at_first = std::find_if(sights.begin(), sights.end(),
+                                     [](const Sight& s) { return s.from > from_seconds(6.0); });
+  EXPECT_GT(at_first->times_least, 100.0);
 }
 
 TEST(FrontEnd, IsMadeForEveryChoiceButNone) {

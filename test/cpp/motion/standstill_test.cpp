@@ -22,6 +22,7 @@ struct Robot {
   bool radar_stands = true;
   double resting_wheel = 0.0;  // m/s, that is known of its wheel
   double bias_sigma = 0.0;     // rad/s, of the gyro's known bias
+  double unseen = 0.0;         // m/s, of slower motion that the radar does not see
 };
 
 struct Judged {
@@ -61,8 +62,8 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   BiasWatch watch;
   for (int i = 5; i < 45; ++i) {
     const auto verdict = judge_standstill(
-        config, {kReference, robot.resting_wheel, known_bias, robot.bias_sigma}, imu, wheel, radar,
-        from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
+        config, {kReference, robot.resting_wheel, known_bias, robot.bias_sigma, robot.unseen}, imu,
+        wheel, radar, from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
     judged.standing &= verdict.standing;
     judged.steady &= verdict.steady_rate.has_value();
     const auto bias = watch.moved(verdict, kInterval_s);
@@ -85,6 +86,19 @@ TEST(Standstill, OfWheelAndRadarEitherWillDoBesideAStillImu) {
   Robot shaken;
   shaken.vibration = 5.0;
   EXPECT_FALSE(judge(shaken).standing);
+}
+
+// A robot that creeps from its standstill over ground on which that is not seen.
+TEST(Standstill, TheRadarDoesNotContradictAWheelSlowerThanWhatItSees) {
+  Robot creeping;
+  creeping.speed = 0.04;
+  EXPECT_TRUE(judge(creeping).standing);
+  creeping.unseen = 0.05;
+  EXPECT_FALSE(judge(creeping).standing);
+  creeping.speed = 0.06;
+  EXPECT_TRUE(judge(creeping).standing);
+  creeping.speed = 0.0;
+  EXPECT_TRUE(judge(creeping).standing);
 }
 
 TEST(BiasWatch, ASteadyRateAtAStandstillIsTheBias) {
