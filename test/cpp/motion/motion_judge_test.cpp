@@ -6,102 +6,11 @@
 #include <cmath>
 #include <random>
 
+#include "motion/judged_robot.h"
 #include "motion/radar_finding.h"
 
 namespace gprodom {
 namespace {
-
-constexpr ImuNoise kReference{2e-4, 8e-4};
-constexpr double kImuRate = 200, kWheelRate = 50;  // Hz
-constexpr TimeNs kInterval = 200'000'000;          // ns, between states
-constexpr double kStart = 1000.0;                  // s
-constexpr double kSpeed = 0.5;                     // m/s
-const Eigen::Vector3d kBias(1e-3, -2e-3, 3e-3);
-
-gpr::TrackDisplacement moved(double from, double to) {
-  return {from_seconds(from), from_seconds(to), "radar", true, 0.1, 0.02, 1.0};
-}
-
-gpr::PathLength went(double from, double to, double lengths) {
-  return {from_seconds(from), from_seconds(to), "radar", true, lengths, 1.0};
-}
-
-gpr::Standstill stood(double from, double to) {
-  return {from_seconds(from), from_seconds(to), "radar", 1e-3, 1.0};
-}
-
-// A robot whose sensors say what the test sets, and whose states and estimates are exact.
-class Robot {
- public:
-  explicit Robot(const Config& config = {}) : judge(config) {
-    newest.state.time = from_seconds(kStart);
-    newest.state.gyro_bias = kBias;
-    newest.solve.usable = true;
-    newest.standing = true;
-    judge.begin(newest, {newest.state, {}, kReference});
-  }
-
-  MotionJudge judge;
-
-  void hear(const gpr::Finding& finding) { judge.add_radar(finding, judge.in_metres(finding)); }
-  double speed = 0.0, wheel_speed = 0.0;  // m/s
-  double vibration = 1.0;                 // of the noise at standstill
-  double extra_rate = 0.0;                // rad/s about z, beyond the bias
-  bool imu_speaks = true, wheel_speaks = true;
-  StateResult newest;  // in effect; its time and standing are set here
-  int slips_told = 0;
-  std::int32_t flags = 0;  // of the last estimate
-
-  double now() const { return kStart + i_ / kImuRate; }
-
-  // Drives for one state interval. The answer for it, after the reorder window.
-  StateInput next() {
-    const double step = 1 / kImuRate;
-    for (int n = 0; n < to_seconds(kInterval) * kImuRate; ++n, ++i_) {
-      const TimeNs time = from_seconds(now());
-      if (imu_speaks) judge.add(sample(time));
-      if (wheel_speaks && i_ % static_cast<int>(kImuRate / kWheelRate) == 0)
-        judge.add(WheelSample{time, wheel_m_});
-      wheel_m_ += wheel_speed * step;
-      OdometryEstimate estimate;
-      estimate.time = time;
-      estimate.v_body.x() = speed;
-      estimate.velocity_covariance = 1e-4 * Eigen::Matrix3d::Identity();
-      slips_told += judge.follow(estimate);
-      flags = estimate.flags;
-    }
-    judge.add(sample(from_seconds(now())));  // both ends of the interval are covered
-    if (wheel_speaks) judge.add(WheelSample{from_seconds(now()), wheel_m_});
-    const StateInput input = judge.judge(from_seconds(now()));
-    newest.state.time = input.time;
-    newest.standing = input.standing;
-    judge.adopt(newest);
-    return input;
-  }
-
-  StateInput drive(int intervals) {
-    StateInput last;
-    for (int i = 0; i < intervals; ++i) last = next();
-    return last;
-  }
-
- private:
-  ImuSample sample(TimeNs time) {
-    ImuSample s{time, {0, 0, 9.80665}, kBias};
-    s.angular_velocity.z() += extra_rate;
-    const double scale = vibration * std::sqrt(kImuRate);
-    for (int axis = 0; axis < 3; ++axis) {
-      s.acceleration[axis] += scale * kReference.accel_density * noise_(random_);
-      s.angular_velocity[axis] += scale * kReference.gyro_density * noise_(random_);
-    }
-    return s;
-  }
-
-  double wheel_m_ = 3.0;
-  int i_ = 0;
-  std::mt19937 random_{1};
-  std::normal_distribution<double> noise_;
-};
 
 TEST(MotionJudge, AnswersForTheWholeInterval) {
   Robot robot;
@@ -152,30 +61,6 @@ TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
   const StateInput input = robot.next();
   EXPECT_TRUE(input.standing);
   EXPECT_TRUE(input.wheel_contradicted);
-}
-
-TEST(MotionJudge, HowSlowAMotionTheRadarSeesIsLearntFromDriving) {
-  Config config;
-  config.wheel.slip_threshold = 0;  // the radar alone knows
-  for (const double times_least : {100.0, 2.0}) {
-    Robot robot(config);
-    robot.speed = robot.wheel_speed = kSpeed;
-    EXPECT_FALSE(robot.judge.unseen_speed());
-    for (int i = 0; i < 20; ++i) {
-      robot.drive(3);
-      robot.judge.add_sight(
-          {from_seconds(robot.now() - 0.6), from_seconds(robot.now()), times_least});
-    }
-    const double least = kSpeed / times_least;
-    ASSERT_TRUE(robot.judge.unseen_speed());
-    EXPECT_GT(*robot.judge.unseen_speed(), 1.1 * least);
-    EXPECT_LT(*robot.judge.unseen_speed(), 2.0 * least);
-    robot.speed = 0.0;
-    robot.wheel_speed = 0.1;
-    robot.drive(5);
-    robot.hear(stood(robot.now() - 0.1, robot.now() + 0.3));
-    EXPECT_EQ(robot.next().standing, times_least > 10) << times_least;
-  }
 }
 
 TEST(MotionJudge, WhatTheRadarSaidOfAnotherTimeMakesNoStandstill) {
