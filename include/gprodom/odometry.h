@@ -49,6 +49,10 @@ class Odometry {
   // Estimates as far as the data added so far allow.
   Outputs step();
 
+  // With Execution::kThreaded: the worker threads take up what step() has found for them to do,
+  // once its outputs are out. Without it they do so with the next step().
+  void start_jobs();
+
   // End of data: what still waits for its reorder window is worked off.
   Outputs finish();
 

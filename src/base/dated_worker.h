@@ -39,17 +39,21 @@ class DatedWorker {
   DatedWorker(const DatedWorker&) = delete;
   DatedWorker& operator=(const DatedWorker&) = delete;
 
+  // kThreaded: the work begins with start(), or where a result is asked for.
   void submit(TimeNs effective, std::function<Result()> work) {
     if (!thread_.joinable()) {
       Result result = timed(work);
       jobs_.push_back({effective, {}, std::move(result), {}, nullptr});
       return;
     }
-    {
-      const std::lock_guard lock(mutex_);
-      jobs_.push_back({effective, std::move(work), std::nullopt, Clock::now(), nullptr});
-    }
-    wake_.notify_one();
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back({effective, std::move(work), std::nullopt, Clock::now(), nullptr});
+    to_start_ = true;
+  }
+
+  // Lets the thread take up what was submitted: the caller has nothing more urgent left to do.
+  void start() {
+    if (std::exchange(to_start_, false)) wake_.notify_one();
   }
 
   struct Due {
@@ -60,6 +64,7 @@ class DatedWorker {
   // The next job whose time has come. Empty result: it is still being worked on, and will be thrown
   // away.
   std::optional<Due> next_due(TimeNs now) {
+    start();
     const std::lock_guard lock(mutex_);
     const auto job = first_due(now);
     if (job == jobs_.end()) return std::nullopt;
@@ -73,6 +78,7 @@ class DatedWorker {
   // The same, but a job that is late is waited for, `patience` of wall-clock time at most and once.
   // Empty result: it is still being worked on, and will be asked for again.
   std::optional<Due> await_due(TimeNs now, std::chrono::milliseconds patience) {
+    start();
     std::unique_lock lock(mutex_);
     const auto job = first_due(now);
     if (job == jobs_.end()) return std::nullopt;
@@ -90,6 +96,7 @@ class DatedWorker {
 
   // Until all that was submitted is done.
   void drain() {
+    start();
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return !thread_.joinable() || next_undone() == jobs_.end(); });
   }
@@ -170,6 +177,7 @@ class DatedWorker {
   std::deque<Job> jobs_;
   WorkTime work_time_;
   bool stopping_ = false;
+  bool to_start_ = false;  // the caller's thread only
   std::thread thread_;
 };
 

@@ -6,6 +6,8 @@
 #include <exception>
 #include <utility>
 
+#include "base/background.h"
+
 namespace gprodom {
 namespace {
 
@@ -69,6 +71,7 @@ void Live::stop() {
 }
 
 void Live::estimate() {
+  run_in_short_turns();
   pthread_setname_np(pthread_self(), "estimator");  // for top -H and the like
   while (!inputs_.finished()) {
     const auto batch = inputs_.pop_all(kIdle);
@@ -77,6 +80,7 @@ void Live::estimate() {
       last_input_ = Clock::now();
       alive_();
       guarded([&] { return runner_.feed(input); });
+      runner_.start_jobs();  // a solve is not as urgent as the pose
     }
     if (batch.empty()) {
       guarded([&] { return runner_.step(); });
@@ -171,6 +175,7 @@ void Live::add_figures(Status& status) {
 }
 
 void Live::publish() {
+  run_in_short_turns();
   pthread_setname_np(pthread_self(), "publisher");
   while (!results_.finished()) {
     for (const auto& results : results_.pop_all(kIdle)) {

@@ -27,6 +27,9 @@ class Runner {
   // Steps without input, so that what worker threads have ready gets out.
   Results step();
 
+  // Once the results are handed out (Odometry::start_jobs()).
+  void start_jobs() { odometry_.start_jobs(); }
+
   // End of data.
   Results finish();
 

@@ -47,6 +47,7 @@ class MapTask {
   void save_ground(TimeNs now, std::function<void(std::string)> take);
 
   void drain() { worker_.drain(); }
+  void start_jobs() { worker_.start(); }
   WorkTime work_time() { return worker_.work_time(); }
 
   // The ground, with all that was submitted so far: waits for it. Taking it ends the mapper.

@@ -47,6 +47,8 @@ void Odometry::reject(const std::string& channel, const std::string& reason) {
   pipeline_->reject(channel, reason);
 }
 
+void Odometry::start_jobs() { pipeline_->start_jobs(); }
+
 Outputs Odometry::step() {
   Outputs out = pipeline_->step();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);

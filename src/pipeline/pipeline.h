@@ -49,6 +49,12 @@ class Pipeline {
   std::string add_factor(const UserFactor& factor);
   Outputs step();
   Outputs finish();
+  // The workers take up what step() has given them; else they do with the next one.
+  void start_jobs() {
+    solver_.start();
+    radar_worker_.start();
+    map_->start_jobs();
+  }
   void record() { record_ = true; }
   const Batch& batch() const;  // throws where nothing was recorded
   // The sensors' own stamp of a time of the batch: another where their clock was set ahead.
