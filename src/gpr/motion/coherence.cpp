@@ -11,7 +11,9 @@ constexpr float kMinSnr = 3.0f;       // energy over noise at which a gate count
 constexpr float kMaxSnr = 20.0f;      // beyond which it counts no more
 constexpr double kStep = 0.1;         // q at which the anchor moves
 constexpr double kPartStep = 0.04;    // q from which the way since the anchor is told
-constexpr double kTooLong = 0.7;      // q at which the step says nothing of its length
+constexpr double kTooLong = 0.75;     // of that of unlike traces: says nothing of the length
+constexpr int kFar = 10;              // anchors from one place to another that is far off
+constexpr int kUnlikePlaces = 20;     // such pairs that are remembered
 constexpr float kMoved = 4.0f;        // change over noise that is motion where no gate counts yet
 constexpr int kPlaces = 100;          // anchors that the background remembers
 constexpr int kLevelPlaces = 50;      // anchors that a gate's usual energy remembers
@@ -42,7 +44,7 @@ void DecorrelationPath::prepare(int n) {
   reset();
   gates_ = std::max(n / gate_, 1);
   for (Eigen::VectorXf* v :
-       {&trace_, &previous_, &anchor_, &background_, &mean_, &slope_, &curve_, &delta_})
+       {&trace_, &previous_, &anchor_, &older_, &background_, &mean_, &slope_, &curve_, &delta_})
     v->setZero(n);
   for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_}) v->setZero(gates_);
 }
@@ -78,11 +80,11 @@ void DecorrelationPath::follow_noise(TimeNs time) {
   block_traces_ = 0;
 }
 
-DecorrelationPath::Similarity DecorrelationPath::compare() {
+DecorrelationPath::Similarity DecorrelationPath::compare(const Eigen::VectorXf& before) {
   for (int i = 0; i < gates_; ++i) {
     const Eigen::Index at = static_cast<Eigen::Index>(i) * gate_;
     energy_[i] = (trace_.segment(at, gate_) - background_.segment(at, gate_)).squaredNorm() +
-                 (anchor_.segment(at, gate_) - background_.segment(at, gate_)).squaredNorm();
+                 (before.segment(at, gate_) - background_.segment(at, gate_)).squaredNorm();
   }
   Similarity s;
   double total = 0.0;
@@ -112,6 +114,15 @@ void DecorrelationPath::move_anchor() {
     level_ += (energy_ - level_) / static_cast<float>(std::min(places_ - 1, kLevelPlaces));
 }
 
+void DecorrelationPath::learn_unlike() {
+  if (steps_ > kFar) {
+    difference(older_, trace_);
+    unlike_seen_ = std::min(unlike_seen_ + 1, kUnlikePlaces);
+    unlike_ += (compare(older_).q - unlike_) / unlike_seen_;
+  }
+  older_ = trace_;
+}
+
 void DecorrelationPath::add(const float* y, int n, TimeNs time) {
   if (n < 3) return;
   const bool first = n != trace_.size();
@@ -127,7 +138,7 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
   follow_noise(time);
   if (!knows_noise_) return;
   difference(anchor_, trace_);
-  const Similarity s = compare();
+  const Similarity s = compare(anchor_);
   if (usable_gates_ == 0) {
     if (change_.sum() > kMoved * noise_.sum()) move_anchor();
     return;
@@ -136,8 +147,9 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
     base_ += s.step;
     length_ = base_;
     ++steps_;
-    if (s.q > kTooLong) ++too_long_;
+    if (s.q > kTooLong * unlike_) ++too_long_;
     move_anchor();
+    if (steps_ % kFar == 0) learn_unlike();
   } else if (s.q > kPartStep) {
     length_ = std::max(length_, base_ + s.step);
   }

@@ -23,6 +23,9 @@ namespace gprodom::gpr {
 // mean of sqrt(q); once q passes `kStep`, which no noise does, it is added to the way and the
 // newest trace becomes the anchor. So a robot that stands adds nothing.
 //
+// How large q becomes however far apart two traces are (1, but for what gain and time zero change)
+// is seen on traces `kFar` anchors apart. A step with most of that says nothing of its length.
+//
 // N is the least that the difference of neighbouring traces has been over a second, rising slowly.
 class DecorrelationPath {
  public:
@@ -46,12 +49,13 @@ class DecorrelationPath {
 
   void prepare(int n);
   void difference(const Eigen::VectorXf& a, const Eigen::VectorXf& b);  // -> change_
-  Similarity compare();
+  Similarity compare(const Eigen::VectorXf& before);  // of `trace_`, after difference()
+  void learn_unlike();
   void follow_noise(TimeNs time);
   void move_anchor();
 
   int gate_, gates_ = 0;
-  Eigen::VectorXf trace_, previous_, anchor_, background_, mean_, slope_, curve_, delta_;
+  Eigen::VectorXf trace_, previous_, anchor_, older_, background_, mean_, slope_, curve_, delta_;
   Eigen::ArrayXf change_;          // per gate, |difference|^2, gain and time zero out
   Eigen::ArrayXf energy_, level_;  // per gate: of the pair; usual
   Eigen::ArrayXf noise_, block_;   // per gate: of change_; sum over the second under way
@@ -60,6 +64,8 @@ class DecorrelationPath {
   bool knows_noise_ = false;
   int usable_gates_ = 0, steps_ = 0, too_long_ = 0;
   double base_ = 0.0, length_ = 0.0;
+  double unlike_ = 1.0;  // q of traces that are far apart
+  int unlike_seen_ = 0;
 };
 
 // Spans of the way as PathLength.

@@ -111,5 +111,20 @@ TEST(Coherence, SaysNothingWithoutGround) {
   }
 }
 
+// Places a metre apart from trace to trace: neighbours have nothing but the direct wave in common.
+TEST(Coherence, SaysNothingWhereNeighbouringTracesAreUnlike) {
+  for (const unsigned seed : {10u, 11u}) {
+    const auto far_apart = [](double t) { return std::fmod(1.07 * kRate * t, 18.0); };
+    int spans = 0, valid = 0;
+    for (const Span& s : drive(seed, 20, far_apart)) {
+      if (s.from < 0.5) continue;
+      ++spans;
+      valid += s.valid ? 1 : 0;
+    }
+    EXPECT_GT(spans, 10);
+    EXPECT_LE(valid, 0.1 * spans) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace gprodom::gpr
