@@ -19,15 +19,3 @@ target_link_libraries(gprodom_ceres INTERFACE ${CERES_SO} glog::glog Eigen3::Eig
 # yaml-cpp 0.7 exports a plain target name.
 add_library(gprodom_yaml INTERFACE)
 target_link_libraries(gprodom_yaml INTERFACE ${YAML_CPP_LIBRARIES})
-
-# ccache, shared between checkouts: paths below this one do not count. Precompiled headers, which
-# sanitized builds have, take the sloppiness.
-find_program(CCACHE ccache)
-if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
-    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1)
-  if(GPRODOM_SANITIZE)
-    list(APPEND CMAKE_CXX_COMPILER_LAUNCHER CCACHE_SLOPPINESS=pch_defines,time_macros)
-  endif()
-  list(APPEND CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
-endif()
