@@ -9,9 +9,9 @@ namespace {
 
 // Slip goes on for a second or so. Over windows of this length its variance grows with the way.
 constexpr double kWindow_s = 2.0;
-constexpr double kRadiiSigma = 0.02;  // of tyres of one kind
-constexpr double kRadiiWalk = 1e-4;   // 1/sqrt(m): load and pressure
-constexpr double kDelaySigma_s = 0.2;
+constexpr double kRadiiSigma = 0.02;      // of tyres of one kind
+constexpr double kRadiiWalk = 1e-4;       // 1/sqrt(m): load and pressure
+constexpr double kDelaySigma_s = 0.2;     // of values that come a few times a second
 constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
 constexpr double kEnoughPath_m = 20.0;    // likewise, beyond which what was seen tells it alone
 constexpr double kNoiseMemory_m = 200.0;  // of both sides

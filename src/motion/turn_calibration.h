@@ -6,9 +6,9 @@
 // the radii, right over left less one, tau the time by which the wheels come behind the gyro, w the
 // change of the turn rate from the stretch's beginning to its end, and n the slip of the two sides.
 // A Kalman filter holds B, d and B tau; the variance of n is learnt beside them, per metre that the
-// sides go. The gyro is the
-// regressor, since its error is the smaller one: regressed the other way round, slip would make the
-// track look wider. What the motion does not show stays as it is. docs/estimation.md, "Two wheels".
+// sides go. The gyro is the regressor, since its error is the smaller one: regressed the other way
+// round, slip would make the track look wider. What the motion does not show stays as it is.
+// docs/estimation.md, "Two wheels".
 #pragma once
 
 #include <Eigen/Core>
