@@ -158,35 +158,50 @@ TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   EXPECT_LT(sigma(result, row::kTheta + 2), 0.02);
 }
 
+// All of the first state, at 10 s, is well known but the wheel's scale. Completes `initial`.
+StateEstimator scale_unknown(const Config& config, InitialState& initial) {
+  initial.state.time = from_seconds(10.0);
+  initial.noise = {1.6e-4, 6e-4};
+  StateVector sigmas = StateVector::Constant(1e-3);
+  sigmas[row::kScale] = config.wheel.scale_sigma;
+  initial.prior = gaussian_prior(initial.state, StateMatrix(sigmas.cwiseAbs2().asDiagonal()));
+  return {config, initial};
+}
+
+// Intervals `from` to `to` of a drive whose accelerations are 5 % more than the wheel's speeds
+// change by.
+StateResult push(StateEstimator& estimator, int from, int to,
+                 const Eigen::Vector3d& accel_bias = Eigen::Vector3d::Zero(),
+                 bool wheel_late = false) {
+  std::mt19937 random(static_cast<unsigned>(from) + 1);
+  double speed = 0;
+  for (int k = 0; k < from; ++k) speed += 0.5 * std::cos(0.2 * k) * kStateInterval;
+  StateResult result;
+  for (int k = from; k < to; ++k) {
+    Motion motion{speed, 0.0};
+    motion.push = 0.5 * std::cos(0.2 * k) * 1.05;
+    StateInput input = interval(10.0 + k * kStateInterval, motion, random);
+    for (MotionStep& step : input.steps) {
+      speed += 0.5 * std::cos(0.2 * k) * step.dt;
+      step.wheel_m = speed * step.dt;
+      step.acceleration += accel_bias;
+    }
+    input.wheel_late = wheel_late;
+    result = estimator.add(input);
+    EXPECT_TRUE(result.solve.usable);
+  }
+  return result;
+}
+
 // Gravity shows four times the bias that the accelerometer is said to have. What it says of speeds
 // may be off by as much, so the wheel's scale is not learnt from it, and not better known either.
 TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
   for (const bool calibrated : {true, false}) {
-    Config config;
+    const Config config;
     InitialState initial;
-    initial.state.time = from_seconds(10.0);
     if (!calibrated) initial.state.accel_bias.z() = 4 * config.imu.accel_bias_sigma;
-    initial.noise = {1.6e-4, 6e-4};
-    StateVector sigmas = StateVector::Constant(1e-3);
-    sigmas[row::kScale] = config.wheel.scale_sigma;
-    const StateMatrix known = sigmas.cwiseAbs2().asDiagonal();
-    initial.prior = gaussian_prior(initial.state, known);
-    StateEstimator estimator(config, initial);
-    std::mt19937 random(1);
-    double speed = 0;
-    StateResult result;
-    for (int k = 0; k < 100; ++k) {
-      Motion motion{speed, 0.0};
-      motion.push = 0.5 * std::cos(0.2 * k) * 1.05;  // more than the wheel's speeds change by
-      StateInput input = interval(10.0 + k * kStateInterval, motion, random);
-      for (MotionStep& step : input.steps) {
-        speed += 0.5 * std::cos(0.2 * k) * step.dt;
-        step.wheel_m = speed * step.dt;
-        step.acceleration += initial.state.accel_bias;
-      }
-      result = estimator.add(input);
-      ASSERT_TRUE(result.solve.usable);
-    }
+    StateEstimator estimator = scale_unknown(config, initial);
+    const StateResult result = push(estimator, 0, 100, initial.state.accel_bias);
     const double scale = result.state.wheel_scale, sigma_scale = sigma(result, row::kScale);
     if (calibrated) {
       EXPECT_NEAR(scale, 1 / 1.05, 0.01);
@@ -201,31 +216,12 @@ TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
 
 // As where a driver smooths the wheel's speeds: known only after some driving.
 TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
-  Config config;
+  const Config config;
   InitialState initial;
-  initial.state.time = from_seconds(10.0);
-  initial.noise = {1.6e-4, 6e-4};
-  StateVector sigmas = StateVector::Constant(1e-3);
-  sigmas[row::kScale] = config.wheel.scale_sigma;
-  initial.prior = gaussian_prior(initial.state, StateMatrix(sigmas.cwiseAbs2().asDiagonal()));
-  StateEstimator estimator(config, initial);
+  StateEstimator estimator = scale_unknown(config, initial);
   estimator.record();
-  std::mt19937 random(1);
-  double speed = 0, learnt = 1.0;
-  StateResult result;
-  for (int k = 0; k < 100; ++k) {
-    Motion motion{speed, 0.0};
-    motion.push = 0.5 * std::cos(0.2 * k) * 1.05;  // more than the wheel's speeds change by
-    StateInput input = interval(10.0 + k * kStateInterval, motion, random);
-    for (MotionStep& step : input.steps) {
-      speed += 0.5 * std::cos(0.2 * k) * step.dt;
-      step.wheel_m = speed * step.dt;
-    }
-    input.wheel_late = k >= 40;
-    if (k == 39) learnt = result.state.wheel_scale;
-    result = estimator.add(input);
-    ASSERT_TRUE(result.solve.usable);
-  }
+  const double learnt = push(estimator, 0, 40).state.wheel_scale;
+  const StateResult result = push(estimator, 40, 100, Eigen::Vector3d::Zero(), true);
   EXPECT_LT(learnt, 0.99);  // so there was something to take back
   EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
   EXPECT_NEAR(sigma(result, row::kScale), config.wheel.scale_sigma, 1e-4);
