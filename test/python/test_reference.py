@@ -1,0 +1,70 @@
+"""docs/reference.md: made from the code, and as the code has it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from conftest import CHECKOUT
+
+sys.path.insert(0, str(CHECKOUT / "scripts"))
+import make_reference
+
+CODE = r"""
+constexpr char kGap[] = "gap: messages "
+                        "lost";
+void add(const std::string& name, const WorkTime& time, Status& status) {
+  add(name + ".mean_ms", time.mean(), status);
+}
+void f() {
+  health_.value("map.located", 1.0);
+  health_.add("states", 1);
+  add("solver", timing.solver, status);
+  add("queue.longest", static_cast<double>(n), status);
+  health_.count(channel.name, kGap);
+  if (bad) health_.count("radar", "tick not "
+                                  "answered");
+  health_.set(topic, HealthLevel::kFailed, silent ? "no data" : "");
+}
+"""
+
+
+def test_the_page_is_up_to_date() -> None:
+    """And so every value of STATUS has a meaning."""
+    script = CHECKOUT / "scripts" / "make_reference.py"
+    done = subprocess.run(
+        [sys.executable, str(script), "--check"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_values_events_and_reasons_are_found_in_the_code() -> None:
+    known = make_reference.constants(CODE)
+    assert known == {"kGap": "gap: messages lost"}
+    assert make_reference.values_in(CODE, known) == {
+        "map.located",
+        "states",
+        "solver.*",
+        "queue.longest",
+    }
+    assert make_reference.suffixes(CODE) == {"WorkTime": [".mean_ms"]}
+    assert make_reference.events_in(CODE, known) == {"gap: messages lost", "tick not answered"}
+    assert make_reference.reasons_in(CODE, known) == [("failed", "no data")]
+
+
+def test_a_value_without_a_meaning_and_a_meaning_without_a_value_are_faults() -> None:
+    faults: list[str] = []
+    make_reference.values_table(CODE, {}, {"states": "made", "gone": "no longer told"}, faults)
+    assert "gone: the code has no such value" in faults
+    assert "map.located: no meaning in reference_meanings.toml" in faults
+    assert not any(fault.startswith("states") for fault in faults)
+
+
+def test_flags_and_commands_are_those_of_the_message_types() -> None:
+    page, faults = make_reference.reference()
+    assert faults == []
+    for row in ("| STANDING | 1 |", "| SLIPPING | 2 |", "| `save_map` |", "| FAILED | 2 |"):
+        assert row in page
+    assert "`latency.imu.p99_ms`" in page
+    assert "`--check-config`" in page
+    assert "`calibrate time`" in page
