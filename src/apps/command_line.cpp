@@ -71,7 +71,7 @@ std::vector<std::string> CommandLine::parse(int argc, char** argv) const {
       if (++i >= argc) throw UsageError(name + " needs " + option->argument);
       value = argv[i];
     }
-    if (option->use) option->use(value);
+    if (option->apply) option->apply(value);
   }
   return others;
 }

@@ -17,10 +17,10 @@ struct Option {
   std::string name;      // "--set"; with a short form, "-c, --config"
   std::string argument;  // "KEY=VALUE"; empty where it takes none
   std::string help;
-  std::function<void(const std::string&)> use;
+  std::function<void(const std::string&)> apply;  // gets the argument
 };
 
-// -c and --set, the same in every program that takes a config: what they name is added to the
+// -c and --set, the same in every program that takes a config. Their arguments are appended to the
 // lists.
 Option config_option(std::vector<std::string>& paths);
 Option set_option(std::vector<std::string>& overrides);
@@ -31,14 +31,14 @@ class CommandLine {
   CommandLine(std::string program, std::string usage, std::string purpose,
               std::vector<Option> options);
 
-  // Calls `use` of each option in order and returns the other arguments. Throws UsageError.
+  // Calls `apply` of each option in order and returns the other arguments. Throws UsageError.
   std::vector<std::string> parse(int argc, char** argv) const;
 
   // Whether --help or --version stands on the line; what they ask for is then printed.
   bool answer(int argc, char** argv) const;
 
-  // Runs `work`, and turns what it throws into one line and an exit code: 1 failed, 2 bad usage.
-  // What was printed and could not be written out is a failure too.
+  // Runs `work` and turns an exception into one line and an exit code: 1 failed, 2 bad usage. It is
+  // also a failure if stdout could not be written.
   int run(const std::function<int()>& work) const;
 
  private:

@@ -1,4 +1,4 @@
-// What gprodom-replay shows of its work.
+// What gprodom-replay prints: progress, warnings, figures.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace gprodom {
 
-// How far the replay is, on stderr: `progress 0.42` lines for programs, or one line that changes
-// for people at a terminal; else nothing.
+// Prints the progress of the replay on stderr: lines `progress 0.42` for programs, or one changing
+// line on a terminal; otherwise nothing.
 class ProgressReport {
  public:
   ProgressReport(bool lines, bool terminal) : lines_(lines), terminal_(terminal && !lines) {}

@@ -1,4 +1,4 @@
-// What a service manager (systemd) is told and asks for. Without one nothing is said.
+// Notifications to a service manager (systemd), and its watchdog. Without one, nothing is sent.
 #pragma once
 
 #include <atomic>
@@ -29,9 +29,8 @@ class Service {
 // Whether standard error goes to the journal, which takes a line's level from a prefix.
 bool stderr_is_journal();
 
-// From here on SCHED_FIFO at `priority` (1 to 99) for all threads and those they start, and
-// memory that it has once touched is never paged out. Throws std::runtime_error, with what is
-// missing.
+// Switches all threads, and those they will start, to SCHED_FIFO at `priority` (1 to 99), and locks
+// the process's memory. Throws std::runtime_error that says what is missing.
 void run_in_real_time(int priority);
 
 }  // namespace gprodom

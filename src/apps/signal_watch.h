@@ -1,12 +1,12 @@
-// Signals as data to be read, in place of handlers.
+// Reads signals as data instead of handling them asynchronously.
 #pragma once
 
 #include <vector>
 
 namespace gprodom {
 
-// Make it on the main thread, which also is the one to ask it, before any other thread starts:
-// threads inherit which signals are blocked.
+// Create it on the main thread before any other thread starts, since threads inherit the blocked
+// signals. Only the main thread may call it.
 class SignalWatch {
  public:
   // Throws std::runtime_error.

@@ -29,15 +29,15 @@ bool is_special(const std::string& path) {
   return stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
 }
 
-// The process that a working file belongs to: its name ends in .PROCESS.part. 0: it is none.
+// The process id in the name of a temporary file, which ends in .PROCESS.part; 0 for other files.
 pid_t owner_of(const fs::path& file) {
   if (file.extension() != kEnding) return 0;
   const std::string number = file.stem().extension().string();  // with its dot
   return number.size() > 1 ? static_cast<pid_t>(std::atoi(number.c_str() + 1)) : 0;
 }
 
-// Whether all that was written to an open file or folder is on the disk, by any descriptor. EINVAL:
-// its file system knows no such thing, and nothing better can be done.
+// Synchronises an open file or folder to disk. EINVAL counts as success: the file system does not
+// support it, and nothing better can be done.
 bool is_forced(int descriptor) { return fsync(descriptor) == 0 || errno == EINVAL; }
 
 // Closes the descriptor and leaves errno as it was.
@@ -53,7 +53,7 @@ bool force_file(const std::string& path) {
   return file >= 0 && closed_after(is_forced(file), file);
 }
 
-// A folder in which files may be made but not listed cannot be opened, and is not forced.
+// Synchronises a folder. One that can be written but not listed cannot be opened; it is skipped.
 bool force_folder_of(const std::string& path) {
   const std::string folder = fs::path(path).parent_path().string();
   const int opened =

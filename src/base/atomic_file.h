@@ -1,15 +1,16 @@
-// Files that appear whole or not at all, also where the power fails meanwhile.
+// Files that appear complete or not at all, even if the power fails while they are written.
 #pragma once
 
 #include <string>
 
 namespace gprodom {
 
-// Written beside its place, forced onto the disk and renamed into its place; then the folder is
-// forced onto the disk as well, without which the renaming itself can be lost.
+// The file is written under another name, synchronised to disk and renamed. Then the folder is
+// synchronised too, or the renaming itself could be lost.
 class AtomicFile {
  public:
-  // Nothing is created yet. What is not a regular file (/dev/stdout, a pipe) is written in place.
+  // Creates nothing yet. A path that is not a regular file (/dev/stdout, a pipe) is written
+  // directly.
   explicit AtomicFile(std::string path);
   // Removes what was written, unless it was put in place.
   ~AtomicFile();
@@ -32,12 +33,11 @@ class AtomicFile {
 // The whole file at once. Throws FileError.
 void write_whole(const std::string& path, const std::string& bytes);
 
-// All of a file. Throws FileError where it is there and cannot be read; false where it is not
-// there.
+// Reads a whole file. False if it does not exist; throws FileError if it cannot be read.
 bool read_whole(const std::string& path, std::string& bytes);
 
-// Removes from a folder the working files of programs that have ended without a chance to do so: a
-// power cut leaves one. A folder that cannot be read is left as it is.
+// Removes temporary files of processes that no longer run (a power cut leaves one) from a folder. A
+// folder that cannot be read is left as it is.
 void remove_abandoned(const std::string& folder);
 
 }  // namespace gprodom

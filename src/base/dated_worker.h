@@ -18,9 +18,8 @@
 
 namespace gprodom {
 
-// Jobs run one after the other, on a thread of their own in the background (kThreaded) or at once
-// (kInline). What one throws is thrown again where its result is asked for (kInline: where it is
-// submitted).
+// Jobs run one after the other: on a background thread (kThreaded), or at once in submit()
+// (kInline). An exception of a job is thrown again when its result is taken (kInline: by submit()).
 template <typename Result>
 class DatedWorker {
  public:
@@ -39,7 +38,7 @@ class DatedWorker {
   DatedWorker(const DatedWorker&) = delete;
   DatedWorker& operator=(const DatedWorker&) = delete;
 
-  // kThreaded: the work begins with start(), or where a result is asked for.
+  // kThreaded: the work begins at start(), or when a result is asked for.
   void submit(TimeNs effective, std::function<Result()> work) {
     if (!thread_.joinable()) {
       Result result = timed(work);
@@ -51,7 +50,7 @@ class DatedWorker {
     to_start_ = true;
   }
 
-  // Lets the thread take up what was submitted: the caller has nothing more urgent left to do.
+  // Starts the submitted jobs. Call it when the caller has nothing more urgent to do.
   void start() {
     if (std::exchange(to_start_, false)) wake_.notify_one();
   }
@@ -61,8 +60,8 @@ class DatedWorker {
     std::optional<Result> result;  // empty: not ready at its time
   };
 
-  // The next job whose time has come. Empty result: it is still being worked on, and will be thrown
-  // away.
+  // The next job that is due. Its result is empty if the job is still running; it will be
+  // discarded.
   std::optional<Due> next_due(TimeNs now) {
     start();
     const std::lock_guard lock(mutex_);
@@ -75,8 +74,8 @@ class DatedWorker {
     return take(job);
   }
 
-  // The same, but a job that is late is waited for, `patience` of wall-clock time at most and once.
-  // Empty result: it is still being worked on, and will be asked for again.
+  // The same, but waits once for a late job, at most `patience` of wall-clock time. Its result is
+  // empty if the job is still running; the next call asks for it again.
   std::optional<Due> await_due(TimeNs now, std::chrono::milliseconds patience) {
     start();
     std::unique_lock lock(mutex_);
@@ -94,7 +93,7 @@ class DatedWorker {
     return work_time_;
   }
 
-  // Until all that was submitted is done.
+  // Waits until all submitted jobs are done.
   void drain() {
     start();
     std::unique_lock lock(mutex_);
@@ -108,14 +107,14 @@ class DatedWorker {
     std::function<Result()> work;
     std::optional<Result> result;
     Clock::time_point submitted;  // kThreaded
-    std::exception_ptr failure;   // what the work threw, for whoever asks for its result
+    std::exception_ptr failure;   // exception of the job, to be thrown when its result is taken
     bool abandoned = false;
     bool awaited = false;
     bool done() const { return result.has_value() || failure; }
   };
   using JobIterator = typename std::deque<Job>::iterator;
 
-  // What was abandoned is passed over, and forgotten once it is done.
+  // Skips discarded jobs, and removes them once they are done.
   JobIterator first_due(TimeNs now) {
     while (!jobs_.empty() && jobs_.front().abandoned && jobs_.front().done()) jobs_.pop_front();
     auto job = jobs_.begin();

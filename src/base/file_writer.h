@@ -1,4 +1,4 @@
-// Files written on a thread of its own, so that a slow disk makes nobody wait.
+// Writes files on its own thread, so that no other thread waits for a slow disk.
 #pragma once
 
 #include <condition_variable>
@@ -17,14 +17,14 @@ class FileWriter {
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
 
-  // Any thread; never waits. As write_whole() does it. What still waits for the same path is
-  // replaced.
+  // Any thread; never waits. Writes as write_whole() does. Replaces a job for the same path that
+  // has not begun.
   void write(const std::string& path, std::string bytes);
 
-  // Until all that was given is written, or has failed.
+  // Waits until all jobs are written or have failed.
   void flush();
 
-  // How what was written since the last call has ended: error is empty where it is on disk.
+  // The outcome of each job since the last call; error is empty if the file is on disk.
   struct Outcome {
     std::string path, error;
   };

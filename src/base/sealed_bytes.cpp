@@ -5,7 +5,7 @@
 namespace gprodom {
 namespace {
 
-// FNV-1a by words of eight bytes: guards against files cut off or half written, not against people.
+// FNV-1a over words of eight bytes. Detects truncated or half-written files, not manipulation.
 std::uint64_t checksum(std::string_view bytes) {
   std::uint64_t sum = 14695981039346656037U;
   while (!bytes.empty()) {

@@ -1,5 +1,5 @@
-// Figures as bytes and back, in a file that tells when it is not whole. Little-endian, as written
-// by the machine that reads it again.
+// Serialises numbers to bytes and back, with a header and a checksum that detect incomplete files.
+// In the byte order of the machine (little-endian), which also reads the file again.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class ByteWriter {
     put_all(text.data(), text.size());
   }
 
-  // What was put, behind a title, its length and a checksum.
+  // The bytes of all put() calls, after a title, their length and a checksum.
   std::string sealed(const std::string& title) const;
 
  private:
@@ -61,7 +61,7 @@ class ByteReader {
     get_all(text.data(), size);
     return text;
   }
-  // Before memory is laid out for so many: throws where so many are not there.
+  // Call before allocating memory for that many elements: throws if the file does not hold them.
   void need(std::size_t count, std::size_t size) const;
   void expect_end() const;
 

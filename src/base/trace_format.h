@@ -1,4 +1,4 @@
-// The setting of a radar, as its traces show it.
+// The setting of a radar, read from its traces.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ inline TraceFormat format_of(const GprTrace& trace) {
   return {trace.samples.size(), trace.sample_interval_s};
 }
 
-// Intervals that went through decimal numbers differ in their last digits.
+// Tolerates differences in the last digits, as of intervals that were written as decimal numbers.
 inline bool same_interval(const TraceFormat& a, const TraceFormat& b) {
   return std::abs(b.sample_interval_s - a.sample_interval_s) <= 1e-6 * a.sample_interval_s;
 }

@@ -26,7 +26,7 @@ bool ClockWatch::drifts(TimeNs stamp, TimeNs imu_now) {
   return told;
 }
 
-// The regression line through windows from `from` up to `to`; its deviation by the residuals.
+// The regression line through windows `from` to `to` - 1; its standard deviation by the residuals.
 ClockWatch::Line ClockWatch::fit(std::size_t from, std::size_t to) const {
   const auto n = static_cast<double>(to - from);
   double time = 0, offset = 0, tt = 0, cross = 0, oo = 0;
@@ -45,7 +45,7 @@ ClockWatch::Line ClockWatch::fit(std::size_t from, std::size_t to) const {
   return {pace, std::sqrt(std::max(scatter, kLeastScatter_s * kLeastScatter_s) / tt)};
 }
 
-// Both halves must drift the same way: one step of the delay lies in one of them.
+// Both halves must drift in the same direction, since a single step of the delay lies in one half.
 bool ClockWatch::judge() const {
   const std::size_t n = windows_.size();
   if (n < kFewestWindows) return false;

@@ -1,5 +1,5 @@
-// Whether a sensor's clock runs at the pace of the IMU's. An offset that stays cannot be told from
-// a delay; one that grows steadily can.
+// Detects a sensor's clock that drifts against the IMU's. A constant offset cannot be distinguished
+// from a delay; one that grows steadily can.
 #pragma once
 
 #include <deque>
@@ -9,12 +9,12 @@
 
 namespace gprodom {
 
-// A line through the medians of how far the sensor's stamps are ahead of the IMU's as they come.
-// Delays scatter and medians bear that; they do not grow for minutes.
+// Fits a line to the offset of the sensor's stamps against the IMU's when they arrive, by medians
+// over windows. Medians suppress the scatter of delays, and delays do not grow for minutes.
 class ClockWatch {
  public:
-  // A message's stamp, and the newest of the IMU when it came. True now and then for as long as
-  // the clocks drift apart by more than kWorstPace, and significantly.
+  // stamp: of a message; imu_now: the newest stamp of the IMU when it arrived. True once per window
+  // while the clocks drift apart significantly and by more than kWorstPace.
   bool drifts(TimeNs stamp, TimeNs imu_now);
 
  private:

@@ -1,4 +1,4 @@
-// What went wrong and how often, said once per period and summed up for status_t.
+// Counts what goes wrong, gives a warning of each kind once per period, and fills status_t.
 #pragma once
 
 #include <algorithm>
@@ -14,18 +14,19 @@ class Health {
  public:
   explicit Health(double warning_period_s);
 
-  // Data time goes on. It counts for how often one warning is given, so it may be of any sensor.
+  // Advances the data time (of any sensor), which limits the rate of warnings.
   void advance(TimeNs now) { now_ = std::max(now_, now); }
 
-  // Counts an event, such as ("IMU", "stamp repeated"), and keeps a warning if none of its kind was
-  // given within the period of data time.
+  // Counts an event, such as ("IMU", "stamp repeated"). Adds a warning, unless one of the same kind
+  // was given within the period.
   void count(const std::string& channel, const std::string& reason);
 
-  // States for as long as they hold; an empty text ends one. Their begin and end are warned of,
-  // the end with what is over.
+  // Sets a condition, which stays in the status until it is set with an empty text. Its begin and
+  // its end give a warning each.
   void set(const std::string& topic, HealthLevel level, const std::string& text);
 
-  // A state that is as it should be for now: told in the status, not warned of, until it is set().
+  // A condition that is normal for now, such as waiting for the start: in the status, but without a
+  // warning until it is set().
   void await(const std::string& topic, HealthLevel level, const std::string& text);
 
   void value(const std::string& name, double value) { values_[name] = value; }

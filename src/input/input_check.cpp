@@ -82,7 +82,7 @@ std::string InputCheck::refusal(InputMessage& message) {
   return trace && usable <= gpr_now_ ? "out of order" : "";
 }
 
-// What is weak in a message that is used nevertheless.
+// Reports weaknesses of a message that is used all the same.
 void InputCheck::watch(const InputMessage& message) {
   if (std::holds_alternative<Displacement>(message)) return;
   const std::string& name = channel_of(message, config_).name;
@@ -116,7 +116,7 @@ void InputCheck::watch_silence(bool radar_used) {
               no_signal ? "traces without a signal for a second or more" : "");
 }
 
-// Before the IMU has come the other stamps may be anything.
+// Before the first message of the IMU the other stamps may be anything.
 std::optional<Status> InputCheck::status_without_clock() {
   const TimeNs time = time_guard_.newest_of_others();
   if (time < imu_now_ + kSecond) return std::nullopt;

@@ -1,4 +1,4 @@
-// Which messages can be used, and what is wrong with those that come, told in the health.
+// Decides which messages can be used. Reports what is wrong with the others to the health.
 #pragma once
 
 #include <array>
@@ -23,11 +23,12 @@ class InputCheck {
   // `health` outlives this.
   InputCheck(const Config& config, Health& health);
 
-  // Whether the message is usable; why not, and what is weak in one that is, goes to the health.
-  // Its stamps then are in the estimator's time: offsets added, a clock that was set carried on.
+  // Whether the message is usable. The reason to drop it, or a weakness of a usable one, goes to
+  // the health. The stamps of a usable message are changed to the estimator's time: with the
+  // sensor's time offset, and continued if the clock was set.
   bool accept(InputMessage& message);
 
-  // The IMU's clock alone was set ahead: what is known refers to another time.
+  // The IMU's clock alone was set ahead, so the present estimate refers to another time.
   bool clock_moved() const { return time_guard_.moved(); }
 
   // The sensors' own stamp of a time of the estimator.
@@ -37,17 +38,17 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
-  // The channel that the wheel is heard on: that of the pair, once there is one.
+  // The channel of the wheel: that of left and right wheels, once they are heard.
   const std::string& wheel_channel() const;
 
   // No trace for a second.
   bool radar_silent() const;
 
-  // Sensors that are silent or have no signal, by now.
+  // Reports sensors that are silent or have no signal.
   void watch_silence(bool radar_used);
 
-  // Without the IMU nothing else is published: its silence, once a second of the other sensors'
-  // time.
+  // While the IMU is silent nothing else is published. So this gives a status that says so, once a
+  // second of the other sensors' time.
   std::optional<Status> status_without_clock();
 
  private:

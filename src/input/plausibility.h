@@ -1,4 +1,4 @@
-// Why a measurement cannot be used, in words for the log; empty where it can.
+// The reason why a measurement cannot be used, as a text for the log; empty if it can.
 #pragma once
 
 #include <string>

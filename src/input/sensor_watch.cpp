@@ -6,14 +6,14 @@
 namespace gprodom {
 namespace {
 
-constexpr int kSettled = 20;  // messages after which the usual interval counts
+constexpr int kSettled = 20;  // messages until the usual interval is known
 constexpr double kLearningRate = 0.05;
-constexpr double kLonger = 1.6;      // times the usual interval, and
-constexpr double kDeviations = 8.0;  // beyond it
+constexpr double kLonger = 1.6;      // a gap is longer than this times the usual interval,
+constexpr double kDeviations = 8.0;  // and longer than it by so many deviations
 constexpr double kUsuallyChanges = 0.9;
-constexpr int kOften = 6;          // as often as the next value comes the one at the end of a range
-constexpr int kFewestLevels = 10;  // below, too coarse to tell
-constexpr double kForgetting = 5.0;  // a message without a change counts so much
+constexpr int kOften = 6;          // a saturated value comes so many times as often as the next one
+constexpr int kFewestLevels = 10;  // with fewer levels the sensor is too coarse to tell
+constexpr double kForgetting = 5.0;  // weight of a message without a change
 
 }  // namespace
 
@@ -26,7 +26,7 @@ bool GapWatch::gap_before(TimeNs time) {
   const bool gap =
       seen_ >= kSettled && dt > kLonger * usual_s_ && dt > usual_s_ + kDeviations * deviation_s_;
   ++seen_;
-  // One gap must not pass for the usual.
+  // Limits the error, so that one gap does not become the usual interval.
   const double error = std::clamp(dt - usual_s_, -usual_s_, 0.5 * usual_s_);
   if (gap) return true;
   usual_s_ += kLearningRate * error;

@@ -1,5 +1,5 @@
-// Sensors that speak, but lie: messages missing, values that stay, values at their limit, traces
-// without a signal.
+// Sensors whose messages arrive but cannot be trusted: missing messages, constant values, values at
+// the end of the range, traces without a signal.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace gprodom {
 
-// Learns the usual time between two messages of a sensor and how much it varies.
+// Detects missing messages: learns the usual time between two messages and its deviation.
 class GapWatch {
  public:
   // Whether more than the usual time has passed since the newest message before.
@@ -23,29 +23,28 @@ class GapWatch {
   double usual_s_ = 0.0, deviation_s_ = 0.0;
 };
 
-// Whether a value that usually changes from message to message has stopped to. One that never
-// did, as of a coarse sensor at rest, may.
+// Detects a value that usually changes from message to message and has stopped changing. A value
+// that rarely changes anyway (a coarse sensor at rest) is not reported.
 class StuckWatch {
  public:
-  // learning_rate: per message, of the share of messages that bring a change.
+  // patience: equal messages in a row. learning_rate: per message, of the share of changing ones.
   StuckWatch(int patience, double learning_rate)
       : patience_(patience), learning_rate_(learning_rate) {}
 
-  // The number of messages in a row without a change is beyond the patience.
+  // Call for each message. True from `patience` messages without a change on.
   bool stuck(bool changed);
 
  private:
   int patience_, same_ = 0;
   double learning_rate_;
-  double changing_ =
-      0.0;  // share of the messages; the least of late, as of a coarse sensor at rest
+  double changing_ = 0.0;  // share of messages that changed the value; falls fast, rises slowly
 };
 
-// Whether values are cut off at an end of a range: the greatest of a window comes again and again,
-// and more often than the next. (A coarse sensor repeats values too, but the outer ones less.)
+// Detects saturation: the largest value of a window comes several times, and much more often than
+// the next one. (A coarse sensor repeats values too, but its outer values less often.)
 class RangeWatch {
  public:
-  // True once at the end of a window whose values were cut off.
+  // True once, at the end of a window with saturated values.
   bool cut_off(double value);
 
  private:
@@ -58,8 +57,7 @@ class ImuWatch {
   // Empty where the sample is usable, else the reason to drop it.
   std::string check(const ImuSample& sample);
 
-  // What is wrong with the samples of late, the last one included, that are used nevertheless;
-  // empty where nothing is.
+  // What is wrong with recent samples that are used all the same; empty if nothing is.
   std::string quality() const;
 
  private:
@@ -77,10 +75,10 @@ class TraceWatch {
   // Empty where the trace is usable, else the reason to drop it.
   std::string check(const GprTrace& trace);
 
-  // What is wrong with a trace that the front ends pass over; empty where nothing is.
+  // Why the front ends will skip the trace; empty if they will not.
   std::string quality(const GprTrace& trace);
 
-  // Whether the last one asked about had no signal.
+  // Whether the last trace had no signal.
   bool dead() const { return dead_; }
 
  private:

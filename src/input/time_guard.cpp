@@ -43,8 +43,8 @@ std::string TimeGuard::check_imu(TimeNs time, TimeNs told) {
   return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
 }
 
-// Out of reach. Where some agree with each other and with all sensors, or many and their clock
-// stands before the newest stamp, the clock was set and is followed.
+// A stamp of the IMU out of reach. The clock was set, and is followed, if a few such stamps agree
+// with each other and with all other sensors, or if many agree and lie before the newest stamp.
 std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) {
   Track& imu = tracks_[kImu];
   add_stray(imu, time);
@@ -55,8 +55,8 @@ std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) 
   return "clock was set back: its stamps are carried on from where it was";
 }
 
-// Whether every other sensor that was running, one at least, has gone there with the IMU. What
-// another process tells is no sensor's.
+// Whether all other running sensors, at least one, jumped to that time together with the IMU.
+// (Displacements of other processes are no sensor.)
 bool TimeGuard::all_are_ahead(TimeNs time) const {
   const Track& imu = tracks_[kImu];
   if (time < imu.newest || time - imu.newest > kMostAhead - ahead()) return false;

@@ -1,5 +1,5 @@
-// Which stamps can be used. The IMU's are the clock; the other sensors' are held against it, since
-// one sensor whose clock is off must not make the data of all others look late.
+// Decides which stamps can be used. The IMU's stamps are the clock, and those of the other sensors
+// are compared with it: one sensor with a wrong clock must not make all others look late.
 #pragma once
 
 #include <array>
@@ -17,38 +17,39 @@ class TimeGuard {
 
   explicit TimeGuard(const TimeConfig& config);
 
-  // Empty where the stamp is usable, else the reason to drop it. A stamp of a clock that was set
-  // while the estimator ran becomes one of the time that goes on: back, from where the clock was
-  // before; ahead, with those of all other running sensors, likewise.
+  // Returns the reason to drop the stamp; empty if it is usable. If the clock was set while the
+  // estimator ran (back; or ahead, together with those of all other running sensors), the stamp is
+  // changed to continue the time before.
   std::string check(Source source, TimeNs& time);
 
-  // What the sensors' clock told at such a time. Later than it where the clock was set ahead; where
-  // it was set back the same, since nothing may be stamped earlier than before.
+  // From the continued time to the sensors' own clock, for outputs. After the clock was set ahead
+  // it is later; after it was set back it is the same, since no output may be earlier than before.
   TimeNs told(TimeNs time) const;
 
-  // Newest stamp of any other sensor than the IMU, 0 before the first. Before the IMU's first
-  // message they are not checked, and none is usable.
+  // Newest stamp of any sensor other than the IMU; 0 before the first. Before the first message of
+  // the IMU these stamps are neither checked nor used.
   TimeNs newest_of_others() const;
 
-  // True once many of the IMU's messages in a row agreed on a time out of reach ahead, and the
-  // other sensors did not: its clock was set, and the estimator must start afresh.
+  // The IMU's clock alone was set ahead: many of its messages in a row agreed on a time far ahead,
+  // and the other sensors did not. The estimator must start again.
   bool moved() const { return tracks_[kImu].strays >= kStraysToMove; }
 
  private:
   static constexpr int kStraysToMove = 50;
-  // Stamps ahead of all others are an error of one message unless the next ones agree.
+  // A stamp ahead of all others is an error of one message, unless the next ones agree with it.
   static constexpr int kStraysToFollow = 3;
-  static constexpr TimeNs kRunning = 1'000'000'000;  // ns; heard so lately: a sensor runs
-  static constexpr TimeNs kMostAhead = 3'000'000'000'000'000'000;  // ns in all; beyond: afresh
-  static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; the IMU away for longer: afresh
+  static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor heard within it is running
+  static constexpr TimeNs kMostAhead =
+      3'000'000'000'000'000'000;                          // ns, sum of steps that are followed
+  static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; after a longer gap: start again
 
   struct Track {
     TimeNs newest = 0;
-    TimeNs first_stray = 0;   // of the stamps out of reach
-    TimeNs stray = 0;         // newest of them
-    int strays = 0;           // that agree
-    long at_newest = 0;       // imu_accepted_ then
-    long at_first_stray = 0;  // and then
+    TimeNs first_stray = 0;   // first of the agreeing stamps that are out of reach
+    TimeNs stray = 0;         // the newest of them
+    int strays = 0;           // their number
+    long at_newest = 0;       // imu_accepted_ when `newest` came
+    long at_first_stray = 0;  // imu_accepted_ when `first_stray` came
   };
 
   std::string check_imu(TimeNs time, TimeNs told);
@@ -63,11 +64,11 @@ class TimeGuard {
   TimeNs reorder_, max_jump_;
   std::array<Track, 5> tracks_;
   long imu_accepted_ = 0;
-  TimeNs offset_ = 0;  // from stamps to the time that goes on, since the clock was set
+  TimeNs offset_ = 0;  // from stamps to the continued time, since the clock was set
 
   struct Step {
-    TimeNs from;   // after this time that goes on
-    TimeNs ahead;  // the clock told more than it, by all steps so far
+    TimeNs from;   // continued time at the step
+    TimeNs ahead;  // the clock less the continued time, after this step
   };
   std::vector<Step> steps_;
 };

@@ -1,4 +1,4 @@
-// Traces of one radar setting: number of samples and sample interval.
+// Follows the setting of the radar: number of samples and sample interval.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace gprodom {
 
-// A change of the setting makes the radar parts start afresh and forget the ground. A damaged
-// message must not do that, so a new setting counts once several traces in a row have it.
+// When the setting changes, the front end restarts and the ground is forgotten. A damaged message
+// must not cause that, so a new setting is accepted only after several traces in a row.
 class TraceFormatWatch {
  public:
   // Empty where the trace is usable, else the reason to drop it.

@@ -1,4 +1,5 @@
-// The constants of the message types stand in lcmtypes/; those of gprodom/types.h are the same.
+// Checks that the constants of gprodom/types.h are equal to those of the message types in
+// lcmtypes/.
 #include "gprodom/types.h"
 #include "lcmtypes/gprodom/displacement_t.hpp"
 #include "lcmtypes/gprodom/odometry_t.hpp"

@@ -12,7 +12,7 @@ namespace {
 constexpr int kQueueCapacity = 10000;  // messages per channel, for bursts; LCM's default is 30
 constexpr int kPollMs = 100;           // the longest wait in receive()
 
-// A socket buffer for bursts too, unless the operator has set one.
+// Adds a socket buffer that is large enough for bursts, unless the operator has set one.
 std::string with_receive_buffer(const std::string& url) {
   if (url.rfind("udpm://", 0) != 0 || url.find("recv_buf_size") != std::string::npos) return url;
   return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";
@@ -51,7 +51,7 @@ void LcmLink::subscribe(const ChannelConfig& channels, Sink sink, OnStatus on_st
   subscribe(channels_.status, &LcmLink::take_status);
 }
 
-// To raw packets, since the generated decoders must not see them unchecked.
+// Subscribes to raw packets: they must be checked before a generated decoder reads them.
 void LcmLink::subscribe(const std::string& channel, Handler handler) {
   lcm_subscription_t* subscription =
       lcm_subscribe(lcm_.get(), escaped(channel).c_str(), handler, this);

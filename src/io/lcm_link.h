@@ -1,4 +1,5 @@
-// The daemon's connection to LCM. It has no thread of its own: whoever calls receive() lends one.
+// The daemon's connection to LCM. It has no thread of its own: it works in the thread that calls
+// receive().
 #pragma once
 
 #include <lcm/lcm.h>
@@ -31,8 +32,8 @@ class LcmLink {
   void subscribe(const ChannelConfig& channels, Sink sink, OnStatus on_status);
   void unsubscribe();
 
-  // Waits 0.1 s at most for a message and hands what is there to the sink. One thread. False where
-  // LCM failed, and has said why: try again a moment later.
+  // Waits at most 0.1 s for a message and hands what has arrived to the sink. For one thread only.
+  // False if LCM failed (it has printed why): try again a moment later.
   bool receive();
 
   // Any thread.

@@ -49,8 +49,8 @@ odometry_t to_message(const OdometryEstimate& estimate, const std::string& frame
   return m;
 }
 
-// Velocity in the frame of the pose, turn rate in body, as viewers of this type take them; no
-// acceleration is estimated.
+// Viewers of this type expect the velocity in the frame of the pose and the turn rate in body. No
+// acceleration is estimated, so it is left at zero.
 bot_core::pose_t to_pose_message(const OdometryEstimate& estimate) {
   bot_core::pose_t m{};
   m.utime = to_utime(estimate.time);

@@ -54,8 +54,8 @@ std::int64_t LogReader::find_event(std::int64_t from) {
   return found;
 }
 
-// Whether the event at position_ lies in the file by the lengths that it tells of itself, for which
-// the library would lay out memory unseen.
+// Whether the event at position_ lies inside the file, by the lengths in its header. The library
+// would allocate memory for these lengths without a check.
 bool LogReader::event_fits() const {
   std::array<std::uint8_t, kHeaderBytes> header{};
   const auto read = pread(fileno(log_->getFilePtr()), header.data(), header.size(), position_);
@@ -83,7 +83,7 @@ const lcm::LogEvent* LogReader::next() {
     const lcm::LogEvent* event = event_fits() ? log_->readNextEvent() : nullptr;
     if (event) {
       if (damaged_to > start) note_damage(start, damaged_to);
-      // Not the file's own position: the library looks ahead for the next event.
+      // The file's own position is of no use here, because the library reads ahead.
       position_ += kHeaderBytes + static_cast<std::int64_t>(event->channel.size()) + event->datalen;
       ++events_;
       return event;

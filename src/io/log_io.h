@@ -12,8 +12,8 @@
 
 namespace gprodom {
 
-// Reads a log from front to back. Where it is damaged or cut off, everything readable before and
-// behind is used, and damage() tells of the rest.
+// Reads a log from front to back. If it is damaged or cut off, all that is readable before and
+// after the damage is used, and damage() describes the rest.
 class LogReader {
  public:
   // Throws FileError where the file cannot be read or does not begin as an LCM log.
@@ -22,7 +22,7 @@ class LogReader {
   // The next event, valid until the next call; nullptr at the end.
   const lcm::LogEvent* next();
 
-  // How much of the file is behind us, 0 to 1.
+  // The share of the file that has been read, 0 to 1.
   double progress() const;
 
   // One line for each stretch that could not be read: file, event number, byte.

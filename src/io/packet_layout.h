@@ -7,8 +7,8 @@
 
 namespace gprodom {
 
-// Call the members in the order of the type's fields, then end(). The first fault is kept and ends
-// the walk. Nothing is allocated but the text of a fault.
+// Call the members in the order of the type's fields, then end(). After the first fault, which is
+// kept, nothing more is read. Only the text of a fault allocates memory.
 class PacketLayout {
  public:
   // Checks the type's fingerprint.
@@ -27,8 +27,8 @@ class PacketLayout {
   // An int32 length that counts the closing zero, and as many bytes.
   PacketLayout& string(const char* name);
 
-  // Nothing may be left over. Returns the fault, empty where there is none. Faults of a kind read
-  // alike, whatever the packet held, since they are counted by their text.
+  // Checks that no bytes are left. Returns the fault; empty if there is none. Faults of one kind
+  // have the same text whatever the packet holds, because they are counted by their text.
   std::string end();
 
  private:

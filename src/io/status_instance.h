@@ -1,4 +1,5 @@
-// Which estimator says a STATUS: two on the same channels must notice each other.
+// The instance number of the estimator that sent a STATUS, so that two estimators on the same
+// channels notice each other.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +7,8 @@
 
 namespace gprodom {
 
-// The instance number in a packet of status_t, 0 where it has none; nothing where the packet is not
-// a whole message of that type. See kInstance in gprodom/types.h.
+// The instance number in a packet of status_t; 0 if it has none, nothing if the packet is not a
+// complete message of that type. See kInstance in gprodom/types.h.
 std::optional<double> instance_of(const void* data, std::size_t size);
 
 }  // namespace gprodom

@@ -3,13 +3,13 @@
 namespace gprodom {
 namespace {
 
-constexpr std::size_t kMostWaiting = 20000;  // as what is published nothing for, before the start
+constexpr std::size_t kMostWaiting = 20000;  // e.g. before the start, when nothing is published
 
 }  // namespace
 
 void LatencyWatch::arrived(TimeNs time) {
   const std::lock_guard lock(mutex_);
-  // A clock that was set back begins a new order.
+  // After the clock was set back, the order starts again.
   if (!waiting_.empty() && time <= waiting_.back().time - from_seconds(1.0)) waiting_.clear();
   if (!waiting_.empty() && time <= waiting_.back().time) return;
   if (waiting_.size() >= kMostWaiting) waiting_.pop_front();

@@ -1,5 +1,5 @@
-// From a message's arrival to the publication of what it caused, by the wall clock. Never part of
-// an estimate.
+// Measures the latency from a message's arrival to the publication of its result, by the wall
+// clock. It never enters an estimate.
 #pragma once
 
 #include <chrono>
@@ -14,11 +14,11 @@ namespace gprodom {
 // Any thread may call any function.
 class LatencyWatch {
  public:
-  // A message of data time `time` has come in. Out of order, it is not watched.
+  // A message of data time `time` has arrived. One out of order is ignored.
   void arrived(TimeNs time);
 
-  // What the message of data time `time` caused is out. Older ones caused nothing, and are
-  // forgotten.
+  // The result of the message of data time `time` has been published. Older messages that still
+  // wait had no result and are dropped.
   void published(TimeNs time);
 
   DurationHistogram latencies() const;

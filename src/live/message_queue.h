@@ -1,5 +1,5 @@
-// A bounded queue between two threads that never makes its producer wait: what does not fit is
-// dropped and counted.
+// A bounded queue between two threads. Its producer never waits: items that do not fit are dropped
+// and counted.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,8 @@ class MessageQueue {
     return true;
   }
 
-  // The consumer. All items in order; waits for the first until `timeout`, or until closed.
+  // Consumer only. Returns all items in order; waits for the first one until `timeout` or until the
+  // queue is closed.
   std::vector<Item> pop_all(std::chrono::milliseconds timeout) {
     std::vector<Item> items;
     std::unique_lock<std::mutex> lock(mutex_);
@@ -54,7 +55,7 @@ class MessageQueue {
     return std::exchange(longest_, items_.size());
   }
 
-  // No more items are taken in; those inside can still be popped.
+  // Refuses new items; those inside can still be popped.
   void close() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -63,7 +64,7 @@ class MessageQueue {
     filled_.notify_all();
   }
 
-  // Closed, and everything popped.
+  // Closed and empty.
   bool finished() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return closed_ && items_.empty();

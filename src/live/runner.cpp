@@ -41,7 +41,7 @@ void Runner::reject(const std::string& channel, const std::string& reason) {
   odometry_.reject(channel, reason);
 }
 
-// A command comes from the network: it names a file in state.directory and no other.
+// A command comes from the network, so it may name a file in state.directory only.
 std::string Runner::map_path(const std::string& name) const {
   if (state_directory_.empty())
     throw FileError("state.directory is empty: there is no folder for maps");

@@ -1,4 +1,4 @@
-// The ground driven over and where it lies: what of a track outlasts a reset.
+// The ground driven over and where it lies. This is what remains of a track after a reset.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace gprodom {
 
-// Where the robot was when its antenna was over a column of the memory.
+// The pose of the robot when its antenna was over a column of the memory.
 struct KnownPlace {
   std::size_t column = 0;
-  double distance_m = 0.0;  // along its track, as the memory has it
+  double distance_m = 0.0;  // along its track, as in the memory
   PlanarPose pose;          // of the body, in its map
-  int map = 0;              // places of one map are in one frame; how two maps lie is not known
+  int map = 0;              // number of its map; the frames of two maps are not related
 };
 
 struct GroundMap {
@@ -30,11 +30,11 @@ struct GroundMap {
     PlanarPose pose;
     int map = 0;
   };
-  // Of a column, which may lie between two, by the known places next to it; nothing where all of
-  // those are further than `reach_m` along the track.
+  // The place of a column (or between two), interpolated from the known places next to it. Nothing
+  // if these are further than `reach_m` along the track.
   std::optional<At> at(double column, double reach_m) const;
 
-  // A number that no place has.
+  // A map number that no place has yet.
   int unused_map() const;
 };
 

@@ -18,7 +18,7 @@ using gpr::TraceMemory;
 
 const char* const kTitle = "gprodom ground map 1";
 
-// Of a trace, or rows of a column, more than any radar has.
+// Limit for the samples of a trace and the rows of a column; no radar has more.
 constexpr std::uint32_t kMostSamples = 1U << 20U;
 
 void put(const PatchFilter& filter, ByteWriter& out) {

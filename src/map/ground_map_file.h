@@ -8,11 +8,11 @@
 
 namespace gprodom {
 
-// places: in place of the ground's own, of columns that it keeps.
+// places: written instead of the ground's own; their columns are stored in it.
 std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& places);
 
-// name: of the file, for errors. Throws FileError where the bytes are not a whole ground map, or
-// one of another spacing than `options` asks for.
+// name: of the file, for errors. Throws FileError if the bytes are not a complete ground map, or if
+// its spacing is not that of `options`.
 GroundMap ground_map_from(const std::string& name, std::string_view bytes,
                           const gpr::TraceMemoryOptions& options);
 

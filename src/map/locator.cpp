@@ -6,9 +6,9 @@
 namespace gprodom {
 namespace {
 
-constexpr double kLeastQuery = 6.0;  // m: less is found in too many places
+constexpr double kLeastQuery = 6.0;  // m; a shorter query matches at too many places
 
-constexpr double kOnePlace = 2.0;  // m between poses, along and aside
+constexpr double kOnePlace = 2.0;  // m; two columns whose poses are nearer are the same place
 
 }  // namespace
 
@@ -39,8 +39,8 @@ std::optional<Hypothesis> Locator::look(const GroundMap& ground, std::size_t end
   if (newest.size() < columns(kLeastQuery)) return std::nullopt;
 
   if (!search_) learn(ground, end_of_before);
-  // Ground that was driven over twice is one place. Between two maps there is nothing to choose:
-  // the revisits that the answer foretells must prove it.
+  // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
+  // they count as one place too; a revisit must prove the hypothesis anyway.
   const double reach = 2 * config_.node_spacing;
   const auto same_place = [&](double a, double b) {
     const auto at_a = ground.at(a, reach), at_b = ground.at(b, reach);
@@ -49,15 +49,16 @@ std::optional<Hypothesis> Locator::look(const GroundMap& ground, std::size_t end
   };
   const gpr::GlobalMatch match = search_->find(memory.patch(newest), same_place);
   if (!match.accepted) return std::nullopt;
-  // The query's end, where the robot is, not its centre: what is unknown of the heading weighs
-  // less.
+  // Uses the query's end, where the robot is, and not its centre: an error of the heading then has
+  // less effect.
   const double ahead = 0.5 * static_cast<double>(newest.size() - 1);
   double column = match.column + (match.mirrored ? -ahead : ahead);
   column =
       std::clamp(column, static_cast<double>(kept.first), static_cast<double>(end_of_before - 1));
   const auto then = ground.at(column, reach);
   if (!then) return std::nullopt;
-  // The ground knows the direction driven, the pose the one faced: they differ driving backwards.
+  // The memory has the direction of driving, the pose the heading. They differ when driving
+  // backwards.
   const int driven_then = memory.column(static_cast<std::size_t>(column)).direction;
   const int driven_now = memory.column(newest.end - 1).direction;
   const bool about = match.mirrored == (driven_then == driven_now);

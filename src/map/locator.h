@@ -1,6 +1,6 @@
-// Where a track that begins anywhere lies on ground remembered from before: asked of all of it
-// (gpr/global_search.h) every few metres, until the revisits that the answer foretells are found.
-// docs/revisit.md, "After a reset".
+// Relocalisation after a reset. Every few metres, all stored ground of earlier tracks is searched
+// (gpr/global_search.h) for the newest ground. A place found is a hypothesis of how the track lies
+// in the earlier map, until a revisit proves it. docs/revisit.md, "After a reset".
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace gprodom {
 
-// How the track may lie in a map.
+// A hypothesis of how the track lies in a map.
 struct Hypothesis {
   PlanarPose map_from_track;
   int map = 0;
@@ -21,11 +21,12 @@ class Locator {
  public:
   Locator(const GraphConfig& config, const PlanarPose& antenna_in_body);
 
-  // A search is due after so much driven.
+  // Whether a search is due after this distance.
   bool is_due(double travelled_m) const { return travelled_m >= next_m_; }
 
-  // Compares the kept part of the run under way, columns from `end_of_before` on, with the ground
-  // before that column. newest_body: the robot, in the track's frame, over the last column kept.
+  // Compares the stored part of the current run (columns from `end_of_before` on) with all ground
+  // before that column. newest_body: pose of the robot in the track's frame at the last stored
+  // column.
   std::optional<Hypothesis> look(const GroundMap& ground, std::size_t end_of_before,
                                  const PlanarPose& newest_body, double travelled_m);
 

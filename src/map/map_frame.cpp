@@ -17,7 +17,8 @@ OdometryEstimate in_map(const Correction& correction, const OdometryEstimate& es
   return placed;
 }
 
-// An error of the pose at p turns what follows: errors (x, y, yaw) there by those at p.
+// Jacobian of the errors (x, y, yaw) at a later pose by those at p: an error in yaw rotates all
+// that follows.
 Matrix3d transport(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   Matrix3d m = Matrix3d::Identity();
   m(0, 2) = from.y() - to.y();

@@ -1,5 +1,5 @@
-// Places odometry in `map`: at each time, the map -> odom correction then in force. Poses already
-// placed are never rewritten.
+// Transforms odometry to `map` with the correction that is in force at each time. Poses that were
+// already given out are never changed.
 #pragma once
 
 #include <deque>
@@ -12,31 +12,32 @@ namespace gprodom {
 
 class MapFrame {
  public:
-  // outputs.odometry, one for one, in map. A correction is in force from its own time on, or from
-  // this call on where odometry has already passed that time.
+  // outputs.odometry in map, one pose for each. A correction is in force from its own time on, or
+  // from this call on if odometry has already passed that time.
   std::vector<OdometryEstimate> place(const Outputs& outputs);
 
-  // Back to map = odom; or to a correction with the covariance that the pose in map has now.
+  // Sets map = odom, or a correction together with the covariance that the pose in map has now.
   void reset(const std::optional<Correction>& correction = {});
 
-  // The same of now: nothing where map is odom still, or nothing was placed.
+  // The correction in force, with the covariance of the pose in map now. Nothing while map is odom,
+  // or before the first pose.
   std::optional<Correction> now() const;
 
  private:
-  std::deque<Correction> waiting_;  // their time has not come
+  std::deque<Correction> waiting_;  // not in force yet
   Correction in_force_;
   OdometryEstimate since_;  // the first estimate that in_force_ placed
   bool corrected_ = false;
   Matrix6d newest_covariance_ = Matrix6d::Zero();  // of the last pose placed, in map
 };
 
-// Of x, y and yaw: the error of the pose `here` in map where the map's error of the pose `since` is
-// `covariance` (map axes), and odometry has added its own from there to here. Both in odom.
+// Covariance of x, y, yaw in map of the pose `here`, if that of the pose `since` is `covariance`
+// (map axes) and odometry added its own error from there to here. Both poses are in odom.
 Eigen::Matrix3d carried_covariance(const Correction& correction, const Eigen::Matrix3d& covariance,
                                    const OdometryEstimate& since, const OdometryEstimate& here);
 
-// The block of x, y and yaw of a pose covariance; and put in its place, with nothing in common with
-// the rest: height, roll and pitch are odometry's, and gravity holds the last two.
+// The block of x, y and yaw of a pose covariance. Setting it removes its correlation with the rest
+// (height, roll and pitch), which stays that of odometry.
 Eigen::Matrix3d planar_block(const Matrix6d& covariance);
 void set_planar_block(const Eigen::Matrix3d& block, Matrix6d& covariance);
 

@@ -13,10 +13,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr TimeNs kRecent = 20'000'000'000;
-constexpr double kTurn = 0.3;  // rad, after which there is a node without a way
-// Below this a scale is held, and nothing depends on it.
+constexpr double kTurn = 0.3;  // rad; a turn on the spot by so much makes a node
+// A scale with a smaller standard deviation is held, and nothing depends on it.
 constexpr double kHeldScaleVariance = 1e-12;
-// Least standard deviation of a step, m and rad: what rounding leaves must stay positive.
+// Least standard deviation of a step, m and rad, so that its covariance stays positive definite.
 constexpr double kLeastPosition = 3e-4, kLeastYaw = 3e-5;
 
 PlanarPose planar(const NavState& state) {
@@ -24,7 +24,7 @@ PlanarPose planar(const NavState& state) {
   return {state.p_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
 }
 
-// What an error that turns and shifts odom does to a pose at p: (x, y, yaw) by (x, y, yaw).
+// Jacobian (x, y, yaw) of a pose at p by an error (x, y, yaw) that rotates and shifts odom.
 Matrix3d at_pose(const Vector2d& p) {
   Matrix3d m = Matrix3d::Identity();
   m(0, 2) = -p.y();
@@ -32,7 +32,7 @@ Matrix3d at_pose(const Vector2d& p) {
   return m;
 }
 
-// What the estimator had made of `state` had it believed in `scale`.
+// The pose that the estimator would have given to `state` with another wheel scale.
 PlanarPose with_scale(const PathState& state, double scale) {
   const Vector3d error = state.d_scale * (scale - state.scale);
   return compose({error.head<2>(), error[2]}, state.pose);
@@ -77,7 +77,7 @@ PlanarStep step_between(const PathState& a, const PathState& b) {
   step.measured = between(with_scale(a, b.scale), b.pose);
   step.scale = b.scale;
   step.d_scale = into_a * (b.d_scale - a.d_scale);
-  // Standstills teach of errors made before, so the growth may be negative somewhere.
+  // A standstill reduces earlier errors, so some eigenvalues of the growth may be negative.
   Matrix3d growth = into_a * (b.covariance - a.covariance) * into_a.transpose();
   const Vector3d least(kLeastPosition, kLeastPosition, kLeastYaw);
   const Matrix3d unit = least.cwiseInverse().asDiagonal();
@@ -117,7 +117,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
   return to_new;
 }
 
-// The slip of its states is one and the same, so their deviations add up.
+// The states of a step share one slip, so their deviations (not variances) add up.
 PlanarStep MapPath::step(const Point& a, const Point& b) {
   PlanarStep step = step_between(a.state, b.state);
   const double way = b.travelled_m - a.travelled_m;
@@ -152,7 +152,7 @@ void MapPath::keep_only(const std::vector<bool>& nodes) {
   nodes_.resize(left);
 }
 
-// Nodes of that time or before.
+// Number of nodes at that time or before it.
 std::size_t MapPath::nodes_until(TimeNs time) const {
   const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
                                          [time](const Point& p) { return p.state.time <= time; });
@@ -164,7 +164,7 @@ bool MapPath::is_forgotten(TimeNs time) const {
   return after < nodes_.size() && nodes_[after].after_gap;
 }
 
-// Along an arc of the curvature from the node to its neighbour.
+// The place lies on an arc with the curvature between the node and its neighbour.
 MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
   const std::size_t after = nodes_until(time);
   const auto apart = [&](std::size_t i) {

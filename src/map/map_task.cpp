@@ -9,12 +9,12 @@ namespace gprodom {
 namespace {
 
 constexpr TimeNs kJobPeriod = 500'000'000;
-constexpr std::size_t kMostWaiting = 2000;  // traces or revisits, while no state is made
+constexpr std::size_t kMostWaiting = 2000;  // traces or revisits that wait for a state
 
-// Off the fast path there is time enough; a machine that is busy beyond this falls behind.
+// How long to wait for a late answer. Beyond it the correction comes later.
 constexpr std::chrono::milliseconds kPatience(200);
 
-// A planar pose as an estimate, as far as carried_covariance() asks.
+// A planar pose as an estimate, with the fields that carried_covariance() uses.
 OdometryEstimate planar_estimate(const PathState& state) {
   OdometryEstimate estimate;
   estimate.p_odom_body << state.pose.p, 0.0;

@@ -1,5 +1,5 @@
-// The fast path's side of the map: collects what the mapper's jobs need, hands it to them at fixed
-// data times, and makes the map -> odom correction of their answers.
+// The estimator thread's side of the map: collects the input of the mapper's jobs, submits them at
+// fixed data times, and makes the map -> odom correction from their answers.
 #pragma once
 
 #include <chrono>
@@ -19,38 +19,37 @@ namespace gprodom {
 
 class MapTask {
  public:
-  // As Mapper has it.
+  // How odom lies in map, as Mapper has it.
   MapTask(const Config& config, Execution execution, std::optional<GroundMap> before = {},
           std::optional<Mapper::Start> start = {});
-  // Waits for its jobs: a saving that was asked for is not lost with the task.
+  // Waits for its jobs, so that a requested saving is not lost.
   ~MapTask() { drain(); }
   MapTask(const MapTask&) = delete;
   MapTask& operator=(const MapTask&) = delete;
 
-  // Where not, nothing is remembered, and there is no ground to save or to look for.
+  // If not, no ground is stored, and there is none to save or to search.
   bool enabled() const { return enabled_; }
 
   void add(const GprTrace& trace);
   void add(const Displacement& revisit);
-  // A state in effect; every half second of them a job is submitted.
+  // Adds a state in effect. Every half second a job is submitted.
   void add(const StateResult& result, TimeNs effective);
 
-  // The next answer whose time has come. A pose in it is kept for the next correct().
+  // The next answer that is due. Its pose is kept for the next correct().
   std::optional<MapAnswer> next_due(TimeNs now);
 
-  // The correction that brings the estimate to where the last answer has it; nothing where none
-  // has come since the last call.
+  // The map -> odom correction by the last answer; nothing if there was none since the last call.
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
-  // Hands the ground, once the jobs so far are done, as the bytes of a file to `take` (on the
-  // worker's thread). Only where enabled().
+  // After the jobs so far, calls `take` on the worker's thread with the ground as bytes of a file.
+  // Only if enabled().
   void save_ground(TimeNs now, std::function<void(std::string)> take);
 
   void drain() { worker_.drain(); }
   void start_jobs() { worker_.start(); }
   WorkTime work_time() { return worker_.work_time(); }
 
-  // The ground, with all that was submitted so far: waits for it. Taking it ends the mapper.
+  // Waits for all jobs and returns the ground. Taking it ends the mapper.
   GroundMap take_ground();
   std::string ground_bytes();
 
@@ -69,7 +68,7 @@ class MapTask {
   const TimeNs latency_;
   MapInput next_;
   std::deque<GprTrace> traces_;      // newer than the newest settled state
-  std::deque<PathState> unsettled_;  // as they were when they were the newest
+  std::deque<PathState> unsettled_;  // states before graph.settle, each as when it was the newest
   TimeNs last_submitted_ = 0;
   std::optional<MapPose> pose_;
 

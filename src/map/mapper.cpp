@@ -10,13 +10,14 @@
 namespace gprodom {
 namespace {
 
-constexpr double kConfirmWithin = 8.0;    // m driven, after which a hypothesis is given up
-constexpr double kLocatedWithin = 200.0;  // m driven
+constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
+constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
-constexpr double kSolveAnyway = 10.0;  // s of data time without a new revisit: the scale is learnt
-constexpr int kBefore = 58;  // columns before the query in which the memory is looked for in turn
+constexpr double kSolveAnyway = 10.0;     // s of data time; solves without a new revisit, since the
+                                          // scale is learnt meanwhile
+constexpr int kBefore = 58;               // columns before the query, for the search backwards
 
 }  // namespace
 
@@ -101,7 +102,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
                      path_.distance_at(trace.time));
 }
 
-// Asks the memory where the newest ground was seen before, every query_spacing.
+// Every query_spacing, searches the memory for the newest ground.
 void Mapper::look(MapAnswer& answer) {
   gpr::TraceMemory& memory = ground_.memory;
   if (!memory.filter()) return;
@@ -132,7 +133,7 @@ void Mapper::look(MapAnswer& answer) {
   }
 }
 
-// Until it is known how the track lies on the ground from before, all of that is asked.
+// Until the track is located, searches all ground of earlier tracks.
 void Mapper::locate() {
   const double travelled = path_.travelled();
   if (located_ || !locator_.is_due(travelled)) return;
@@ -148,7 +149,7 @@ void Mapper::locate() {
   if (hypothesis_ && search_) search_->forget();
 }
 
-// From here on map is the frame of the ground from before.
+// The track is located: from now on `map` is the frame of the earlier ground.
 void Mapper::settle_in(const Hypothesis& at) {
   graph_->move(at.map_from_track);
   newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
@@ -161,7 +162,7 @@ void Mapper::settle_in(const Hypothesis& at) {
   next_solve_ = 0;
 }
 
-// The memory's column of a node of this track; nothing where none is kept of that place.
+// The memory's column at a node of this track; nothing if none is stored there.
 std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
   const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
   if (!column) return std::nullopt;
@@ -185,7 +186,7 @@ std::optional<Mapper::End> Mapper::remembered_end(double column) const {
   return end_at(path_.place(then.time, then.distance_m + then.direction * beyond));
 }
 
-// false: not on two nodes, or, by the headings, the robot did not face that way.
+// Returns false if both ends lie at the same node, or if the headings contradict the direction.
 bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
   const bool turned = std::cos(query.yaw - memory.yaw) < 0.0;
   if (memory.node == query.node || turned != edge.mirrored) return false;
@@ -209,25 +210,27 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   End query_end = end_at(now);
   if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
 
-  // Patches that overlap have their errors in common: together they count as often as they fit
-  // into the ground.
+  // Overlapping patches share their errors. So the variance is divided by the share of new ground:
+  // all patches together count as often as they fit into the ground.
   const double fresh = std::min(1.0, moved_m / config_.patch_length);
   RevisitEdge edge;
   edge.sigma_m =
       std::max(kLeastSigma, config_.sigma_factor * found.match.sigma_m) / std::sqrt(fresh);
   edge.lateral_sigma_m = config_.lateral_sigma / std::sqrt(fresh);
-  // The ground knows the direction driven, the edge the one faced: they differ driving backwards.
+  // The memory has the direction of driving, the edge the heading. They differ when driving
+  // backwards.
   edge.mirrored = found.match.mirrored == (then.direction == query.direction);
   if (!add_edge(*memory_end, query_end, edge)) return;
   if (from_before && !located_) settle_in(*hypothesis_);
-  // Until it is located, a track's ground is looked for in that from before, which wants it whole.
+  // A track that is not located yet keeps all its ground, since the search in earlier ground needs
+  // it whole.
   if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {
     const double half = 0.5 * config_.patch_length;
-    ground_.memory.know(query.distance_m - half, query.distance_m + half);
+    ground_.memory.mark_known(query.distance_m - half, query.distance_m + half);
   }
 
   Displacement told;
-  told.from = from_before ? 0 : then.time;  // no time of this track
+  told.from = from_before ? 0 : then.time;  // 0: the earlier pass belongs to another track
   told.to = query.time;
   told.source = "revisit";
   told.kind = DisplacementKind::kRevisit;
@@ -270,7 +273,7 @@ PlanarPose Mapper::map_from_odom() const {
 }
 
 std::vector<KnownPlace> Mapper::places() const {
-  // Of ground that is still kept.
+  // Only places whose ground is still stored.
   const std::size_t first = ground_.memory.kept().first;
   std::vector<KnownPlace> all;
   std::copy_if(ground_.places.begin(), ground_.places.end(), std::back_inserter(all),

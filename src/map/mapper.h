@@ -1,6 +1,6 @@
-// The map's part of the pipeline: ground driven over goes into the memory, new ground is looked for
-// in it, and what is found ties the track together, and to the map that a track before a reset has
-// left. Runs in jobs of one worker, off the fast path.
+// SLAM back end. It stores the ground driven over, searches it for the newest ground, and adds each
+// revisit found (loop closure) to the pose graph of the track. After a reset, a revisit on older
+// ground ties the track to the map of an earlier track. Runs in jobs of one worker thread.
 #pragma once
 
 #include <deque>
@@ -20,39 +20,39 @@
 
 namespace gprodom {
 
-// Of the memory that a configuration asks for.
+// Options of the memory, from the configuration.
 gpr::TraceMemoryOptions memory_options(const Config& config);
 
 struct MapInput {
-  std::vector<PathState> states;        // settled, new since the last job
-  std::vector<GprTrace> traces;         // not newer than the newest state
-  std::vector<Displacement> revisits;   // told by another process
-  double scale = 1.0, scale_sigma = 0;  // of the wheel, as believed now
+  std::vector<PathState> states;        // settled states since the last job
+  std::vector<GprTrace> traces;         // up to the newest state
+  std::vector<Displacement> revisits;   // from another process
+  double scale = 1.0, scale_sigma = 0;  // of the wheel, as estimated now
 };
 
 // The newest settled state in map.
 struct MapPose {
   PlanarEstimate in_map;
   PathState in_odom;
-  int revisits = 0;  // that the map rests on, or rested on when their pass was merged
-  int refused = 0;   // that it contradicts
+  int revisits = 0;  // trusted by the last solution, or when their pass was merged
+  int refused = 0;   // left out by it
 };
 
 struct MapAnswer {
-  std::optional<MapPose> pose;         // since the first revisit
+  std::optional<MapPose> pose;         // from the first revisit on
   std::vector<Displacement> revisits;  // found in this job
-  std::vector<std::string> notes;      // what was forgotten or refused, and why
-  bool located = false;                // in this job, on ground from before
-  std::optional<int> map;              // of which the track is part
+  std::vector<std::string> notes;      // what was dropped or refused, and why
+  bool located = false;                // this job has tied the track to an earlier map
+  std::optional<int> map;              // number of the map that the track belongs to
 };
 
-// Between the states at two times.
+// A revisit between the states at two times.
 struct Revisit {
   TimeNs memory = 0, query = 0;
   RevisitEdge edge;  // its places are in the frames of the two states
 };
 
-// From a time on, up to the next piece.
+// A piece of the track: from its time to that of the next piece.
 struct TrackPiece {
   TimeNs from = 0;
   PlanarPose in_odom, in_map;  // of its beginning
@@ -61,8 +61,8 @@ struct TrackPiece {
 
 class Mapper {
  public:
-  // before: the ground that earlier tracks have left. at: how this track lies on it, where that is
-  // known, and how well (covariance of x, y, yaw of the first state).
+  // before: the ground of earlier tracks. at: how this track lies on it, if that is known, with the
+  // covariance of x, y, yaw of the first state.
   struct Start {
     Hypothesis at;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -71,30 +71,30 @@ class Mapper {
 
   MapAnswer run(const MapInput& input);
 
-  // Keeps all revisits for revisits(), those of merged passes too; before the first run().
+  // Call before the first run(): keeps all revisits for revisits(), also those of merged passes.
   void record() { record_ = true; }
 
-  // Those of this track alone that the map rests on; of merged passes only where recorded.
+  // The trusted revisits of this track with itself; those of merged passes only if recorded.
   std::vector<Revisit> revisits() const;
 
-  // The track of odom as the map has it, in pieces from node to node, in time order.
+  // How the map deforms the track of odom: a piece for each node, in time order.
   std::vector<TrackPiece> track() const;
 
   // How odom lies in map at the track's beginning.
   PlanarPose map_from_odom() const;
 
-  // The ground of this track and of those before it: handed on, which ends this mapper, or as the
-  // bytes of a file.
+  // The ground of this track and of earlier ones. Taking it ends this mapper; the bytes are those
+  // of a map file.
   GroundMap take_ground();
   std::string ground_bytes() const;
 
  private:
-  // A place as an end of a revisit: of a node, or kInMap.
+  // One end of a revisit: near a node, or fixed in map (kInMap).
   struct End {
     std::size_t node = 0;
     PlanarPose body;   // in the node's frame, or in map
     double yaw = 0.0;  // of the body, in map
-    WheelWay way;      // of `body`
+    WheelWay way;      // the part of `body` that the wheel measured
   };
 
   void follow(const std::vector<PathState>& states);
@@ -134,17 +134,17 @@ class Mapper {
   bool record_ = false;
   std::vector<Revisit> merged_;  // where recorded
 
-  GroundMap ground_;                      // its places are those of tracks before
-  std::size_t end_of_before_ = 0;         // columns of this track come from here on
+  GroundMap ground_;                      // its places are those of earlier tracks
+  std::size_t end_of_before_ = 0;         // number of the first column of this track
   std::optional<Start> start_;            // until there is a state
-  int map_ = 0;                           // of this track
-  bool located_ = false;                  // on ground from before: map is its frame
+  int map_ = 0;                           // number of this track's map
+  bool located_ = false;                  // tied to an earlier map, whose frame is `map`
   std::optional<Hypothesis> hypothesis_;  // not confirmed yet
   double hypothesis_until_m_ = 0.0;       // travelled
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
   std::optional<gpr::MemoryColumn> last_query_;
-  std::deque<Displacement> external_;  // their end is not settled yet
+  std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };
 
 }  // namespace gprodom

@@ -1,4 +1,4 @@
-// Mapper: what the graph keeps of passes over known ground.
+// Mapper: removes nodes of passes over known ground from the graph.
 #include <algorithm>
 #include <utility>
 
@@ -50,7 +50,7 @@ void Mapper::merge() {
   const std::vector<bool> stay = merger_.judge(nodes, graph_->revisits(), trusted_);
   if (std::find(stay.begin(), stay.end(), false) == stay.end()) return;
 
-  std::vector<bool> trusted;  // newer revisits than the last solution's are all of nodes that stay
+  std::vector<bool> trusted;  // revisits newer than the last solution are at nodes that stay anyway
   for (std::size_t i = 0; i < trusted_.size(); ++i) {
     const RevisitEdge& edge = graph_->revisits()[i];
     const bool in_map = edge.memory == kInMap;

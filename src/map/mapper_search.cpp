@@ -1,4 +1,4 @@
-// Mapper: where in the memory the newest ground is looked for.
+// Mapper: the windows of the memory in which the newest ground is searched.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,12 +8,12 @@
 namespace gprodom {
 namespace {
 
-constexpr std::size_t kMaxWindows = 2;  // passes over a place that are looked at
+constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 
 }  // namespace
 
-// Stretches of remembered ground where, by the poses, the query may lie: those nearest beside the
-// track come first.
+// The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
+// lateral offset come first.
 std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
   const MapPath::Place at = path_.place(query.time, query.distance_m);
   const PlanarPose here = compose(body_at(at), antenna_);
@@ -21,7 +21,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
   const double aside =
       config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);
-  // Ground that the query itself lies on, or that was driven over just before.
+  // Leaves out the query itself and the ground just before it.
   const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
 
   PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
@@ -47,7 +47,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
     passes.insert(passes.begin(), found.begin(), found.end());
   }
   passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
-  // A hypothesis waits for its proof, so it is asked about first.
+  // Passes of an unproven hypothesis come first.
   if (!located_) {
     std::stable_partition(passes.begin(), passes.end(),
                           [](const Pass& p) { return p.from_before; });
@@ -74,13 +74,13 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
   const gpr::MemoryRange run = memory.run_of(column);
   gpr::SearchWindow window;
   window.run = run.first;
-  // The memory has metres as the odometry had them.
+  // Distances in the memory are those of the odometry.
   const double longer = pass.from_before ? 1.0 : std::exp(-graph_->slip(pass.place));
   const double ahead = distance + longer * pass.along - then.distance_m;
   window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
   window.bound_m = longer * gate;
   foretell_stretch(pass, query, window);
-  // The ground knows the direction driven, the poses the one faced.
+  // The memory has the direction of driving, the poses have the heading.
   window.mirrored = pass.turned != (then.direction != query.direction);
   const double reach = (window.bound_m + search_->reach_m()) / memory.spacing() + 4.0;
   const auto clamped = [&](double number) {
@@ -92,14 +92,14 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
   return window;
 }
 
-// What the graph says of the wheel's slip there and here. Of the slip there no more is known than
-// before it was measured: revisits tie it to that of other passes.
+// The stretch that the graph's estimates of the slip there and here let expect. The slip there gets
+// its prior variance: the posterior is correlated with other passes through the revisits.
 void Mapper::foretell_stretch(const Pass& pass, const gpr::MemoryColumn& query,
                               gpr::SearchWindow& window) const {
   const std::size_t here = path_.place(query.time, query.distance_m).node;
   const double slip_then = pass.from_before ? 0.0 : graph_->slip(pass.place);
   const double sigma_now = graph_->slip_sigma(here);
-  // The robot that left ground before the track began was such a one as this.
+  // The slip of an earlier track is not known; its variance is taken to be that of this one.
   const double sigma_then = pass.from_before ? sigma_now : graph_->slip_sigma(pass.place);
   window.stretch = graph_->slip(here) - slip_then;
   window.stretch_sigma = std::hypot(std::sqrt(newest_node_.covariance(4, 4)), sigma_then);

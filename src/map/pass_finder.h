@@ -1,4 +1,4 @@
-// Which passes of a track come near a place, and where each comes nearest.
+// Finds the passes of a track near a place, and the nearest place of each pass.
 #pragma once
 
 #include <cstddef>
@@ -9,25 +9,25 @@
 namespace gprodom {
 
 struct Pass {
-  std::size_t place = 0;  // as offered, the nearest one of the pass
+  std::size_t place = 0;  // number of the nearest place of the pass, as given to offer()
   bool from_before = false;
-  double along = 0.0, lateral = 0.0;  // m, from there to the place asked for
-  bool turned = false;                // the robot faced the other way
+  double along = 0.0, lateral = 0.0;  // m, from there to `here`
+  bool turned = false;                // with the opposite heading
 };
 
 class PassFinder {
  public:
-  // here: pose of the antenna. Places up to `along_m` before or behind and `aside_m` beside it, on
-  // a track parallel to it either way, are near.
+  // here: pose of the antenna. A place is near if it is at most `along_m` ahead or behind and
+  // `aside_m` aside, on a track parallel to `here` in either direction.
   PassFinder(const PlanarPose& here, const PlanarPose& antenna_in_body, double along_m,
              double aside_m);
 
   // Poses of the body, in the order driven.
   void offer(std::size_t place, const PlanarPose& body, bool from_before);
-  // What is offered next does not go on from the last one.
+  // The next place does not continue the track of the last one.
   void interrupt() { on_pass_ = false; }
 
-  // In the order offered.
+  // In the order of offer().
   const std::vector<Pass>& passes() const { return passes_; }
 
  private:
@@ -37,9 +37,9 @@ class PassFinder {
   bool on_pass_ = false;  // the last place offered was near
 };
 
-// Given in the order driven; those nearest beside the track first. But how far aside passes lie is
-// known roughly: second comes the newest of those that are no further aside than `alike_m`, since a
-// robot that leaves its track little by little is nearest to where it was last.
+// Sorts passes, which are given in the order driven, by lateral offset. But the offsets are known
+// only roughly: the second place goes to the newest pass with an offset up to `alike_m`, since a
+// robot that slowly leaves its track is nearest to its last pass.
 std::vector<Pass> in_order_of_promise(std::vector<Pass> passes, double alike_m);
 
 }  // namespace gprodom

@@ -7,10 +7,10 @@ namespace gprodom {
 namespace {
 
 constexpr double kCell = 2.0;     // m
-constexpr double kNearTie = 2.0;  // m driven, within which a node belongs to tied ground
-constexpr int kRelations = 8;     // nodes that relate the same two cells
+constexpr double kNearTie = 2.0;  // m driven; a node so near to a revisit lies on tied ground
+constexpr int kRelations = 8;     // nodes that stay for each pair of cells
 
-// Of a place along the track, or, negative, of one fixed in map.
+// The cell of a place along the track; negative for a place that is fixed in map.
 std::int64_t cell_along(double travelled_m) {
   return static_cast<std::int64_t>(std::floor(travelled_m / kCell));
 }
@@ -24,7 +24,8 @@ std::int64_t cell_in_map(const Eigen::Vector2d& p) {
 
 }  // namespace
 
-// Of each node: the cell that it lies on or is tied to, and whether a revisit leads to it.
+// For each node, the cell on which it lies or to which it is tied, and whether a revisit ends
+// there.
 struct PassMerger::Tied {
   std::vector<std::optional<Cell>> cells;
   std::vector<bool> is_memory, is_near;
@@ -58,7 +59,8 @@ struct PassMerger::Tied {
   }
 };
 
-// The odometry between two cells was seen by few passes.
+// A node is worth keeping if few nodes so far relate its cell to the one before or after. Then it
+// is counted as one of them.
 bool PassMerger::is_worth(Cell cell, std::optional<Cell> next) {
   std::vector<int*> counts;
   if (previous_) counts.push_back(&relations_[std::minmax(*previous_, cell)]);

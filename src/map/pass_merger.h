@@ -1,5 +1,6 @@
-// What of the pose graph stays of a pass over ground that the map knows already. Nothing of a pass
-// over new ground is ever merged: it is the map. docs/revisit.md, "Ground driven again and again".
+// Decides which nodes of the pose graph stay after a pass over ground that the map already knows.
+// Nodes over new ground always stay: they are the map. docs/revisit.md, "Ground driven again and
+// again".
 #pragma once
 
 #include <cstddef>
@@ -16,17 +17,17 @@ namespace gprodom {
 class PassMerger {
  public:
   struct Node {
-    double travelled_m = 0.0;  // up to it, unsigned
-    bool has_ground = false;   // the memory keeps the ground there
+    double travelled_m = 0.0;  // distance driven up to the node, unsigned
+    bool has_ground = false;   // the memory stores the ground there
   };
 
-  // All nodes of the graph, and its revisits: those that it trusts count as ties. Which nodes stay:
-  // all but some of those left behind by `kInFull` since the last call. The others were judged
-  // then, and stay.
+  // Takes all nodes of the graph and its revisits, of which the trusted ones count. Returns which
+  // nodes stay. Only nodes that have come to lie further back than `kInFull` since the last call
+  // are judged; all others stay.
   std::vector<bool> judge(const std::vector<Node>& nodes, const std::vector<RevisitEdge>& revisits,
                           const std::vector<bool>& trusted);
 
-  static constexpr double kInFull = 50.0;  // m driven, of which the graph keeps everything
+  static constexpr double kInFull = 50.0;  // m driven; newer nodes all stay
 
  private:
   using Cell = std::int64_t;  // of ground, kCell long
@@ -34,7 +35,7 @@ class PassMerger {
   struct Tied;
   bool is_worth(Cell cell, std::optional<Cell> next);
 
-  std::size_t judged_ = 0;        // nodes, as they are numbered after the last call
+  std::size_t judged_ = 0;        // number of nodes judged so far that stay
   std::optional<Cell> previous_;  // the cell that the last node judged lies on or is tied to
   std::map<std::pair<Cell, Cell>, int> relations_;
 };

@@ -1,4 +1,4 @@
-// What the estimator knows at one moment: enough to go on from it a few seconds later.
+// The state of the estimator at one moment, from which it can continue a few seconds later.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ struct SavedState {
   ImuNoise noise;                                    // at standstill
   std::optional<double> wheel_m;                     // the wheel's own count at the state's time
   double distance_m = 0.0;                           // driven since the start, as published
-  // The map -> odom correction in force, with the covariance of the pose in map now; nothing where
-  // map is odom still.
+  // The map -> odom correction in force, with the covariance of the pose in map now; nothing while
+  // map is odom.
   std::optional<Correction> correction;
   int map = 0;                // which map of the ground's
   std::string wheel_setting;  // of saved_wheel.h, then

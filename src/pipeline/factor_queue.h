@@ -1,4 +1,4 @@
-// Users' factors that wait for the state interval which their last moment lies in.
+// Users' factors that wait for the state interval of their last moment.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace gprodom {
 
 class FactorQueue {
  public:
-  // Returns why the factor is refused; empty: it waits. oldest: begin of the solver's window.
-  // latest: up to where a moment may lie ahead.
+  // Returns why the factor is refused; empty if it is accepted. oldest: begin of the solver's
+  // window. latest: the latest moment that is accepted.
   std::string add(UserFactor factor, TimeNs oldest, TimeNs latest);
 
-  // Those whose last moment is `to` or before it, in the order they came.
+  // Removes and returns those whose last moment is at most `to`, in the order of add().
   std::vector<UserFactor> take(TimeNs to);
 
  private:

@@ -13,7 +13,7 @@ void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const Im
     p_counted_odom_ = base.state.p_odom;
   }
   integrate(imu, base.state.time, time_);
-  // The way across the gap is known now: its straight line is the least that was driven.
+  // The end of the gap is known now. The straight line across it is the least distance driven.
   if (was_lost && !lost()) distance_m_ += (position() - p_counted_odom_).norm();
 }
 

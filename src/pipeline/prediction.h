@@ -1,4 +1,4 @@
-// The newest state in effect, carried to the newest IMU sample: what is published.
+// The published pose: the newest state in effect, propagated by the IMU to its newest sample.
 #pragma once
 
 #include "estimation/predict.h"
@@ -12,19 +12,19 @@ class Prediction {
  public:
   Prediction(double gravity_mps2, TimeNs max_gap) : gravity_(gravity_mps2), max_gap_(max_gap) {}
 
-  // Starts from a new state and integrates again what the IMU said since.
+  // Starts from a new state and integrates the IMU samples since then again.
   void rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu);
 
-  // On to `now`, and the estimate there. Its time never goes back.
+  // Propagates to `now` and returns the estimate there. Its time never decreases.
   OdometryEstimate advance(const ImuHistory& imu, TimeNs now);
 
-  // Goes on counting the distance from there.
+  // Continues to count the distance from this value.
   void resume(double distance_m) { distance_m_ = distance_m; }
   double distance_m() const { return distance_m_; }
 
   const StateResult& base() const { return base_; }
-  // Whether an estimate now rests on a state before the end of a gap that is too long to be bridged
-  // by holding what the IMU said.
+  // Whether an estimate now would span a gap of the IMU that is too long to be bridged by holding
+  // its values.
   bool lost() const { return bridged_s_ > kLongestBridge || (base_.carried && bridged_s_ > 0.0); }
   TimeNs time() const { return time_; }
   Eigen::Vector3d position() const { return propagate(base_.state, since_, gravity_).p_odom; }
@@ -37,15 +37,15 @@ class Prediction {
   StateResult base_;
   ImuNoise noise_;
   ImuPreintegration since_;  // from base_ to time_
-  double bridged_s_ = 0.0;   // of that
+  double bridged_s_ = 0.0;   // duration of the gaps in it
   TimeNs time_ = 0;
   Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();
   double distance_m_ = 0.0;  // published so far
-  // How far the distance is counted: the newest estimate that rests on no state before a gap.
+  // Position up to which the distance is counted: of the newest estimate that spans no long gap.
   Eigen::Vector3d p_counted_odom_ = Eigen::Vector3d::Zero();
 };
 
-// The first state as if a solve had ended with it.
+// The first state in the form of a solve's result.
 StateResult initial_result(const InitialState& initial);
 
 }  // namespace gprodom

@@ -1,4 +1,4 @@
-// What a pipeline goes on with from the one before, or from a saved run, and what it hands on.
+// How a pipeline continues from an earlier one or from a saved run, and what it saves.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,8 +8,8 @@
 
 namespace gprodom {
 
-// From a state saved seconds ago: as if the sensors had been silent meanwhile, the wheel's count
-// excepted.
+// Continues from a state that was saved seconds ago. The time since then is treated as a gap of all
+// sensors, except that the wheel has counted on.
 bool Pipeline::resume() {
   const SavedState saved = *std::exchange(saved_, std::nullopt);
   const NavState& x = saved.state;
@@ -25,7 +25,7 @@ bool Pipeline::resume() {
   }
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
   out_.warnings.emplace_back(said);
-  // What the IMU says on a straight way at constant speed.
+  // IMU samples of a straight path at constant speed.
   const Eigen::Vector3d up_body =
       x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
   for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
@@ -55,7 +55,7 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   if (!started_ || !base.solve.usable) return std::nullopt;
   SavedState saved;
   saved.state = base.state;
-  saved.state.time = told(base.state.time);  // a later run knows no other
+  saved.state.time = told(base.state.time);  // the sensors' own stamp, which a later run will have
   saved.covariance = base.covariance;
   saved.noise = motion_.noise_at_standstill();
   saved.wheel_m = motion_.wheel().reported(base.state.time);

@@ -1,4 +1,4 @@
-// All states of a run at once, after it: what smooths better than any window.
+// The batch solution: all states of a run at once, after its end.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -9,7 +9,8 @@
 namespace gprodom {
 namespace {
 
-// A state of odom where the map has it: its piece of the track turned, shifted and stretched.
+// A state of odom moved to where the map has it: rotated, shifted and stretched with its piece of
+// the track.
 NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose& odom_from_map) {
   const PlanarPose begins = compose(odom_from_map, piece.in_map);
   const double turn = begins.yaw - piece.in_odom.yaw, stretch = std::exp(piece.slip);
@@ -23,8 +24,8 @@ NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose
   return result;
 }
 
-// The wheel slipped as the map has found, and the solution begins where the map lies: from afar
-// the robust kernels of the revisits would not let it get there.
+// Takes over the slip that the pose graph has found, and starts the solution at the map's poses.
+// From further away the robust kernels of the revisits would keep it from converging to them.
 void begin_as_map(const std::vector<TrackPiece>& track, const PlanarPose& map_from_odom,
                   Batch& batch) {
   const PlanarPose odom_from_map = between(map_from_odom, {});
@@ -46,7 +47,7 @@ const Batch& Pipeline::batch() const {
   return *estimator_->recorded();
 }
 
-// The batch with the revisits that the map rests on.
+// Solves the batch together with the trusted revisits.
 std::vector<NavState> Pipeline::smoothed() const {
   Batch batch = this->batch();
   const std::vector<NavState>& states = batch.states();
@@ -60,7 +61,7 @@ std::vector<NavState> Pipeline::smoothed() const {
     if (memory < query && query < states.size())
       batch.add_factor(memory, query, std::make_shared<RevisitFactor>(revisit.edge));
   }
-  // In map, which is not odom's frame where the track lies on ground from before.
+  // The result is in map, which differs from odom if the track is tied to an earlier map.
   const PlanarPose map_from_odom = map_->map_from_odom();
   begin_as_map(map_->track(), map_from_odom, batch);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));

@@ -7,12 +7,12 @@
 namespace gprodom::gpr {
 namespace {
 
-// Features have a standard deviation of 1 at most; the mean of some of them less. A product of two
-// pieces of any sensible length then fits 32 bits.
+// Features have a standard deviation of 1 at most, and means of them less. So the product of two
+// pieces of any reasonable length fits 32 bits.
 constexpr float kLevelsPerUnit = 200.0F;
 constexpr float kLargest = 1000.0F;
 
-// Sum of products. Built for processors with wider registers too; which, is asked when run.
+// Sum of products. Compiled for AVX2 as well; the version is chosen at run time.
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__) && !defined(__clang__)
 __attribute__((target_clones("avx2", "default")))
@@ -67,7 +67,7 @@ void GlobalSearch::add_run(std::size_t first, const Columns& features) {
   }
 }
 
-// Of a piece of `columns` thinned columns with the memory from each thinned column on.
+// Correlation of a piece of `columns` thinned columns with the memory, at each thinned column.
 std::vector<float> GlobalSearch::correlations(const std::int16_t* piece, int columns) const {
   const int n = columns * options_.rows;
   const auto places = static_cast<std::ptrdiff_t>(energy_.size()) - 1 - columns;
@@ -81,8 +81,8 @@ std::vector<float> GlobalSearch::correlations(const std::int16_t* piece, int col
   return result;
 }
 
-// Mean correlation of the pieces, each at the best of the places it may lie at, by the thinned
-// column at which the query's centre lies.
+// Score for each thinned column under the query's centre: the mean correlation of the pieces, each
+// at the best place within its slack.
 std::vector<float> GlobalSearch::scores(const Thinned& query) const {
   const auto rows = static_cast<std::size_t>(options_.rows);
   const auto columns = static_cast<int>(query.size() / rows);

@@ -1,7 +1,8 @@
-// A place on kilometres of remembered ground, without a prior: for a robot that has lost itself, or
-// is put down on ground that was mapped before. The features of the memory (gpr/patch_filter.h) are
-// thinned to few numbers a decimetre, and the newest ground is correlated with all of it, in
-// pieces, each of which may lie a little off, since the two wheels stretch the ground differently.
+// Relocalisation: a place on kilometres of stored ground, without a prior, for a robot after a
+// reset or on ground that was mapped before. The features of the memory (gpr/patch_filter.h) are
+// thinned to a few numbers per decimetre, and the newest ground is correlated with all of it. It is
+// compared in pieces, and each piece may lie a little off, because the wheels of the two passes
+// stretch the ground differently.
 // docs/revisit.md, "Anywhere".
 #pragma once
 
@@ -15,16 +16,16 @@
 namespace gprodom::gpr {
 
 struct GlobalSearchOptions {
-  int thinning = 4;         // columns averaged into one
-  int rows = 16;            // of depth, kept of a column's features
-  double piece_m = 2.0;     // of the query that is correlated as a whole
-  double slack = 0.02;      // metres per metre by which the pieces may lie off
-  double distinct_m = 1.0;  // what is nearer to the best place is no second place
-  double min_margin = 1.5;  // best place over second best, standard deviations of chance
+  int thinning = 4;      // columns averaged into one
+  int rows = 16;         // of depth, kept of a column's features
+  double piece_m = 2.0;  // length of a piece, which is correlated as a whole
+  double slack = 0.02;  // metres per metre of distance from the centre: how far a piece may lie off
+  double distinct_m = 1.0;  // the second place is at least so far from the best one
+  double min_margin = 1.5;  // gate: best score less the second, in standard deviations of chance
 };
 
 struct GlobalMatch {
-  bool valid = false;     // something was compared
+  bool valid = false;     // false: nothing could be compared
   double column = 0.0;    // of the memory at the query's centre, to the thinning
   bool mirrored = false;  // driven against the memory's direction
   double score = 0.0;     // correlation, standard deviations of chance
@@ -42,18 +43,17 @@ class GlobalSearch {
   // the numbers.
   void add_run(std::size_t first, const Columns& features);
 
-  // Whether two columns of the memory, of numbers as given, lie at one place, driven over twice.
+  // Whether two columns of the memory lie at the same place, which was then driven over twice.
   using SamePlace = std::function<bool(double, double)>;
 
-  // The newest ground, (columns, rows) in the order driven; two pieces of it at the least, else
-  // the match is not valid. A second place is not one where the best lies too.
+  // query: the newest ground, (columns, rows) in the order driven, at least two pieces long (else
+  // the match is not valid). A column at the same place as the best one is not the second place.
   GlobalMatch find(const Columns& query, const SamePlace& same_place = {}) const;
 
   std::size_t bytes() const;
 
  private:
-  // A thinned column is rows numbers that follow each other, so that a piece at any place is one
-  // stretch of them.
+  // The numbers of a thinned column are contiguous, and so are those of a piece at any place.
   struct Run {
     std::size_t first = 0;  // number of its first column in the memory
     std::size_t begin = 0;  // of its thinned columns

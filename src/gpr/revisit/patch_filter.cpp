@@ -38,7 +38,7 @@ Eigen::ArrayXd row_power(const Columns& columns) {
   return columns.cast<double>().array().square().colwise().mean().transpose();
 }
 
-// A depth gain must not follow the wavelet: smoothed by a Gaussian of `sigma` samples.
+// Smooths by a Gaussian of `sigma` samples, so that the depth gain does not follow the wavelet.
 Eigen::ArrayXd smooth_gain(const Eigen::ArrayXd& power, double sigma) {
   const auto n = power.size();
   const auto reach = static_cast<Eigen::Index>(std::ceil(3.0 * sigma));
@@ -88,8 +88,8 @@ double median_bin(const Eigen::ArrayXd& power) {
   return 0.0;
 }
 
-// Zero-phase kernel for lags -(kLags - 1) .. kLags - 1 that makes `power` flat between the cuts
-// (bins, half gain; edges a quarter of the cut wide to either side) and takes out the rest.
+// Zero-phase kernel for lags -(kLags - 1) .. kLags - 1. It makes `power` flat between the cuts
+// (bins, at half gain; each edge is a quarter of its cut wide on either side) and removes the rest.
 Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double high,
                                 double relative_floor) {
   const double floor = relative_floor * power.maxCoeff();
@@ -108,8 +108,8 @@ Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double 
   return kernel;
 }
 
-// (samples, samples): takes out of a trace what lies below `cut` cycles per sample (half gain), its
-// mean everywhere: an offset or a slow swing of the receiver is no echo.
+// High-pass matrix (samples, samples): removes what lies below `cut` cycles per sample (half gain),
+// the mean included. An offset or a slow drift of the receiver is not an echo.
 Columns without_wow(Eigen::Index samples, double cut) {
   const double sigma = std::sqrt(0.5 * std::log(2.0)) / (M_PI * cut);  // of a Gaussian mean
   Columns mean = Columns::Identity(samples, samples);
@@ -143,7 +143,7 @@ int repair_columns(Columns& columns) {
   constexpr float kOutlier = 6.0F;  // times the median over the columns
   const Eigen::Index n = columns.rows();
   if (n < 5) return 0;
-  // Rows on one scale, or the direct wave alone would speak.
+  // All rows are scaled alike, or the direct wave alone would decide.
   const Columns rough = columns.bottomRows(n - 1) - columns.topRows(n - 1);
   Eigen::RowVectorXf scale = rough.cwiseAbs().colwise().mean();
   scale = scale.cwiseMax(std::max(1e-30F, 1e-6F * scale.maxCoeff())).cwiseInverse();
@@ -160,7 +160,7 @@ int repair_columns(Columns& columns) {
   const float limit = kOutlier * sorted[sorted.size() / 2];
   int repaired = 0;
   for (Eigen::Index i = 1; i + 1 < n; ++i) {
-    // The neighbours of a glitch are half as unlike as it is; only the glitch itself is replaced.
+    // The neighbours of a glitch differ by half as much as the glitch. Only the glitch is replaced.
     if (unlike[i] <= limit || unlike[i] < unlike[i - 1] || unlike[i] < unlike[i + 1]) continue;
     columns.row(i) = 0.5F * (columns.row(i - 1) + columns.row(i + 1));
     ++repaired;
@@ -195,15 +195,15 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   Columns varying = traces;
   band_pass(learnt_.long_sigma, 0.0, varying);
   const double bin = 0.5 / (kLags * sample_interval);  // Hz
-  // Without gain, most of what varies is shallow, and at the radar's own frequencies. Deeper down
-  // the gain would lift the receiver's swings above the echoes.
+  // Without gain, most of the variation is shallow and at the radar's own frequencies. With gain,
+  // the slow drift of the receiver would dominate the echoes at depth.
   const double radar = median_bin(power_spectrum(varying)) * bin;
   const Columns dewow =
       without_wow(traces.cols(), std::max(options.low_cut * radar, bin) * sample_interval);
   varying = (varying * dewow.transpose()).eval();
-  // What the gain lifts deep down is lower than that, if it is not noise.
+  // Echoes that the gain amplifies at depth have a lower frequency; a higher one is noise.
   const double highest = median_bin(power_spectrum(varying)) * bin;
-  const double period = 8.0;  // samples; sets only how smooth the gain is
+  const double period = 8.0;  // samples; only for the smoothness of the gain
   Eigen::ArrayXd deviation = smooth_gain(row_power(varying), 0.5 * period).sqrt();
   if (!(deviation.maxCoeff() > 0.0)) {
     throw std::invalid_argument("traces: nothing changes along the track");
@@ -219,7 +219,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   const Eigen::ArrayXd kernel = whitening_kernel(power, options.low_cut * learnt_.centre / bin,
                                                  high / bin, options.spectrum_floor);
 
-  // Rows no further apart than the upper edge of the band needs, nor more than there is room for.
+  // The row interval is what the upper edge of the band needs, with at most max_rows rows.
   const int samples = static_cast<int>(traces.cols());
   const int step = std::max({1, static_cast<int>(0.5 / (1.125 * high * sample_interval)),
                              (samples + options.max_rows - 1) / options.max_rows});
@@ -236,8 +236,8 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   learnt_.projection = (learnt_.projection * dewow).eval();
 }
 
-// Each row to unit variance times its share of signal, told from noise by what changes from one
-// trace to the next faster than the ground can: the second difference, 6 times the noise's power.
+// Scales each row to unit variance times its share of signal. The noise is read from the second
+// difference between traces, which has 6 times its power: the ground cannot change that fast.
 void PatchFilter::weigh_rows(const Columns& traces) {
   Columns features = project(traces);
   const Eigen::Index n = features.rows();

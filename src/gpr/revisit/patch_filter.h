@@ -1,14 +1,14 @@
-// What turns raw traces along the track into the features by which a place is told from others.
+// Turns raw traces along the track into the features that distinguish one place from another.
 //
-// A place is told by what changes along the track over decimetres: the direct wave and flat layers
-// are the same everywhere, so they are taken out; noise and what a lateral offset of the antenna
-// decorrelates (the short wavelengths) are taken out too. What is left is made white, over depth
-// (each row to equal variance) and over frequency, so that each independent sample has one vote:
-// the correlation coefficient is then the likelihood ratio's statistic, and not that of the one
-// strong reflector. See docs/revisit.md.
+// What distinguishes a place changes along the track over decimetres. The direct wave and flat
+// layers are the same everywhere, so they are removed. Noise and short wavelengths are removed too,
+// because a lateral offset of the antenna decorrelates those. The rest is whitened over depth (each
+// row gets equal variance) and over frequency, so that each independent sample has the same weight.
+// Then the correlation coefficient is the statistic of the likelihood ratio, and no single strong
+// reflector dominates it. See docs/revisit.md.
 //
-// All of it is linear in the trace and learnt once from the ground, so that a trace becomes a
-// column of features by one small matrix, followed by a band-pass along the track.
+// All of this is linear in the trace and learnt once from the ground. So one small matrix makes a
+// column of features of a trace, and a band-pass along the track follows.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ struct PatchFilterOptions {
   double wave_speed = 1e8;       // m/s in the ground
   double low_cut = 0.3;          // the whitened band, half gain
   double high_cut = 1.5;         // the same
-  double spectrum_floor = 1e-4;  // of the spectrum's maximum: what lies below is not lifted
+  double spectrum_floor = 1e-4;  // of the spectrum's maximum; weaker frequencies are not amplified
   double long_cut = 1.1;         // standard deviation of the running mean along the track taken out
   double short_cut = 0.11;       // standard deviation of the smoothing along the track
   int max_rows = 96;             // features in a column: bytes in the trace memory
@@ -34,11 +34,11 @@ struct PatchFilterOptions {
 // deviation (in columns; below 0.5 nothing is done). Windows shrink at the ends.
 void smooth_along(double sigma, Columns& columns);
 
-// Replaces traces unlike both neighbours, and unlike what lies between them, by their
-// neighbours' mean: glitches of the receiver. Returns how many.
+// Glitches of the receiver are traces unlike both neighbours and unlike their mean. Replaces each
+// by the mean of its neighbours and returns how many there were.
 int repair_columns(Columns& columns);
 
-// What a filter has learnt, to be kept beside the features that it made.
+// The learnt parameters of a filter, to be stored beside the features that it made.
 struct LearntPatchFilter {
   Columns projection;                          // (rows, samples): traces to features
   double row_interval = 0.0;                   // s

@@ -31,8 +31,8 @@ bool PatchSurvey::beside(const Curves& curves, int entry, const Peak& peak) cons
   return curves.mirrored == peak.curves->mirrored && apart * spacing_ <= lobe_m_;
 }
 
-// Variance of the correlation of other ground, from all places but the peak, at the wide scale and
-// at the peak's: 1 / N with N independent samples in the patch.
+// Variance of the correlation with other ground: 1 / N with N independent samples in the patch.
+// Measured at all places but the peak, at the wide scale and at the peak's scale.
 double PatchSurvey::chance(const Peak& peak) const {
   double sum = 0.0;
   int n = 0;
@@ -47,7 +47,7 @@ double PatchSurvey::chance(const Peak& peak) const {
   return n > 0 ? sum / n : 1.0;
 }
 
-// Of ground by chance, which is above zero, since it is that of the best of several shifts.
+// Median evidence of other ground. It is above zero, since the best of several shifts is taken.
 double PatchSurvey::usual_evidence() const {
   std::vector<double> all;
   for (const Curves& c : curves_) {
@@ -58,7 +58,7 @@ double PatchSurvey::usual_evidence() const {
   return *middle;
 }
 
-// N / 4 times the evidence, which counts each half sample twice.
+// The log likelihood ratio is N / 4 times the evidence, since that counts each half sample twice.
 Eigen::ArrayXXd PatchSurvey::log_likelihood(bool mirrored) const {
   Eigen::ArrayXXd all = Eigen::ArrayXXd::Zero(size_, static_cast<Eigen::Index>(scales_));
   if (size_ == 0) return all;
@@ -85,7 +85,7 @@ RevisitMatch PatchSurvey::around(double place, bool mirrored) const {
   return peak.curves == nullptr ? RevisitMatch{} : judge(peak);
 }
 
-// Against the second place, and against correlation by chance.
+// Scores a peak against the second place, and checks it against correlation by chance.
 RevisitMatch PatchSurvey::judge(const Peak& peak) const {
   const Curves& best = *peak.curves;
   const int at = peak.entry;

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kShifts = 3;  // earlier, as it is, later
 constexpr double kLargestRho = 0.9999;
-constexpr double kRefined = 1.1;  // scales that refine() may follow, over those of the survey
+constexpr double kRefined = 1.1;  // refine() may use scales up to this times those of the survey
 
-// Columns with their rows `shift` later, a fraction of a row, by a windowed sinc of 8 rows.
+// The columns delayed by `shift` rows (a fraction), interpolated by a windowed sinc of 8 rows.
 Columns delay_rows(const Columns& columns, double shift) {
   constexpr int kReach = 4;
   const auto rows = columns.cols();
@@ -38,8 +38,9 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
   return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
 }
 
-// Sum of n entries of each of some rows of a table, row i from begin[i] on. In registers: the table
-// is read once and the sum written once. `stride` is from row to row, 0: they are one.
+// Adds up some rows of a table, n entries each, row i from begin[i] on. `stride` is the distance
+// between rows; 0: all are the same row. The sum stays in registers, so the table is read once and
+// the sum written once.
 Eigen::ArrayXf sum_of_rows(const float* table, Eigen::Index stride, const int* begin, int rows,
                            Eigen::Index n) {
   using Four = Eigen::Array4f;
@@ -93,7 +94,7 @@ void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
     const auto block = shifted.middleCols(from, n);
     memory_energy_[b] = memory.middleCols(from, n).array().square().rowwise().sum();
     query_energy_[b] = block.array().square().rowwise().sum();
-    // A new width each time would be new memory each time, cleared by the system.
+    // The tables keep their width: another width each time would allocate (and clear) each time.
     if (tables_[b].rows() != block.rows() || tables_[b].cols() < memory.rows()) {
       tables_[b].resize(block.rows(), memory.rows());
     }
@@ -223,7 +224,7 @@ PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query,
   survey.lobe_m_ = options_.lobe_m;
   survey.min_score_ = options_.min_score;
   survey.min_half_ = options_.min_half;
-  // The two directions reach equally far but for rounding.
+  // Both directions cover the same places, except for rounding.
   int end = std::numeric_limits<int>::max();
   for (const Curves& c : survey.curves_) {
     if (!c.wide) continue;

@@ -1,9 +1,10 @@
-// Revisits: where on remembered ground a patch of newer ground lies, and how sure that is.
+// Matching for revisits (loop closures): where on stored ground a patch of newer ground lies, and
+// with which variance.
 //
-// The correlation of every query column with every memory column near the place expected is
-// computed once, per block of depth and for small shifts in time; a direction, a scale along the
-// track and an offset are then paths through these tables, along which is summed. See
-// docs/revisit.md for the evidence and the variance.
+// The correlation of every query column with every memory column near the expected place is
+// computed once, for each block of depth and for small shifts in time. A direction, a scale along
+// the track and an offset then define a path through these tables, and its entries are added up.
+// docs/revisit.md derives the evidence and the variance.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,7 @@
 namespace gprodom::gpr {
 
 struct RevisitMatch {
-  bool valid = false;        // something was compared: the memory covers the query near `expected`
+  bool valid = false;        // false: the memory does not cover the query near `expected`
   double offset_m = 0.0;     // query centre minus memory centre along the memory's direction
   double sigma_m = 0.0;      // standard deviation of offset_m, if the match is right
   bool mirrored = false;     // the query was driven against the memory's direction
@@ -29,32 +30,33 @@ struct RevisitMatch {
 };
 
 struct RevisitOptions {
-  // Metres of memory per metre of query that match() tries, and refine() times a survey's.
+  // Metres of memory per metre of query. match() tries these; refine() tries these times the
+  // survey's.
   std::vector<double> scales = {0.97, 0.985, 1.0, 1.015, 1.03};
-  int depth_blocks = 4;      // each correlated for itself, so that no depth drowns the others
-  double time_shift = 0.25;  // periods of the centre frequency: reflectors that dip sideways
-  double lobe_m = 0.2;       // what lies nearer to the best place is no second place
-  double surround_m = 1.0;   // second places are sought this far beyond the bound
-  double min_score = 0.1;    // accepted from here on
-  double min_half = 2.0;     // each half of the patch must correlate by that many standard
-                             // deviations of chance (0: not asked)
+  int depth_blocks = 4;      // each is normalised by itself, so that no depth dominates
+  double time_shift = 0.25;  // periods of the centre frequency, for reflectors that dip sideways
+  double lobe_m = 0.2;       // the second place is at least so far from the best one
+  double surround_m = 1.0;   // the second place is searched so far beyond the bound
+  double min_score = 0.1;    // least score of an accepted match
+  double min_half = 2.0;     // gate: least correlation of each half of the patch, in standard
+                             // deviations of chance (0: no gate)
 };
 
 // Where a survey looks. Lengths are along the memory.
 struct SurveyRange {
   double place = 0.0;                // column of the memory where the query's centre is expected
-  double bound_m = 0.0;              // give or take
-  double surround_m = 0.0;           // beyond the bound, where second places are sought
+  double bound_m = 0.0;              // the query lies within so much of `place`
+  double surround_m = 0.0;           // the second place is searched so far beyond the bound
   std::vector<double> scales = {1};  // metres of memory per metre of query
-  std::size_t wide = 0;              // number of the scale that is followed in the surroundings too
-  // Where it is known which way the query was driven against the memory: the other way is followed
-  // at the scale `wide` only, for second places.
+  std::size_t wide = 0;              // number of the scale that is used beyond the bound too
+  // The direction of the query against that of the memory, if known. The other direction is then
+  // compared at the scale `wide` only, to find the second place.
   std::optional<bool> mirrored;
 };
 
-// What the evidence says of every place near the one expected, for both directions and all scales.
-// Places are columns of the memory: the query's centre lies at a place, plus half a column where it
-// has an even number of columns.
+// The evidence of every place near the expected one, for both directions and all scales. A place is
+// a column of the memory: the one under the query's centre (half a column before it, if the query
+// has an even number of columns).
 class PatchSurvey {
  public:
   bool empty() const { return size_ == 0; }
@@ -63,8 +65,8 @@ class PatchSurvey {
   int first() const { return first_; }
   int size() const { return size_; }
 
-  // (size(), scales): log likelihood, in nats, of the query's ground being that of each place at
-  // each scale, driven the one way or the other, against ground that is not there.
+  // (size(), scales), for one direction: log likelihood ratio in nats of "the query's ground is
+  // that of this place, at this scale" against "the query's ground is not in the memory".
   Eigen::ArrayXXd log_likelihood(bool mirrored) const;
 
   // The best place inside the bound; not valid where nothing was compared.
@@ -122,7 +124,8 @@ class PatchMatcher {
   // The same with the evidence of every place.
   PatchSurvey survey(const Columns& memory, const Columns& query, const SurveyRange& range);
 
-  // Follows scales near `scale` too, at places within lobe_m of `place`. Of the last survey only.
+  // Compares scales near `scale` as well, at places within lobe_m of `place`. Only for the survey
+  // that this matcher made last.
   void refine(PatchSurvey& survey, double place, bool mirrored, double scale) const;
 
   double spacing() const { return spacing_; }

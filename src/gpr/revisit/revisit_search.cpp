@@ -7,9 +7,9 @@
 namespace gprodom::gpr {
 namespace {
 
-// Stretches that together are less likely than this on either side are not compared.
+// Stretches in the tails of the distribution are not compared: probability of each tail.
 constexpr double kUnlikely = 1e-3;
-// Standard deviations of the stretch within which it is looked for anew.
+// Without a belief from before, stretches within so many standard deviations are compared.
 constexpr double kWithin = 2.0;
 
 Eigen::ArrayXd normal_weights(int first, int last, double mean, double sigma) {
@@ -18,7 +18,7 @@ Eigen::ArrayXd normal_weights(int first, int last, double mean, double sigma) {
   return weights / weights.sum();
 }
 
-// `values` moved on by `shift` entries and blurred, to begin at entry 0 of `size`.
+// `values` shifted by `shift` entries and blurred, cut to entries 0 to size - 1.
 Eigen::ArrayXd moved_on(const Eigen::ArrayXd& values, double shift, double sigma,
                         Eigen::Index size) {
   const auto whole = static_cast<Eigen::Index>(std::lround(shift));
@@ -38,8 +38,8 @@ Eigen::ArrayXd moved_on(const Eigen::ArrayXd& values, double shift, double sigma
 
 }  // namespace
 
-// Stretches lie so close that the ends of a patch compared at the nearest one are off by no more
-// than the filter smooths along the track, or a column.
+// The step between stretches. At the nearest stretch, the ends of a patch are wrong by no more than
+// the filter's smoothing along the track, or than one column.
 RevisitSearch::RevisitSearch(const PatchFilter& filter, double spacing,
                              RevisitSearchOptions options)
     : options_(std::move(options)),
@@ -72,7 +72,7 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
     PatchSurvey survey = matcher_.survey(window.features, query, range);
     if (survey.empty()) continue;
     Belief belief = expect(window, before, survey, asked, moved_m);
-    // Patches overlap, and ground counts once.
+    // Patches overlap, and each piece of ground counts once.
     const double fresh = belief.patches == 0 ? 1.0 : std::min(1.0, moved_m / options_.patch_m);
     const Eigen::ArrayXXd said[2] = {fresh * survey.log_likelihood(false),
                                      fresh * survey.log_likelihood(true)};
@@ -93,7 +93,7 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
   return found;
 }
 
-// What was believed of the run that a window is part of.
+// The belief about the run that contains a window.
 const RevisitSearch::Belief* RevisitSearch::last_on(const SearchWindow& window) const {
   const auto first = static_cast<std::ptrdiff_t>(window.first);
   const Belief* before = nullptr;
@@ -124,14 +124,16 @@ RevisitSearch::Stretches RevisitSearch::anew(const SearchWindow& window) const {
   return all;
 }
 
-// Of a step of the stretch up, down, and so on, from one query to the next; the middle one is none.
+// Transition probabilities of the stretch from one query to the next, in steps up and down. The
+// middle entry is "no change".
 Eigen::ArrayXd RevisitSearch::changes(const SearchWindow& window) const {
   const double sigma = std::hypot(window.stretch_change, options_.drift) / step_;
   const int reach = static_cast<int>(std::ceil(kWithin * sigma));
   return normal_weights(-reach, reach, 0.0, sigma);
 }
 
-// Where the place is known, so is the stretch: only those near it are compared.
+// The stretches to compare. If the place is known the stretch is known too, and only those near it
+// are compared.
 RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
                                                   const Belief* before) const {
   Stretches fresh = anew(window);
@@ -161,8 +163,8 @@ RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
   return {low + static_cast<int>(from), share.segment(from, end - from)};
 }
 
-// What is believed of a window's places before the new patch is compared: all alike, or what was
-// believed of the stretch of ground before, moved along.
+// The prior of a window's places before the new patch is compared: uniform, or the last posterior
+// of this ground, moved along.
 RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, const Belief* before,
                                             const PatchSurvey& survey, const Stretches& stretches,
                                             double moved_m) const {
@@ -179,8 +181,9 @@ RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, const Be
   return belief;
 }
 
-// Places move forwards where driven as then, backwards where mirrored, by what was driven times the
-// stretch. What leaves the window is no longer believed; a little starts anew everywhere.
+// Prediction step of the filter. Places move by the distance driven times the stretch: forwards if
+// driven as then, backwards if mirrored. Belief that leaves the window is dropped, and a small
+// share is spread evenly over all places.
 void RevisitSearch::move(const Belief& before, const SearchWindow& window, double moved_m,
                          Belief& after) const {
   const Eigen::ArrayXd change = changes(window);
@@ -192,7 +195,7 @@ void RevisitSearch::move(const Belief& before, const SearchWindow& window, doubl
     for (Eigen::Index i = 0; i < before.places[d].cols(); ++i) {
       const int stretch = before.first_stretch + static_cast<int>(i);
       const double step = moved_m * std::exp(stretch * step_) / spacing;
-      // Stretches are a step apart, and what is between them is not known.
+      // Stretches lie one step apart, so each stands for an interval of that width.
       const double sigma = std::max(0.7, std::hypot(options_.drift, 0.5 * step_) * step);
       const double shift =
           static_cast<double>(before.first - after.first) + (d == 0 ? step : -step);
@@ -230,15 +233,15 @@ std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, PatchSurvey&
   const double in_window = column - static_cast<double>(window.first);
   matcher_.refine(survey, in_window, d == 1, survey.around(in_window, d == 1).scale);
   place.match = survey.around(in_window, d == 1);
-  // What was believed before must not carry a patch that says nothing of it.
+  // The prior alone must not accept a place: the newest patch has to support it by itself.
   if (place.match.half_sigmas < options_.min_half || place.match.score <= 0.0) return {};
   place.match.offset_m += static_cast<double>(window.first) * matcher_.spacing();
   place.column = place.match.offset_m / matcher_.spacing();
   return {place};
 }
 
-// The memory's patch, of ground that the query holds, looked for in the newer ground, must be found
-// where the query's centre is.
+// Search backwards: the memory's patch at the place found is looked for in the newer ground, and
+// must be found at the query's centre.
 bool RevisitSearch::agrees_backwards(const Columns& newest, const SearchWindow& window,
                                      const PlaceFound& found) {
   if (options_.agree_m <= 0.0) return true;
@@ -249,12 +252,12 @@ bool RevisitSearch::agrees_backwards(const Columns& newest, const SearchWindow& 
   const auto first = static_cast<Eigen::Index>(std::lround(at - half));
   if (first < 0 || first + columns > window.features.rows()) return false;
   const Columns patch = window.features.middleRows(first, columns);
-  // What the patch of whole columns was cut too early or late by.
+  // The patch is cut at whole columns: the rest of a column by which it begins early or late.
   const double cut = at - static_cast<double>(first) - half;
   SurveyRange range;
   range.place = static_cast<double>(newest.rows()) - 0.5 * (patch_columns_ + 1);
   range.bound_m = options_.matcher.lobe_m;
-  // Where it lies is asked, not how well: what surrounds it need not be compared.
+  // Only the place is needed, not its score, so no surroundings are compared.
   range.surround_m = 2.0 * matcher_.spacing();
   range.scales = options_.matcher.scales;
   range.wide = range.scales.size() / 2;

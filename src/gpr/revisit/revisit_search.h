@@ -1,8 +1,8 @@
-// Where on remembered ground the robot is, carried along the track: one patch of ground that
-// repeats (rebar at an even pitch) fits at many places, and which of them it is shows only as the
-// robot drives on. A discrete Bayes filter over the memory's columns, both directions of driving,
-// and "nowhere": each new patch multiplies in its likelihood, the distance driven moves the belief
-// along. docs/revisit.md, "Along the track".
+// Loop closure by a discrete Bayes filter along the track. One patch of ground that repeats (rebar
+// at an even pitch) fits at many places; only as the robot drives on does it show which one it is.
+// The filter's cells are the columns of the memory, each in both directions of driving, and
+// "nowhere" for ground that is not in the memory. Each new patch multiplies in its likelihood, and
+// the distance driven moves the belief along. docs/revisit.md, "Along the track".
 #pragma once
 
 #include <Eigen/Core>
@@ -17,16 +17,16 @@ namespace gprodom::gpr {
 struct RevisitSearchOptions {
   RevisitOptions matcher;
   double patch_m = 1.84;     // of ground in a query
-  double nowhere = 0.5;      // prior of not being on the memory at all
-  double lost = 1e-4;        // share of the belief that starts anew with each patch
-  double drift = 0.02;       // metres per metre by which odometry then and now may differ, at least
-  double max_stretch = 0.5;  // ln; beyond, a patch has little over half its ground in common
-  double certainty = 0.999;  // of one place over all others and nowhere, from which it is taken
-  double min_half = 1.0;     // each half of the newest patch must correlate by that many standard
-                             // deviations of chance, and no other place may fit it better
-  int min_patches = 3;       // that must have agreed
-  double agree_m = 0.05;     // between the patch found in the memory, and the memory found in the
-                             // newer ground (0: not asked)
+  double nowhere = 0.5;      // prior probability that the ground is not in the memory
+  double lost = 1e-4;        // share of the belief that is spread evenly again with each patch
+  double drift = 0.02;       // metres per metre: least difference of the odometry then and now
+  double max_stretch = 0.5;  // ln; beyond it two patches share little more than half their ground
+  double certainty = 0.999;  // least posterior probability of a place to be accepted
+  double min_half = 1.0;  // gate on the newest patch: least correlation of each of its halves, in
+                          // standard deviations of chance; and it must fit best at the place
+  int min_patches = 3;    // least number of patches behind an accepted place
+  double agree_m = 0.05;  // gate on the search backwards, from the memory into the newer ground:
+                          // how far its place may differ (0: no such search)
 };
 
 // A stretch of the memory on which the query may lie. Columns are numbered along the run from
@@ -36,10 +36,10 @@ struct SearchWindow {
   std::size_t first = 0;  // number of features.row(0)
   Columns features;       // the stretch expected with what surrounds it
   double expected = 0.0;  // number of the column at which the query's centre is expected
-  double bound_m = 0.0;   // give or take, along the memory
+  double bound_m = 0.0;   // the place lies within so much of it, along the memory
 
-  // ln of metres of memory per metre of query, its standard deviation, and that of its change since
-  // the last query: 0 where the wheel did not slip then and does not now.
+  // Stretch: ln of metres of memory per metre of query. Its mean, its standard deviation, and the
+  // standard deviation of its change since the last query. All are 0 without slip then and now.
   double stretch = 0.0, stretch_sigma = 0.0, stretch_change = 0.0;
   std::optional<bool> mirrored;  // driven against the memory's direction, where that is known
 };
@@ -47,7 +47,7 @@ struct SearchWindow {
 struct PlaceFound {
   std::size_t window = 0;  // of those given
   double column = 0.0;     // number of the memory's column at the query's centre
-  double certainty = 0.0;  // of the place against all others
+  double certainty = 0.0;  // posterior probability of the place
   RevisitMatch match;      // offset_m counts from column 0
 };
 
@@ -56,16 +56,16 @@ class RevisitSearch {
   RevisitSearch(const PatchFilter& filter, double spacing, RevisitSearchOptions options = {});
 
   int patch_columns() const { return patch_columns_; }
-  // Ground that look() compares beyond a window's bound, and so wants in its features.
+  // A window's features must reach so far beyond its bound, since look() compares that ground too.
   double reach_m() const;
 
-  // newest: (columns, rows), the newest ground in the order driven, at least patch_columns() of it;
-  // the last patch_columns() are the query. moved_m: from the last query's centre to this one's,
-  // driven on in the same run. Answers the places that are certain.
+  // newest: (columns, rows), at least patch_columns() of the newest ground in the order driven; the
+  // last patch_columns() of them are the query. moved_m: distance from the last query's centre to
+  // this one's, in the same run. Returns the places that pass all gates.
   std::vector<PlaceFound> look(const Columns& newest, double moved_m,
                                const std::vector<SearchWindow>& windows);
 
-  // The run under way has ended: what was believed of it says nothing of the next.
+  // The current run has ended. Its belief does not apply to the next run.
   void forget() { beliefs_.clear(); }
 
  private:
@@ -77,7 +77,7 @@ class RevisitSearch {
     double nowhere = 1.0;
     int patches = 0;
   };
-  // Stretches that a query is compared at, first * step_ and so on, and how likely each is.
+  // The stretches at which a query is compared (first * step_, ...) and their probabilities.
   struct Stretches {
     int first = 0;
     Eigen::ArrayXd share;

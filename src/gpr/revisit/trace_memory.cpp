@@ -9,7 +9,7 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr std::size_t kBlockColumns = 50;
-constexpr std::size_t kMostKnown = 50;  // stretches, of which those not kept yet hold a few
+constexpr std::size_t kMostKnown = 50;  // known stretches; only the newest few are still needed
 
 }  // namespace
 
@@ -34,7 +34,7 @@ void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sam
   if (!last_) {
     last_ = std::move(sample);
   } else if (std::abs(distance_m - last_->distance) < 0.5 * options_.spacing_m) {
-    // At one place: averaged, so that noise falls and standstill costs nothing.
+    // Traces at one place are averaged: noise falls, and a standstill costs no memory.
     const auto weight = 1.0F / static_cast<float>(std::min(++last_->count, 20));
     last_->values += weight * (sample.values - last_->values);
   } else {
@@ -42,14 +42,15 @@ void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sam
   }
 }
 
-// From last_, the farthest of the run, to `next`, with a column at each grid point between.
+// Goes on from last_, the farthest sample of the run, to `next`. Emits a column at each grid point
+// in between.
 void TraceMemory::step_to(Sample next) {
   if (direction_ == 0) {
     direction_ = next.distance > last_->distance ? 1 : -1;
     next_ = last_->distance;
   }
   const double ahead = direction_ * (next.distance - last_->distance);
-  if (ahead < 0.0) {  // back over ground just seen: nothing new, unless it goes on
+  if (ahead < 0.0) {  // back over ground just seen: ignored, unless it becomes a reversal
     if (-ahead <= options_.reversal_m) return;
     end_run();
     last_ = std::move(next);
@@ -78,7 +79,7 @@ void TraceMemory::learn() {
   Columns traces(pending_.size(), pending_.front().second.size());
   for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].second;
   try {
-    use(PatchFilter(traces, options_.spacing_m, sample_interval_, options_.filter));
+    set_filter(PatchFilter(traces, options_.spacing_m, sample_interval_, options_.filter));
   } catch (const std::invalid_argument&) {  // a dead antenna, say: nothing to learn from
     pending_.clear();
     return;
@@ -88,9 +89,9 @@ void TraceMemory::learn() {
   for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].second = features.row(i);
 }
 
-void TraceMemory::use(const PatchFilter& filter) {
+void TraceMemory::set_filter(const PatchFilter& filter) {
   filter_ = filter;
-  // Each is three running means, of half widths below its sigma + 0.5.
+  // Each of the two Gaussians is three running means with half widths below sigma + 0.5.
   context_ = 3 * static_cast<int>(std::ceil(filter.long_sigma() + filter.short_sigma() + 1.0));
 }
 
@@ -101,7 +102,7 @@ void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeN
     throw std::invalid_argument("trace memory: columns, times and filter do not agree");
   }
   end_run();
-  if (!filter_) use(filter);
+  if (!filter_) set_filter(filter);
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double along = static_cast<double>(i) * options_.spacing_m;
     keep({times[i], first_distance_m + direction * along, direction}, features.row(i));
@@ -117,7 +118,7 @@ Columns TraceMemory::filtered_pending() const {
   return features;
 }
 
-// Keeps what has its whole context (all: what is left of a run that ended).
+// Stores the columns whose whole context is there (all: the rest of a run that has ended too).
 void TraceMemory::keep_settled(bool all) {
   const std::size_t end = all ? pending_.size() : pending_.size() - context_;
   if (end <= settled_) return;
@@ -136,14 +137,14 @@ void TraceMemory::keep_settled(bool all) {
   settled_ = end - drop;
 }
 
-void TraceMemory::know(double one_m, double other_m) {
+void TraceMemory::mark_known(double one_m, double other_m) {
   const auto [from_m, to_m] = std::minmax(one_m, other_m);
   if (!known_.empty() && from_m <= known_.back().second && to_m >= known_.back().first) {
     known_.back().first = std::min(from_m, known_.back().first);
     known_.back().second = std::max(to_m, known_.back().second);
   } else {
     known_.emplace_back(from_m, to_m);
-    if (known_.size() > kMostKnown) known_.erase(known_.begin());  // long since behind
+    if (known_.size() > kMostKnown) known_.erase(known_.begin());  // far behind the antenna
   }
 }
 
@@ -153,7 +154,7 @@ bool TraceMemory::is_known(const MemoryColumn& place) const {
   });
 }
 
-// What is shorter than a patch with room to look for it is of no use.
+// Ends a piece of the current run. A piece shorter than a patch and its search range is of no use.
 void TraceMemory::end_piece() {
   if (!run_kept_) return;
   run_kept_ = false;

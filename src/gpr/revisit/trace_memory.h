@@ -1,6 +1,6 @@
-// The ground driven over, remembered by distance: a column of features (gpr/patch_filter.h) every
-// 2 cm, one byte a feature. Where a column lies in the world is not known here: who asks for a
-// patch has each column's time and distance and keeps the poses.
+// The ground driven over, stored by distance: a column of features (gpr/patch_filter.h) every 2 cm,
+// one byte for each feature. The memory holds no poses: a caller that gets a patch gets each
+// column's time and distance, and keeps the poses itself.
 //
 // Columns are numbered from 0 in the order driven and keep their numbers when the oldest are
 // forgotten. A run is a stretch driven one way without a gap; a patch lies within one run.
@@ -20,13 +20,13 @@ namespace gprodom::gpr {
 
 struct TraceMemoryOptions {
   double spacing_m = 0.02;
-  double learn_m = 4.0;        // of one run, from which the filter is learnt; nothing is kept
-                               // of runs before that
+  double learn_m = 4.0;        // length of one run from which the filter is learnt; nothing is kept
+                               // of the runs before it
   double max_length_m = 10e3;  // the oldest ground beyond is forgotten, a metre at a time
-  double reversal_m = 0.05;    // back by so much from the farthest: driven the other way
-  double gap_m = 0.5;          // between two traces: the run ends
+  double reversal_m = 0.05;    // so far back from the farthest point, the direction has changed
+  double gap_m = 0.5;          // a longer gap between two traces ends the run
   double newest_m = 3.0;       // the longest patch that newest() can give
-  double least_m = 3.0;        // of new ground before known ground that is worth keeping
+  double least_m = 3.0;        // new ground between known ground is kept from this length on
   PatchFilterOptions filter;
 };
 
@@ -60,10 +60,10 @@ class TraceMemory {
   void restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
                    double first_distance_m, int direction, const Columns& features);
 
-  // The ground of the run under way between two distances along the track is kept already, of
-  // another pass: it is not kept once more, where that has not happened yet. The run is then in
-  // pieces, which are runs of their own.
-  void know(double one_m, double other_m);
+  // The ground of the current run between these two distances along the track is already stored
+  // from an earlier pass. Columns there that are not stored yet are skipped. The run is then split
+  // into pieces, each of which is a run of its own.
+  void mark_known(double one_m, double other_m);
 
   // Ends the run (after a gap in time, say).
   void end_run();
@@ -74,30 +74,30 @@ class TraceMemory {
   const std::optional<PatchFilter>& filter() const { return filter_; }
   double spacing() const { return options_.spacing_m; }
 
-  // What is kept; the newest ground up to some 1.5 m behind the antenna is not yet part of it, as
-  // its band-pass needs what follows.
+  // The stored columns. The newest ground, some 1.5 m behind the antenna, is not yet among them,
+  // because its band-pass needs the ground that follows.
   MemoryRange kept() const { return {first_, first_ + times_.size()}; }
   std::size_t bytes() const;
 
-  // Where a kept column lies. Throws std::out_of_range.
+  // Time, distance and direction of a stored column. Throws std::out_of_range.
   MemoryColumn column(std::size_t number) const;
-  // The last kept column, of number `first` or higher, driven over at `time` or before. The times
-  // from `first` on must not fall.
+  // The last stored column with number `first` or higher that was driven over at `time` or before.
+  // Times from `first` on must not decrease.
   std::optional<std::size_t> column_at(TimeNs time, std::size_t first = 0) const;
   // The kept part of the run that holds a kept column.
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
   Columns patch(MemoryRange range) const;
 
-  // The newest ground up to the antenna, of the run under way, in the order driven: `count` columns
-  // for use as a query and up to `before` columns that came before them; and where the middle one
-  // of the query lies. Nothing where the run is shorter than a query.
+  // The newest ground of the current run up to the antenna, in the order driven: `count` columns as
+  // a query, up to `before` columns before them, and the query's middle column. Nothing if the run
+  // is shorter than a query.
   struct Newest {
     Columns features;
     MemoryColumn centre;
   };
   std::optional<Newest> newest(int count, int before = 0) const;
-  // Where the middle of such a query lies, without its features.
+  // The middle column of such a query, without features.
   std::optional<MemoryColumn> newest_place(int count) const;
 
  private:
@@ -116,7 +116,7 @@ class TraceMemory {
   void step_to(Sample next);
   void emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace);
   void learn();
-  void use(const PatchFilter& filter);
+  void set_filter(const PatchFilter& filter);
   void keep_settled(bool all);
   bool is_known(const MemoryColumn& place) const;
   void end_piece();
@@ -132,12 +132,12 @@ class TraceMemory {
   std::optional<Sample> last_;
   int direction_ = 0;  // of the run under way; 0: not known yet
   double next_ = 0.0;  // distance of its next column
-  // Of the run under way, oldest first: raw traces until the filter is learnt, then unfiltered
-  // features. The first settled_ of them are kept already and serve as context.
+  // The current run, oldest first: raw traces until the filter is learnt, then features before the
+  // band-pass. The first settled_ of them are already stored and serve as context.
   std::deque<std::pair<MemoryColumn, Eigen::RowVectorXf>> pending_;
   std::size_t settled_ = 0;
-  bool run_kept_ = false;  // a column of the run's piece under way has been kept
-  std::vector<std::pair<double, double>> known_;  // of the run under way, distances
+  bool run_kept_ = false;                         // a column of the current piece has been stored
+  std::vector<std::pair<double, double>> known_;  // known stretches of the current run, m
 
   // One block of kBlockColumns columns after the other, the last one growing; first_ is the number
   // of the first block's first column.

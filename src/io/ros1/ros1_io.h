@@ -24,8 +24,8 @@ ros::Time to_stamp(TimeNs time);
 ImuSample to_sample(const sensor_msgs::Imu& message);
 GprTrace to_trace(const gprodom_ros::GprTrace& message);
 
-// Distance of a wheel from the poses that its driver integrates: each step's chord, along the
-// robot's heading halfway.
+// The wheel's distance from the poses that its driver integrates: the chord of each step, projected
+// on the heading halfway.
 class WheelOdometry {
  public:
   WheelSample add(const nav_msgs::Odometry& message);
@@ -35,8 +35,8 @@ class WheelOdometry {
   double distance_m_ = 0.0;
 };
 
-// The same with the yaw rate of the twist, of whose integral two sides are made that are track_m
-// apart.
+// The same for left and right wheels, track_m apart: the integral of the twist's yaw rate gives
+// their difference.
 class WheelsOdometry {
  public:
   explicit WheelsOdometry(double track_m) : track_m_(track_m) {}
@@ -48,8 +48,7 @@ class WheelsOdometry {
   TimeNs last_ = 0;
 };
 
-// The joint's angle (rad) times the wheel's radius (m); nothing where the joint is not in the
-// message.
+// The joint's angle (rad) times the wheel's radius (m); nothing if the message lacks the joint.
 std::optional<WheelSample> to_sample(const sensor_msgs::JointState& message,
                                      const std::string& joint, double radius_m);
 

@@ -109,7 +109,7 @@ TEST(TraceMemory, KnownGroundIsNotKeptTwice) {
     drive.to(position);
     const bool seen = position < 9.0 && !(position > 6.0 && position < 7.0) &&
                       !(position > -4.0 && position < 2.0);
-    if (seen) drive.memory.know(position + 1.8, position);
+    if (seen) drive.memory.mark_known(position + 1.8, position);
   }
   drive.memory.end_run();
   const MemoryRange first = drive.memory.run_of(before);
