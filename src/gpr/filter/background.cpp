@@ -38,11 +38,11 @@ void RunningBackground::remove(float* samples, int n, float weight) {
   trace -= mean_;
 }
 
-void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* use) {
+void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* is_good) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(bscan.rows());
   Eigen::Index count = 0;
   for (Eigen::Index i = 0; i < bscan.cols(); ++i) {
-    if (use != nullptr && use[i] == 0) continue;
+    if (is_good != nullptr && is_good[i] == 0) continue;
     sum += bscan.col(i).cast<double>();
     ++count;
   }

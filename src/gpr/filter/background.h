@@ -1,5 +1,5 @@
-// Background removal: what all traces share (direct wave, ringing, flat layers) is subtracted, what
-// differs along the track stays.
+// Background removal: subtracts what all traces share (direct wave, ringing, flat layers) and keeps
+// what differs along the track.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,17 +10,17 @@ namespace gprodom::gpr {
 class RunningBackground {
  public:
   enum class Mode {
-    kRunning,  // weighted mean of all traces; beyond `memory` of them old ones fade exponentially
+    kRunning,  // weighted mean of all traces; after `memory` of them, older ones fade exponentially
     kWindow,   // mean of the last `memory` traces
   };
 
   // memory: traces, >= 1 (std::invalid_argument otherwise).
   RunningBackground(Mode mode, int memory);
 
-  // Takes in a trace of n samples and subtracts the background from it, in place. weight: of this
-  // trace in the mean, 0 < weight <= 1. A robot that stands adds the same trace again and again:
-  // with a small weight it does not make the ground below it the background (kRunning only).
-  // A trace of another length starts afresh. No allocation after the first trace.
+  // Adds a trace of n samples to the background and subtracts the background from it, in place.
+  // weight: of this trace in the mean, 0 < weight <= 1 (kRunning only). A standing robot repeats
+  // one trace; a small weight keeps the ground below it from becoming the background. A trace of
+  // another length resets the background. No allocation after the first trace.
   void remove(float* samples, int n, float weight = 1.0f);
 
   // The mean trace; empty before the first.
@@ -40,7 +40,7 @@ class RunningBackground {
 };
 
 // The same for a whole sequence at once: subtracts the mean over the columns of `bscan`
-// (samples x traces), in place, leaving out columns whose `use` is 0 (nullptr: all count).
-void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* use = nullptr);
+// (samples x traces), in place. Columns with is_good 0 do not count in the mean (nullptr: all do).
+void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* is_good = nullptr);
 
 }  // namespace gprodom::gpr

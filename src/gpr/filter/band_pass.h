@@ -1,9 +1,9 @@
 // Zero-phase filters along a trace: band-pass, dewow, gain. T is float or double.
 //
-// Why a finite impulse response run both ways, and not a recursive filter: its reach is known and
-// short (a recursive one rings on behind the direct wave), both ways make one symmetric kernel
-// whose sum is exact in single precision, and each output sample stands alone, so four go at a
-// time.
+// Finite impulse responses, run forwards and backwards, instead of recursive filters, because their
+// reach is known and short (a recursive one rings on after the direct wave), because both runs make
+// one symmetric kernel whose sum is exact in single precision, and because output samples are
+// independent, so that four are computed at a time.
 #pragma once
 
 #include <vector>
@@ -23,7 +23,7 @@ template <typename T>
 class ZeroPhaseFilter {
  public:
   ZeroPhaseFilter() = default;
-  // taps: of the filter that is run both ways; any number.
+  // taps: of the filter that is run forwards and backwards; any number.
   explicit ZeroPhaseFilter(const std::vector<double>& taps);
 
   // x: n samples -> out, which may be x. The trace is continued beyond its ends by its end values.
@@ -35,8 +35,9 @@ class ZeroPhaseFilter {
   std::vector<T> extended_, result_;
 };
 
-// Subtracts the mean over the 2 * half_width + 1 samples around each, fewer at the ends: takes out
-// the slow "wow" of the receiver. x -> out, not the same array. Cost does not depend on the width.
+// Subtracts from each sample the mean over the 2 * half_width + 1 samples around it (fewer at the
+// ends). This removes the slow "wow" of the receiver. x -> out, not the same array. The cost does
+// not depend on the width.
 template <typename T>
 void dewow(const T* x, int n, int half_width, T* out);
 

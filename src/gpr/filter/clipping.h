@@ -7,12 +7,12 @@
 
 namespace gprodom::gpr {
 
-// Learns the rails: the largest and smallest values of the stream, once the same one has come up
-// several times, which real values do not do.
+// Learns the rails: the largest and the smallest value of the stream, once each has come several
+// times. Values that are not clipped do not repeat exactly.
 class ClippingDetector {
  public:
-  // Marks in `used` (one per sample, 1: good) with 0 the samples at a rail and `margin` samples on
-  // either side, which interpolation and derivatives would spoil. Other entries are left alone.
+  // Sets entries of `used` (one per sample, 1: good) to 0 for the samples at a rail and `margin`
+  // samples on either side, which interpolation and derivatives would spoil. Other entries stay.
   void mark(const std::vector<float>& samples, int margin, float* used);
   void reset() { *this = ClippingDetector(); }
 

@@ -1,6 +1,6 @@
 // Details retention on a stream of traces: segmentation of the background, decomposition in
-// frequency, preservation and restoration of the details. The method's own description is
-// unpublished; this is a substitute made of well-known steps.
+// frequency, preservation and restoration of the details. The paper's method is not published in
+// detail; this is a substitute made of well-known steps.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,13 +25,13 @@ namespace gprodom::gpr {
 //               that the finest details give its level
 //   band-pass   the antenna's band, zero-phase
 //   gain        over travel time
-// One trace in, one trace out, nothing is looked ahead. No allocation once the first good trace of
-// a length and sample interval has been through.
+// One trace in, one trace out, without looking ahead. No allocation after the first good trace of a
+// length and sample interval.
 class DetailsRetention {
  public:
   struct Result {
     TraceQuality quality = TraceQuality::kGood;
-    double delay = 0.0;  // samples, taken out by the time-zero step
+    double delay = 0.0;  // samples, removed by the time-zero step
     double noise = 0.0;  // counts: standard deviation of the noise that the wavelet step found
     // The filtered trace, counts, of the length put in; valid until the next call. nullptr unless
     // quality is kGood.
@@ -42,7 +42,7 @@ class DetailsRetention {
   // Throws ConfigError where the band's edges are not in order.
   explicit DetailsRetention(const GprFilterConfig& config);
 
-  // standing: the antenna does not move; the trace then hardly counts for the background.
+  // standing: the antenna does not move, so the trace gets little weight in the background.
   // Throws std::invalid_argument where the band does not fit the sample interval.
   Result filter(const float* samples, int n, double sample_interval_s, bool standing = false);
   Result filter(const GprTrace& trace, bool standing = false);

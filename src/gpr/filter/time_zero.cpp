@@ -13,13 +13,13 @@ namespace {
 
 constexpr int kTaps = 8;
 constexpr int kBefore = kTaps / 2 - 1;  // taps left of the interpolated point's left neighbour
-constexpr float kOnset = 0.3f;          // of the largest value: the first extremum above it leads
-constexpr double kPeriodsBefore = 0.75, kPeriodsAfter = 0.75;  // of the window about that extremum
+constexpr float kOnset = 0.3f;  // of the largest value; the first extremum above it is the onset
+constexpr double kPeriodsBefore = 0.75, kPeriodsAfter = 0.75;  // window around the onset
 constexpr double kMemory = 400.0;                              // traces in the reference
 constexpr int kIterations = 3;
 constexpr float kMinCorrelation = 0.8f;  // of the aligned direct wave with the reference
 constexpr int kMaxLost = 100;            // traces in a row before a new reference is taken
-constexpr int kRelocate = 16;            // traces after which the window is placed for good
+constexpr int kRelocate = 16;            // traces until the window's place is final
 
 // Windowed sinc about a point `fraction` (0 <= fraction < 1) right of the tap kBefore.
 std::array<float, kTaps> interpolation_taps(double fraction) {
@@ -69,7 +69,7 @@ TimeZeroTracker::TimeZeroTracker(double period, double max_delay)
 
 void TimeZeroTracker::reset() { reference_.resize(0); }
 
-// The first extremum that stands out leads; later ones may already hold ground.
+// Takes the first clear extremum as the direct wave, since later ones may already contain ground.
 void TimeZeroTracker::place_window() {
   const int n = static_cast<int>(reference_.size());
   const float limit = kOnset * reference_.cwiseAbs().maxCoeff();
@@ -87,7 +87,7 @@ int TimeZeroTracker::best_whole_delay(const float* x, int n) const {
   int best = 0;
   float smallest = std::numeric_limits<float>::max();
   for (int delay = -max_delay_; delay <= max_delay_; ++delay) {
-    // What would lie before the trace's start is not compared.
+    // Samples before the start of the trace are left out.
     const int skipped = std::max(0, -(first_ + delay));
     const int count = std::min(length_, n - first_ - delay) - skipped;
     if (count < length_ / 2) continue;

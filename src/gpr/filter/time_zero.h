@@ -1,5 +1,5 @@
-// Time-zero tracking: traces start a fraction of a sample up to a few samples early or late; the
-// direct wave, which the ground hardly changes, tells by how much.
+// Time-zero tracking: traces start early or late by a fraction of a sample up to a few samples. The
+// direct wave shows by how much, since the ground hardly changes it.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,23 +7,23 @@
 
 namespace gprodom::gpr {
 
-// Moves x later by `delay` samples (out[i] = x(i - delay)), by an eight-point windowed sinc; beyond
-// the ends the end values continue. Exact to 1e-3 of the amplitude up to 0.2 of the sampling rate.
+// Delays x by `delay` samples (out[i] = x(i - delay)) with an eight-point windowed sinc. Beyond the
+// ends the end values continue. Exact to 1e-3 of the amplitude up to 0.2 of the sampling rate.
 // x: n samples -> out, not the same array.
 void delay_trace(const float* x, int n, double delay, float* out);
 
-// Delay of each trace against the mean of those before, by least squares on the direct wave:
-// whole samples by correlation, the rest by Gauss-Newton on gain and delay (the linearised form is
-// that of B. D. Lucas, T. Kanade 1981).
+// The delay of each trace against the mean of the earlier ones, by least squares on the direct
+// wave: whole samples by correlation, the fraction by Gauss-Newton on gain and delay (linearised as
+// in B. D. Lucas, T. Kanade 1981).
 class TimeZeroTracker {
  public:
-  // period: of the antenna's centre frequency, in samples (> 2). max_delay: samples; what seems
-  // farther off is taken for something else than the direct wave and left where it is.
+  // period: of the antenna's centre frequency, in samples (> 2). max_delay: samples; a larger delay
+  // is not that of the direct wave, and is not applied.
   TimeZeroTracker(double period, double max_delay);
 
-  // x: n >= 32 samples -> out, aligned, not the same array. Returns the delay taken out, samples:
-  // where none can be found, the last one found. The first trace defines time zero.
-  // No allocation after the first trace of a length.
+  // x: n >= 32 samples -> out, aligned, not the same array. Returns the delay removed, in samples;
+  // if none can be found, it is the last one found. The first trace defines time zero. No
+  // allocation after the first trace of a length.
   double align(const float* x, int n, float* out);
   void reset();
 

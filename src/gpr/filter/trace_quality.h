@@ -1,4 +1,4 @@
-// Dead and spiked traces: found, flagged, so that they can be left out.
+// Detects dead and spiked traces, so that they can be left out.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,18 +8,18 @@ namespace gprodom::gpr {
 enum class TraceQuality : signed char {
   kGood = 0,
   kDead = 1,    // no radar signal: constant, noise alone, or far below the usual amplitude
-  kSpiked = 2,  // unlike its neighbours: a glitch of the trace, or of a sample of it
+  kSpiked = 2,  // a glitch of the whole trace, or of one of its samples
 };
 
-// Judges each trace of a stream by itself and against the last good ones; knows no future, so a
-// first trace after a true and lasting jump may be called spiked, but never more than two in a row.
+// Judges each trace of a stream by itself and against the last good ones. Without later traces, the
+// first traces after a real, lasting jump may be called spiked, but never more than two in a row.
 //
 // dead: the differences of neighbouring samples have 1.5 times the mean square of the samples or
 //   more (white noise: 2; a signal sampled as radars do: under 1), or the mean square is under
 //   1/400 of the usual one.
 // spiked, the trace: the mean squared difference to the last good trace is over a quarter of the
-//   sum of both mean squares (two traces that have nothing in common: 1), and far above what it is
-//   of late (mean of its logarithm plus three mean deviations).
+//   sum of both mean squares (for two unrelated traces it is 1), and far above its recent level
+//   (mean of its logarithm plus three mean deviations).
 // spiked, a sample: it differs from the cubic through its four neighbours by more than half the
 //   largest value of the trace.
 class TraceCheck {

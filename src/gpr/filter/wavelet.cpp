@@ -126,9 +126,9 @@ int count_up_to(const T* values, int n, T limit) {
   return count;
 }
 
-// The k-th smallest (from 0) of n values that are not negative, the greatest of which is given.
-// Brackets it by counting, which takes no unforeseeable jumps, and sorts out the few that are left:
-// a third of the time of std::nth_element over all.
+// The k-th smallest (from 0) of n non-negative values, the largest of which is given. Brackets it
+// by counting, which has no unpredictable branches, and selects among the few values that are left.
+// Takes a third of the time of std::nth_element over all.
 template <typename T>
 T kth_smallest(const T* values, int n, int k, T greatest, T* bracketed) {
   T low = T(-1), high = greatest;  // low < the k-th smallest <= high

@@ -92,8 +92,9 @@ double phase_nonlinearity(const std::vector<double>& h) {
   return pp - wp * wp / ww;
 }
 
-// Each zero inside or outside the circle, whichever set has the straightest phase. A filter and its
-// mirror image are equal in that: the one whose centre of mass lies right of its middle is taken.
+// Chooses each zero inside or outside the unit circle so that the phase is as linear as possible. A
+// filter and its mirror image are equally good; takes the one whose centre of mass is right of its
+// middle.
 std::vector<double> least_asymmetric(int order) {
   const std::vector<Zeros> groups = zeros_inside(order);
   std::vector<double> best;

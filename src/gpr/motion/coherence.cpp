@@ -7,16 +7,16 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr double kGatePeriods = 1.25;
-constexpr float kMinSnr = 3.0f;       // energy over noise at which a gate counts
-constexpr float kMaxSnr = 20.0f;      // beyond which it counts no more
-constexpr double kStep = 0.1;         // q at which the anchor moves
-constexpr double kPartStep = 0.04;    // q from which the way since the anchor is told
-constexpr double kTooLong = 0.75;     // of that of unlike traces: says nothing of the length
-constexpr int kFar = 10;              // anchors from one place to another that is far off
-constexpr int kUnlikePlaces = 20;     // such pairs that are remembered
-constexpr float kMoved = 4.0f;        // change over noise that is motion where no gate counts yet
-constexpr int kPlaces = 100;          // anchors that the background remembers
-constexpr int kLevelPlaces = 50;      // anchors that a gate's usual energy remembers
+constexpr float kMinSnr = 3.0f;     // least energy over noise of a gate that is used
+constexpr float kMaxSnr = 20.0f;    // energy over noise from which on its weight stays the same
+constexpr double kStep = 0.1;       // q at which the newest trace becomes the anchor
+constexpr double kPartStep = 0.04;  // least q of a step that is not complete
+constexpr double kTooLong = 0.75;   // share of the largest q; beyond, a step has no known length
+constexpr int kFar = 10;            // anchors between two places that count as far apart
+constexpr int kUnlikePlaces = 20;   // number of such pairs that are kept
+constexpr float kMoved = 4.0f;      // change over noise that counts as motion while no gate is used
+constexpr int kPlaces = 100;        // anchors that the background remembers
+constexpr int kLevelPlaces = 50;    // anchors that a gate's usual energy remembers
 constexpr float kNoiseRise = 1.003f;  // per second: twice in four minutes
 constexpr TimeNs kBlock = 1'000'000'000;
 constexpr int kMinBlock = 4;  // traces
@@ -208,7 +208,7 @@ std::vector<Finding> CoherenceFrontEnd::tick(TimeNs tick) {
   path.to = to;
   const Place a = at(path.from), b = at(path.to);
   path.lengths = b.length - a.length;
-  // Moving all through: in no third of the span did the antenna rest.
+  // The antenna moved during the whole span if it did not rest in any third of it.
   const int kParts = 3;
   double least = path.lengths;
   const TimeNs span = path.to - path.from;

@@ -1,4 +1,5 @@
-// How far the antenna has moved, in units that the ground sets: the decay of trace similarity.
+// Unsigned path length of the antenna from the decay of trace similarity, in decorrelation lengths
+// of the ground.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,22 +12,22 @@
 
 namespace gprodom::gpr {
 
-// The way a stream of traces has gone through the space of traces, in decorrelation lengths.
+// Adds up how far the traces of a stream have moved away from each other, in decorrelation lengths.
 //
-// Between an anchor trace and the newest one, filtered, gate by gate along the trace (a gate is
-// 1.25 periods of the band's centre), with the noise N taken off:
+// An anchor trace is compared with the newest one, both filtered, in gates along the trace (a gate
+// is 1.25 periods of the band's centre). With the noise N subtracted,
 //   q = (|y - y_anchor|^2 - N) / (|y - b|^2 + |y_anchor - b|^2 + 4 N),   b the mean over places,
-// which is 1 - rho, (distance / length)^2 while that is small. What changes without motion is
-// taken out of the difference first: the trace's gain and its time zero, that is, the components
-// along the mean of the two traces and along its first two derivatives. Normalised gate by gate,
-// strong reflectors and weak ones count alike as far as they stand out of the noise. A step is the
-// mean of sqrt(q); once q passes `kStep`, which no noise does, it is added to the way and the
-// newest trace becomes the anchor. So a robot that stands adds nothing.
+// which is 1 - rho, and equals (distance / length)^2 while it is small. Changes of gain and time
+// zero are no motion and are first projected out of the difference: they are its components along
+// the mean of the two traces and along the first two derivatives of that mean. Because each gate is
+// normalised, strong and weak reflectors have the same weight if they are above the noise. A step
+// is the mean of sqrt(q). Once q exceeds `kStep`, which noise never does, the step is added to the
+// path and the newest trace becomes the anchor. So a standing robot adds nothing.
 //
-// How large q becomes however far apart two traces are (1, but for what gain and time zero change)
-// is seen on traces `kFar` anchors apart. A step with most of that says nothing of its length.
+// The largest q is that of traces far apart (near 1). It is measured on traces `kFar` anchors
+// apart. A step close to it says nothing about its length.
 //
-// N is the least that the difference of neighbouring traces has been over a second, rising slowly.
+// N is the smallest difference of neighbouring traces, averaged over a second; it rises slowly.
 class DecorrelationPath {
  public:
   // gate: samples.
@@ -37,7 +38,7 @@ class DecorrelationPath {
 
   double length() const { return length_; }
   int steps() const { return steps_; }                    // anchors passed
-  int steps_too_long() const { return too_long_; }        // of them, hardly similar any more
+  int steps_too_long() const { return too_long_; }        // those with hardly any similarity left
   bool sees_ground() const { return usable_gates_ > 0; }  // some gate stands out of the noise
   void reset();
 
@@ -68,16 +69,17 @@ class DecorrelationPath {
   int unlike_seen_ = 0;
 };
 
-// Spans of the way as PathLength.
+// The front end: gives the path length of each span of time.
 class CoherenceFrontEnd : public FrontEnd {
  public:
   explicit CoherenceFrontEnd(const GprConfig& config);
 
   void add_trace(const GprTrace& trace) override;
 
-  // At every tick that closes a span one PathLength over that span, unless nothing moved. Valid
-  // where the antenna moved all through it, at a speed at which neighbouring traces are still
-  // alike. `score` is how evenly: 0 where it rested for a third of the span, 1 at constant speed.
+  // At each tick that ends a span, returns one PathLength over it, unless nothing moved. It is
+  // valid if the antenna moved during the whole span, slowly enough that neighbouring traces are
+  // similar. `score` is the evenness of the motion: 0 if it rested for a third of the span, 1 at
+  // constant speed.
   std::vector<Finding> tick(TimeNs tick) override;
   void reset() override;
 
@@ -95,7 +97,7 @@ class CoherenceFrontEnd : public FrontEnd {
   double sample_interval_ = 0.0;
   DecorrelationPath path_;
   std::deque<Place> places_;  // after each trace, of the last span
-  TimeNs from_ = 0;           // where the span under way began; 0: none
+  TimeNs from_ = 0;           // begin of the current span; 0: none
 };
 
 }  // namespace gprodom::gpr

@@ -1,4 +1,5 @@
-// The two things that a radar says of motion by itself: standstill and coherence.
+// The default front end: standstill and coherence, the two measurements of motion that a single
+// antenna gives without revisits.
 #pragma once
 
 #include "gpr/motion/coherence.h"

@@ -6,14 +6,15 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr int kBins = 12;               // per window
-constexpr double kSigmas = 5.5;         // false alarm 2e-8 per test of Gaussian noise
-constexpr double kUnknownWhite = 0.25;  // of the samples are degrees of freedom, before it is known
-constexpr double kMinSignal = 10.0;     // mean trace over noise of that mean, in power
+constexpr int kBins = 12;                   // per window
+constexpr double kSigmas = 5.5;             // false alarm 2e-8 per test of Gaussian noise
+constexpr double kUnknownWhite = 0.25;      // share of the samples that count as degrees of freedom
+                                            // before their autocorrelation is known
+constexpr double kMinSignal = 10.0;         // mean trace over noise of that mean, in power
 constexpr double kLearningRate = 1.0 / 64;  // per window, of the noise level
 constexpr int kRunToRaise = 5 * kBins;  // windows that must agree before a higher noise is believed
 constexpr int kClippingMargin = 4;      // samples: reach of the smoothing and of the derivatives
-constexpr double kSigma = 1e-3;  // m; motion that passes unseen, bounded by tests on real ground
+constexpr double kSigma = 1e-3;  // m; motion that is not detected, bounded by tests on real ground
 
 }  // namespace
 
@@ -65,7 +66,7 @@ void StationarityFrontEnd::add_trace(const GprTrace& trace) {
   clipping_.mark(trace.samples, kClippingMargin, used_.data());
   bin_time_sum_ += trace.time - bin_start_;
   ++bin_traces_;
-  // Close the bin unless another trace is expected well within it.
+  // Closes the bin, unless another trace is expected well before its end.
   if (step > 0 && trace.time - bin_start_ + step > (window_ / kBins) * 3 / 4) close_bin();
 }
 
@@ -123,7 +124,7 @@ double StationarityFrontEnd::variance_limit(const WindowStatistics& s) const {
 
 void StationarityFrontEnd::test_window() {
   WindowStatistics s = analyse_window();
-  // A trace near the ends may be the first of a motion: it is judged when it is inside.
+  // A trace near the ends may be the first of a motion, so it is not judged as a spike yet.
   if (s.outlier > 2 && s.outlier < bins_ - 3 &&
       (noise_ <= 0.0 || s.variance > noise_ * variance_limit(s))) {
     weight_[s.outlier] = 0.0f;

@@ -10,39 +10,40 @@
 
 namespace gprodom::gpr {
 
-// Says when the antenna stands, whatever the wheel does. Each claim is a Standstill; where the
-// antenna moves, or nothing can be said, there is none.
+// Detects when the antenna stands, independently of the wheel. Each detection is a Standstill.
+// There is none while the antenna moves, or while it cannot be decided.
 //
 // A window of traces `stationary_window` long is tested at each trace:
 //  1. its residual variance is that of the noise (chi-square about 1), and
 //  2. the residual has no trend along the window (its contrasts; this holds whatever the noise is).
-// Both within `kSigmas` standard deviations, the degrees of freedom taken from the residual's own
-// autocorrelation. Only the middle third of a window that passes is claimed: at its ends the first
-// millimetres of a motion do not show yet. So a claim ends a third of the window before its tick.
+// Both must hold within `kSigmas` standard deviations. The degrees of freedom come from the
+// residual's own autocorrelation. Only the middle third of a window that passes is reported,
+// because the first millimetres of a motion at its ends are not visible yet. So a standstill ends a
+// third of the window before its tick.
 //
-// The noise level is learned, never given: it is the residual variance of a stretch in which
-// windows free of trend agree with each other for a whole window's length more, as they do at a
-// standstill and not while ground passes by. It follows slow changes, takes a lower level at once
-// and a higher one after several windows. Until it is known nothing is claimed, and then the
-// stretch itself is.
+// The noise level is learned, never configured: it is the residual variance of a stretch in which
+// windows without trend agree with each other for one more window length. They do so at a
+// standstill and not while the antenna moves. The level follows slow changes; a lower one is taken
+// at once, a higher one after several windows. Nothing is reported before the level is known; then
+// the stretch itself is.
 //
-// How well motion is seen (Sight) depends on ground and noise. Let a trace differ from the one
-// before by x, in units of the noise's deviation, for the ground passed. The straight line's
-// contrast over n traces passes its limit L once x^2 n (n^2 - 1) / 12 > L. While the antenna moves,
-// x is known from the mean square of the steps from trace to trace, x^2 + 2, and from the
-// residual's variance, 1 + x^2 n (n + 1) / 12. This is the finer one of slow motion; of fast motion
-// it falls short, as traces are only so unlike however far apart. So the larger x is taken.
+// How slow a motion can be seen (Sight) depends on ground and noise. Let two successive traces
+// differ by x because of the motion, in units of the noise's standard deviation. The contrast of a
+// straight line over n traces exceeds its limit L if x^2 n (n^2 - 1) / 12 > L. While the antenna
+// moves, x follows from the mean square of the steps from trace to trace, x^2 + 2, and also from
+// the residual's variance, 1 + x^2 n (n + 1) / 12. The latter is more precise for slow motion, but
+// too small for fast motion, since the difference of traces is bounded. So the larger x is taken.
 //
-// A dead antenna shows no ground: windows whose mean trace does not stand out of the noise say
-// nothing. A single spiked trace is found by its share of the residual and left out.
+// A dead antenna shows no ground: windows whose mean trace is not above the noise are ignored. A
+// single spiked trace is found by its share of the residual and left out.
 class StationarityFrontEnd : public FrontEnd {
  public:
   // window: s of traces compared.
   explicit StationarityFrontEnd(double window);
 
   void add_trace(const GprTrace& trace) override;
-  // Standstills, whose `score` is the residual variance over that of the noise, and, once the noise
-  // is known, a Sight of each window after the other.
+  // Returns standstills, whose `score` is the residual variance over that of the noise. Once the
+  // noise is known, also a Sight for each window.
   std::vector<Finding> tick(TimeNs tick) override;
   void reset() override;
 
@@ -58,7 +59,7 @@ class StationarityFrontEnd : public FrontEnd {
   void close_bin();
   void test_window();
   WindowStatistics analyse_window();
-  double samples(const WindowStatistics& s) const;  // per trace that are worth one each
+  double samples(const WindowStatistics& s) const;  // degrees of freedom per trace
   double trend_limit(const WindowStatistics& s) const;
   double variance_limit(const WindowStatistics& s) const;
   void learn_noise(const WindowStatistics& s, const Span& claim);
@@ -83,16 +84,16 @@ class StationarityFrontEnd : public FrontEnd {
   int bins_ = 0;
   WindowAnalyser analyser_;
 
-  // Noise: variance and effective samples per trace, and the stretch that may teach it.
+  // Noise: variance and effective samples per trace, and the stretch it may be learned from.
   double noise_ = 0.0, noise_samples_ = 0.0;
   double run_variance_ = 0.0, run_samples_ = 0.0;
   int run_ = 0;
   TimeNs run_from_ = 0;
 
-  std::vector<Span> spans_;  // not yet told, oldest first; the last may still grow
-  TimeNs told_ = 0;          // up to where the last span has been told
+  std::vector<Span> spans_;  // not yet reported, oldest first; the last may still grow
+  TimeNs told_ = 0;          // end of what has been reported of the last span
 
-  std::vector<Sight> sights_;  // not yet told
+  std::vector<Sight> sights_;  // not yet reported
   TimeNs seen_ = 0;            // end of the newest
 };
 

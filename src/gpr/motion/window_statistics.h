@@ -1,19 +1,19 @@
-// How alike the traces of a short window are, in units that do not depend on gain, antenna or
-// ground: the statistic behind standstill detection.
+// Similarity of the traces of a short window, normalised so that it depends neither on gain nor on
+// antenna nor on ground. It is the test statistic of the standstill detection.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace gprodom::gpr {
 
-// Of a window of n traces. "Residual": trace minus the window's mean trace, less its projection on
-// what changes from trace to trace while the antenna stands (see WindowAnalyser).
+// Statistics of a window of n traces. "Residual": trace minus the window's mean trace, without the
+// components that also change while the antenna stands (see WindowAnalyser).
 struct WindowStatistics {
   double variance = 0.0;       // of the residual, counts^2, per degree of freedom
   double trend = 0.0;          // the largest of the contrasts along the window, over `variance`
-  double step = 0.0;           // half the mean square of the step from trace to trace, like it
+  double step = 0.0;           // half the mean square of the step between traces, over `variance`
   double signal = 0.0;         // variance of the mean trace, counts^2
-  double samples = 0.0;        // degrees of freedom per trace, were the noise white
+  double samples = 0.0;        // degrees of freedom per trace for white noise
   double white_samples = 0.0;  // the same, given the residual's autocorrelation (0: not asked for)
   int traces = 0;              // used
   int outlier = -1;            // trace that alone holds most of the residual, or -1
@@ -28,10 +28,10 @@ struct WindowStatistics {
 // out. Of what is left the mean square is the noise variance if the antenna stands, and more if it
 // moves.
 //
-// Motion within the window also orders the residual in time, whatever the noise level. Contrasts c
-// (unit vectors over the n traces, orthogonal to the constant) gather it: a straight line, and the
-// first or last one, two or three traces against the others. |sum_i c_i R_i|^2 per degree of
-// freedom equals the noise variance at rest, for each of them.
+// Motion within the window also gives the residual a trend in time, whatever the noise level. It is
+// measured by contrasts c (unit vectors over the n traces, orthogonal to the constant): a straight
+// line, and the first or last one, two or three traces against the others. At rest, |sum_i c_i
+// R_i|^2 per degree of freedom equals the noise variance for each of them.
 //
 // Keeps its buffers: no allocation once the trace length and number have been seen.
 class WindowAnalyser {

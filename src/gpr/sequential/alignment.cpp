@@ -119,7 +119,7 @@ Alignment Aligner::align(const LevelMatrix& a, const LevelMatrix& b) {
   const int filled = to_columns(a, columns_a_) + to_columns(b, columns_b_);
   fill_distances<std::int16_t, std::int32_t>(
       columns_a_.data(), columns_b_.data(), static_cast<int>(a.rows()), static_cast<int>(a.cols()));
-  // Only filled cells tell where they are.
+  // Only filled cells carry information on the place.
   return locate_minimum(distances_, std::max(1.0, 0.5 * filled), MinimumShape::kLines);
 }
 
@@ -127,8 +127,8 @@ Alignment Aligner::align(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
   check_sizes(a.rows(), a.cols(), b.rows(), b.cols());
   fill_distances<float, double>(a.data(), b.data(), static_cast<int>(a.rows()),
                                 static_cast<int>(a.cols()));
-  // Samples of a band-limited trace, and neighbouring traces, repeat one another: about every
-  // fourth is news.
+  // Samples of a band-limited trace, and neighbouring traces, are correlated: about every fourth is
+  // independent.
   return locate_minimum(distances_, static_cast<double>(a.size()) / 4.0, MinimumShape::kParabola);
 }
 

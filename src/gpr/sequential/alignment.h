@@ -1,6 +1,6 @@
-// How far one B-scan window (or a matrix or curve made of it) must be shifted along the track to
-// lie on another: the paper's constrained shift search, with a sub-column minimum, a variance from
-// the minimum's shape, and a flag that says whether the answer means anything.
+// The paper's constrained shift search: by how much one B-scan window (or a matrix or curve made of
+// it) must be shifted along the track to match another. Adds a sub-column minimum, a variance from
+// the minimum's shape, and a validity flag.
 //
 // The shift l is the place in B less the place in A: column c of A is found at column c + l of B,
 // over w = L - |l| common columns. When traces enter on the right, content moves left: l < 0 as the
@@ -49,9 +49,9 @@ struct ShiftDistances {
 // The largest |l| searched for windows of `columns` columns.
 int shift_limit(int columns, const AlignmentOptions& options);
 
-// How the distance rises beside its minimum, from which the sub-column place is read: as a parabola
-// where the windows are smooth; in two straight lines of equal slope where features are binned into
-// cells (one that moves by a fraction f of a column changes its cell in a share f of the cases).
+// Shape of the distance near its minimum, which gives the sub-column place: a parabola for smooth
+// windows; two straight lines of equal slope for features that are binned into cells (a feature
+// that moves by a fraction f of a column changes its cell with probability f).
 enum class MinimumShape { kParabola, kLines };
 
 // Finds the minimum of `distances` (the smallest |l| where several are equal), its sub-column place

@@ -5,8 +5,8 @@ namespace gprodom::gpr {
 
 namespace {
 
-// The B-scan as it is recorded, less the window's mean trace: without that the direct wave, equal
-// in all traces, would make every shift a perfect match.
+// The raw B-scan less the window's mean trace. Otherwise the direct wave, which is equal in all
+// traces, would make every shift a perfect match.
 class BscanMatcher : public WindowMatcher {
  public:
   explicit BscanMatcher(const GprConfig& config)

@@ -34,7 +34,7 @@ void SequentialFrontEnd::add_trace(const GprTrace& trace) {
 
 std::vector<Finding> SequentialFrontEnd::tick(TimeNs tick) {
   closed_step_.reset();
-  // Half a tick of slack: a step is a whole number of ticks but for rounding.
+  // Half a tick of tolerance, since a step is a whole number of ticks except for rounding.
   const double due = config_.sequential.step - 0.5 * config_.tick;
   if (last_step_ && to_seconds(tick - *last_step_) < due) return {};
 

@@ -1,9 +1,10 @@
-// The paper's displacement: the B-scan window that ends at a tick against the one that ended a step
-// before, u = -K l* for the shift l* between them (alignment.h; the newest trace is on the right).
+// The paper's displacement: the B-scan window that ends at a tick is compared with the one that
+// ended a step before, and u = -K l* for the shift l* between them (alignment.h; the newest trace
+// is on the right).
 //
-// One antenna that moves on sees each spot once, and two windows of one stream share all but the
-// newest traces: l* counts these, whatever the robot did (docs/sfm.md). The front end is what the
-// paper describes, and trace_count says the same without looking.
+// A moving antenna sees each spot once, and two windows of one stream share all but the newest
+// traces. So l* is the number of new traces, whatever the robot did (docs/sfm.md). This front end
+// does what the paper describes; trace_count gives the same result without looking at the traces.
 #pragma once
 
 #include <memory>
@@ -24,9 +25,9 @@ class SequentialFrontEnd : public FrontEnd {
 
   void add_trace(const GprTrace& trace) override;
 
-  // At every tick that closes a step one TrackDisplacement from the step's begin to the tick; not
-  // valid where the shift search found no minimum. `score` is 1 less the distance of the two
-  // windows at the best shift. Nothing until two windows are full.
+  // At each tick that ends a step, returns one TrackDisplacement over the step. It is not valid if
+  // the shift search found no minimum. `score` is 1 less the distance of the two windows at the
+  // best shift. Returns nothing until two windows are full.
   std::vector<Finding> tick(TimeNs tick) override;
 
   void reset() override;

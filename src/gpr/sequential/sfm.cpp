@@ -8,8 +8,8 @@ namespace gprodom::gpr {
 
 namespace {
 
-// floor(x), clamped to 0..greatest. Clamped first: what is left is not negative, where the cast
-// rounds down, without a call.
+// floor(x), clamped to 0..greatest. It is clamped first, so that the cast, which rounds
+// non-negative numbers down, replaces a call of floor().
 int clamped_floor(double x, int greatest) {
   return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(greatest)));
 }

@@ -26,7 +26,7 @@ Alignment in_grid_columns(Alignment alignment, double columns_per_trace) {
 
 namespace {
 
-// Knows nothing but how many traces came: what the other methods are to be measured against.
+// The trivial baseline: knows only how many traces came.
 class TraceCountMatcher : public WindowMatcher {
  public:
   explicit TraceCountMatcher(const GprConfig& config)

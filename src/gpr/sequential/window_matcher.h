@@ -1,7 +1,7 @@
-// What a sequential front end compares from step to step: the last L traces, as an SFM, as the
-// B-scan itself, as a dominant energy curve, or merely counted. One matcher per method, all with
-// the same three calls; shifts are in columns of the SFM grid (L_S per window), whatever the
-// method's own resolution.
+// How a sequential front end compares the last L traces from step to step: as an SFM, as the B-scan
+// itself, as a dominant energy curve, or by counting traces only. There is one matcher for each
+// method, with the same three functions. Shifts are in columns of the SFM grid (L_S per window),
+// whatever the method's own resolution.
 #pragma once
 
 #include <cstddef>
@@ -39,8 +39,8 @@ class Ring {
   std::size_t next_ = 0, size_ = 0;
 };
 
-// One trace, as it came and after the filter chain. Both are null where the trace was dead or
-// spiked: its place in the window stays empty, so that the others keep theirs.
+// One trace, raw and filtered. Both are null if the trace was dead or spiked. Its place in the
+// window then stays empty, so that the other traces keep their places.
 struct WindowTrace {
   double time_s = 0.0;  // data time since the front end began
   const float* raw = nullptr;
@@ -56,12 +56,12 @@ class WindowMatcher {
 
   virtual void add(const WindowTrace& trace) = 0;
 
-  // Closes a step: the window that ends now against the one that ended at the call before, as the
-  // shift of the older content in the newer window (negative as traces enter). Empty until the
-  // window is full; not valid where there is nothing to compare it with.
+  // Ends a step: compares the window that ends now with that of the last call, and returns the
+  // shift of the older content in the newer window (negative, since traces enter on the right).
+  // Empty until the window is full; not valid if there is no earlier window.
   virtual std::optional<Alignment> advance() = 0;
 
-  // Of the window of the last advance(), for methods that make one.
+  // The matrix of the window at the last advance(), for methods that make one.
   virtual const LevelMatrix* levels() const { return nullptr; }
 
   virtual void reset() = 0;
@@ -74,7 +74,7 @@ std::unique_ptr<WindowMatcher> make_dec_matcher(const GprConfig& config);
 
 AlignmentOptions alignment_options(const SequentialConfig& config);
 
-// From columns that are traces, L a window, to those of the SFM grid.
+// Converts columns that are traces (L per window) to columns of the SFM grid.
 double columns_per_trace(const SequentialConfig& config);
 Alignment in_grid_columns(Alignment alignment, double columns_per_trace);
 

@@ -131,8 +131,8 @@ TEST(Background, IsNotTheGroundBelowAStandingRobot) {
 TEST(Background, OfASequenceLeavesOutBadTraces) {
   Eigen::MatrixXf bscan(2, 3);
   bscan << 1, 3, 100, 2, 6, -100;
-  const unsigned char use[] = {1, 1, 0};
-  remove_mean_trace(bscan, use);
+  const unsigned char is_good[] = {1, 1, 0};
+  remove_mean_trace(bscan, is_good);
   EXPECT_EQ(bscan, (Eigen::MatrixXf(2, 3) << -1, 1, 98, -2, 2, -104).finished());
 }
 
