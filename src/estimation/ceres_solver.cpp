@@ -1,5 +1,6 @@
-// The window as a ceres::Problem that lives on: an update adds what is new and takes out what has
-// left. One thread and a cap on iterations, none on time, so that a replay repeats to the byte.
+// The window as a ceres::Problem that persists: an update adds new blocks and removes those that
+// have left the window. It uses one thread and limits iterations, not time, so that a replay
+// repeats to the byte.
 #include <ceres/evaluation_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
@@ -19,12 +20,12 @@ namespace gprodom {
 
 namespace {
 
-// Levenberg-Marquardt adds 1 / radius of the diagonal: nothing but rounding at first, and a
-// millionth after a step that did not lower the cost.
+// Levenberg-Marquardt adds 1 / radius of the diagonal: first no more than rounding, and a millionth
+// after a step that did not lower the cost.
 constexpr double kUndampedRadius = 1e16, kDampedRadius = 1e6;
 
-// Counts steps. Ends Ceres' loop where a step is expected to lower the cost by little, and where
-// the damping is to change: after a step that failed, and after the first that got through damped.
+// Counts steps. Ends Ceres' loop if the next step is expected to lower the cost by little, or if
+// the damping must change: after a failed step, and after the first damped step that was accepted.
 class StopRule final : public ceres::IterationCallback {
  public:
   StopRule(const SolverOptions& options, SolveSummary& summary)
@@ -33,7 +34,7 @@ class StopRule final : public ceres::IterationCallback {
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
     if (step.iteration == 0) return ceres::SOLVER_CONTINUE;  // where the solve begins
     ++summary_.steps;
-    // Ceres refuses a step that changes the cost by rounding only: it has arrived.
+    // Ceres refuses a step that changes the cost by rounding only: it has converged.
     const bool arrived = step.step_is_valid && !step.step_is_successful &&
                          not_raised(step.cost, step.cost + step.cost_change);
     failed_ = !step.step_is_successful && !arrived;
@@ -44,7 +45,7 @@ class StopRule final : public ceres::IterationCallback {
                                               : ceres::SOLVER_CONTINUE;
   }
 
-  // The radius to begin with: again after each time that the loop was ended for it.
+  // The initial radius of the next run of Ceres' loop.
   double radius() {
     damped_ = failed_;
     return damped_ ? kDampedRadius : kUndampedRadius;
@@ -58,8 +59,8 @@ class StopRule final : public ceres::IterationCallback {
   bool failed_ = false, damped_ = false, converged_ = false;
 };
 
-// Moves the prior along with the states: before each linearisation, so never to a point that may
-// yet be refused (MarginalPrior::move_to).
+// Moves the prior's linearisation point along with the states (MarginalPrior::move_to). It does so
+// before each linearisation, so never to a point that may still be refused.
 class PriorFollower final : public ceres::EvaluationCallback {
  public:
   // Both must outlive it. `states` begins with the prior's.
@@ -109,7 +110,7 @@ class CeresSolver final : public WindowSolver {
 
   SolverOptions options_;
   StateManifold manifold_;
-  std::deque<StateParameters> states_;  // a deque leaves what it holds where it is
+  std::deque<StateParameters> states_;  // a deque does not move its elements
   std::shared_ptr<MarginalPrior> prior_ = std::make_shared<MarginalPrior>();
   PriorFollower follower_;
   ceres::Problem problem_;
@@ -119,8 +120,8 @@ class CeresSolver final : public WindowSolver {
   ceres::ResidualBlockId prior_block_ = nullptr;
 };
 
-// Residual blocks are taken out one by one, in order. Ceres would take out those of a state in the
-// order of their addresses, and then sums would be added up in another order in each run.
+// Removes residual blocks one by one, in order. Ceres would remove those of a state in the order of
+// their addresses, and then each run would add up sums in another order.
 void CeresSolver::forget_before(Window::StateId first) {
   if (prior_block_) problem_.RemoveResidualBlock(prior_block_);
   prior_block_ = nullptr;
@@ -138,7 +139,7 @@ void CeresSolver::forget_before(Window::StateId first) {
   }
 }
 
-// Makes the problem the window's.
+// Updates the problem to the window.
 void CeresSolver::follow(const Window& window) {
   if (first_id_ < window.first_id) forget_before(window.first_id);
   for (size_t i = 0; i < window.states.size(); ++i) {
@@ -173,7 +174,7 @@ bool CeresSolver::minimise(SolveSummary& summary) {
   options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  // The rule alone says when it is enough.
+  // Only our own stopping rule applies.
   options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0.0;
   options.min_relative_decrease = 0.0;
   options.callbacks.push_back(&rule);
@@ -184,7 +185,7 @@ bool CeresSolver::minimise(SolveSummary& summary) {
     ceres::Solve(options, &problem_, &told);
   } while (told.termination_type == ceres::USER_SUCCESS && rule.may_go_on());
   summary.cost = told.final_cost;
-  // Without a step that lowers the cost, the states must be where it is lowest already.
+  // If no step lowered the cost, the solution is usable only if the states are at the minimum.
   return told.IsSolutionUsable() &&
          (summary.accepted > 0 || rule.converged() || told.termination_type == ceres::CONVERGENCE);
 }

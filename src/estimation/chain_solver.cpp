@@ -1,5 +1,5 @@
-// Gauss-Newton on the chain of states, by one elimination a step: no analysis, no memory of earlier
-// solves.
+// Gauss-Newton on the chain of states, with one block elimination for each step. No symbolic
+// analysis, and nothing is kept between solves.
 #include <algorithm>
 #include <cmath>
 

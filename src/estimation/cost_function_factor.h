@@ -11,22 +11,22 @@
 
 namespace gprodom {
 
-// Why a factor is refused whose first moment lies before the window's oldest state.
+// The reason to refuse a factor whose first moment lies before the window's oldest state.
 constexpr char kOlderThanWindow[] = "older than the window (smoother.lag)";
 
-// Why a factor can be used in no window at all; empty: it can.
+// The reason why no window can use the factor; empty if there is none.
 std::string malformed(const UserFactor& factor);
 
-// The cost function of the states at the factor's moments, each carried there from a state of the
-// window by the IMU; over less than a state's interval its noise does not count.
+// The user's cost function, evaluated with the states at the factor's moments. The IMU propagates
+// each of them from a state of the window. Its noise over less than one state interval is ignored.
 class CostFunctionFactor final : public Factor {
  public:
   struct Moment {
-    bool of_b = false;        // carried from b; else from a
-    ImuPreintegration since;  // the state, up to the moment
+    bool of_b = false;        // propagated from b, otherwise from a
+    ImuPreintegration since;  // from that state to the moment
   };
-  // A factor that is not malformed, and as many moments as it has times. `origin`: of the states'
-  // frame in odom, at any time (Window::origin).
+  // factor: well-formed. moments: one for each of its times. origin: of the frame of the states, in
+  // odom (Window::origin).
   CostFunctionFactor(const UserFactor& factor, std::vector<Moment> moments, double gravity_mps2,
                      std::shared_ptr<const Eigen::Vector3d> origin)
       : factor_(factor),
@@ -35,10 +35,10 @@ class CostFunctionFactor final : public Factor {
         origin_(std::move(origin)) {}
 
   int dimension() const override { return factor_.cost->num_residuals(); }
-  // The residual is NaN where the cost function fails.
+  // The residual is NaN if the cost function fails.
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
-  // Of two moments it may measure only how the robot moved between them; that is not looked into.
+  // Always true, although a factor of two moments may measure only the motion between them.
   bool measures_place() const override;
   const ceres::LossFunction* loss() const override { return factor_.loss.get(); }
 

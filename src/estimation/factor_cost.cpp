@@ -52,7 +52,7 @@ class BorrowedLoss final : public ceres::LossFunction {
   explicit BorrowedLoss(std::shared_ptr<const Factor> factor) : factor_(std::move(factor)) {}
   void Evaluate(double squared_norm, double rho[3]) const override {
     factor_->loss()->Evaluate(squared_norm, rho);
-    // Weights alone, as in the elimination: what the loss curves is left out.
+    // Uses the loss as a weight only, as the elimination does; its second derivative is left out.
     rho[2] = std::min(rho[2], 0.0);
   }
 

@@ -1,4 +1,4 @@
-// The estimator's factors and prior as Ceres' cost functions: of the window and of a whole run.
+// The estimator's factors and prior as cost functions for Ceres, in the window and in the batch.
 #pragma once
 
 #include <ceres/problem.h>
@@ -11,13 +11,15 @@
 
 namespace gprodom {
 
-// A factor between two states (StateManifold): rows with a loss of their own are a residual block
-// each, the others are one together. robust: with losses. The problem must own its functions.
+// Adds a factor between two states (StateManifold). Each row with a loss of its own becomes a
+// residual block; the other rows form one block. robust: with losses. The problem must own its
+// functions.
 std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
                                            const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust = true);
 
-// `states`: of the prior, oldest first. Between evaluations the prior may change in all but size.
+// states: those of the prior, oldest first. Between evaluations the prior may change, except for
+// its size.
 ceres::ResidualBlockId add_to(ceres::Problem& problem, std::shared_ptr<const MarginalPrior> prior,
                               const std::vector<double*>& states);
 

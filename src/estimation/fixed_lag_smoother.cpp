@@ -30,16 +30,17 @@ bool FixedLagSmoother::add_factor(StateId a, StateId b, std::shared_ptr<const Fa
   return true;
 }
 
-// What is known of the newest state's heading and place cannot be more than of all of the window's
-// in common, and that is the prior's.
+// The information on the newest state's heading and position cannot exceed that on the common
+// heading and position of the whole window, which is the prior's.
 bool FixedLagSmoother::claims_too_much() const {
   for (const Window::Link& link : window_.links)
     if (link.factor->measures_place()) return false;
   return gained(window_.prior.common_information(), equations_.newest_information());
 }
 
-// Far from the origin a small turn of one state against the next is a long way, to second order
-// further than wheel and IMU allow. So the solution is made where the robot is.
+// Far from the origin, a small rotation of one state against the next is a long displacement, and
+// its second-order part is larger than wheel and IMU allow. So the problem is solved in a frame
+// with its origin at the robot.
 SolveSummary FixedLagSmoother::solve() {
   const std::vector<NavState> states = window_.states;
   const MarginalPrior prior = window_.prior;

@@ -1,4 +1,5 @@
-// Least squares over the states of the last seconds. Older states live on as a marginal prior.
+// Fixed-lag smoother: least squares over the states of the last seconds, with a marginal prior for
+// older ones.
 #pragma once
 
 #include <memory>
@@ -20,15 +21,16 @@ class FixedLagSmoother {
 
   FixedLagSmoother(const SmootherOptions& options, const NavState& first, MarginalPrior prior);
 
-  StateId add_state(const NavState& predicted);  // time must grow; std::invalid_argument else
+  StateId add_state(const NavState& predicted);  // std::invalid_argument unless its time is newer
 
-  // Ties a < b. false, and nothing is added, where one of them has left the window.
+  // Adds a factor between states a < b. Returns false, and adds nothing, if one has left the
+  // window.
   bool add_factor(StateId a, StateId b, std::shared_ptr<const Factor> factor);
 
-  // Where it fails the states are left as they are.
+  // If it fails, the states do not change.
   SolveSummary solve();
 
-  // Turns states older than the lag into the prior.
+  // Marginalises the states older than the lag.
   void marginalise();
 
   StateId oldest_id() const { return window_.first_id; }
@@ -42,7 +44,7 @@ class FixedLagSmoother {
   // For factors that measure a place: Window::origin.
   std::shared_ptr<const Eigen::Vector3d> origin() const { return window_.origin; }
 
-  // Of the newest state, in the chart of nav_state.h, at the last solve.
+  // Covariance of the newest state at the last solve, in the chart of nav_state.h.
   const StateMatrix& newest_covariance() const { return newest_covariance_; }
 
  private:

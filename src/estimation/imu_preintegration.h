@@ -1,5 +1,5 @@
-// IMU samples between two states, summed up once: relative rotation, velocity and position with
-// their covariance and bias derivatives. Forster et al., T-RO 2017; docs/estimation.md.
+// Preintegration of the IMU samples between two states: relative rotation, velocity and position,
+// with covariance and bias Jacobians. Forster et al., T-RO 2017; docs/estimation.md.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 struct ImuNoise {
   double gyro_density = 0.0;   // rad/s/sqrt(Hz)
   double accel_density = 0.0;  // m/s^2/sqrt(Hz)
-  // Of the acceleration sideways (body y), where it is more.
+  // Of the lateral acceleration (body y), if it is larger.
   double sideways_density = 0.0;
 };
 
@@ -30,7 +30,7 @@ class ImuPreintegration {
                  double dt) {
     integrate(acceleration, angular_velocity, dt, noise_);
   }
-  // With noise of its own, where a sample is worth less than the others.
+  // The same with its own noise, for a sample that is worse than the others.
   void integrate(const Eigen::Vector3d& acceleration, const Eigen::Vector3d& angular_velocity,
                  double dt, const ImuNoise& noise);
 

@@ -12,12 +12,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kGoesOnTurning = 2.0;  // s
-constexpr double kTilt = 0.03;          // rad; roll and pitch against those before the gap, at most
-constexpr double kTilting = 0.02;       // rad/sqrt(s); until then
-constexpr double kTurning = 0.1;        // rad/s^2; times the gap's square
-constexpr double kAnyYaw = 1.8;         // rad; of a heading that may be any
-constexpr double kSpeedChange = 0.2;    // m/s; within an interval of which the wheel tells the mean
+// Standard deviations, except for the first.
+constexpr double kGoesOnTurning = 2.0;  // s; how long the last turn rate is kept
+constexpr double kTilt = 0.03;          // rad; change of roll and pitch in the gap, at most
+constexpr double kTilting = 0.02;       // rad/sqrt(s); its growth up to kTilt
+constexpr double kTurning = 0.1;        // rad/s^2; of the heading, times the gap's length squared
+constexpr double kAnyYaw = 1.8;         // rad; of an unknown heading
+constexpr double kSpeedChange = 0.2;    // m/s; of the speed against the wheel's mean speed
 constexpr double kUnknownSpeed = 1.0;   // m/s
 constexpr double kSideways = 0.05;      // m/s
 
@@ -57,12 +58,13 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   const Matrix3d R = y.R_odom_body();
   y.v_odom = R.col(0) * (motion.distance() / dt);
 
-  const double longer = (2 * gap_s - dt) * dt;  // by which the gap's square grew
+  const double longer = (2 * gap_s - dt) * dt;  // growth of the gap's square in this interval
   const WheelConfig& w = config.wheel;
   const double forward = wheel ? w.noise * w.noise * motion.path() + w.noise_floor * w.noise_floor
                                : kUnknownSpeed * kUnknownSpeed * longer;
   const double sideways = kSideways * kSideways * longer;
-  // A motion that is known leaves the chart's errors as they are; its own come in plain.
+  // A known motion does not change the errors in the chart. The errors of the motion itself are
+  // added as plain errors.
   StateMatrix P = plain_position(y, 1) * from.covariance * plain_position(y, 1).transpose();
   double& yaw = P(row::kTheta + 2, row::kTheta + 2);
   const bool told = std::any_of(input.steps.begin(), input.steps.end(),
@@ -81,7 +83,8 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   const double scale_walk = w.scale_sigma > 0 ? w.scale_walk : 0.0;
   P(row::kScale, row::kScale) += scale_walk * scale_walk * dt;
   P = (plain_position(y, -1) * P * plain_position(y, -1).transpose()).eval();
-  // Known in body axes, whatever the heading: independent of it in the chart.
+  // The velocity is known in body axes, whatever the heading. So in the chart it is independent of
+  // the heading's error.
   const Vector3d velocity(wheel ? kSpeedChange : kUnknownSpeed, kSideways, kSideways);
   replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {y, 0.5 * (P + P.transpose())};

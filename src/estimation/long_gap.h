@@ -1,4 +1,4 @@
-// The robot's state while the IMU is silent for long. docs/estimation.md, "Gaps of the IMU".
+// The robot's state during a long gap of the IMU. docs/estimation.md, "Gaps of the IMU".
 #pragma once
 
 #include "estimation/nav_state.h"
@@ -12,17 +12,17 @@ struct CarriedState {
   StateMatrix covariance;  // chart of nav_state.h
 };
 
-// `from` carried over an interval: along the wheel or, without one, at the speed that it had, and
-// turning as it did for the first two seconds. gap_s: since the IMU fell silent, to the interval's
-// end. The robot is taken to stay on level ground, to turn at will, and to have any speed that the
-// wheel does not tell.
+// Propagates `from` over an interval without the IMU: by the wheel's distance or, without a wheel,
+// at the last speed; with the last turn rate for the first two seconds. gap_s: from the begin of
+// the gap to the interval's end. The covariance assumes that the robot stays on level ground and
+// may turn in any way; without a wheel it may have any speed.
 CarriedState carry_on(const Config& config, const CarriedState& from, const StateInput& input,
                       double gap_s);
 
-// `size` errors from `first` on become independent of all others, with a covariance of their own.
+// Replaces the covariance of `size` errors from `first` on, and makes them independent of the rest.
 void replace(StateMatrix& covariance, int first, int size, const Eigen::MatrixXd& block);
 
-// With sign 1: from the chart's position error to the plain one, p = p^ + dp. With -1: back.
+// Jacobian from the chart's position error to the plain one, p = p^ + dp (sign 1), or back (-1).
 StateMatrix plain_position(const NavState& x, double sign);
 
 }  // namespace gprodom

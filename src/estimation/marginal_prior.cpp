@@ -39,7 +39,7 @@ void MarginalPrior::shift_origin(const Eigen::Vector3d& by) {
   }
 }
 
-// The errors that nothing measures are the same directions for every state (nav_state.h).
+// The unobservable errors: the same directions for every state (nav_state.h).
 Eigen::Vector4d MarginalPrior::common_information() const {
   Eigen::Vector4d information;
   for (int i = 0; i < 4; ++i) {

@@ -1,4 +1,4 @@
-// What marginalised states leave behind on those that remain, as a square root.
+// The prior that marginalised states leave on the remaining ones, in square-root form.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ struct MarginalPrior {
   Eigen::MatrixXd A;  // (rows, 16 n)
   Eigen::VectorXd b;  // (rows)
 
-  // Of the first state's wheel scale, beside what is known, with one standard deviation.
+  // Adds a row on the first state's wheel scale, with this standard deviation.
   void add_scale(double scale, double sigma);
 
   int states() const { return static_cast<int>(x0.size()); }
@@ -24,21 +24,21 @@ struct MarginalPrior {
   // x points to the n states. Where J is not null it receives d residual / d (charts at x).
   void evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::MatrixXd* J) const;
 
-  // Takes x for x0, with the residual at it, and keeps A: to first order the same prior, with
-  // the null space that it had. Where d local / d x were used instead, what is known well (tilt,
-  // velocity), times how far it has moved, would count as information on yaw and position.
+  // Moves x0 to x, with the residual there, and keeps A. To first order this is the same prior,
+  // with an unchanged null space. With d local / d x instead, the strong information on tilt and
+  // velocity, times their change, would become information on yaw and position.
   void move_to(const NavState* x);
 
-  // The same prior of states whose frame's origin lies `by` further on, in the chart there. The
-  // chart turns about the origin: rho there is rho + theta x by.
+  // Expresses the prior in a frame whose origin is moved by `by`. The chart rotates about the
+  // origin, so rho there is rho + theta x by.
   void shift_origin(const Eigen::Vector3d& by);
 
-  // Of heading and position (x, y, z) of all states together, 1/rad^2 and 1/m^2.
+  // Information on the common heading and position (x, y, z) of all states, 1/rad^2 and 1/m^2.
   Eigen::Vector4d common_information() const;
 };
 
-// Removes the first 16 columns of the least-squares problem |J d + r|^2 by QR: what is left of it
-// on the other columns, as upper-triangular A and b with at most as many rows as columns.
+// Eliminates the first 16 columns of the least-squares problem |J d + r|^2 by QR. The rest is a
+// problem in the other columns, with upper-triangular A and b of at most as many rows as columns.
 void eliminate_first_state(Eigen::MatrixXd J, Eigen::VectorXd r, Eigen::MatrixXd& A,
                            Eigen::VectorXd& b);
 

@@ -12,7 +12,7 @@ namespace gprodom {
 // Rows of the 16-dimensional error: rotation, position, velocity, gyro bias, accel bias, scale.
 namespace row {
 constexpr int kTheta = 0, kP = 3, kV = 6, kBg = 9, kBa = 12, kScale = 15;
-// Heading and position (x, y, z): the same error of all states together is not observable.
+// Heading and position (x, y, z): an error common to all states is not observable.
 constexpr int kUnmeasured[] = {kTheta + 2, kP, kP + 1, kP + 2};
 }  // namespace row
 constexpr int kStateDim = 16;
@@ -36,7 +36,7 @@ struct NavState {
   }
 };
 
-// The error is left-invariant in its Jacobians: it turns and shifts the whole of `odom`,
+// The error rotates and shifts all of `odom` (it acts from the left):
 //   R = Exp(theta) R^,  p = Exp(theta) p^ + rho,  v = Exp(theta) v^ + nu,  rest additive.
 // Global position and yaw, which nothing observes, are then the same directions
 // (rho = t, theta = psi e_z) for every state at every linearisation point, so no

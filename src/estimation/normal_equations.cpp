@@ -9,8 +9,8 @@ namespace gprodom {
 
 namespace {
 
-// Typical sizes of the error's rows. Eliminating in these units keeps the pivots within a few
-// orders of magnitude of each other.
+// Typical sizes of the error's rows. In these units all pivots lie within a few orders of
+// magnitude.
 StateVector row_units() {
   StateVector u;
   u << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
@@ -25,7 +25,7 @@ void scale_columns(Jacobian& J) {
   for (int i = 0; i < J.rows(); ++i) J.row(i).array() *= kUnits.transpose().array();
 }
 
-// A Jacobian and where it is not zero: a factor knows nothing of a good part of a state.
+// A Jacobian and its non-zero columns: most factors depend on part of a state only.
 struct Known {
   const Jacobian& J;
   ColumnGroups columns;
@@ -97,8 +97,8 @@ double NormalEquations::linearise(const Window& window) {
   return sum;
 }
 
-// Left-looking block Cholesky of the envelope, oldest state first: a row fills up from its first
-// block on, and nowhere else.
+// Left-looking block Cholesky of the envelope, oldest state first. Fill-in occurs in a row only
+// from its first block on.
 bool NormalEquations::eliminate(double damping) {
   const size_t n = g_.size();
   for (size_t i = 0; i < n; ++i) {

@@ -15,14 +15,13 @@ class NormalEquations {
   double linearise(const Window& window);  // at the window's states; returns the cost
   bool eliminate(double damping);          // false where not positive definite
 
-  // The step to the minimum of what was linearised and eliminated; returns the decrease of the
-  // cost that is expected of it.
+  // Computes the step to the minimum of the linearised cost. Returns the decrease that is expected.
   double solve_step(std::vector<StateVector>& step) const;
 
-  // Of the newest state, in the chart of nav_state.h.
+  // Covariance of the newest state, in the chart of nav_state.h.
   StateMatrix newest_covariance() const;
 
-  // Of the newest state's heading and position (x, y, z), 1/rad^2 and 1/m^2.
+  // Information on the newest state's heading and position (x, y, z), 1/rad^2 and 1/m^2.
   Eigen::Vector4d newest_information() const;
 
  private:
@@ -35,7 +34,7 @@ class NormalEquations {
     return m[row * (bandwidth_ + 1) + (row - column)];
   }
 
-  // Workspace, kept between solves. Of blocks on the diagonal only the lower triangle counts.
+  // Workspace, kept between solves. Only the lower triangle of diagonal blocks is used.
   size_t bandwidth_ = 1;
   std::vector<StateMatrix> H_,
       L_;                       // lower block band: row i holds columns i, i-1, ..., i-bandwidth

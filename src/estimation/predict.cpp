@@ -25,7 +25,7 @@ PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegrat
   const Matrix3d R = x.R_odom_body(), I = Matrix3d::Identity();
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
   const Vector3d turned = since.dq_dbg() * (x.gyro_bias - since.gyro_bias());
-  // Position and velocity in the chart (rho and nu) turn with theta.
+  // In the chart, theta also rotates position and velocity.
   PropagationJacobian F = PropagationJacobian::Zero();
   F.block<3, 3>(0, row::kTheta) = I;
   F.block<3, 3>(0, row::kBg) = y.R_odom_body() * so3::right_jacobian(turned) * since.dq_dbg();
@@ -46,7 +46,7 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   const NavState y = propagate(x, since, gravity_mps2);
   const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
   const PropagationJacobian F = propagation_jacobian(x, since, gravity_mps2);
-  // Lazy: blocks this small cost less than their preparation for the large kernels.
+  // Lazy products: for blocks this small Eigen's blocked kernels cost more than they save.
   const Eigen::Matrix<double, 9, kStateDim> FP = F.lazyProduct(covariance);
   Matrix9d P = FP.lazyProduct(F.transpose());
   // Preintegrated noise: rotation (at y), velocity, position (at x).

@@ -1,4 +1,4 @@
-// A state carried forward by the IMU alone.
+// Propagation of a state by the IMU alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +12,13 @@ namespace gprodom {
 // Without covariance.
 NavState propagate(const NavState& state, const ImuPreintegration& since, double gravity_mps2);
 
-// Rows: plain errors phi, dp, dv of the state propagated, R_true = Exp(phi) R, p_true = p + dp,
-// v_true = v + dv. Columns: the chart's error of the state propagated from.
+// Rows: plain errors phi, dp, dv of the propagated state, R_true = Exp(phi) R, p_true = p + dp,
+// v_true = v + dv. Columns: the chart's error of `state`.
 using PropagationJacobian = Eigen::Matrix<double, 9, kStateDim>;
 PropagationJacobian propagation_jacobian(const NavState& state, const ImuPreintegration& since,
                                          double gravity_mps2);
 
-// With covariance: what the robot knows between two solves.
+// With covariance: the estimate between two solves.
 OdometryEstimate predict(const NavState& state, const StateMatrix& covariance,
                          const ImuPreintegration& since, double gravity_mps2);
 

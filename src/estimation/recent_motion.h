@@ -1,4 +1,4 @@
-// What the IMU measured since each state of the window: how the robot moved between states.
+// The measurements of IMU and wheel since each state of the window.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,25 +18,26 @@ struct MotionStep {
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
   double wheel_m = 0.0;   // signed
-  bool bridged = false;   // no IMU data: values held, noise opened up
-  bool long_gap = false;  // of more than kLongestBridge
-  // rad, about body z; in a long gap, where left and right wheels tell of it.
+  bool bridged = false;   // no IMU data: values interpolated, noise increased
+  bool long_gap = false;  // part of a gap longer than kLongestBridge
+  // Turn about body z (rad) by left and right wheels; only in a long gap.
   std::optional<double> wheel_turn;
 };
 
-// rad/s, body: of the gyro or, in a long gap, of the wheels; the bias counts as the gyro's.
+// Turn rate in body (rad/s) of the gyro or, in a long gap, of the wheels. The gyro's bias is added
+// to the latter, so that both can be treated alike.
 Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias);
 
 class RecentMotion {
  public:
-  // `steps` lead on from a state at `time`.
+  // Adds the steps that follow a state at `time`.
   void add(TimeNs time, const ImuNoise& noise, std::vector<MotionStep> steps) {
     stretches_.push_back({time, noise, std::move(steps)});
   }
   void forget_before(TimeNs time);
   void clear() { stretches_.clear(); }
 
-  // From a state to a moment before the next one.
+  // Preintegrates from a state to a moment before the next state.
   ImuPreintegration since(const NavState& state, TimeNs moment) const;
 
  private:

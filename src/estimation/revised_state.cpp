@@ -9,14 +9,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kGyroBias = 1e-3;       // rad/s; of the bias, until the standstill goes on
-constexpr double kAccelBias = 0.1;       // m/s^2; what moved one bias may have moved the other
+// Standard deviations, except for the time constant.
+constexpr double kGyroBias = 1e-3;       // rad/s; of the new bias
+constexpr double kAccelBias = 0.1;       // m/s^2; the accelerometer's bias may have moved as well
 constexpr double kStandingSpeed = 0.05;  // m/s
-constexpr double kTiltMemory_s = 2.0;    // over which gravity corrects the tilt
+constexpr double kTiltMemory_s = 2.0;    // s; time constant with which gravity corrects the tilt
 
 constexpr double kSideways = 0.05;  // m/s
-constexpr double kTilt = 0.05;      // rad; a wrong speed may have passed for gravity
-constexpr double kShift = 0.3;      // of the way put right: the track was not straight
+constexpr double kTilt = 0.05;      // rad; the wrong speed may have been explained by tilt
+constexpr double kShift = 0.3;      // share of the correction: the track need not be straight
 
 }  // namespace
 
@@ -29,7 +30,7 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   x.v_odom.setZero();
 
   StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
-  // A step at any moment of the time is as likely: the mean square of what it turned is a third.
+  // The moment of the step is uniform over that time, so the mean square of the turn is a third.
   const double yaw = std::abs(change.z()) * seconds / std::sqrt(3.0);
   const double aside = yaw * (x.p_odom - known.p_odom).norm();
   P(row::kTheta + 2, row::kTheta + 2) += yaw * yaw;

@@ -1,5 +1,5 @@
-// The robot's state once its gyro bias, or its speed, is found to be another. docs/estimation.md,
-// "Steps of the gyro bias", "A slip taken back".
+// The robot's state after its gyro bias or its speed was found wrong. docs/estimation.md, "Steps of
+// the gyro bias", "A slip taken back".
 #pragma once
 
 #include "estimation/long_gap.h"
@@ -7,13 +7,13 @@
 
 namespace gprodom {
 
-// `from`, at a standstill, with the bias that its gyro shows there (rad/s, body). `known`: the last
-// state whose bias a standstill bore out. Since then the bias may have moved at any time, and
-// turned the heading unseen.
+// Replaces the gyro bias of `from`, a state at a standstill, by the rate that the gyro shows there
+// (rad/s, body). known: the last state whose bias a standstill has confirmed. The bias may have
+// moved at any time since then, and the variance of the heading grows accordingly.
 CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyro_bias,
                             const NavState& known);
 
-// `from` with the speed and the place that the wheel or the radar gives it.
+// Replaces the speed and the position of `from` by those of the wheel or the radar.
 CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction);
 
 }  // namespace gprodom

@@ -1,4 +1,4 @@
-// A state as Ceres sees it: one parameter block on a manifold with the chart of nav_state.h.
+// A state for Ceres: one parameter block on a manifold with the chart of nav_state.h.
 #pragma once
 
 #include <ceres/manifold.h>
@@ -21,8 +21,8 @@ void to_parameters(const NavState& state, double* parameters);
 NavState from_parameters(const double* parameters);  // without time
 NavState with_parameters(const NavState& state, const double* parameters);
 
-// Derivatives of the parameters of y by whatever its plain errors (phi, dp, dv) are derived by in
-// `plain`; biases and scale are y's own, additive.
+// Jacobian of the parameters of y. plain: Jacobian of its plain errors (phi, dp, dv) by the same
+// variables; biases and scale are additive.
 using ParameterJacobian = Eigen::Matrix<double, ambient::kSize, kStateDim, Eigen::RowMajor>;
 ParameterJacobian parameter_jacobian(const NavState& y, const PropagationJacobian& plain);
 

@@ -1,4 +1,4 @@
-// What the wheel says between two states, turned by the gyro into a displacement.
+// The wheel's increments between two states, turned by the gyro into a displacement.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ class WheelIncrement {
   double distance() const { return distance_; }  // signed sum, m
   double path() const { return path_; }          // unsigned sum, m
 
-  // All distances so many times as long.
+  // Scales all distances.
   WheelIncrement stretched(double factor) const;
 
   // Of forward, lateral and vertical displacement, m^2.

@@ -1,4 +1,5 @@
-// The states of the last seconds, what ties them together, and what older ones left behind.
+// The sliding window: the states of the last seconds, the factors between them, and the marginal
+// prior of older states.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 namespace gprodom {
 
 struct Window {
-  // States are numbered from 0 in the order they are added, for good.
+  // States are numbered from 0 in the order they are added; a number never changes.
   using StateId = std::int64_t;
   struct Link {
     StateId a, b;
@@ -24,8 +25,8 @@ struct Window {
   std::vector<NavState> states;
   std::vector<Link> links;  // ordered by a
   MarginalPrior prior;      // holds the oldest states
-  // Where the frame that the states are given in has its origin, in odom: zero but while the window
-  // is solved. A factor that measures a place keeps it.
+  // The origin of the states' frame, in odom. It is zero except during a solve. A factor that
+  // measures a position keeps a pointer to it.
   std::shared_ptr<Eigen::Vector3d> origin = std::make_shared<Eigen::Vector3d>(0, 0, 0);
 
   size_t index(StateId id) const { return static_cast<size_t>(id - first_id); }
@@ -34,14 +35,15 @@ struct Window {
 // Half the sum of squared (robust) residuals with the states at x.
 double window_cost(const Window& window, const std::vector<NavState>& x);
 
-// States and prior in a frame whose origin lies `by` further on.
+// Moves the origin of the frame of states and prior by `by`.
 void shift_origin(Window& window, const Eigen::Vector3d& by);
 
-// Turns the oldest state, with what ties it, into the prior of those that it is tied to. Returns
-// whether the prior knows more of place or heading then, with no factor that measured them.
+// Marginalises the oldest state and its links: they become a prior on the states linked to it.
+// Returns whether the prior has gained information on position or heading although no factor
+// measured them.
 bool marginalise_oldest(Window& window);
 
-// Whether more is known than before, beyond rounding.
+// Whether the information has grown by more than rounding.
 bool gained(const Eigen::Vector4d& before, const Eigen::Vector4d& now);
 
 }  // namespace gprodom

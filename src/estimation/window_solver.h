@@ -19,42 +19,42 @@ struct SolveSummary {
   int steps = 0;        // tried
   int accepted = 0;
   double cost = 0.0;  // half the sum of squared (robust) residuals
-  // The covariance claims to know place or heading better than the prior did. No factor measured
-  // them, so this is a fault of the solver or of a factor.
+  // The covariance of position or heading is smaller than the prior's. No factor measured them, so
+  // this is a defect of the solver or of a factor.
   bool unfounded = false;
 };
 
-// Steps beyond the cap while none is accepted, each with more damping than the last: a failure
-// costs the whole window.
+// Further steps beyond the cap while none has been accepted, each with more damping, because a
+// failed solve costs the whole window.
 constexpr int kMoreDamping = 8;
 
 inline bool may_step(const SolveSummary& summary, const SolverOptions& options) {
   return summary.steps < options.max_iterations + (summary.accepted > 0 ? 0 : kMoreDamping);
 }
 
-// Whether a step may stand. Rounding of a large cost is no reason to refuse one.
+// Whether a step is accepted: the cost has not risen by more than rounding.
 inline bool not_raised(double cost, double before) {
   return std::isfinite(cost) && cost <= before * (1 + 1e-12) + 1e-9;
 }
 
-// Gauss-Newton with damping where a step fails to lower the cost. Both solvers take the same steps
-// but for rounding.
+// Gauss-Newton, with damping if a step fails to lower the cost. Both solvers take the same steps,
+// except for rounding.
 class WindowSolver {
  public:
   virtual ~WindowSolver() = default;
 
-  // Moves the window's states and its prior's linearisation to the solution, and leaves the
-  // elimination there in `equations`. Where it is not usable, what is in both is of no use.
-  // Between two calls a window may gain states and links, and lose its oldest states with their
-  // links; then its prior is another.
+  // Moves the window's states and the linearisation point of its prior to the solution, and leaves
+  // the elimination there in `equations`. If the result is not usable, both are undefined. Between
+  // two calls a window may gain states and links, and lose its oldest states with their links; then
+  // its prior has changed too.
   virtual SolveSummary solve(Window& window, NormalEquations& equations) = 0;
 };
 
-// A ceres::Problem that lives on from solve to solve.
+// A ceres::Problem that persists from solve to solve.
 std::unique_ptr<WindowSolver> make_ceres_solver(const SolverOptions& options);
 
-// One elimination a step, no analysis and no memory of earlier solves: for slow processors, or many
-// states a second.
+// One block elimination for each step, with no symbolic analysis and nothing kept between solves:
+// for slow processors, or many states a second.
 std::unique_ptr<WindowSolver> make_chain_solver(const SolverOptions& options);
 
 }  // namespace gprodom

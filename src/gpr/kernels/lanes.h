@@ -1,5 +1,5 @@
-// Loops over samples in blocks of four registers of 16 bytes, with the compiler's vector types:
-// they fit the registers of every 64-bit machine, so that no processor feature has to be asked for.
+// Loops over samples in blocks of four registers of 16 bytes, with the compiler's vector types.
+// Every 64-bit processor has such registers, so no processor feature must be detected.
 #pragma once
 
 #include <cstring>

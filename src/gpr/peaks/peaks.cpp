@@ -13,7 +13,7 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr double kMaxGatePeriods = 3.0;
-constexpr double kFeltTail = 0.1;  // of the next pulse's height
+constexpr double kFeltTail = 0.1;  // of the next pulse's height: a tail above it overlaps
 
 void require(bool good, const char* option, const char* expected) {
   if (!good) {
@@ -95,7 +95,8 @@ void PeakExtractor::Work::add_envelope_maxima() {
   counts.accepted += pulses.size();
 }
 
-// A pulse is fitted with the one before it where that one's tail is still felt, up to max_joint.
+// Groups of up to max_joint pulses are fitted together, if each overlaps the tail of the one
+// before.
 bool PeakExtractor::Work::overlap(const Pulse& before, const Pulse& after) const {
   const double tail = before.height * std::exp(-before.alpha * (after.maximum - before.maximum));
   return after.maximum <= before.gate_end || tail > kFeltTail * after.height;

@@ -48,21 +48,21 @@ struct PeakOptions {
   bool fit = true;  // false: envelope maximum and a parabola through it
   double noise_sigma =
       0.0;               // of one sample, in the trace's unit; 0: taken from each fit's residual
-  double min_snr = 3.5;  // envelope over noise_sigma from which a maximum is a pulse
-  double min_relative = 0.05;  // envelope over the trace's greatest, likewise
+  double min_snr = 3.5;  // least envelope of a pulse over noise_sigma
+  double min_relative = 0.05;  // least envelope of a pulse over the trace's largest
   double gate_periods = 1.5;   // from the envelope maximum on
   int max_joint = 3;           // overlapping pulses fitted together, 1..3
   double significance = 0.01;  // of the F-test that a pulse must pass to be kept
-  double max_residual = 0.3;   // misfit energy over signal energy, noise_sigma^2 taken off
+  double max_residual = 0.3;   // misfit energy less noise, over signal energy
   int max_iterations = 15;
 };
 
-// What became of the pulses seen since construction.
+// Counts of what happened to the pulses since construction.
 struct PeakCounts {
   std::size_t traces = 0;
-  std::size_t pulses = 0;  // envelope maxima that stood out
+  std::size_t pulses = 0;  // candidates: envelope maxima above the thresholds
   std::size_t accepted = 0;
-  std::size_t insignificant = 0;  // F-test: the other pulses explain it
+  std::size_t insignificant = 0;  // failed the F-test: the other pulses explain the data
   std::size_t not_converged = 0;
   std::size_t out_of_bounds = 0;  // not a decaying oscillation near the pulse's own frequency
   std::size_t misfit = 0;         // residual too large

@@ -95,7 +95,7 @@ void JointFit::fit_range(int begin, int end) {
   for (int k = 0; k < count_; ++k) accept(k);
 }
 
-// Two pulses too close for two gates are one: the lower goes.
+// Two pulses that are too close for two gates count as one: the lower one is dropped.
 void JointFit::leave_out_lower_neighbour() {
   const int k = fit_.offender + 1 < count_ ? fit_.offender : fit_.offender - 1;
   const auto height = [this](int j) { return (*all_)[index(origin_[index(j)])].height; };
@@ -118,7 +118,7 @@ void JointFit::start(int begin, int end) {
     pulse.omega_max = 2.0 * candidate.centre_omega;
     pulse.alpha_min = -0.1 * candidate.centre_omega;
     pulse.alpha_max = candidate.centre_omega;
-    int last = j;  // pulses that proved to be none have no valley of their own
+    int last = j;  // dropped pulses have no valley of their own
     while (last + 1 < end && use_[index(last + 1 - base_)] == Use::kInsignificant) ++last;
     stop_[index(count_)] = std::min(candidate.gate_end, all[index(last)].valley + 1);
     origin_[index(count_)] = j;
@@ -151,8 +151,8 @@ bool JointFit::fit() {
   fit_pulses(samples_, pulse_.data(), count_, options_.max_iterations, fit_);
   if (fit_.status != FitStatus::kConverged) return false;
 
-  // A known noise is believed unless the residual refutes it (three standard deviations of chi^2).
-  // An estimated one comes with the variance of Student's t for its degrees of freedom.
+  // A known noise is used unless the residual contradicts it (three standard deviations of chi^2).
+  // An estimated noise is inflated by the variance of Student's t for its degrees of freedom.
   const double freedom = fit_.freedom;
   const double known = options_.noise_sigma * options_.noise_sigma;
   const double own = fit_.residual_sum / freedom;
@@ -191,8 +191,8 @@ bool JointFit::belongs(int k, int sample) const {
   return with <= kSupport && with < prediction_error(k, sample);
 }
 
-// Carries gates over the samples that the curves predict; true if one grew. Works with the start
-// values of the curves that were fitted, which move only at the end.
+// Extends gates over the samples that the curves predict; true if one grew. It uses the fitted
+// curves as they are and moves their origins only at the end.
 bool JointFit::widen_gates() {
   bool grown = false;
   std::array<int, kMaxJointPulses> start{};

@@ -1,5 +1,4 @@
-// A run of overlapping pulses fitted together: which samples, from which start, with how many
-// pulses.
+// Joint fit of overlapping pulses: chooses the samples, the start values and the number of pulses.
 #pragma once
 
 #include <array>
@@ -11,7 +10,7 @@
 
 namespace gprodom::gpr {
 
-// Critical values of F(4, freedom) at a significance: a pulse more has four parameters more.
+// Critical values of F(4, freedom) at a significance (each pulse has four parameters).
 class FTest {
  public:
   explicit FTest(double significance);
@@ -23,16 +22,16 @@ class FTest {
 
 // Fits 1..kMaxJointPulses neighbouring pulses of one trace together.
 //
-// Samples: each pulse's gate, from its envelope maximum up to the gate's end or, if sooner, to the
-// valley before the next pulse, since a pulse's rise is no part of the model. After a first fit the
-// gate is carried backwards over samples that the curve predicts within 2.5 standard deviations and
-// better than the earlier pulses alone do, likewise the earlier pulse's gate forwards into the
-// valley, and all is fitted again. Where a pulse decays from a sharp onset this finds the onset; a
-// pulse with a slow rise keeps its gate.
+// Samples: the gate of each pulse begins at its envelope maximum and ends at the gate's end, or at
+// the valley before the next pulse if that comes first, because the model does not contain a
+// pulse's rise. After a first fit, the gate is extended backwards over samples that the curve
+// predicts within 2.5 standard deviations and better than the earlier pulses alone. Likewise the
+// earlier pulse's gate is extended forwards into the valley. Then all is fitted again. For a pulse
+// with a sharp onset this finds the onset; a pulse with a slow rise keeps its gate.
 //
-// Number of pulses: the least significant that fails the F-test is left out and the rest fitted
-// again. Where the joint fit fails, the pulse to blame is rejected and those on its two sides are
-// fitted apart.
+// Number of pulses: the least significant pulse is dropped if it fails the F-test, and the rest is
+// fitted again. If the joint fit fails, the pulse that caused it is rejected, and the pulses on its
+// two sides are fitted separately.
 class JointFit {
  public:
   JointFit(const PeakOptions& options, const FTest& f_test);

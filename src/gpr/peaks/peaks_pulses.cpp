@@ -13,7 +13,7 @@ constexpr double kMaxOmega = kTwoPi / 3.0;
 constexpr double kMinSeparation = 0.75;  // of a period
 constexpr double kMaxValley = 0.75;      // of the lower of two maxima, for them to be two pulses
 constexpr int kMaxHalfWidth = 3;         // of the running mean
-constexpr float kDominant = 0.5F;     // of the greatest envelope: samples that tell the frequency
+constexpr float kDominant = 0.5F;  // of the largest envelope; samples above it give the frequency
 constexpr double kMaxDetuning = 1.6;  // of a pulse's start frequency from the dominant one
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -55,9 +55,8 @@ double dominant_omega(const AnalyticSignal& signal) {
   return std::clamp(sums.omega(), kMinOmega, kMaxOmega);
 }
 
-// Twice a running mean over an odd number of samples near a quarter of a period, which takes out
-// the ripple that noise outside the pulse's band puts on the envelope. Both ends see zeros beyond
-// them.
+// Smooths the envelope by two running means over an odd number of samples near a quarter of a
+// period. This removes the ripple from noise outside the pulse's band. Beyond the ends are zeros.
 void smooth(AnalyticSignal& signal, double period) {
   const auto size = static_cast<Eigen::Index>(signal.envelope.size());
   const int half = std::min(static_cast<int>(period / 8.0), kMaxHalfWidth);

@@ -1,4 +1,4 @@
-// Pulse candidates: maxima of the envelope, their gates, and the values that their fits start from.
+// Pulse candidates: maxima of the envelope, their gates, and the start values of their fits.
 #pragma once
 
 #include <vector>
