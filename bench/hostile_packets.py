@@ -184,7 +184,7 @@ class Listener:
             if name.split(": ")[0] in (*CHANNELS, "input queue"):
                 self.counted[name] = value
 
-    def hear(self, wait_ms: int = 0) -> None:
+    def receive(self, wait_ms: int = 0) -> None:
         """Takes what has come."""
         while self.lcm.handle_timeout(wait_ms):
             pass
@@ -220,7 +220,7 @@ class Attack:
         begun, first = time.monotonic(), self.events[0][0]
         for i, (stamp, channel, data) in enumerate(self.events):
             ahead = (stamp - first) * 1e-6 / self.speed - (time.monotonic() - begun)
-            listener.hear(1 if ahead > 0.002 else 0)
+            listener.receive(1 if ahead > 0.002 else 0)
             if ahead > 0:
                 time.sleep(min(ahead, 0.01))
             self.send_hostile(self.packets * (i + 1) // len(self.events))
@@ -264,10 +264,10 @@ def measure(
                 progress.update(sent)
 
             attack.run(listener, alive)
-            listener.hear(1500)
+            listener.receive(1500)
             alive(attack.sent)
             daemon.terminate()
-            listener.hear(1000)  # the last status
+            listener.receive(1000)  # the last status
     finally:
         if daemon.poll() is None:
             daemon.terminate()

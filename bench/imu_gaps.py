@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a gap of the IMU loses: how far off a robot's turning and tilt are, with values held.
+"""Errors of turn and tilt after a gap of the IMU that was bridged by constant values.
 
 For gaps of several lengths T, at any time of each LOG.lcmlog: the turn that the gyro shows over T
 less that of the mean of the gap's two ends held (root mean square and 99th percentile, rad, about
@@ -28,7 +28,7 @@ LENGTHS = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 GRAVITY_MEAN = 2.0  # s
 
 
-def off(t: Floats, values: Floats, samples: int) -> Floats:
+def error_of_held(t: Floats, values: Floats, samples: int) -> Floats:
     """The integral of `values` (n, 3) over so many samples, less that of its ends held."""
     steps = np.diff(t)[:, None]
     integral = np.concatenate([np.zeros((1, 3)), np.cumsum(values[:-1] * steps, axis=0)])
@@ -59,10 +59,10 @@ def measure(paths: list[Path], length: float) -> dict[str, Any]:
         samples = round(length * rate)
         if len(t) < samples + 2 * GRAVITY_MEAN * rate:
             continue
-        turned = off(t, imu["angular_velocity"], samples)
+        turned = error_of_held(t, imu["angular_velocity"], samples)
         turn.append(float(np.mean(turned[:, 2] ** 2)))
         percentile.append(float(np.quantile(np.abs(turned[:, 2]), 0.99)))
-        accelerated = off(t, imu["linear_acceleration"], samples)
+        accelerated = error_of_held(t, imu["linear_acceleration"], samples)
         speed.append(float(np.max(np.mean(accelerated**2, axis=0))))
         tilts.append(tilt(imu["linear_acceleration"], round(GRAVITY_MEAN * rate), samples) ** 2)
     if not turn:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The daemon live on sequences against replay of the same logs: do they say the same?
+"""Compares the daemon, live on sequences, with a replay of the same logs.
 
 Each log is played to gprodomd over LCM in a network namespace of its own (scripts/live) at --speed
 times real time, and replayed. The logger's record tells what the daemon heard and said. Printed are

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the daemon costs a robot, and how quick it is: gprodomd, live.
+"""Cost and latency of gprodomd, live.
 
 A log is played at the speed it was recorded (--speed) to a daemon in a network namespace of its
 own. Printed are the peak of resident memory (VmHWM, shared libraries included), the processor

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a live gprodomd does when its process, its disk or a listener fails.
+"""How a live gprodomd behaves when its process, its disk or a listener fails.
 
 The first --seconds of a log are played to gprodomd at real time, in a network namespace of its
 own, once for each fault: stopped for 5 s (SIGSTOP); killed (SIGKILL) and started again at once; the

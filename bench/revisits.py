@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What revisits buy: gprodom with and without them, the wheel's scale unknown and known.
+"""The benefit of revisits: gprodom with and without them, with unknown and known wheel scale.
 
 Each SEQUENCE needs `.json` (scale: the wheel's reported distance over the true one) and, for the
 revisits' own errors, `.truth.npz` (t, x, y, yaw) beside it; the estimator sees neither. A row

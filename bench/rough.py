@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives on which the wheel slips gradually: what IMU, coherence and revisits make of them.
+"""Errors on drives with gradual slip, with and without IMU, coherence and revisits as witnesses.
 
 Each SEQUENCE may have `.json` (gpr_sample_interval) beside it; nothing else of it is read. A row a
 drive: position RMSE aligned in the plane, m, of dead reckoning and of each method, causal (c) and
@@ -35,8 +35,8 @@ from gprodom.trajectory import Trajectory
 
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
-# What of gprodom_full is left out, and the settings that do it. The IMU cannot be: its attitude
-# carries all else, so its accelerations are made to say nothing.
+# Witnesses that are left out of gprodom_full, and the settings for it. The IMU is needed for the
+# attitude, so only the information in its accelerations is removed.
 WITHOUT = {
     "revisits": ("graph.enabled=false",),
     "coherence": ("gpr.coherence.use=never",),
@@ -164,15 +164,15 @@ def main() -> int:
     args = parser.parse_args()
     more = tuple(args.overrides)
     if args.without:
-        wanted = [("nothing", ALL, more), *((k, ALL, (*v, *more)) for k, v in WITHOUT.items())]
+        cases = [("nothing", ALL, more), *((k, ALL, (*v, *more)) for k, v in WITHOUT.items())]
     else:
-        wanted = [(name, name, more) for name in METHODS if args.only in (None, name)]
+        cases = [(name, name, more) for name in METHODS if args.only in (None, name)]
     rows: list[Row] = []
     with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(args.sequences)) as bar:
-        for some in pool.map(run, args.sequences, [wanted] * len(args.sequences)):
+        for some in pool.map(run, args.sequences, [cases] * len(args.sequences)):
             rows += some
             bar.advance()
-    names = [name for name, _, _ in wanted]
+    names = [name for name, _, _ in cases]
     if args.json:
         print_json([asdict(row) for row in rows])
     else:

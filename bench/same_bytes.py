@@ -75,7 +75,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Case:
-    """What is replayed. keeps: with a state directory, at first a copy of `kept` where given."""
+    """A replay. keeps: with a state directory, which begins as a copy of `kept` if given."""
 
     name: str
     log: Path
@@ -176,7 +176,7 @@ def data_cases(data: Path, folder: Path) -> Iterator[Case]:
         yield Case(f"rough {sequence.stem}", convert(sequence, folder), "gprodom.yaml")
 
 
-# ---- what both sides make of it ----
+# ---- replays by both programs ----
 
 
 def run(side: Side, case: Case, folder: Path, name: str) -> dict[str, Path]:

@@ -1,4 +1,4 @@
-"""The fault bench: sequences replayed with one fault at a time, and what came of it.
+"""The fault bench: replays sequences with one fault at a time and measures the effect.
 
 Each LOG (a converted sequence) is replayed as it is and with every fault of kinds.py that --only
 names (default: all), in seeded combinations of three (--combinations), and, where the sequence's

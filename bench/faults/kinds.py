@@ -1,4 +1,4 @@
-"""The faults: each makes of a robot's messages, in order of arrival, those of a robot with a fault.
+"""The faults: each changes a robot's messages, in order of arrival, to those with a fault.
 
 A message is (arrival, channel, data): microseconds, name, encoded message. Sensor data alone are
 changed; truth stays.

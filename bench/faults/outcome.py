@@ -1,4 +1,4 @@
-"""What a fault did: to the poses, to their error, and what STATUS said of it."""
+"""The effect of a fault on the poses and their error, and what STATUS reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bench's results as a table, and what is not as it should be."""
+"""The bench's results as a table, with a list of the violations."""
 
 from __future__ import annotations
 

@@ -194,7 +194,7 @@ class Manager:
         self._socket.bind(str(self.path))
         self.heard: list[str] = []
 
-    def hear(self, patience_s: float) -> bool:
+    def receive(self, patience_s: float) -> bool:
         """Takes the next notice; False where none comes."""
         self._socket.settimeout(patience_s)
         try:
@@ -205,7 +205,7 @@ class Manager:
 
     def await_notices(self, start: str, count: int = 1) -> None:
         while sum(notice.startswith(start) for notice in self.heard) < count:
-            assert self.hear(PATIENCE_S), f"in vain: {count} of {start} in {self.heard}"
+            assert self.receive(PATIENCE_S), f"in vain: {count} of {start} in {self.heard}"
 
 
 class FrozenThread:
@@ -246,10 +246,10 @@ def service(folder: Path) -> None:
         manager.await_notices("RELOADING=1")
         manager.await_notices("READY=1", 2)
         with FrozenThread(daemon.process.pid, "estimator"):
-            while manager.hear(0.0):  # sent before it stood still
+            while manager.receive(0.0):  # sent before it stood still
                 pass
             daemon.stand(1.0, START_UTIME)
-            assert not manager.hear(3.0), manager.heard[-1]
+            assert not manager.receive(3.0), manager.heard[-1]
         daemon.stop(signal.SIGTERM)
         manager.await_notices("STOPPING=1")
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import gprodom
 
-# What only draws, prints or parses a command line: a result does not depend on it.
+# Modules that only draw, print or parse a command line: results do not depend on them.
 _FOLDERS = {"plot", "status"}
 _MODULES = {"__main__.py", "canvas.py", "cli.py", "command.py", "page.py", "pictures.py"}
 
 
 @cache
 def digest_of_code(package: Path | None = None) -> str:
-    """SHA-256 over the sources of the package (gprodom itself by default) that make figures."""
+    """SHA-256 over the sources of the package (by default gprodom) that compute figures."""
     root = package or Path(gprodom.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):

@@ -1,4 +1,4 @@
-"""What the report draws of one method on one sequence: small, kept beside the scores."""
+"""The curves that the report draws for one method on one sequence, kept with the scores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One method on one sequence; what it makes is kept, so that a later run can go on from there."""
+"""A job: one method on one sequence. Its results are kept, so that a later run can continue."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Outcome:
 
 
 def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: object) -> str:
-    """Changes when anything does that the result depends on."""
+    """A fingerprint of everything that the result depends on."""
     facts: list[object] = [sequence.sample_interval, method, settings, digest_of_code(), *more]
     facts.append(_stamp(sequence.source))
     if method.reckoned != "wheel":
@@ -113,7 +113,7 @@ def convert(sequence: Sequence, channels: Channels) -> None:
     with (sequence.folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         log, source = sequence.log, sequence.source
-        # What a run that was killed left is good, unless the sequence has changed since.
+        # The log of an interrupted run can be used, unless the sequence has changed since.
         if log.exists() and not log.is_symlink() and log.stat().st_mtime < _newest(source):
             log.unlink()
         if not log.exists():
@@ -147,7 +147,7 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
     key = fingerprint(sequence, method, settings)
     if path.exists() and str(np.load(path)["key"]) == key:
         return
-    path.unlink(missing_ok=True)  # what another configuration left must not be taken for this one's
+    path.unlink(missing_ok=True)  # shifts of another configuration must not be used for this one
     convert(sequence, settings.channels)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         output = Path(name) / "output.lcmlog"
@@ -190,7 +190,7 @@ def run_job(
         return _run_job(sequence, method, settings, fit)
     except Error as error:
         return Outcome(sequence.name, method.name, failure=str(error))
-    except Exception as error:  # a fault of ours in one job must not cost the others their results
+    except Exception as error:  # a defect in one job must not lose the results of the others
         return Outcome(sequence.name, method.name, failure=f"{type(error).__name__}: {error}")
 
 

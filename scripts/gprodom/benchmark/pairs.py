@@ -34,7 +34,7 @@ class Pair:
 
     @property
     def verdict(self) -> str:
-        """What may be said of the two."""
+        """The conclusion of the comparison, in words."""
         if self.high_m < 0:
             return f"{self.method} better"
         if self.low_m > 0:

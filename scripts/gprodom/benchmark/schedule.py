@@ -104,7 +104,9 @@ class _Measure:
             save_shifts(*self._arguments)
         except Error as error:
             return str(error)
-        except Exception as error:  # as in run_job: ours to mend, not the other jobs' to suffer
+        except (
+            Exception
+        ) as error:  # as in run_job: a defect must not lose the results of other jobs
             return f"{type(error).__name__}: {error}"
         return ""
 

@@ -1,4 +1,4 @@
-"""Simulated sequences for a benchmark: each from its number alone, kept as an LCM log."""
+"""Simulated sequences for a benchmark: each depends on its number only. Kept as LCM logs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROUTES = ("line", "loop", "eight", "stops")
 
 @dataclass(frozen=True)
 class Drive:
-    """A simulated sequence to be made. Grounds and routes take turns with the seed."""
+    """A simulated sequence to be made. Ground and route alternate with the seed."""
 
     seed: int
     grounds: tuple[str, ...]

@@ -1,1 +1,1 @@
-"""Constants of a robot and a scene, from recordings; each with how sure it is."""
+"""Constants of a robot and a scene, estimated from recordings, each with its standard deviation."""

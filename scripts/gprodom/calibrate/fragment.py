@@ -1,4 +1,4 @@
-"""What a calibration found, as a piece of configuration."""
+"""The results of a calibration as a piece of configuration."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gprodom.files import replacing
 
 @dataclass(frozen=True)
 class Found:
-    """A configuration key, its value as YAML, and how sure that is.
+    """A configuration key, its value as YAML, and its uncertainty in words.
 
     significant: the data tell it from nothing; else it is written as a comment, which changes no
     configuration.

@@ -61,7 +61,7 @@ class Noise:
 
     @property
     def walk_is_known(self) -> bool:
-        """More than two standard deviations above none."""
+        """Whether the value is more than two standard deviations above zero."""
         return not self.walk_is_bound and self.walk_sigma < 0.5
 
 

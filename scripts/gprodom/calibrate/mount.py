@@ -1,4 +1,4 @@
-"""``gprodom calibrate mount``: how the IMU is turned against the robot."""
+"""``gprodom calibrate mount``: the rotation of the IMU's axes against the robot's."""
 
 from __future__ import annotations
 

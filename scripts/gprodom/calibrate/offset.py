@@ -1,4 +1,4 @@
-"""What the searches for a time between two sensors share."""
+"""Shared by the searches for a time offset between two sensors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Offset:
 
     @property
     def significant(self) -> bool:
-        """More than two standard deviations from none."""
+        """Whether the offset is more than two standard deviations from zero."""
         return abs(self.offset_s) > 2 * self.sigma_s
 
 

@@ -1,4 +1,4 @@
-"""By how much the radar's stamps are off the wheel's: the decay of trace similarity tells speed."""
+"""Time offset of the radar against the wheel, from the speed that the decay of similarity shows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``gprodom calibrate time``: by how much the stamps of IMU and radar are off the wheel's."""
+"""``gprodom calibrate time``: time offsets of IMU and radar against the wheel."""
 
 from __future__ import annotations
 

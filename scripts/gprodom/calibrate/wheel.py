@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 WINDOW_M, WINDOW_S = 3.0, 5.0  # a window is at least this long, and takes this long at usual speed
 MIN_POINTS = 6  # of the truth in a window
-TREAD_M = 0.05  # by which the truth's path is measured, so that millimetres of noise are not
+TREAD_M = 0.05  # step of the truth's path, so that millimetres of noise do not add up
 BLOCKS = 8  # of the jackknife
 
 EXAMPLES = """\
@@ -138,7 +138,7 @@ def fit_wheel(windows: Sequence[Window], prism: tuple[float, float] = (0.0, 0.0)
             f"{len(windows)} windows of motion with truth, at least 3 are needed: give a longer "
             "recording"
         )
-    # The lever moves the path against itself only where a window turns.
+    # The lever arm is observable only in windows with a turn.
     bends = sum(float(np.ptp(window.yaw)) > 0.3 for window in windows) >= 4
     value, residual = _solve(windows, prism, bends)
     blocks = min(BLOCKS, len(windows))

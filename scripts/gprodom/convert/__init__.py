@@ -1,1 +1,1 @@
-"""Recordings of other makes, turned into LCM logs."""
+"""Converts other recordings (CMU-GPR, ROS bags, tables, survey files) to LCM logs."""

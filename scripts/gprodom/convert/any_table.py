@@ -1,4 +1,4 @@
-"""Columns of a table of any make, picked by name or number, as the strict reader wants them."""
+"""Picks columns of any table by name or number, in the form that the strict reader expects."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _find_delimiter(line: bytes) -> bytes:
 
 def _cells(line: bytes, delimiter: bytes) -> list[bytes]:
     cells = [cell.strip().strip(b'"').strip() for cell in line.split(delimiter)]
-    if delimiter != b",":  # where the comma does not part columns it is the decimal point
+    if delimiter != b",":  # if the comma does not separate columns, it is the decimal point
         cells = [cell.replace(b",", b".") for cell in cells]
     return cells
 

@@ -1,4 +1,4 @@
-"""What a ROS bag holds, by the rosbags library: which topic is what, and its messages.
+"""Reads a ROS bag with the rosbags library: which topic belongs to which sensor, and its messages.
 
 The library raises whatever damage happens to hit: struct.error, errors of sqlite3 and zstd,
 assertions, pages of message definitions. All of that becomes one line here.

@@ -1,4 +1,4 @@
-"""What the columns of a robot's own tables are: from a YAML file that can be kept, and options."""
+"""The layout of a robot's own tables (what each column is), from a YAML file and from options."""
 
 from __future__ import annotations
 

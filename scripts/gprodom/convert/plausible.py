@@ -1,4 +1,4 @@
-"""What a conversion made, held against what the sensors of a ground robot can say.
+"""Checks a conversion's result against what the sensors of a ground robot can measure.
 
 A table in milliseconds, an accelerometer in g or counts taken for a speed make a log that looks
 like any other, and an estimate that is far off. What is plainly wrong ends the conversion with what

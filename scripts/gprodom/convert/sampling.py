@@ -1,4 +1,4 @@
-"""The time between a sequence's radar samples: its CSV files do not tell it.
+"""The time between a sequence's radar samples, which its CSV files do not contain.
 
 A simulated sequence holds it in a small file of its own (`RADAR_FACTS`). Older ones have it in the
 JSON beside them, which else holds the truth: of that file nothing else is looked at.

@@ -1,4 +1,4 @@
-"""What a converted recording holds: counts, rates, gaps."""
+"""Summary of a converted recording: counts, rates, gaps."""
 
 from __future__ import annotations
 

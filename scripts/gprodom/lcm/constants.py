@@ -1,4 +1,4 @@
-"""Flags, kinds and health by name. Their numbers stand in ``lcmtypes/*.lcm`` and nowhere else.
+"""Flags, kinds and health by name. Their numbers are defined in ``lcmtypes/*.lcm`` only.
 
 The generated classes are asked when a number is wanted, not on import: help texts need no build.
 """

@@ -1,1 +1,1 @@
-"""Where the robot was, by each method: dead reckoning, radar displacements, the estimator."""
+"""The trajectory by each method: dead reckoning, radar displacements, the estimator."""

@@ -1,4 +1,4 @@
-"""Gyro yaw as a robot has it on the way: bias and gravity from the standstills so far.
+"""Causal gyro yaw: bias and gravity come from the standstills so far.
 
 Time is cut into bins of `BIN_S`. A bin stands where over `WINDOW_S` up to it the wheel turned no
 faster than its rest noise may show, and the gyro's means were steady: a robot that turns on the
@@ -14,7 +14,7 @@ from gprodom.arrays import Bools, Floats, Ints
 
 BIN_S = 0.25
 WINDOW_S = 1.0
-REST_MPS = 0.02  # a speed that rectified noise of a wheel without a sign still shows at rest
+REST_MPS = 0.02  # speed at rest of a wheel without a sign, whose noise is rectified
 LARGEST_BIAS = 0.05  # rad/s, of a gyro of which nothing is known
 BIAS_STEP = 0.02  # rad/s, of a bias against the one known
 STEADY = 0.01  # rad/s, of the means of the bins in a window: deviation

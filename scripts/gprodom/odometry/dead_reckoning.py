@@ -17,7 +17,7 @@ from gprodom.trajectory import Times, Trajectory
 Array = NDArray[np.float64]
 Span = tuple[int, int]  # microseconds
 
-MOVED_M = 1e-3  # the wheel has turned this far: the first standstill is over
+MOVED_M = 1e-3  # when the wheel has turned this far, the first standstill has ended
 MIN_STANDSTILL_S = 0.5
 SETTLED_S = 1.0  # of a standstill on the way, at either end: the robot may still roll or rock
 

@@ -34,7 +34,7 @@ class Transform:
         return trajectory.transformed(self.matrix, self.translation)
 
     def inverse(self) -> Transform:
-        """The way back."""
+        """The inverse transform."""
         return Transform(self.matrix.T, -self.matrix.T @ self.translation)
 
 

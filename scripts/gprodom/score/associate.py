@@ -1,4 +1,4 @@
-"""Which estimate belongs to which truth."""
+"""Associates the estimate with the truth by time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether an estimate's covariance holds: NEES with the truth's own error in it.
+"""NEES of an estimate: whether its covariance is right, with the truth's own error included.
 
 The estimate's pose error, as a turn theta and a shift rho of its whole frame (x and y; the error of
 a position p is rho + theta J p with J a quarter turn), grows by what the odometry adds, and shrinks

@@ -10,7 +10,7 @@ from gprodom import rotation
 from gprodom.lcm import logs
 from gprodom.trajectory import Trajectory, interpolate
 
-JUMPED_M = 1e-6  # what only rounding moves is no jump
+JUMPED_M = 1e-6  # smaller steps are rounding
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Trajectories from whatever a user has: a log, a TUM file, a total station's CSV, a sequence."""
+"""Reads trajectories from a log, a TUM file, a total station's CSV or a sequence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Kind = Literal["log", "tum", "csv", "sequence"]
 
 
 class NoTruthError(Error):
-    """A recording without truth: nothing wrong with it, only nothing to score against."""
+    """The recording has no truth: it is valid, but cannot be scored."""
 
 
 @dataclass(frozen=True)

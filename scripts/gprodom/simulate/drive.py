@@ -1,4 +1,4 @@
-"""Where the robot goes: a track in the plane, driven by a smooth time law, with side slip.
+"""The motion of the robot: a track in the plane, driven by a smooth time law, with side slip.
 
 Everything is smooth to the second derivative of velocity, so that sampled accelerations and rates
 integrate back to the motion. The ground is flat: roll, pitch and height are zero.

@@ -1,4 +1,4 @@
-"""Drives that tests and benches share, drawn from a seed: what the estimator is judged on."""
+"""Simulated drives that tests and benches share, drawn from a seed."""
 
 from __future__ import annotations
 
