@@ -89,7 +89,7 @@ TEST_F(AtomicFileTest, TheFileIsOnTheDiskBeforeItIsRenamedAndTheFolderAfterwards
   EXPECT_EQ(files(), 1U);
 }
 
-TEST_F(AtomicFileTest, ADiskThatFailsLeavesTheFileOfBefore) {
+TEST_F(AtomicFileTest, FailingDiskLeavesTheOldFile) {
   write_whole(path_, "old");
   disk_fails = true;
   EXPECT_THROW(write_whole(path_, "new"), FileError);
@@ -97,7 +97,7 @@ TEST_F(AtomicFileTest, ADiskThatFailsLeavesTheFileOfBefore) {
   EXPECT_EQ(files(), 1U);
 }
 
-TEST_F(AtomicFileTest, WhatIsNotPutInPlaceIsNotThere) {
+TEST_F(AtomicFileTest, FileWithoutPutInPlaceDoesNotAppear) {
   {
     const AtomicFile file(path_);
     std::ofstream(file.working_path()) << "half";
@@ -106,11 +106,11 @@ TEST_F(AtomicFileTest, WhatIsNotPutInPlaceIsNotThere) {
   EXPECT_EQ(files(), 0U);
 }
 
-TEST_F(AtomicFileTest, AFolderThatIsNotThereIsTold) {
+TEST_F(AtomicFileTest, MissingFolderIsReported) {
   EXPECT_THROW(write_whole((folder_ / "later" / "pose.state").string(), "new"), FileError);
 }
 
-TEST_F(AtomicFileTest, WhatIsNoFileIsWrittenInPlace) {
+TEST_F(AtomicFileTest, PipesAndDevicesAreWrittenDirectly) {
   AtomicFile file("/dev/null");
   EXPECT_EQ(file.working_path(), "/dev/null");
   file.put_in_place();
@@ -118,7 +118,7 @@ TEST_F(AtomicFileTest, WhatIsNoFileIsWrittenInPlace) {
 }
 
 // A program that dies in the middle, as in a power cut, and one that still writes.
-TEST_F(AtomicFileTest, OnlyWorkingFilesOfProgramsThatHaveEndedAreRemoved) {
+TEST_F(AtomicFileTest, OnlyTemporaryFilesOfEndedProcessesAreRemoved) {
   const pid_t child = fork();
   if (child == 0) {
     const AtomicFile file(path_);

@@ -44,7 +44,7 @@ void expect_late(const Due& due, TimeNs effective) {
 }
 
 // On its own thread a job must not end the process: what it throws is thrown where it is due.
-TEST(DatedWorker, ThrowsWhereTheResultIsDue) {
+TEST(DatedWorker, ExceptionIsThrownWhenTheResultIsTaken) {
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, []() -> int { throw std::runtime_error("singular"); });
   worker.submit(20, [] { return 7; });
@@ -54,7 +54,7 @@ TEST(DatedWorker, ThrowsWhereTheResultIsDue) {
 }
 
 // However early it is ready: the time at which it takes effect must not hang on the machine.
-TEST(DatedWorker, AResultIsNotGivenBeforeItsTime) {
+TEST(DatedWorker, ResultIsNotReturnedBeforeItsTime) {
   for (const Execution execution : {Execution::kInline, Execution::kThreaded}) {
     DatedWorker<int> worker(execution);
     worker.submit(10, [] { return 1; });
@@ -69,7 +69,7 @@ TEST(DatedWorker, AResultIsNotGivenBeforeItsTime) {
   }
 }
 
-TEST(DatedWorker, WhatIsLateIsAbandonedAndTheNextJobStillComes) {
+TEST(DatedWorker, LateJobIsDiscardedAndTheNextOneIsReturned) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, held.giving(1));
@@ -83,7 +83,7 @@ TEST(DatedWorker, WhatIsLateIsAbandonedAndTheNextJobStillComes) {
   EXPECT_EQ(worker.work_time().jobs, 2);
 }
 
-TEST(DatedWorker, WhatAnAbandonedJobThrowsIsForgottenWithIt) {
+TEST(DatedWorker, ExceptionOfADiscardedJobIsDropped) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, [work = held.giving(1)]() -> int {
@@ -96,7 +96,7 @@ TEST(DatedWorker, WhatAnAbandonedJobThrowsIsForgottenWithIt) {
   EXPECT_FALSE(worker.next_due(1000));
 }
 
-TEST(DatedWorker, WhatIsLateCanBeWaitedFor) {
+TEST(DatedWorker, LateJobCanBeAwaited) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, held.giving(1));
@@ -110,7 +110,7 @@ TEST(DatedWorker, WhatIsLateCanBeWaitedFor) {
 
 // Once, or a solver that hangs would hold up the sensors at each of their messages; its result is
 // not thrown away.
-TEST(DatedWorker, PatienceEndsAndTheResultStillComes) {
+TEST(DatedWorker, ResultComesLaterWhenWaitingTimesOut) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, held.giving(1));

@@ -5,7 +5,7 @@
 namespace gprodom {
 namespace {
 
-TEST(TraceFormat, RoundingOfTheIntervalIsNoOtherSetting) {
+TEST(TraceFormat, RoundedSampleIntervalIsTheSameFormat) {
   const TraceFormat format{201, 2e-10};
   EXPECT_TRUE(same_format(format, {201, 2e-10}));
   EXPECT_TRUE(same_format(format, {201, 1.0 / 5e9}));

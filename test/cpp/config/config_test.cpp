@@ -56,7 +56,7 @@ std::string error_of_override(const std::string& text) {
   return "no error";
 }
 
-TEST(Config, FileThenOverridesInOrder) {
+TEST(Config, OverridesWinOverTheFileAndLaterOverridesOverEarlier) {
   const TemporaryFile file(
       "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"
       "smoother: {max_iterations: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
@@ -72,7 +72,7 @@ TEST(Config, FileThenOverridesInOrder) {
 }
 
 // As of `calibrate -o`: each file has the keys that it knows of.
-TEST(Config, LaterFilesGoOverThoseBeforeKeyByKey) {
+TEST(Config, LaterFilesOverrideEarlierFilesKeyByKey) {
   const TemporaryFile robot("wheel:\n  scale: 1.02\n  noise: 0.01\n  lever_arm: [1, 2, 3]\n");
   const TemporaryFile wheel("wheel:\n  scale: 0.98\n  lever_arm: [0, 0, 4]\n");
   const TemporaryFile time("imu:\n  time_offset: 0.1\n");
@@ -133,7 +133,7 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
 }
 
 // A wider window makes the estimate worse without a word, so it is refused with the reason.
-TEST(Config, TheReorderWindowIsASecondAtMost) {
+TEST(Config, ReorderWindowAboveOneSecondIsRefused) {
   EXPECT_EQ(default_config({"time.reorder_window=1"}).time.reorder_window, 1.0);
   EXPECT_EQ(error_of_override("time.reorder_window=1.1"),
             "--set time.reorder_window=1.1: expected a number from 0 to 1 (s), since every state "

@@ -73,7 +73,7 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
   EXPECT_LT(local(batch.solve({}).back(), smoother.newest()).norm(), 1e-9);
 }
 
-TEST_P(FixedLagSmootherTest, PriorGainsNothingOnGlobalPositionAndYaw) {
+TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   NoisyDrive drive;
   StateVector sigma;  // the origin's prior: 1 mm, 1 mrad of yaw
   sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
@@ -141,7 +141,7 @@ StateVector loose_origin() {
   return sigma;
 }
 
-TEST_P(FixedLagSmootherTest, DampingOfTheLastStepIsNoKnowledge) {
+TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
   for (const bool bent : {false, true}) {
     NoisyDrive drive;
     // So early is it content that the first step accepted is the last.
@@ -158,7 +158,7 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepIsNoKnowledge) {
   }
 }
 
-TEST_P(FixedLagSmootherTest, KnowledgeThatNothingMeasuredIsToldAsAFault) {
+TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
   NoisyDrive drive;
   FixedLagSmoother smoother({1.0, {4}, GetParam()}, drive.start(),
                             origin_prior(drive.start(), loose_origin()));
@@ -174,7 +174,7 @@ TEST_P(FixedLagSmootherTest, KnowledgeThatNothingMeasuredIsToldAsAFault) {
 }
 
 // A step that moves velocity and tilt by much does not make the heading known.
-TEST_P(FixedLagSmootherTest, PriorThatHasMovedFarGainsNothing) {
+TEST_P(FixedLagSmootherTest, PriorGainsNoInformationAfterMovingFar) {
   NoisyDrive drive;
   NavState start = drive.start();
   FixedLagSmoother smoother({1.0, {4}, GetParam()}, start, origin_prior(start, loose_origin()));
@@ -239,7 +239,7 @@ void disturb(FixedLagSmoother& smoother, int k) {
     smoother.add_factor(b - 6, b, std::make_shared<DisplacementFactor>(measured, Vector3d::Zero()));
 }
 
-TEST(WindowSolvers, FindTheSame) {
+TEST(WindowSolvers, BothFindTheSameSolution) {
   NoisyDrive drive, again;
   const MarginalPrior origin = origin_prior(drive.start(), known_start());
   FixedLagSmoother by_ceres({2.0, {4}, SolverKind::kCeres}, drive.start(), origin);
@@ -263,7 +263,7 @@ TEST(WindowSolvers, FindTheSame) {
 }
 
 // Ceres keeps what it holds in sets ordered by address: that must not show.
-TEST(WindowSolvers, RepeatToTheLastBit) {
+TEST(WindowSolvers, RepeatedSolvesAreBitwiseEqual) {
   NoisyDrive drive, again;
   const MarginalPrior origin = origin_prior(drive.start(), known_start());
   FixedLagSmoother first({1.0, {4}, SolverKind::kCeres}, drive.start(), origin);
@@ -298,7 +298,7 @@ class BrokenFactor final : public Factor {
   }
 };
 
-TEST_P(FixedLagSmootherTest, AFailedSolveLeavesTheStates) {
+TEST_P(FixedLagSmootherTest, FailedSolveDoesNotChangeTheStates) {
   NoisyDrive drive;
   FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
                             origin_prior(drive.start(), known_start()));
@@ -328,7 +328,7 @@ class OvershootingFactor final : public Factor {
   }
 };
 
-TEST_P(FixedLagSmootherTest, AStepThatRaisesTheCostIsDamped) {
+TEST_P(FixedLagSmootherTest, StepThatRaisesTheCostIsDamped) {
   NavState first, second;
   second.time = 1'000'000'000;
   FixedLagSmoother smoother({10.0, {100}, GetParam()}, first,

@@ -26,7 +26,7 @@ std::vector<ImuSample> samples(const Vector3d& force, const Vector3d& rate, doub
   return all;
 }
 
-TEST(Initializer, AnEngineThatRunsIsNoMotion) {
+TEST(Initializer, RunningEngineCountsAsStandstill) {
   const auto shaken = samples({0.1, -0.9, 9.75}, kBias, 0.7);
   WheelAtStart wheel;
   wheel.heard = true;

@@ -56,7 +56,7 @@ StateEstimator at_ten_seconds(double speed) {
 
 double sigma(const StateResult& result, int i) { return std::sqrt(result.covariance(i, i)); }
 
-TEST(LongGap, TheStateBeyondItHoldsOnceTheWindowHasPassed) {
+TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
   std::mt19937 random(1);
 
@@ -88,7 +88,7 @@ TEST(LongGap, TheStateBeyondItHoldsOnceTheWindowHasPassed) {
 }
 
 // What is claimed lost beyond what is, revisits and slips make use of.
-TEST(LongGap, AShortOneLosesLittle) {
+TEST(LongGap, ShortGapLosesLittle) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
   std::mt19937 random(1);
   StateResult result;

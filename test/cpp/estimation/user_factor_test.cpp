@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, UserFactorTest,
 
 // Ranges over twenty seconds teach the wheel's scale; what they taught is there still when all of
 // them have left the window.
-TEST_P(UserFactorTest, StaysKnownOnceItHasLeftTheWindow) {
+TEST_P(UserFactorTest, InformationStaysAfterTheFactorLeavesTheWindow) {
   StateEstimator with = estimator(GetParam()), without = estimator(GetParam());
   std::mt19937 random(1), same(1), error(2);
   std::normal_distribution<double> noise;
@@ -111,7 +111,7 @@ TEST_P(UserFactorTest, StaysKnownOnceItHasLeftTheWindow) {
             blind.covariance(row::kScale, row::kScale));
 }
 
-TEST(UserFactor, BothSolversFindTheSame) {
+TEST(UserFactor, BothSolversFindTheSameSolution) {
   StateEstimator by_ceres = estimator(SolverKind::kCeres), by_chain = estimator(SolverKind::kChain);
   std::mt19937 random(1), same(1);
   for (int k = 0; k < 60; ++k) {
@@ -134,7 +134,7 @@ struct Shift {
   }
 };
 
-TEST_P(UserFactorTest, MayTieTwoMoments) {
+TEST_P(UserFactorTest, MayConnectTwoMoments) {
   StateEstimator with = estimator(GetParam());
   std::mt19937 random(1);
   StateResult result;

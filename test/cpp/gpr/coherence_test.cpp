@@ -51,7 +51,7 @@ double per_metre(const std::vector<Span>& spans, const std::function<double(doub
   return lengths / metres;
 }
 
-TEST(Coherence, IsTheSameForAWayDrivenAtAnySpeedInAnyDirectionAtAnyGain) {
+TEST(Coherence, PathLengthIsIndependentOfSpeedDirectionAndGain) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     auto at = [](double speed, double start) {
       return [=](double t) { return start + speed * t; };
@@ -86,7 +86,7 @@ TEST(Coherence, FollowsTheSpeedWithinAQuarter) {
 }
 
 // The radar's gain, time zero and offset change from trace to trace all the while.
-TEST(Coherence, SaysNothingOfARobotThatStands) {
+TEST(Coherence, ReportsNothingAtAStandstill) {
   auto stop = [](double t) { return 2 + 0.4 * std::min(t, 10.0); };
   int stood = 0, moved = 0;
   for (unsigned seed = 6; seed < 16; ++seed) {
@@ -100,7 +100,7 @@ TEST(Coherence, SaysNothingOfARobotThatStands) {
   EXPECT_LT(moved, 0.01 * 10 * 20);  // of 1 s spans
 }
 
-TEST(Coherence, SaysNothingWithoutGround) {
+TEST(Coherence, ReportsNothingWithoutGround) {
   SyntheticRadar radar(9, kNoise, 1.0);
   const SyntheticGround bare(9, -10.0);  // no reflectors: the direct wave alone
   CoherenceFrontEnd front_end{GprConfig()};
@@ -112,7 +112,7 @@ TEST(Coherence, SaysNothingWithoutGround) {
 }
 
 // Places a metre apart from trace to trace: neighbours have nothing but the direct wave in common.
-TEST(Coherence, SaysNothingWhereNeighbouringTracesAreUnlike) {
+TEST(Coherence, IsInvalidIfNeighbouringTracesAreUnlike) {
   for (const unsigned seed : {10u, 11u}) {
     const auto far_apart = [](double t) { return std::fmod(1.07 * kRate * t, 18.0); };
     int spans = 0, valid = 0;

@@ -114,7 +114,7 @@ TEST(Background, IsTheMeanOfTheWindow) {
 }
 
 // 200 traces at one place, hardly counted, do not make that place the background.
-TEST(Background, IsNotTheGroundBelowAStandingRobot) {
+TEST(Background, GroundBelowAStandingRobotDoesNotBecomeBackground) {
   RunningBackground background(RunningBackground::Mode::kRunning, 400);
   std::vector<float> x(1);
   for (int i = 0; i < 200; ++i) {

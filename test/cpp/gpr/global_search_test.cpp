@@ -49,7 +49,7 @@ TEST(GlobalSearch, FindsTheRunThePlaceAndTheDirection) {
   }
 }
 
-TEST(GlobalSearch, SaysWhatItCannotCompare) {
+TEST(GlobalSearch, MatchIsInvalidIfNothingCanBeCompared) {
   const Columns traces = drive(1, 1.0, kSpacing, 601, 10);
   const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
   GlobalSearch search(filter, kSpacing);

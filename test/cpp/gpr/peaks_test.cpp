@@ -111,7 +111,7 @@ TEST(VarPro, CovarianceIsThatOfTheEstimatesDerivative) {
 }
 
 // What is returned is a fit that may be relied on, whatever went in.
-TEST(PeakExtractor, ReturnsOnlyFitsThatHold) {
+TEST(PeakExtractor, ReturnsOnlySignificantFits) {
   std::mt19937 random(3);
   std::normal_distribution<float> noise(0.0F, 1.0F);
   std::uniform_int_distribution<int> place(0, kTraceSamples - 1);
@@ -144,7 +144,7 @@ TEST(PeakExtractor, ReturnsOnlyFitsThatHold) {
                                counts.out_of_bounds + counts.misfit);
 }
 
-TEST(PeakExtractor, RefusesWhatDoesNotDecayAndWhatIsNotFinite) {
+TEST(PeakExtractor, RejectsPulsesWithoutDecayAndNonFiniteTraces) {
   PeakExtractor extractor;
   std::vector<float> trace(kTraceSamples, 0.0F);
   EXPECT_TRUE(extractor.extract(trace.data(), trace.size()).empty());  // nothing there
@@ -207,7 +207,7 @@ TEST(PeakOptions, OutOfRangeIsRefused) {
   }
 }
 
-TEST(PeakDepth, TimeThereAndBackAtHalfTheWayIntoRows) {
+TEST(PeakDepth, TravelTimeGivesDepthAndRow) {
   const double time = travel_time(60.5, 2e-10, 1.1e-9);
   EXPECT_NEAR(time, 11e-9, 1e-18);
   EXPECT_NEAR(depth_of(time, 1e8), 0.55, 1e-9);

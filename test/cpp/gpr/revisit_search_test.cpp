@@ -99,7 +99,7 @@ TEST(RevisitSearch, OtherGroundIsNotFound) {
 
 // A wheel that slips lays the same ground out over another length. Held, and coming on while the
 // place is known.
-TEST(RevisitSearch, StretchedGroundIsFoundWhereTheWheelMaySlip) {
+TEST(RevisitSearch, StretchedGroundIsFoundIfTheWheelMaySlip) {
   const Columns traces = noisy(ground(1, 601), 1);
   const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
   const Columns memory = filter.apply(traces);
@@ -128,7 +128,7 @@ TEST(RevisitSearch, StretchedGroundIsFoundWhereTheWheelMaySlip) {
 // Bars at an even pitch of half a metre, and one stretch of other ground between. Where the robot
 // has only bars behind it, it may be at any of them; the stretch decides, and what it decided is
 // carried on along the bars after it.
-TEST(RevisitSearch, RepeatingGroundIsDecidedByWhatDoesNotRepeat) {
+TEST(RevisitSearch, RepeatingGroundIsDecidedByItsIrregularStretch) {
   const Columns one = ground(1, 601);
   Columns traces(801, one.cols());
   for (int i = 0; i < 801; ++i) traces.row(i) = one.row(100 + i % 25);

@@ -123,7 +123,7 @@ TEST_F(Revisit, PlacesOutsideTheMemoryAreNotCompared) {
   EXPECT_THROW(matcher.match(memory_.leftCols(5), query, 0.0, 0.6), std::invalid_argument);
 }
 
-TEST(PatchFilter, RefusesWhatItCannotLearnFrom) {
+TEST(PatchFilter, RefusesTracesItCannotLearnFrom) {
   const Columns flat = Columns::Ones(100, 201);
   EXPECT_THROW(PatchFilter(flat, kSpacing, 0.2e-9), std::invalid_argument);
   EXPECT_THROW(PatchFilter(flat.topRows(5), kSpacing, 0.2e-9), std::invalid_argument);
@@ -142,7 +142,7 @@ TEST(PatchFilter, FeaturesAreFewEnoughForTheMemory) {
 }
 
 // The receiver's zero wanders from trace to trace, more than deep echoes are strong.
-TEST(PatchFilter, SlowSwingsOfTheReceiverAreNoEchoes) {
+TEST(PatchFilter, SlowDriftOfTheReceiverIsRemoved) {
   Columns traces = drive(SyntheticGround(1), 2.0, kSpacing, 300, 1);
   const double quiet = PatchFilter(traces, kSpacing, 0.2e-9).centre_frequency();
   Columns features = PatchFilter(traces, kSpacing, 0.2e-9).apply(traces);

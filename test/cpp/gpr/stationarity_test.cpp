@@ -99,7 +99,7 @@ Outcome judge(const std::vector<Standstill>& claims, double known = 0.0, double 
   return outcome;
 }
 
-TEST(Stationarity, ClaimsTheStandstillsAndNothingElse) {
+TEST(Stationarity, ReportsStandstillsOnly) {
   StationarityFrontEnd front_end(kWindow);
   const Outcome outcome = judge(run({}, front_end));
   EXPECT_GT(outcome.recall, 0.95);
@@ -132,7 +132,7 @@ TEST(Stationarity, FindsStandstillsAfterAMovingStart) {
 
 // Noise that grows threefold, as after a change of gain, is learned anew at the next long
 // standstill.
-TEST(Stationarity, FollowsANoiseThatRose) {
+TEST(Stationarity, FollowsARisingNoiseLevel) {
   Scene scene;
   scene.end = 30.0;
   std::mt19937 random(5);
@@ -147,7 +147,7 @@ TEST(Stationarity, FollowsANoiseThatRose) {
   EXPECT_TRUE(claimed(claims, 28.0));
 }
 
-TEST(Stationarity, SaysNothingOfADeadAntenna) {
+TEST(Stationarity, ReportsNothingForADeadAntenna) {
   Scene scene;
   std::mt19937 random(5);
   std::normal_distribution<float> normal;
@@ -206,7 +206,7 @@ double least_speed(double speed, double noise) {
   return std::exp(sum / count);
 }
 
-TEST(Stationarity, TellsAtAnySpeedWhichOneItWouldJustSee) {
+TEST(Stationarity, SightIsTheLeastVisibleSpeedAtAnySpeed) {
   for (const double noise : {20.0, 60.0}) {
     const double least = least_speed(0.4, noise);
     EXPECT_NEAR(least_speed(0.2, noise) / least, 1.0, 0.3) << noise;
@@ -222,7 +222,7 @@ TEST(Stationarity, TellsAtAnySpeedWhichOneItWouldJustSee) {
   }
 }
 
-TEST(Stationarity, TellsThatGroundBelowTheNoiseShowsNoMotion) {
+TEST(Stationarity, SightIsCoarseOverGroundBelowTheNoise) {
   for (const double speed : {0.2, 0.8}) {
     EXPECT_GT(least_speed(speed, 1500.0), 0.4 * speed);
   }
@@ -230,7 +230,7 @@ TEST(Stationarity, TellsThatGroundBelowTheNoiseShowsNoMotion) {
 
 // Traces of the same mean that else have nothing in common, as from places far apart: once that is
 // taken for noise, no speed is seen.
-TEST(Stationarity, TellsThatTracesWithoutCoherenceShowNoMotion) {
+TEST(Stationarity, SightIsCoarseForTracesWithoutCoherence) {
   StationarityFrontEnd front_end(kWindow);
   std::vector<Sight> sights;
   Scene scene = go_on_at(0.0, 60.0);

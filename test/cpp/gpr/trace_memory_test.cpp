@@ -99,7 +99,7 @@ TEST(TraceMemory, IsBoundedAndSmall) {
               1.015 + 0.02 * static_cast<double>(kept.first), 1e-6);
 }
 
-TEST(TraceMemory, KnownGroundIsNotKeptTwice) {
+TEST(TraceMemory, KnownGroundIsNotStoredTwice) {
   Drive drive;
   drive.to(12.0);
   drive.memory.end_run();
@@ -141,7 +141,7 @@ TEST(TraceMemory, StandstillAndJitterAddNothing) {
   EXPECT_EQ(after->centre.direction, 1);
 }
 
-TEST(TraceMemory, WaitsForGroundThatShowsSomething) {
+TEST(TraceMemory, LearnsOnlyFromTracesThatVary) {
   Drive drive;
   const std::vector<float> dead(SyntheticGround::kSamples, 0.0F);
   for (int i = 0; i < 700; ++i) {

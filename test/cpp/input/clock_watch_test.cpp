@@ -31,7 +31,7 @@ std::function<double(double)> scattered(double most_s) {
   };
 }
 
-TEST(ClockWatch, ADriftIsToldWithinTwoMinutesAndForAsLongAsItLasts) {
+TEST(ClockWatch, DriftIsReportedWithinTwoMinutesAndWhileItLasts) {
   for (const double ppm : {-300.0, -100.0, 100.0}) {
     EXPECT_GT(times_told(120, ppm, scattered(0.003)), 0) << ppm;
     EXPECT_GT(times_told(3600, ppm, scattered(0.003)), 300) << ppm;
@@ -39,7 +39,7 @@ TEST(ClockWatch, ADriftIsToldWithinTwoMinutesAndForAsLongAsItLasts) {
   }
 }
 
-TEST(ClockWatch, GoodClocksAndAnyDelaysAreNotTold) {
+TEST(ClockWatch, GoodClocksWithDelaysAreNotReported) {
   for (const double ppm : {-20.0, 0.0, 20.0})
     for (const double most_s : {0.0, 0.003, 0.05, 0.2})
       EXPECT_EQ(times_told(3600, ppm, scattered(most_s)), 0) << ppm << " ppm, " << most_s << " s";
@@ -47,7 +47,7 @@ TEST(ClockWatch, GoodClocksAndAnyDelaysAreNotTold) {
   EXPECT_EQ(times_told(600, 0, [](double t) { return t < 300 ? 0.05 : 0.001; }), 0);
 }
 
-TEST(ClockWatch, StampsThatStartAnewAreANewRun) {
+TEST(ClockWatch, StampsThatRestartAreJudgedAnew) {
   ClockWatch watch;
   int told = 0;
   TimeNs now = kStart;

@@ -7,7 +7,7 @@ namespace {
 
 using Warnings = std::vector<std::string>;
 
-TEST(Health, TheEndOfAStateSaysWhatIsOver) {
+TEST(Health, EndOfAConditionIsReportedWithItsText) {
   Health health(10.0);
   health.set("WHEEL", HealthLevel::kDegraded, "no data for a second or more");
   EXPECT_EQ(health.take_warnings(), Warnings{"WHEEL: no data for a second or more"});
@@ -17,7 +17,7 @@ TEST(Health, TheEndOfAStateSaysWhatIsOver) {
   EXPECT_TRUE(health.status(2).reasons.empty());
 }
 
-TEST(Health, WhatIsAsItShouldBeForNowEndsUnheard) {
+TEST(Health, AwaitedConditionBeginsAndEndsWithoutAWarning) {
   Health health(10.0);
   health.await("start", HealthLevel::kDegraded, "collecting");
   health.set("start", HealthLevel::kDegraded, "");

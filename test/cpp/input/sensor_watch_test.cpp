@@ -48,7 +48,7 @@ TEST(ImuWatch, CoarseValuesAreNeitherStuckNorCutOff) {
   }
 }
 
-TEST(ImuWatch, ClippedPeaksAreToldAndAnAxisThatStaysIsNotUsed) {
+TEST(ImuWatch, SaturationIsReportedAndAConstantAxisIsNotUsed) {
   DrivingImu imu;
   ImuWatch watch;
   for (int i = 0; i < 5000; ++i) watch.check(imu.next());
@@ -70,7 +70,7 @@ TEST(ImuWatch, ClippedPeaksAreToldAndAnAxisThatStaysIsNotUsed) {
   EXPECT_EQ(watch.check(imu.next()), "");
 }
 
-TEST(ImuWatch, AllValuesStuck) {
+TEST(ImuWatch, ConstantValuesAreNotUsed) {
   DrivingImu imu;
   ImuWatch watch;
   for (int i = 0; i < 5000; ++i) watch.check(imu.next());
@@ -83,7 +83,7 @@ TEST(ImuWatch, AllValuesStuck) {
   EXPECT_GE(dropped, 90);
 }
 
-TEST(GapWatch, MissingMessagesAreAGapAndJitterIsNot) {
+TEST(GapWatch, MissingMessagesAreReportedAndJitterIsNot) {
   GapWatch watch;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> jitter(-0.002, 0.002);

@@ -28,7 +28,7 @@ class Clock {
   int taken_imu = 0, taken_wheel = 0;
 };
 
-TEST(TimeGuard, OneWrongStampCostsOneMessage) {
+TEST(TimeGuard, OneWrongStampDropsOneMessageOnly) {
   for (const TimeNs wrong : {-1000 * kMs, 1000 * kMs, 4000 * kMs, 3600'000 * kMs}) {
     for (const auto source : {TimeGuard::kImu, TimeGuard::kWheel}) {
       Clock clock;
@@ -44,7 +44,7 @@ TEST(TimeGuard, OneWrongStampCostsOneMessage) {
 }
 
 // A sensor whose clock is off is not used, and the IMU is not taken for late because of it.
-TEST(TimeGuard, AnotherSensorsClockDoesNotMatter) {
+TEST(TimeGuard, WrongClockOfAnotherSensorDoesNotStopTheImu) {
   for (const TimeNs off : {1000 * kMs, 3600'000 * kMs, -1000 * kMs}) {
     Clock clock;
     clock.run(1);
@@ -56,7 +56,7 @@ TEST(TimeGuard, AnotherSensorsClockDoesNotMatter) {
   }
 }
 
-TEST(TimeGuard, OthersGoOnWithoutTheImuAndItComesBackAmongThem) {
+TEST(TimeGuard, OtherSensorsContinueWhileTheImuIsSilentAndItReturns) {
   Clock clock;
   clock.run(1);
   const int before = clock.taken_wheel;
@@ -67,7 +67,7 @@ TEST(TimeGuard, OthersGoOnWithoutTheImuAndItComesBackAmongThem) {
   EXPECT_FALSE(clock.guard.moved());
 }
 
-TEST(TimeGuard, ThePauseOfAllIsFollowedUpToTheJump) {
+TEST(TimeGuard, PauseOfAllSensorsIsAcceptedUpToMaxJump) {
   Clock clock;
   clock.run(1);
   clock.now += 3000 * kMs;
@@ -76,7 +76,7 @@ TEST(TimeGuard, ThePauseOfAllIsFollowedUpToTheJump) {
   EXPECT_FALSE(clock.guard.moved());
 }
 
-TEST(TimeGuard, TheImusClockSetAheadAloneIsAFreshStart) {
+TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
   Clock clock;
   clock.run(1);
   for (int i = 0; i < 100; ++i) {
@@ -94,7 +94,7 @@ class TimeGuardOfWheels : public testing::TestWithParam<TimeGuard::Source> {};
 
 // All sensors an hour ahead between two messages: time goes on, again and again, and each time has
 // the stamp that the clock told.
-TEST_P(TimeGuardOfWheels, AClockSetAheadWithAllSensorsIsCarriedOn) {
+TEST_P(TimeGuardOfWheels, ClockSetAheadWithAllSensorsIsContinued) {
   Clock clock;
   clock.wheel_source = GetParam();
   clock.run(2);
@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(OneOrTwo, TimeGuardOfWheels,
                          testing::Values(TimeGuard::kWheel, TimeGuard::kWheels));
 
 // Packets from anywhere may come before the robot's own.
-TEST(TimeGuard, StampsBeforeTheImuDoNotBind) {
+TEST(TimeGuard, StampsBeforeTheFirstImuMessageAreIgnored) {
   Clock clock;
   EXPECT_NE(check(clock.guard, TimeGuard::kGpr, kStart + 100'000'000 * kMs), "");
   clock.run(1);
@@ -142,7 +142,7 @@ TEST(TimeGuard, StampsBeforeTheImuDoNotBind) {
   EXPECT_EQ(check(clock.guard, TimeGuard::kGpr, clock.now), "");
 }
 
-TEST(TimeGuard, LateWithinTheWindowAndRepeated) {
+TEST(TimeGuard, LateStampWithinTheWindowIsUsedAndARepeatedOneIsNot) {
   Clock clock;
   clock.run(1);
   EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now - 300 * kMs), "");
@@ -152,7 +152,7 @@ TEST(TimeGuard, LateWithinTheWindowAndRepeated) {
 }
 
 // Without a step back, and without time lost in between.
-TEST(TimeGuard, AClockSetBackIsCarriedOn) {
+TEST(TimeGuard, ClockSetBackIsContinued) {
   Clock clock;
   clock.run(2);
   const TimeNs back = -3600'000 * kMs;

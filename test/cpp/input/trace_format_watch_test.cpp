@@ -12,7 +12,7 @@ GprTrace trace(std::size_t samples, double interval_s) {
   return t;
 }
 
-TEST(TraceFormatWatch, OneOddTraceIsDroppedAndANewSettingFollowed) {
+TEST(TraceFormatWatch, SingleOddTraceIsDroppedAndANewSettingIsFollowed) {
   TraceFormatWatch format;
   EXPECT_EQ(format.check(trace(201, 2e-10)), "");
   for (int i = 0; i < 20; ++i) {

@@ -158,7 +158,7 @@ TEST(LcmInput, DecodesDisplacementAndCommand) {
   EXPECT_FALSE(decode_input(kChannels, "TOTAL_STATION", nullptr, 0).has_value());
 }
 
-TEST(LcmInput, NanIsLeftToTheEstimator) {
+TEST(LcmInput, NanIsPassedOnToTheEstimator) {
   imu_t m = imu_message();
   m.angular_velocity[1] = std::nan("");
   const Input input = decoded("IMU", encoded(m));

@@ -66,7 +66,7 @@ class LogIo : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(LogIo, WhatIsWrittenIsRead) {
+TEST_F(LogIo, ReadsBackWhatWasWritten) {
   write_log("a.lcmlog");
   write_log("b.lcmlog");
   std::vector<std::string> damage;
@@ -95,7 +95,7 @@ TEST_F(LogIo, TruncatedLogGivesWhatIsReadable) {
   }
 }
 
-TEST_F(LogIo, DamageInTheMiddleIsSkippedAndTold) {
+TEST_F(LogIo, DamageInTheMiddleIsSkippedAndReported) {
   write_log("a.lcmlog");
   std::string bytes = content("a.lcmlog");
   std::size_t fifth = 0;
@@ -119,7 +119,7 @@ TEST_F(LogIo, OtherFilesAreRefused) {
   EXPECT_THROW(LogReader(folder_.string()), FileError);
 }
 
-TEST_F(LogIo, NothingHalfWrittenStays) {
+TEST_F(LogIo, IncompleteFileIsRemoved) {
   {
     LogWriter writer(path("out.lcmlog"));
     writer.write(message(3));

@@ -26,14 +26,14 @@ status_t status_message(const std::vector<std::string>& names) {
   return m;
 }
 
-TEST(StatusInstance, IsFoundOrThereIsNone) {
+TEST(StatusInstance, IsReadFromAStatus) {
   const Bytes with = encoded(status_message({"states", kInstance}));
   EXPECT_EQ(instance_of(with.data(), with.size()), 281474976710656.0);
   const Bytes without = encoded(status_message({"states"}));
   EXPECT_EQ(instance_of(without.data(), without.size()), 0.0);
 }
 
-TEST(StatusInstance, PacketsThatAreNoStatusAreNot) {
+TEST(StatusInstance, IsNotReadFromOtherPackets) {
   const Bytes whole = encoded(status_message({"states", kInstance}));
   for (std::size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(instance_of(whole.data(), size).has_value()) << size;

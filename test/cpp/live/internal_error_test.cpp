@@ -31,7 +31,7 @@ namespace gprodom {
 namespace {
 
 // The daemon goes on: the fault is told, and the estimator starts at the initialiser again.
-TEST(Live, AnInternalErrorStartsTheEstimatorAfresh) {
+TEST(Live, InternalErrorRestartsTheEstimator) {
   if (GPRODOM_SANITIZED) GTEST_SKIP() << "the sanitizer's allocator cannot be made to fail";
   std::vector<TimeNs> times;
   std::vector<std::string> warnings;

@@ -26,7 +26,7 @@ Outputs collect(const std::vector<Input>& inputs, std::vector<OdometryEstimate>*
   return all;
 }
 
-TEST(Live, StopWorksOffWhatWasPushed) {
+TEST(Live, StopFinishesAllPushedInput) {
   std::vector<OdometryEstimate> placed;
   const auto inputs = standing(10.0);
   const Outputs all = collect(inputs, &placed);
@@ -37,7 +37,7 @@ TEST(Live, StopWorksOffWhatWasPushed) {
   EXPECT_LT(placed.back().p_odom_body.norm(), 0.01);
 }
 
-TEST(Live, TellsOfLatenciesAndQueues) {
+TEST(Live, ReportsLatenciesAndQueueLengths) {
   std::vector<OdometryEstimate> placed;
   const Outputs all = collect(standing(10.0), &placed);
   // The greatest that was told: queues tell of the second before.
@@ -91,7 +91,7 @@ TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
   EXPECT_EQ(std::count(two.warnings.begin(), two.warnings.end(), reason), 1);
 }
 
-TEST(LatencyWatch, CountsWhatWasPublishedAndForgetsTheRest) {
+TEST(LatencyWatch, MeasuresPublishedMessagesAndDropsOthers) {
   LatencyWatch watch;
   for (TimeNs time = 1; time <= 10; ++time) watch.arrived(time);
   watch.published(3);
@@ -111,7 +111,7 @@ TEST(DurationHistogram, QuantilesAreRoundedUpByLessThanATenth) {
   EXPECT_DOUBLE_EQ(DurationHistogram().quantile(0.5), 0.0);
 }
 
-TEST(Live, ResetCommandStartsAfresh) {
+TEST(Live, ResetCommandRestartsTheEstimator) {
   std::vector<OdometryEstimate> placed;
   auto inputs = standing(5.0);
   inputs.push_back(Command{kDriveStart, "reset", ""});
@@ -132,7 +132,7 @@ TEST(Live, ResetCommandStartsAfresh) {
   }));
 }
 
-TEST(Live, RejectionsAndUnknownCommandsAreToldOf) {
+TEST(Live, RejectionsAndUnknownCommandsAreReported) {
   std::vector<OdometryEstimate> placed;
   std::vector<Input> inputs = standing(3.0);
   inputs.insert(inputs.begin() + 100, Command{kDriveStart, "explode", ""});

@@ -18,7 +18,7 @@ TEST(MessageQueue, DropsAndCountsWhatDoesNotFit) {
   EXPECT_TRUE(queue.push(5));
 }
 
-TEST(MessageQueue, ClosedQueueGivesWhatItHolds) {
+TEST(MessageQueue, ClosedQueueReturnsItsItems) {
   MessageQueue<int> queue(3);
   queue.push(1);
   queue.close();

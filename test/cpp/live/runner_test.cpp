@@ -64,19 +64,19 @@ TEST_F(RunnerTest, EveryCommandNameIsKnownAndAnotherIsRefusedWithThem) {
   EXPECT_TRUE(has(told({}, {{0, "rset", ""}}), unknown));
 }
 
-TEST_F(RunnerTest, AResetTellsWhetherTheGroundIsKept) {
+TEST_F(RunnerTest, ResetReportsWhetherTheGroundIsKept) {
   const std::string reset = name_of(CommandName::kReset);
   EXPECT_TRUE(has(told({}, {{0, reset, ""}}), "the ground is kept"));
   EXPECT_TRUE(has(told({}, {{0, reset, kResetAll}}), "all is forgotten"));
 }
 
-TEST_F(RunnerTest, AResetOfSomethingElseIsRefused) {
+TEST_F(RunnerTest, ResetWithAnUnknownArgumentIsRefused) {
   const auto all = told({}, {{0, name_of(CommandName::kReset), "bogus"}});
   EXPECT_TRUE(has(all, "COMMAND: reset: expected no argument, or all"));
   EXPECT_FALSE(has(all, "reset by command"));
 }
 
-TEST_F(RunnerTest, AMapOfTheNetworkIsAFileOfTheStateFolder) {
+TEST_F(RunnerTest, MapCommandsUseTheStateFolder) {
   const std::string longest(100, 'n');
   for (const std::string& name : {std::string("Yard-2.north_1"), longest}) {
     const auto all = told({kept_}, {{0, "save_map", name}, {0, "load_map", name}});
@@ -86,7 +86,7 @@ TEST_F(RunnerTest, AMapOfTheNetworkIsAFileOfTheStateFolder) {
   }
 }
 
-TEST_F(RunnerTest, NoNameReachesAnotherFile) {
+TEST_F(RunnerTest, MapNameCannotReachOtherFolders) {
   const std::string here = (folder_ / "here").string();
   for (const std::string& name :
        {std::string(), std::string("."), std::string(".."), std::string(".hidden"),
@@ -102,17 +102,17 @@ TEST_F(RunnerTest, NoNameReachesAnotherFile) {
   EXPECT_EQ(files(), std::set<std::string>{"state/ground.map"});  // what each run leaves
 }
 
-TEST_F(RunnerTest, WithoutAFolderThereAreNoMaps) {
+TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAStateFolder) {
   for (const char* command : {"save_map", "load_map"})
     EXPECT_TRUE(has(told({}, {{0, command, "yard"}}), "state.directory is empty"));
 }
 
-TEST_F(RunnerTest, AMapThatIsNotThereIsTold) {
+TEST_F(RunnerTest, MissingMapIsReported) {
   EXPECT_TRUE(has(told({kept_}, {{0, "load_map", "yard"}}), "yard.map: no such file"));
 }
 
 // Without a map nothing can be saved, and that is said: who asked must not wait for ever.
-TEST_F(RunnerTest, WithTheMapSwitchedOffItsCommandsAreRefused) {
+TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAMap) {
   for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
     for (const char* command : {"save_map", "load_map"}) {
       const auto all = told({kept_, off}, {{0, command, "yard"}});

@@ -104,7 +104,7 @@ TEST(MapFrame, CovarianceMatchesSampledErrors) {
 }
 
 // What is told of a pose that the correction was made for is the correction's own covariance.
-TEST(MapFrame, CovarianceIsTheCorrectionsWhereItWasMade) {
+TEST(MapFrame, CovarianceAtTheCorrectionIsThatOfTheCorrection) {
   MapFrame frame;
   Outputs outputs;
   outputs.odometry = {estimate_at(20)};

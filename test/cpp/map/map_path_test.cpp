@@ -76,7 +76,7 @@ TEST(MapPath, StepsAreThoseOfTheEstimator) {
 
 // A scale that is believed anew moves the whole of odom with it. The step between two states told
 // with different scales is that of the second.
-TEST(MapPath, ARevisedScaleIsNoMotion) {
+TEST(MapPath, RevisedScaleIsNotTakenForMotion) {
   Path path;
   for (int i = 0; i < 100; ++i) path.step(0.2, 0.0);
   PathState a = path_state(path.result(1));
@@ -119,7 +119,7 @@ TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
 }
 
 // There and back: places of the way out stay right where the way back is forgotten but for its end.
-TEST(MapPath, PlacesBesideAForgottenPieceAreThoseOfWhatIsLeft) {
+TEST(MapPath, PlacesNearRemovedNodesBelongToTheRemainingOnes) {
   MapPath path(0.5);
   std::vector<PlanarPose> nodes;
   for (int i = 0; i <= 80; ++i) {
@@ -148,7 +148,7 @@ TEST(MapPath, PlacesBesideAForgottenPieceAreThoseOfWhatIsLeft) {
   }
 }
 
-TEST(MapPath, DrivingBackwardsTheDistanceFalls) {
+TEST(MapPath, DistanceDecreasesWhenDrivingBackwards) {
   MapPath path(0.5);
   for (int i = 0; i <= 40; ++i) {
     PathState state;

@@ -32,14 +32,14 @@ class SlowSavings {
   std::thread later_;
 };
 
-TEST(MapTask, NoSavingIsLostWithTheTask) {
+TEST(MapTask, DestructorFinishesARequestedSaving) {
   auto task = std::make_unique<MapTask>(default_config(), Execution::kThreaded);
   const SlowSavings savings(*task);
   task.reset();
   EXPECT_EQ(savings.saved(), 2U);
 }
 
-TEST(MapTask, TheGroundIsHandedOnOnceItIsSaved) {
+TEST(MapTask, TakingTheGroundWaitsForTheSaving) {
   MapTask task(default_config(), Execution::kThreaded);
   const SlowSavings savings(task);
   task.take_ground();

@@ -8,7 +8,7 @@ namespace gprodom {
 namespace {
 
 // Five laps of a square of 10 m a side, each a little further to the left.
-TEST(PassFinder, OfManyPassesTheNearestAndTheNewestComeFirst) {
+TEST(PassFinder, NearestAndNewestPassComeFirst) {
   const PlanarPose here{{5.0, 0.1}, 0.0}, antenna;
   PassFinder finder(here, antenna, 1.0, 0.5);
   std::size_t place = 0;
@@ -24,7 +24,7 @@ TEST(PassFinder, OfManyPassesTheNearestAndTheNewestComeFirst) {
   EXPECT_EQ(order[4].place, 170U);
 }
 
-TEST(PassFinder, APassDrivenTheOtherWayIsTurned) {
+TEST(PassFinder, PassInTheOppositeDirectionIsTurned) {
   for (const bool turned : {false, true}) {
     PassFinder finder({{1.0, 0.0}, 0.1}, {}, 1.0, 0.5);
     finder.offer(0, {{1.2, 0.1}, turned ? M_PI : 0.0}, false);

@@ -68,7 +68,7 @@ TEST(PassMerger, NewGroundStays) {
   EXPECT_EQ(track.nodes.size(), 1000U);
 }
 
-TEST(PassMerger, TheSameGroundAgainAndAgainIsBounded) {
+TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   Track track;
   track.drive(20, {});
   track.drive(1000, all_of(0, 20));
@@ -80,7 +80,7 @@ TEST(PassMerger, TheSameGroundAgainAndAgainIsBounded) {
   EXPECT_EQ(track.revisits.front().query, 20U);
 }
 
-TEST(PassMerger, WhatJoinsPlacesOfTheMapStays) {
+TEST(PassMerger, NodesThatJoinPlacesOfTheMapStay) {
   Track track;
   track.drive(40, {});
   track.drive(2000, all_of(0, 20));  // well known
@@ -100,7 +100,7 @@ TEST(PassMerger, WhatJoinsPlacesOfTheMapStays) {
   EXPECT_TRUE(after);
 }
 
-TEST(PassMerger, WithoutTiesNothingGoes) {
+TEST(PassMerger, WithoutRevisitsAllNodesStay) {
   Track track;
   track.drive(400, {});
   for (auto& node : track.nodes) node.has_ground = false;  // the memory has forgotten it

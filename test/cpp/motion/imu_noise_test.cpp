@@ -13,7 +13,7 @@ constexpr ImuNoise kReference{2e-4, 8e-4};
 class ImuNoiseTest : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Hz, ImuNoiseTest, testing::Values(25.0, 50.0, 400.0));
 
-TEST_P(ImuNoiseTest, VibrationIsSeenAtAnyRate) {
+TEST_P(ImuNoiseTest, VibrationIsMeasuredAtAnySampleRate) {
   MotionJudge judge{Config()};
   StateResult first;
   first.state.time = from_seconds(100.0);

@@ -43,7 +43,7 @@ class StateStoreTest : public ::testing::Test {
   std::vector<std::string> notices_;
 };
 
-TEST_F(StateStoreTest, TheNextRunStartsFromThisOnes) {
+TEST_F(StateStoreTest, NextRunStartsFromTheSavedWheelScale) {
   EXPECT_EQ(next_run().wheel.scale, config_.wheel.scale);  // nothing was left
   save(0.97125, 0.004);
   const Config next = next_run();
@@ -53,7 +53,7 @@ TEST_F(StateStoreTest, TheNextRunStartsFromThisOnes) {
   EXPECT_EQ(notices_.size(), 1u);
 }
 
-TEST_F(StateStoreTest, WhatIsHeldOrBetterKnownStays) {
+TEST_F(StateStoreTest, HeldOrBetterKnownScaleIsNotReplaced) {
   save(0.97, 0.004);
   config_.wheel.scale_sigma = 0;
   EXPECT_EQ(next_run().wheel.scale, 1.0);
@@ -61,7 +61,7 @@ TEST_F(StateStoreTest, WhatIsHeldOrBetterKnownStays) {
   EXPECT_EQ(next_run().wheel.scale, 1.0);
 }
 
-TEST_F(StateStoreTest, AWheelThatIsNotSealedIsToldAndNotUsed) {
+TEST_F(StateStoreTest, DamagedWheelFileIsReportedAndNotUsed) {
   save(0.98, 0.004);
   std::string whole;
   ASSERT_TRUE(read_whole((folder_ / "wheel.state").string(), whole));
@@ -82,7 +82,7 @@ TEST_F(StateStoreTest, AWheelThatIsNotSealedIsToldAndNotUsed) {
 }
 
 // Another figure or place in the configuration is another wheel, of which nothing was learnt.
-TEST_F(StateStoreTest, AWheelThatTheConfigurationHasChangedIsDroppedAndThatIsSaid) {
+TEST_F(StateStoreTest, SavedScaleOfAnotherWheelConfigurationIsDroppedWithANotice) {
   save(0.98, 0.004);
   const Config before = config_;
   const std::function<void(Config&)> changes[] = {
@@ -102,7 +102,7 @@ TEST_F(StateStoreTest, AWheelThatTheConfigurationHasChangedIsDroppedAndThatIsSai
   EXPECT_NEAR(next_run().wheel.scale, 0.98, 1e-9);
 }
 
-TEST_F(StateStoreTest, AScaleThatTheConfiguredPriorContradictsIsDroppedAndThatIsSaid) {
+TEST_F(StateStoreTest, SavedScaleFarFromTheConfiguredPriorIsDroppedWithANotice) {
   save(1.07, 0.004);  // 3.4 standard deviations of 0.0204
   EXPECT_NEAR(next_run().wheel.scale, 1.07, 1e-9);
   save(1.09, 0.004);  // 4.4
@@ -112,7 +112,7 @@ TEST_F(StateStoreTest, AScaleThatTheConfiguredPriorContradictsIsDroppedAndThatIs
 }
 
 // A daemon that restarts at once goes on from its pose, but not with a scale that was edited away.
-TEST_F(StateStoreTest, ASavedPoseOfAnotherWheelHasTheConfiguredScale) {
+TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
   SavedState state;
   state.noise = {1e-3, 1e-2};
   state.covariance *= 1e-4;
@@ -130,7 +130,7 @@ TEST_F(StateStoreTest, ASavedPoseOfAnotherWheelHasTheConfiguredScale) {
   }
 }
 
-TEST_F(StateStoreTest, AFolderInAFilesPlaceIsTold) {
+TEST_F(StateStoreTest, FolderInPlaceOfAFileIsReported) {
   for (const char* name : {"wheel.state", "pose.state", "ground.map"})
     fs::create_directory(folder_ / name);
   EXPECT_EQ(next_run().wheel.scale, 1.0);
@@ -148,7 +148,7 @@ TEST_F(StateStoreTest, AFolderInAFilesPlaceIsTold) {
   EXPECT_NE(store.trouble(), "");
 }
 
-TEST_F(StateStoreTest, TheStateComesBackAsItWas) {
+TEST_F(StateStoreTest, SavedStateIsReadBackUnchanged) {
   SavedState state;
   state.state.time = 123456789;
   state.state.p_odom = {1.0, -2.0, 0.5};
@@ -167,7 +167,7 @@ TEST_F(StateStoreTest, TheStateComesBackAsItWas) {
   EXPECT_EQ(to_bytes(*back), to_bytes(state));
 }
 
-TEST_F(StateStoreTest, AStateThatIsCutOffOrDamagedIsToldAndNotUsed) {
+TEST_F(StateStoreTest, TruncatedOrDamagedStateIsReportedAndNotUsed) {
   SavedState state;
   state.noise = {1e-3, 1e-2};
   const std::string whole = to_bytes(state);
@@ -182,7 +182,7 @@ TEST_F(StateStoreTest, AStateThatIsCutOffOrDamagedIsToldAndNotUsed) {
   }
 }
 
-TEST_F(StateStoreTest, AFolderThatCannotBeWrittenIsToldForAsLongAsItLasts) {
+TEST_F(StateStoreTest, FolderThatCannotBeWrittenIsReportedWhileItLasts) {
   config_.state.directory = (folder_ / "later").string();
   StateStore store(config_);
   OdometryEstimate estimate;

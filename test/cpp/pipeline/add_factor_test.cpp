@@ -78,7 +78,7 @@ class Drive {
   double way_m_ = 0.0;
 };
 
-TEST(AddFactor, MovesThePoseAndIsCounted) {
+TEST(AddFactor, MovesThePoseAndIsCountedInTheStatus) {
   Drive drive;
   drive.go_on_until(1010.0);
   EXPECT_LT(std::abs(drive.newest.p_odom_body.z()), 0.02);

@@ -69,7 +69,7 @@ double yaw_of(const OdometryEstimate& estimate) {
 
 Vector3d along_body(const Vector3d& v) { return v; }
 
-TEST(Mounting, AlongTheBodyTheEstimateIsTheDrive) {
+TEST(Mounting, AlignedImuGivesTheTrueDrive) {
   const Driven run = drive(without_radar(), along_body);
   ASSERT_GT(run.odometry.size(), 1000u);
   const OdometryEstimate& end = run.odometry.back();
@@ -106,7 +106,7 @@ const Case kCases[] = {
                        -std::sin(r) * b.y() + std::cos(r) * b.z());
      }}};
 
-TEST(Mounting, AtAnyRotationTheEstimateIsTheSame) {
+TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
   const Driven straight = drive(without_radar(), along_body);
   for (const Case& c : kCases) {
     Config config = without_radar();
@@ -125,7 +125,7 @@ TEST(Mounting, AtAnyRotationTheEstimateIsTheSame) {
 
 // The test above would see a rotation that is not taken out: the wheel then seems to drive along an
 // axis that points up. (Upside down alone would not show: gravity levels that.)
-TEST(Mounting, ARotationThatTheConfigurationDoesNotKnowShows) {
+TEST(Mounting, WrongConfiguredRotationGivesAWrongEstimate) {
   const Driven wrong = drive(without_radar(), kCases[2].mounted);
   ASSERT_FALSE(wrong.odometry.empty());
   EXPECT_GT((wrong.odometry.back().p_odom_body - wrong.true_position).norm(), 1.0);

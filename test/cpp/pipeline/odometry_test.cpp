@@ -108,24 +108,24 @@ class MapSavedByCommand : public OdometryTest {
   std::string ground_;
 };
 
-TEST_F(MapSavedByCommand, AndAnotherIsLoaded) {
+TEST_F(MapSavedByCommand, ThenAnotherMapIsLoaded) {
   expect_saved(default_config(), [this](Odometry& o) { o.load_map(path("ground.map")); });
 }
-TEST_F(MapSavedByCommand, AndLoadedAgain) {
+TEST_F(MapSavedByCommand, ThenLoadedAgain) {
   expect_saved(default_config(), [this](Odometry& o) { o.load_map(name(kSavings - 1)); });
 }
-TEST_F(MapSavedByCommand, AndAllIsForgotten) {
+TEST_F(MapSavedByCommand, ThenAllIsForgotten) {
   expect_saved(default_config(), [](Odometry& o) { o.forget(); });
 }
-TEST_F(MapSavedByCommand, AndTheEstimatorStartsAnew) {
+TEST_F(MapSavedByCommand, ThenTheEstimatorIsReset) {
   expect_saved(default_config(), [](Odometry& o) { o.reset(); });
 }
 // Before the first data, which then make it go on from the saved pose.
-TEST_F(MapSavedByCommand, AndThePoseOfBeforeIsGoneOnFrom) {
+TEST_F(MapSavedByCommand, ThenARunResumesFromTheSavedPose) {
   expect_saved(kept(), [](Odometry&) {});
 }
 
-TEST_F(OdometryTest, WithoutAMapThereIsNoneToSaveOrLoad) {
+TEST_F(OdometryTest, SavingAndLoadingIsRefusedWithoutAMap) {
   Odometry with(default_config());
   with.save_map(path("some.map"));
   for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
@@ -159,30 +159,30 @@ class ResumeTest : public OdometryTest {
   TimeNs end_ = 0, start_ = 0;
 };
 
-TEST_F(ResumeTest, AYoungPoseIsGoneOnFrom) {
+TEST_F(ResumeTest, ResumesFromARecentPose) {
   const Told told = after(2.0, {"state.resume_within=4"});
   EXPECT_TRUE(told.has("resumed from the pose saved"));
   EXPECT_LT(first_pose(told, start_), 1.0);
 }
 
-TEST_F(ResumeTest, AnExpiredPoseIsNot) {
+TEST_F(ResumeTest, DoesNotResumeFromAnExpiredPose) {
   const Told told = after(4.0, {"state.resume_within=4"});
   EXPECT_TRUE(told.has("s old (state.resume_within): starting at the initialiser"));
   EXPECT_GT(first_pose(told, start_), 0.9 * InitializerConfig().duration);
   EXPECT_FALSE(told.has("resumed"));
 }
 
-TEST_F(ResumeTest, WithNothingToGoOnFromNoneIs) {
+TEST_F(ResumeTest, DoesNotResumeIfThatIsTurnedOff) {
   EXPECT_FALSE(after(0.1, {"state.resume_within=0"}).has("resumed"));
 }
 
-TEST_F(ResumeTest, APoseOfTheFutureIsNot) {  // the clock was set back meanwhile
+TEST_F(ResumeTest, DoesNotResumeFromAPoseInTheFuture) {  // the clock was set back meanwhile
   EXPECT_FALSE(after(-20.0, {}).has("resumed"));
 }
 
 // An hour set ahead in mid-drive: where all sensors are, `odom` goes on under the new stamps; of
 // the IMU alone it is a fresh start.
-TEST(ClockStepTest, OdomGoesOnWhereAllSensorsStep) {
+TEST(ClockStepTest, OdomContinuesWhenAllClocksStepTogether) {
   const Config config = default_config();
   const std::vector<Input> inputs = there_and_back(1);
   Odometry whole(config);
@@ -223,7 +223,7 @@ TEST(ClockStepTest, OdomGoesOnWhereAllSensorsStep) {
 }
 
 // Of a robot whose IMU is silent from 8 s to 10 s, while it drives 1.2 m.
-TEST(DistanceTest, WhatIsDrivenInAGapOfTheImuCounts) {
+TEST(DistanceTest, DistanceDrivenInAnImuGapIsCounted) {
   const Config config = default_config();
   std::vector<Input> inputs = there_and_back(1);
   Odometry whole(config);

@@ -29,7 +29,7 @@ std::vector<std::string> notes_after(double seconds, std::size_t samples, double
   return task.run({trace}, trace.time).notes;
 }
 
-TEST(RadarTask, AnotherSettingOrAGapStartsTheFrontEndAfresh) {
+TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
   const std::string afresh = ": the radar front end starts afresh";
   EXPECT_TRUE(notes_after(0.05, 201, 2e-10).empty());
   EXPECT_TRUE(notes_after(0.05, 201, 2.0000001e-10).empty()) << "rounding is no other setting";
@@ -73,7 +73,7 @@ bool is_refused(const GprConfig& config) {
 
 // What a check of the configuration lets through must run: each key of the radar at the ends of
 // its range, for each front end. An exception later would be an internal error at every trace.
-TEST(RadarTask, WhatCanBeBuiltRuns) {
+TEST(RadarTask, EveryFrontEndThatCanBeBuiltRuns) {
   Config defaults;
   for (const FrontEndKind kind : kFrontEnds) {
     for (const ConfigKey& key : config_keys(defaults)) {
@@ -95,7 +95,7 @@ TEST(RadarTask, WhatCanBeBuiltRuns) {
 }
 
 // The band's edges stand for themselves, but not together.
-TEST(RadarTask, ABandUpsideDownIsRefusedWhenItIsBuilt) {
+TEST(RadarTask, BandWithSwappedEdgesIsRefused) {
   for (const FrontEndKind kind : {FrontEndKind::kMotion, FrontEndKind::kSfm}) {
     GprConfig config;
     config.front_end = kind;
