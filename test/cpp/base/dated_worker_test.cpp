@@ -43,7 +43,8 @@ void expect_late(const Due& due, TimeNs effective) {
   EXPECT_FALSE(due->result);
 }
 
-// On its own thread a job must not end the process: what it throws is thrown where it is due.
+// An exception on the worker's thread must not end the process: it is thrown when the result is
+// due.
 TEST(DatedWorker, ExceptionIsThrownWhenTheResultIsTaken) {
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, []() -> int { throw std::runtime_error("singular"); });
@@ -53,7 +54,7 @@ TEST(DatedWorker, ExceptionIsThrownWhenTheResultIsTaken) {
   expect_result(worker.next_due(25), 20, 7);
 }
 
-// However early it is ready: the time at which it takes effect must not hang on the machine.
+// However early it is ready: the time at which it takes effect must not depend on the machine.
 TEST(DatedWorker, ResultIsNotReturnedBeforeItsTime) {
   for (const Execution execution : {Execution::kInline, Execution::kThreaded}) {
     DatedWorker<int> worker(execution);
@@ -75,7 +76,7 @@ TEST(DatedWorker, LateJobIsDiscardedAndTheNextOneIsReturned) {
   worker.submit(10, held.giving(1));
   worker.submit(20, [] { return 2; });
   expect_late(worker.next_due(12), 10);
-  EXPECT_FALSE(worker.next_due(12));  // told once
+  EXPECT_FALSE(worker.next_due(12));  // returned once only
   held.let_go();
   worker.drain();
   expect_result(worker.next_due(25), 20, 2);
@@ -108,8 +109,8 @@ TEST(DatedWorker, LateJobCanBeAwaited) {
   later.join();
 }
 
-// Once, or a solver that hangs would hold up the sensors at each of their messages; its result is
-// not thrown away.
+// It waits once only, or a solver that hangs would delay every message of the sensors; its result
+// is not thrown away.
 TEST(DatedWorker, ResultComesLaterWhenWaitingTimesOut) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);

@@ -85,7 +85,7 @@ TEST(Config, LaterFilesOverrideEarlierFilesKeyByKey) {
   EXPECT_DOUBLE_EQ(load_config({robot.path(), wheel.path()}, {"wheel.scale=1"}).wheel.scale, 1.0);
 }
 
-// Each file alone may be right where the two together are not.
+// Two files may each be valid and contradict each other.
 TEST(Config, ChannelsOfSeveralFilesMustDiffer) {
   const TemporaryFile one("channels:\n  imu: MINE\n"), other("channels:\n  wheel: MINE\n");
   try {
@@ -132,7 +132,7 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
   EXPECT_EQ(error_of_file("wheel:\n  scale: [1\n").rfind("FILE:3: not YAML: ", 0), 0u);
 }
 
-// A wider window makes the estimate worse without a word, so it is refused with the reason.
+// A wider window makes the estimate worse without any sign of it, so it is refused with a reason.
 TEST(Config, ReorderWindowAboveOneSecondIsRefused) {
   EXPECT_EQ(default_config({"time.reorder_window=1"}).time.reorder_window, 1.0);
   EXPECT_EQ(error_of_override("time.reorder_window=1.1"),

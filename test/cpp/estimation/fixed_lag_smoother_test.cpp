@@ -1,5 +1,5 @@
-// Marginalising must lose nothing that it does not have to, and gain nothing that was not measured,
-// with either solver. What the two find must be the same.
+// Marginalising must not lose information unnecessarily, and must not gain any that was not
+// measured, with either solver. Both must find the same solution.
 #include "estimation/fixed_lag_smoother.h"
 
 #include <gtest/gtest.h>
@@ -118,7 +118,7 @@ class BentFactor final : public Factor {
   }
 };
 
-// What no sensor here measures: where the robot is in odom.
+// A measurement of the position in odom, which no sensor of the robot gives.
 class PlaceFactor final : public Factor {
  public:
   int dimension() const override { return 1; }
@@ -144,7 +144,7 @@ StateVector loose_origin() {
 TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
   for (const bool bent : {false, true}) {
     NoisyDrive drive;
-    // So early is it content that the first step accepted is the last.
+    // The convergence limit is so large that the first accepted step is the last.
     const SmootherOptions options{10.0, {40, 1e12}, GetParam()};
     FixedLagSmoother smoother(options, drive.start(), origin_prior(drive.start(), loose_origin()));
     for (int k = 0; k < 5; ++k) drive.extend(smoother);
@@ -173,14 +173,14 @@ TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
   }
 }
 
-// A step that moves velocity and tilt by much does not make the heading known.
+// A step with a large change of velocity and tilt must not add information on the heading.
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationAfterMovingFar) {
   NoisyDrive drive;
   NavState start = drive.start();
   FixedLagSmoother smoother({1.0, {4}, GetParam()}, start, origin_prior(start, loose_origin()));
   for (int k = 0; k < 30; ++k) {
     drive.extend(smoother);
-    if (k == 15)  // a word that the whole window gives way to
+    if (k == 15)  // a measurement so strong that the whole window follows it
       for (int back = 0; back < 4; ++back)
         smoother.add_factor(k - back - 1, k - back,
                             std::make_shared<StandstillFactor>(StandstillSigmas{1e-5, 1e-4, 2e-3}));
@@ -200,7 +200,7 @@ TEST_P(FixedLagSmootherTest, CovarianceEqualsTheDenseInverse) {
   EXPECT_TRUE(kept.solve().usable);
   const StateMatrix covariance = kept.newest_covariance();
 
-  // Marginalising all but the newest by QR must say the same.
+  // Marginalising all but the newest state by QR must give the same.
   const NavState newest = kept.newest();
   FixedLagSmoother same({1e-3, {20, 1e-9}, GetParam()}, drive.start(), origin);
   NoisyDrive again;
@@ -262,7 +262,7 @@ TEST(WindowSolvers, BothFindTheSameSolution) {
   }
 }
 
-// Ceres keeps what it holds in sets ordered by address: that must not show.
+// Ceres keeps blocks in sets that are ordered by address. This must not affect the result.
 TEST(WindowSolvers, RepeatedSolvesAreBitwiseEqual) {
   NoisyDrive drive, again;
   const MarginalPrior origin = origin_prior(drive.start(), known_start());

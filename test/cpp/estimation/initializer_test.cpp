@@ -35,9 +35,9 @@ TEST(Initializer, RunningEngineCountsAsStandstill) {
   ASSERT_TRUE(start.initial) << start.refusal;
   EXPECT_FALSE(start.initial->on_the_move);
   EXPECT_LT((start.initial->state.gyro_bias - kBias).norm(), 1e-3);
-  // Without a wheel that stands nothing tells it from a robot that drives.
+  // Without a wheel that stands, it cannot be distinguished from a robot that drives.
   EXPECT_FALSE(initialize(Config{}, shaken, {}).initial);
-  // Nor is one that swings a robot that stands, nor one whose wheel turns.
+  // A robot that swings does not stand, nor does one whose wheel turns.
   EXPECT_FALSE(initialize(Config{}, samples({0.1, -0.9, 9.75}, kBias, 0.7, 0.03), wheel).initial);
   wheel.path_m = 0.2;
   EXPECT_FALSE(initialize(Config{}, shaken, wheel).initial);

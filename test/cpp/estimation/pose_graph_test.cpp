@@ -40,7 +40,7 @@ Drive::Drive(unsigned seed, int passes, double sigma, bool with_revisits)
     : options([&] {
         PoseGraphOptions o;
         o.revisit_yaw_sigma =
-            10;  // the drive's are exact: to count them would falsify the statistics
+            10;  // loose: the places of this drive are exact and would falsify the statistics
         return o;
       }()),
       scale_sigma(sigma),
@@ -137,7 +137,7 @@ TEST(PoseGraph, CovarianceIsTrue) {
       nees += error.dot(covariance.inverse() * error) / kRuns;
     }
     // Chi-square of 600 degrees of freedom over 200: 99 % within 2.57 to 3.46. A robust kernel
-    // gives away a little of what it is told.
+    // loses a little of the information.
     EXPECT_GT(nees, 2.5) << with_revisits;
     EXPECT_LT(nees, 3.6) << with_revisits;
   }
@@ -181,7 +181,7 @@ TEST(PoseGraph, WrongRevisitsAreLeftOut) {
   }
 }
 
-// All nodes that are the end of a revisit stay, of those of a pass over known ground every other.
+// All nodes at the end of a revisit stay, and every other node of a pass over known ground.
 std::vector<bool> thinned(const PoseGraph& graph, bool with_revisits) {
   std::vector<bool> keep(graph.nodes().size());
   keep.front() = keep.back() = true;
@@ -220,7 +220,7 @@ TEST(PoseGraph, CovarianceIsTrueOfWhatIsLeft) {
   EXPECT_LT(nees, 3.6);
 }
 
-// Without revisits, a step on from the solution is what a solution with that step is.
+// Without revisits, extending the solution by a step equals solving again with that step.
 TEST(PoseGraph, ExtendingIsSolving) {
   Drive drive(5, 2, 0.01, false);
   const PlanarEstimate before = drive.solve().newest;

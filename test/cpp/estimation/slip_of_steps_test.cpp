@@ -18,9 +18,9 @@ constexpr double kStep = 0.5;     // m between nodes, as the wheel has it
 constexpr double kSeconds = 1.5;  // that a step takes
 constexpr int kLap = 40;          // steps
 
-// A square that is driven round and round. The odometry reads e^-l times what the robot drives, l
-// the slip of each step; where `tied`, each step from the second lap on ends on a revisit, of a
-// place that lies on the step from there, this share of it on.
+// Laps of a square. The odometry reads e^-l times the true distance, with l the slip of each step.
+// If `tied`, each step from the second lap on ends at a revisit, whose older end lies on the step
+// from the node of the lap before, at this share of it.
 struct Laps {
   std::vector<PlanarPose> truth{PlanarPose()};
   PoseGraph graph;
@@ -67,7 +67,7 @@ struct Laps {
   }
 };
 
-// None, but for one slip in the second lap that is held for ten steps.
+// No slip, except for one in the second lap that lasts ten steps.
 std::vector<double> one_slip(double size, int laps) {
   std::vector<double> slip(static_cast<std::size_t>(laps * kLap), 0.0);
   for (std::size_t i = kLap + 5; i < kLap + 15; ++i) slip[i] = size;
@@ -110,8 +110,8 @@ TEST(SlipOfSteps, KernelsStateTheirOwnDerivatives) {
   }
 }
 
-// Of a slip in the second lap the first and the third, which agree with each other, know: it is put
-// where it was, and the laps without slip stay as they are.
+// The slip in the second lap contradicts the first and the third lap, which agree. The graph must
+// find it where it was, and leave the laps without slip unchanged.
 TEST(SlipOfSteps, RevisitsFindWhereTheWheelSlipped) {
   for (const double size : {-0.1, -0.5, 0.1}) {
     Laps laps(one_slip(size, 3), true, SlipModel().sigma());

@@ -1,5 +1,5 @@
-// A robot whose IMU falls silent, or whose gyro bias steps: what is known again afterwards must
-// stay known, and what was lost must be owned up to.
+// A robot whose IMU falls silent, or whose gyro bias steps. What is observable again must be known
+// again, and the covariance must contain what was lost.
 #include "estimation/state_estimator.h"
 
 #include <gtest/gtest.h>
@@ -87,7 +87,7 @@ TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
   EXPECT_LT(sigma(result, row::kV), 0.05);
 }
 
-// What is claimed lost beyond what is, revisits and slips make use of.
+// A covariance that is too large after a short gap would let revisits and slips bend the track.
 TEST(LongGap, ShortGapLosesLittle) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
   std::mt19937 random(1);
@@ -132,7 +132,7 @@ TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
   EXPECT_LT(sigma(result, row::kTheta), 0.01);
 }
 
-// The wheel was taken for slipping for 5 s, and the speed held for the robot's was wrong.
+// For 5 s the wheel seemed to slip, but the published speed was wrong.
 TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   constexpr double kBelieved = 0.3;  // m/s
   StateEstimator estimator = at_ten_seconds(kBelieved);
@@ -193,8 +193,8 @@ StateResult push(StateEstimator& estimator, int from, int to,
   return result;
 }
 
-// Gravity shows four times the bias that the accelerometer is said to have. What it says of speeds
-// may be off by as much, so the wheel's scale is not learnt from it, and not better known either.
+// Gravity shows four times the bias that is configured for the accelerometer. So its scale may be
+// wrong as well, and the wheel's scale is neither learnt from it nor known any better.
 TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
   for (const bool calibrated : {true, false}) {
     const Config config;
@@ -222,7 +222,7 @@ TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
   estimator.record();
   const double learnt = push(estimator, 0, 40).state.wheel_scale;
   const StateResult result = push(estimator, 40, 100, Eigen::Vector3d::Zero(), true);
-  EXPECT_LT(learnt, 0.99);  // so there was something to take back
+  EXPECT_LT(learnt, 0.99);  // so there is something to undo
   EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
   EXPECT_NEAR(sigma(result, row::kScale), config.wheel.scale_sigma, 1e-4);
   EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());

@@ -1,5 +1,5 @@
-// A user's own measurement in the window: what it must tell, what must become of it as the window
-// moves on, and what is refused.
+// A user's own measurement in the window: its effect, what remains of it after the window has moved
+// on, and which factors are refused.
 #include "gprodom/user_factor.h"
 
 #include <ceres/autodiff_cost_function.h>
@@ -84,8 +84,8 @@ INSTANTIATE_TEST_SUITE_P(Solvers, UserFactorTest,
                          testing::Values(SolverKind::kCeres, SolverKind::kChain),
                          [](const auto& solver) { return name_of(solver.param); });
 
-// Ranges over twenty seconds teach the wheel's scale; what they taught is there still when all of
-// them have left the window.
+// Ranges over twenty seconds determine the wheel's scale. Their information is still there when all
+// of them have left the window.
 TEST_P(UserFactorTest, InformationStaysAfterTheFactorLeavesTheWindow) {
   StateEstimator with = estimator(GetParam()), without = estimator(GetParam());
   std::mt19937 random(1), same(1), error(2);

@@ -19,7 +19,7 @@ GprFilterConfig config_with(Background background) {
   return config;
 }
 
-// Of noise and wow nearly nothing is left, and of the reflectors what the band-pass alone, on clean
+// Noise and wow are nearly removed, and the reflectors are as the band-pass alone, on clean
 // ground, leaves of them.
 TEST(DetailsRetention, KeepsReflectorsAndDropsTheRest) {
   const SyntheticGround ground(8);

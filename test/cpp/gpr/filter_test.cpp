@@ -209,7 +209,7 @@ TEST_F(TraceCheckTest, FindsDeadAndSpikedTraces) {
   EXPECT_EQ(check(trace(1.9)), TraceQuality::kGood);
 }
 
-// Another antenna height, say: after two traces the new state is taken for what it is.
+// For example another antenna height: after two traces the new state is accepted.
 TEST_F(TraceCheckTest, AcceptsALastingJump) {
   for (int i = 0; i < 30; ++i) check(trace(1.0 + 0.03 * i));
   int spiked = 0;

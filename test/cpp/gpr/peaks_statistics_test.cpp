@@ -1,8 +1,8 @@
 // Peaks against the Cramer-Rao bound. SNR is beta over the noise's standard deviation.
 //
-// The phase is any phase, so a maximum may lie within the noise of the onset, and whether it is the
-// first one is then not in the data. Errors are therefore taken to the nearest maximum of the true
-// curve, with that maximum's bound, and how often it was another than the first is limited apart.
+// The phase is random, so a maximum may lie within the noise of the onset. Then the data do not
+// show whether it is the first one. So errors are taken to the nearest maximum of the true curve,
+// with that maximum's bound, and a separate limit holds for how often it was not the first one.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>

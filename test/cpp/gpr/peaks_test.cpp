@@ -110,7 +110,7 @@ TEST(VarPro, CovarianceIsThatOfTheEstimatesDerivative) {
             0.03);
 }
 
-// What is returned is a fit that may be relied on, whatever went in.
+// Whatever the input, a returned fit is reliable.
 TEST(PeakExtractor, ReturnsOnlySignificantFits) {
   std::mt19937 random(3);
   std::normal_distribution<float> noise(0.0F, 1.0F);

@@ -38,9 +38,9 @@ Columns noisy(Columns traces, unsigned seed) {
          Columns::NullaryExpr(traces.rows(), traces.cols(), [&] { return normal(random); });
 }
 
-// Drives over `queries` (features, in the order driven), asking every 12 columns where it is in
-// `memory`, where it is expected `off` columns too far. `place(i)`: the true column of query i.
-// slip: standard deviation of the stretch that it may have.
+// Drives over `queries` (features, in the order driven) and searches `memory` every 12 columns. The
+// expected place is wrong by `off` columns. place(i): the true column of query i. slip: standard
+// deviation of the stretch.
 struct Outcome {
   int found = 0, wrong = 0, first = -1;  // first: the query's last column when first found
 };
@@ -125,9 +125,9 @@ TEST(RevisitSearch, StretchedGroundIsFoundIfTheWheelMaySlip) {
   }
 }
 
-// Bars at an even pitch of half a metre, and one stretch of other ground between. Where the robot
-// has only bars behind it, it may be at any of them; the stretch decides, and what it decided is
-// carried on along the bars after it.
+// Bars at an even pitch of half a metre, with one irregular stretch between them. With only bars
+// behind it, the robot may be at any of them. The stretch decides, and the decision is kept along
+// the bars after it.
 TEST(RevisitSearch, RepeatingGroundIsDecidedByItsIrregularStretch) {
   const Columns one = ground(1, 601);
   Columns traces(801, one.cols());
@@ -144,7 +144,7 @@ TEST(RevisitSearch, RepeatingGroundIsDecidedByItsIrregularStretch) {
     EXPECT_GE(outcome.found, 8) << off;
     EXPECT_GE(outcome.first, 300) << off;  // the stretch begins at column 300 of the queries
   }
-  // Of the last third of the drive the stretch is no part any more.
+  // In the last third of the drive the stretch has left the query.
   const Columns after = queries.bottomRows(150);
   EXPECT_EQ(drive(filter, memory, after, 0, [](double i) { return 550 + i; }).found, 0);
 }

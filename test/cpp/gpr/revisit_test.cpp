@@ -67,7 +67,7 @@ TEST_F(Revisit, KnownOffsetsAreFoundBetweenColumnsInBothDirections) {
     }
   }
   EXPECT_LT(std::sqrt(squares / n), 0.1 * kSpacing);
-  // Chi-square over n, for n = 36: 0.3 to 2.2 allows for what the model leaves out.
+  // Chi-square over n, for n = 36: 0.3 to 2.2 leaves room for errors of the model.
   EXPECT_GT(ratios / n, 0.3);
   EXPECT_LT(ratios / n, 2.2);
 }
@@ -93,7 +93,7 @@ TEST_F(Revisit, OtherGroundIsRejected) {
 }
 
 TEST_F(Revisit, GroundThatRepeatsIsNotAccepted) {
-  // One stretch of 0.5 m over and over: every place has its equal 0.5 m on.
+  // One stretch of 0.5 m, repeated: every place equals the one 0.5 m further on.
   Columns repeated(601, memory_traces_.cols());
   for (int i = 0; i < 601; ++i) repeated.row(i) = memory_traces_.row(100 + i % 25);
   const PatchFilter filter(repeated, kSpacing, SyntheticGround::kSampleInterval);
@@ -141,7 +141,7 @@ TEST(PatchFilter, FeaturesAreFewEnoughForTheMemory) {
   EXPECT_LT(filter.centre_frequency(), 650e6);
 }
 
-// The receiver's zero wanders from trace to trace, more than deep echoes are strong.
+// The receiver's zero drifts from trace to trace, with an amplitude above that of deep echoes.
 TEST(PatchFilter, SlowDriftOfTheReceiverIsRemoved) {
   Columns traces = drive(SyntheticGround(1), 2.0, kSpacing, 300, 1);
   const double quiet = PatchFilter(traces, kSpacing, 0.2e-9).centre_frequency();

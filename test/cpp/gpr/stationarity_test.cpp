@@ -228,8 +228,8 @@ TEST(Stationarity, SightIsCoarseOverGroundBelowTheNoise) {
   }
 }
 
-// Traces of the same mean that else have nothing in common, as from places far apart: once that is
-// taken for noise, no speed is seen.
+// Traces with the same mean that are otherwise unrelated, as from places far apart. Once their
+// differences are taken for noise, no speed is visible.
 TEST(Stationarity, SightIsCoarseForTracesWithoutCoherence) {
   StationarityFrontEnd front_end(kWindow);
   std::vector<Sight> sights;

@@ -103,7 +103,7 @@ TEST(TraceMemory, KnownGroundIsNotStoredTwice) {
   Drive drive;
   drive.to(12.0);
   drive.memory.end_run();
-  // Back, and from 9 m on it is known where that is, but for a stretch of 1 m and one of 6 m.
+  // Back again. From 9 m on the ground is known, except for a stretch of 1 m and one of 6 m.
   const std::size_t before = drive.memory.kept().end;
   for (double position = 11.0; position > -14.0; position -= 0.25) {
     drive.to(position);
@@ -115,8 +115,8 @@ TEST(TraceMemory, KnownGroundIsNotStoredTwice) {
   const MemoryRange first = drive.memory.run_of(before);
   const MemoryRange kept = drive.memory.kept();
   EXPECT_EQ(first.first, before);
-  // Of the way back: what came before the first known stretch is too short to be of use, as is the
-  // one metre; the six are kept, less what the patches to both sides reach into them.
+  // On the way back, the ground before the first known stretch and the one metre are too short to
+  // be stored. The six metres are stored, less the reach of the patches on both sides.
   EXPECT_GT(kept.end - first.first, static_cast<std::size_t>(3.0 / 0.02));
   EXPECT_LT(kept.end - first.first, static_cast<std::size_t>(7.0 / 0.02));
   const MemoryColumn begin = drive.memory.column(first.end - 1);

@@ -1,4 +1,4 @@
-// Clocks that drift apart must be told; delays, however they scatter or step, must not be.
+// Clocks that drift apart must be reported; delays that scatter or step must not be.
 #include "input/clock_watch.h"
 
 #include <gtest/gtest.h>

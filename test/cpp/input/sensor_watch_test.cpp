@@ -1,4 +1,4 @@
-// Sensors that lie: the watch must see it, and must not take a coarse sensor for a broken one.
+// Faulty sensors must be detected, and a coarse sensor must not be reported as broken.
 #include "input/sensor_watch.h"
 
 #include <gtest/gtest.h>

@@ -43,7 +43,7 @@ TEST(TimeGuard, OneWrongStampDropsOneMessageOnly) {
   }
 }
 
-// A sensor whose clock is off is not used, and the IMU is not taken for late because of it.
+// A sensor with a wrong clock is not used, and it does not make the IMU's messages look late.
 TEST(TimeGuard, WrongClockOfAnotherSensorDoesNotStopTheImu) {
   for (const TimeNs off : {1000 * kMs, 3600'000 * kMs, -1000 * kMs}) {
     Clock clock;
@@ -92,8 +92,8 @@ TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
 
 class TimeGuardOfWheels : public testing::TestWithParam<TimeGuard::Source> {};
 
-// All sensors an hour ahead between two messages: time goes on, again and again, and each time has
-// the stamp that the clock told.
+// All clocks are set ahead by an hour between two messages, several times. The time continues, and
+// told() gives the clock's own stamps.
 TEST_P(TimeGuardOfWheels, ClockSetAheadWithAllSensorsIsContinued) {
   Clock clock;
   clock.wheel_source = GetParam();
@@ -151,7 +151,7 @@ TEST(TimeGuard, LateStampWithinTheWindowIsUsedAndARepeatedOneIsNot) {
   EXPECT_EQ(check(clock.guard, TimeGuard::kImu, clock.now), "stamp repeated");
 }
 
-// Without a step back, and without time lost in between.
+// The continued time has no step back and no gap.
 TEST(TimeGuard, ClockSetBackIsContinued) {
   Clock clock;
   clock.run(2);

@@ -75,7 +75,7 @@ TEST_F(LogIo, ReadsBackWhatWasWritten) {
   EXPECT_EQ(content("a.lcmlog"), content("b.lcmlog"));
 }
 
-// Cut at every byte of the last two events: what is whole is read, and a cut that is not between
+// Cut at every byte of the last two events: complete events are read, and a cut that is not between
 // events is told of once.
 TEST_F(LogIo, TruncatedLogGivesWhatIsReadable) {
   write_log("a.lcmlog");

@@ -1,4 +1,4 @@
-// A fault inside the estimator while it runs live: here memory that cannot be had.
+// A defect inside the estimator while it runs live: here an allocation that fails.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(me
 namespace gprodom {
 namespace {
 
-// The daemon goes on: the fault is told, and the estimator starts at the initialiser again.
+// The daemon continues: it reports the error and starts the estimator at the initialiser.
 TEST(Live, InternalErrorRestartsTheEstimator) {
   if (GPRODOM_SANITIZED) GTEST_SKIP() << "the sanitizer's allocator cannot be made to fail";
   std::vector<TimeNs> times;

@@ -1,4 +1,4 @@
-// One drive through the estimator on its threads and through the one that a log drives.
+// One drive through the threaded estimator and through a replay.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr double kPace = 10.0;
 namespace gprodom {
 namespace {
 
-// All that is told, one line each, numbers to the last bit.
+// All outputs, one line each, with numbers to the last bit.
 class Lines {
  public:
   void add(const Outputs& outputs) {
@@ -95,7 +95,7 @@ Lines lived(const Config& config, const std::vector<Input>& inputs, double pace)
   return lines;
 }
 
-// Whether the machine was too busy, which is told, and where live and replay may differ.
+// Whether the machine was too busy. The status says so, and then live and replay may differ.
 bool is_late(const std::vector<std::string>& told) {
   return std::any_of(told.begin(), told.end(), [](const std::string& line) {
     return line.find("tick not answered") != std::string::npos ||

@@ -58,7 +58,8 @@ TEST(Live, ReportsLatenciesAndQueueLengths) {
   EXPECT_GE(value("queue.output.longest"), 0.0);
 }
 
-// Each Status tells whose it is; another's on our channel is degraded health until it is silent.
+// Each Status has the instance of its estimator. Another instance on our channel degrades the
+// health until it is silent.
 TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
   const auto told = [](double heard) {
     Outputs all;
@@ -84,7 +85,7 @@ TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
   EXPECT_EQ(alone.status.back().health, HealthLevel::kOk);
   EXPECT_EQ(alone.status.back().names.back(), kInstance);
   EXPECT_EQ(alone.status.back().values.back(), 5.0);
-  // On a machine that is slow the last one may come when it counts no more.
+  // On a slow machine the last one may come too late to count.
   const Status& first = two.status.front();
   EXPECT_EQ(first.health, HealthLevel::kDegraded);
   EXPECT_EQ(first.reasons.back(), reason);

@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 constexpr double kScaleSigma = 0.01;
 constexpr TimeNs kInterval = 200'000'000;
 
-// An estimator of its own kind: dead reckoning in the plane over steps with known noise, its scale
-// unknown. What it says of each state is exact, so what the path makes of it can be held against
+// A reference estimator: dead reckoning in the plane over steps with known noise and unknown scale.
+// Its statements on each state are exact, so the result of the path can be compared with
 // samples.
 class Path {
  public:
@@ -118,7 +118,7 @@ TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
   }
 }
 
-// There and back: places of the way out stay right where the way back is forgotten but for its end.
+// There and back: places on the way out stay right when most nodes of the way back are removed.
 TEST(MapPath, PlacesNearRemovedNodesBelongToTheRemainingOnes) {
   MapPath path(0.5);
   std::vector<PlanarPose> nodes;

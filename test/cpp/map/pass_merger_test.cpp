@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kSpacing = 0.5;  // m between nodes
 
-// The graph's bookkeeping of a robot on a track where the memory knows what was driven before.
+// The nodes and revisits of a robot on a track, as the graph would have them.
 struct Track {
   std::vector<PassMerger::Node> nodes;
   std::vector<RevisitEdge> revisits;
   std::vector<bool> trusted;
   PassMerger merger;
 
-  // `to`: where the ground of a node lies, if it is known; else it is new.
+  // to: the place to which a node's ground is tied; if there is none, the ground is new.
   void drive(std::size_t steps, const std::vector<std::size_t>& ground) {
     for (std::size_t i = 0; i < steps; ++i) {
       travelled += kSpacing;
@@ -89,7 +89,7 @@ TEST(PassMerger, NodesThatJoinPlacesOfTheMapStay) {
   const double leave = track.nodes[there].travelled_m;
   track.drive(1, {20});
   track.drive(2000, all_of(21, 19));
-  // A tie where the new ground begins, and one where it ends.
+  // One revisit where the new ground begins, and one where it ends.
   bool before = false, after = false;
   for (const RevisitEdge& edge : track.revisits) {
     const double at = track.nodes[edge.query].travelled_m;

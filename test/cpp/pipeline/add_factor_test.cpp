@@ -1,4 +1,4 @@
-// A user's factor through the whole estimator: when it is taken, and what it does to the pose.
+// A user's factor through the whole estimator: when it is accepted, and its effect on the pose.
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace gprodom {
 namespace {
 
-// How high above the origin the robot is, in standard deviations of a millimetre.
+// Residual: the height of the robot above the origin, with a standard deviation of 1 mm.
 class Height final : public ceres::SizedCostFunction<1, 3> {
  public:
   explicit Height(double metres) : metres_(metres) {}

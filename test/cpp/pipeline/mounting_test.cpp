@@ -123,8 +123,8 @@ TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
   }
 }
 
-// The test above would see a rotation that is not taken out: the wheel then seems to drive along an
-// axis that points up. (Upside down alone would not show: gravity levels that.)
+// Shows that the test above detects a rotation that is not compensated: the wheel then seems to
+// drive along an axis that points up. (An upside-down IMU alone is levelled by gravity.)
 TEST(Mounting, WrongConfiguredRotationGivesAWrongEstimate) {
   const Driven wrong = drive(without_radar(), kCases[2].mounted);
   ASSERT_FALSE(wrong.odometry.empty());

@@ -1,4 +1,4 @@
-// What one estimator leaves to the next: maps saved by command, and the pose to go on from.
+// What one estimator leaves to the next: maps saved by command, and the pose to resume from.
 #include "gprodom/odometry.h"
 
 #include <gtest/gtest.h>
@@ -77,7 +77,7 @@ class OdometryTest : public ::testing::Test {
   fs::path folder_;
 };
 
-constexpr int kSavings = 20;  // asked for at once: some still wait when what follows comes
+constexpr int kSavings = 20;  // requested at once, so that some still wait at the next command
 
 class MapSavedByCommand : public OdometryTest {
  protected:
@@ -90,7 +90,7 @@ class MapSavedByCommand : public OdometryTest {
     ASSERT_GT(ground_.size(), 10000U);
   }
 
-  // Whatever follows the command: the file holds the ground of when it was given.
+  // The file holds the ground at the time of the command, whatever comes after it.
   void expect_saved(const Config& config, const std::function<void(Odometry&)>& follow) {
     Odometry odometry(config, Execution::kThreaded);
     odometry.load_map(path("ground.map"));
@@ -180,8 +180,8 @@ TEST_F(ResumeTest, DoesNotResumeFromAPoseInTheFuture) {  // the clock was set ba
   EXPECT_FALSE(after(-20.0, {}).has("resumed"));
 }
 
-// An hour set ahead in mid-drive: where all sensors are, `odom` goes on under the new stamps; of
-// the IMU alone it is a fresh start.
+// The clock is set ahead by an hour in mid-drive. If all sensors step, `odom` continues with the
+// new stamps; if the IMU steps alone, the estimator restarts.
 TEST(ClockStepTest, OdomContinuesWhenAllClocksStepTogether) {
   const Config config = default_config();
   const std::vector<Input> inputs = there_and_back(1);

@@ -13,7 +13,7 @@
 namespace gprodom {
 namespace {
 
-// What is noted at a trace `seconds` after one of 201 samples at 0.2 ns.
+// The notes about a trace that comes `seconds` after one of 201 samples at 0.2 ns.
 std::vector<std::string> notes_after(double seconds, std::size_t samples, double interval_s) {
   GprConfig config;
   config.front_end = FrontEndKind::kStationarity;
@@ -71,8 +71,8 @@ bool is_refused(const GprConfig& config) {
   }
 }
 
-// What a check of the configuration lets through must run: each key of the radar at the ends of
-// its range, for each front end. An exception later would be an internal error at every trace.
+// A configuration that passes its checks must run: each key of the radar at both ends of its range,
+// for each front end. An exception later would be an internal error at every trace.
 TEST(RadarTask, EveryFrontEndThatCanBeBuiltRuns) {
   Config defaults;
   for (const FrontEndKind kind : kFrontEnds) {
@@ -94,7 +94,7 @@ TEST(RadarTask, EveryFrontEndThatCanBeBuiltRuns) {
   }
 }
 
-// The band's edges stand for themselves, but not together.
+// Each edge of the band is in its range, but the lower one is above the upper one.
 TEST(RadarTask, BandWithSwappedEdgesIsRefused) {
   for (const FrontEndKind kind : {FrontEndKind::kMotion, FrontEndKind::kSfm}) {
     GprConfig config;
