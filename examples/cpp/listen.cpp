@@ -1,4 +1,4 @@
-// Prints where gprodomd says the robot is: listen [COUNT [URL]]
+// Prints the robot's position as gprodomd estimates it: listen [COUNT [URL]]
 //
 // COUNT messages of the channel ODOMETRY_MAP (0: without end), from LCM at URL.
 #include <cmath>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints where gprodomd says the robot is: listen.py [COUNT [URL]]
+"""Prints the robot's position as gprodomd estimates it: listen.py [COUNT [URL]]
 
 COUNT messages of the channel ODOMETRY_MAP (0: without end), from LCM at URL.
 """

@@ -51,7 +51,7 @@ gprodom::UserFactor range_factor(gprodom::TimeNs time, const Vector3d& beacon, d
   return factor;
 }
 
-// Where the robot truly is, and how fast: it stands, then drives wide bends.
+// True position and speed of the robot: it stands, then drives wide bends.
 struct Truth {
   double time = 0, yaw = 0, speed = 0, distance = 0;
   Vector3d p = Vector3d::Zero();

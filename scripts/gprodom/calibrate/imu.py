@@ -37,10 +37,10 @@ EXAMPLES = """\
 DESCRIPTION = """\
 Takes the noise of an IMU from a recording at rest by its overlapping Allan deviation (allantools,
 the extra `calibrate`): the density of the white noise from averaging times up to a second, the
-random walk of the bias from the longest ones. Of a recording with a wheel the standstill is used
-(the first, else the longest); one without is taken to be at rest all the time. Hours show the
-random walk; some minutes only bound it, which is said. The estimator wants the density of a robot
-that stands with its motors on.
+random walk of the bias from the longest ones. If the recording has a wheel, its standstill is used
+(the first, else the longest); without a wheel it must be at rest all the time. The random walk
+needs hours; a few minutes give an upper bound only, and the output says so. For the estimator,
+record a robot that stands with its motors on.
 """
 
 

@@ -30,9 +30,9 @@ EXAMPLES = """\
 """
 
 DESCRIPTION = """\
-Finds imu.rpy_body_imu: gravity tells roll and pitch, and the accelerations forwards (as the wheel's
-speed changes) and aside (speed times yaw rate) tell the yaw. No standstill is needed. Wants a drive
-with starts, stops or bends; one as level as possible, since the mean slope goes into the pitch.
+Finds imu.rpy_body_imu. Gravity gives roll and pitch. The forward acceleration (from the wheel's
+speed) and the sideways one (speed times yaw rate) give the yaw. No standstill is needed. Use a
+drive with starts, stops or bends, as level as possible, since the mean slope goes into the pitch.
 Uncertainties are the spread over parts of the recording.
 """
 

@@ -31,12 +31,11 @@ EXAMPLES = """\
 """
 
 DESCRIPTION = """\
-Finds the time between the stamps of the IMU and the wheel, and of the radar and the wheel where
-the recording holds traces. The wheel's acceleration is explained by the three axes of the
-accelerometer, and the change from trace to trace by the wheel's speed, at each of many lags; the
-lag that explains the most is told. Wants a drive with many starts and stops. imu.time_offset and
-gpr.time_offset are what makes the sensors agree with the wheel; their uncertainty is the spread
-over parts of the recording.
+Finds the time offset of the IMU against the wheel and, if the recording has traces, of the radar
+against the wheel. At each of many lags, the wheel's acceleration is regressed on the three axes of
+the accelerometer, and the change from trace to trace on the wheel's speed. The result is the lag
+with the best fit. Use a drive with many starts and stops. With imu.time_offset and gpr.time_offset
+the sensors agree with the wheel; the uncertainty is the spread over parts of the recording.
 """
 
 

@@ -37,13 +37,13 @@ EXAMPLES = """\
 
 DESCRIPTION = """\
 Fits wheel.scale (reported over true distance) and the lateral part of wheel.lever_arm on recordings
-with a truth of positions: over windows of some metres, the path that wheel and gyro make is laid on
-the truth's, turned and moved freely, so that neither gyro bias nor the truth's frame matters; slip
-loses weight. The lever arm shows in bends alone; where there are too few it is left out. The
-uncertainty is a jackknife's over blocks of windows.
+with a truth of positions. In windows of some metres, the path by wheel and gyro is aligned with the
+truth's by a free rotation and translation, so that neither gyro bias nor the truth's frame matters.
+Slip gets a low weight. The lever arm is observable in bends only, and is left out if there are too
+few. The uncertainty is from a jackknife over blocks of windows.
 
-With --fit-share the first part of each recording is fitted on, and the distance of the rest is
-compared with the truth before and after.
+With --fit-share the fit uses the first part of each recording, and the distance of the rest is
+compared with the truth before and after the calibration.
 """
 
 

@@ -26,8 +26,8 @@ EXAMPLES = """\
 """
 
 DESCRIPTION = """\
-Converts a ROS 1 or ROS 2 bag to an LCM log; no ROS is needed. A topic that is not named is taken
-where the bag has just one of a fitting type:
+Converts a ROS 1 or ROS 2 bag to an LCM log; no ROS is needed. If a topic is not named, the only one
+of a fitting type is used:
 
   --imu    sensor_msgs/Imu
   --wheel  nav_msgs/Odometry (its pose), geometry_msgs/TwistStamped (its speed, forwards) or
@@ -37,11 +37,11 @@ where the bag has just one of a fitting type:
            PoseWithCovarianceStamped of geometry_msgs
   --gpr    any message with an array `samples` or `data`: a trace
 
-Where it has several, they are named, and one must be; `--gpr none` and `--truth none` leave them
-out. A ROS 2 bag is its folder, or its one .mcap or .db3 file.
+If the bag has several, the error lists them, and you must name one. `--gpr none` and `--truth none`
+leave them out. A ROS 2 bag is given by its folder, or by its one .mcap or .db3 file.
 
-Stamps are the headers', or the time of recording where they have none. An IMU that is not mounted
-along the robot's axes wants imu.rpy_body_imu in the configuration.
+Stamps are those of the headers, or the time of recording if they have none. If the IMU is not
+mounted along the robot's axes, set imu.rpy_body_imu in the configuration.
 """
 
 

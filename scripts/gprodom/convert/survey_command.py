@@ -25,8 +25,9 @@ EXAMPLES = """\
 DESCRIPTION = """\
 Reads lines of a radar survey: Sensors & Software DT1 (with HD), GSSI DZT, MALA RD3 and RD7 (with
 RAD), Impulse IPRB (with IPRH). Writes them as ground, over which `gprodom simulate --ground FILE`
-takes a drive of any kind that fits on a line. Several files are parallel lines, each --aside metres
-to the left of the one before; they are cut to the shortest and must agree in spacing and sampling.
+simulates a drive of any kind that fits on a line. Several files are parallel lines, each --aside
+metres to the left of the one before. They are cut to the shortest, and must have the same spacing
+and sampling.
 """
 
 

@@ -33,10 +33,11 @@ Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
   --mcap     all of it for ROS 2 tools and Foxglove: odometry, path, transforms, status, radar
   --rosbag   the same as a ROS 1 bag
 
-The first two want --datum: where the frame's origin lies, in degrees and metres, and the angle from
-east to its x axis, in degrees. Traces outside the estimate's time are left out and counted; --radar
-names the log that holds them, where OUT does not. pyproj, gpxpy and segyio are wanted for what they
-write (the extra `export`; Debian has them), rosbags for the last two (the extra `bag`).
+The first two need --datum: the position of the frame's origin, in degrees and metres, and the
+angle from east to its x axis, in degrees. Traces outside the estimate's time are left out and
+counted. If OUT has no traces, --radar names the log that has them. GeoJSON, GPX and SEG-Y need
+pyproj, gpxpy and segyio (the extra `export`; Debian has them), the last two formats need rosbags
+(the extra `bag`).
 """
 
 OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", "mcap", "rosbag")

@@ -13,11 +13,11 @@ from gprodom.ground.survey import Survey, to_counts, write_survey
 from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
-Simulates the survey lines of a scene (config/scenes/*.yaml) by full-wave 2-D FDTD with gprMax, a
-model for each trace, and writes them as a compressed npz of int16 for `gprodom simulate --ground`.
-Needs the extra `fdtd` of the package. A trace takes about a second on one core, so a scene of two
-lines of 10 m at 2 cm about 20 minutes. The lines of garage, basement and floor come with the
-package, made by this command.
+Simulates the survey lines of a scene (config/scenes/*.yaml) by full-wave 2-D FDTD with gprMax, with
+one model for each trace, and writes them as a compressed npz of int16 for `gprodom simulate
+--ground`. Needs the extra `fdtd` of the package. A trace takes about a second on one core, so a
+scene of two lines of 10 m at 2 cm takes about 20 minutes. The lines of garage, basement and floor,
+which come with the package, were made by this command.
 """
 
 EXAMPLES = """\

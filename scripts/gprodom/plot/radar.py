@@ -36,9 +36,9 @@ EXAMPLES = """\
 
 DESCRIPTION = """\
 Draws a window of radar traces: B as recorded (less its mean trace), B' after details retention,
-the peaks found in it, one trace with the peaks on it, the feature matrices S of the window and of
-the one --step traces later, and the distance of the two over the shift, its minimum marked. Depth
-by the wave speed.
+the peaks found in it, one trace with its peaks, the feature matrices S of the window and of the one
+--step traces later, and the distance of the two over the shift, with its minimum. Depth is by the
+wave speed.
 """
 
 

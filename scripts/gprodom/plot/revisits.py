@@ -30,9 +30,9 @@ EXAMPLES = """\
 """
 
 DESCRIPTION = """\
-Draws the revisits of an estimator's log: pairs of places on its path that the radar took for the
-same ground (as then, or mirrored), pairs along time, how far apart the path had
-them, and the size of the map's corrections. Prints counts.
+Draws the revisits (loop closures) of an estimator's log: pairs of places on its path that the radar
+recognised as the same ground (in the same direction, or mirrored), the pairs along time, their
+distance on the path, and the size of the map's corrections. Prints counts.
 """
 
 

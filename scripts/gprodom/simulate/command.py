@@ -28,24 +28,24 @@ RAYS, NONE = "rays", "none"
 SPEED = 0.6  # m/s
 
 DESCRIPTION = """\
-Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`: a
-zip where OUT is so named, else a directory; or OUT.lcmlog, the log itself. The truth comes beside
-it as OUT.truth.npz and OUT.json. The same arguments give the same bytes.
+Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`: as
+a zip if OUT ends in .zip, otherwise as a directory; or as a log if OUT ends in .lcmlog. The truth
+is written beside it as OUT.truth.npz and OUT.json. The same arguments give the same bytes.
 
-The ground is that of survey lines made by FDTD, which `gprodom ground` writes (garage, basement and
-floor come with the package), or one of scatterers and layers by travel time (`rays`): quick, over
-the whole plane, without wave physics. FDTD ground repeats after its length (10 m): laps are made as
-long, lines kept shorter.
+The ground is either that of survey lines by FDTD, which `gprodom ground` writes (garage, basement
+and floor come with the package), or one of scatterers and layers by travel time (`rays`), which is
+fast and covers the whole plane, but has no wave physics. FDTD ground repeats after its length
+(10 m): laps have that length, and lines are shorter.
 
 The robot has the faults of a real one: IMU noise of an MTi-30, vibration that grows with speed, an
-encoder of 0.182 mm, radar gain and time zero that drift, ringing, spikes, and it wanders some
-centimetres aside from pass to pass. With --plain the errors are those of the estimator's default
-configuration and nothing else.
+encoder of 0.182 mm, radar gain and time zero that drift, ringing, spikes, and a lateral offset of
+some centimetres from pass to pass. With --plain the errors are exactly those of the estimator's
+default configuration.
 
-With --robot it is another one, with left and right wheels, which only an LCM log holds: a cart or a
-rover with differential drive, a skid steer (20 Hz, wheels held at 4 Hz and late), a car (its engine
-runs). --surface says what they drive on: how they slip, rumble and tilt. --slips then are moments
-in which one side spins.
+--robot chooses another robot, with left and right wheels, which only an LCM log can hold: a cart or
+a rover with differential drive, a skid steer (20 Hz; wheel values held at 4 Hz and late), or a car
+(with a running engine). --surface sets how it slips, rumbles and tilts. --slips are then moments in
+which one side spins.
 """
 
 

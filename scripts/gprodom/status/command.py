@@ -20,10 +20,10 @@ Shows what a running gprodomd is doing, until interrupted: health and its reason
 its uncertainty, standstill, slip, revisits, rates and delays of all channels, and the daemon's own
 counts and times.
 
-Where the output is no terminal (`gprodom status | cat`) it is a line a second.
+If the output is no terminal (`gprodom status | cat`), prints one line a second.
 
---once prints one line and ends, with exit code 0 where the daemon is healthy, else 1: degraded,
-failed, or not heard of within --timeout.
+--once prints one line and ends, with exit code 0 if the daemon is healthy, otherwise 1: degraded,
+failed, or silent for --timeout.
 """
 
 EXAMPLES = """\
