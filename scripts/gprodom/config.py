@@ -47,7 +47,7 @@ class Channels:
 STANDARD = Channels()
 
 
-# Of ``-c``: a later one goes over those before, key by key; none: the default configuration.
+# Files of ``-c``: a later one overrides earlier ones, key by key; none: the defaults.
 Configs = Sequence[Path]
 
 

@@ -33,7 +33,7 @@ def add_config_option(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="CONFIG",
         dest="configs",
-        help="configuration (default gprodom.yaml); a later one goes over those before",
+        help="configuration (default gprodom.yaml); a later one overrides earlier ones",
     )
 
 

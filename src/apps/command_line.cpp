@@ -25,8 +25,8 @@ Option added_to(std::vector<std::string>& list, std::string name, std::string ar
 
 Option config_option(std::vector<std::string>& paths) {
   return added_to(paths, "-c, --config", "CONFIG",
-                  "YAML file of keys that differ from the defaults; a later one goes over those "
-                  "before");
+                  "YAML file of keys that differ from the defaults; a later one overrides "
+                  "earlier ones");
 }
 
 Option set_option(std::vector<std::string>& overrides) {

@@ -68,37 +68,46 @@ def add_parser(subparsers: Subparsers) -> None:
         default=",".join(DEFAULT_METHODS),
         help="see above (default: all but the signed ones)",
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the results"
+    )
     parser.add_argument(
         "-j",
         "--jobs",
         type=int,
         metavar="N",
         default=os.cpu_count() or 1,
-        help="jobs at a time (default: one a processor)",
+        help="parallel jobs (default: one per processor)",
     )
     parser.add_argument(
-        "--simulate", type=int, metavar="N", default=0, help="N simulated sequences, too"
+        "--simulate", type=int, metavar="N", default=0, help="add N simulated sequences"
     )
     parser.add_argument(
-        "--seed", type=int, metavar="S", default=0, help="of the first of them (default 0)"
+        "--seed",
+        type=int,
+        metavar="S",
+        default=0,
+        help="seed of the first simulated sequence (default 0)",
     )
     parser.add_argument(
         "--grounds",
         metavar="A,B",
         default=",".join((*shipped(), RAYS)),
-        help="of --simulate (default %(default)s)",
+        help="grounds of --simulate (default %(default)s)",
     )
     parser.add_argument(
         "--distance",
         type=float,
         metavar="M",
         default=30.0,
-        help="that they drive, give or take 30 %% (default %(default)s)",
+        help="distance of --simulate, +-30 %% (default %(default)s)",
     )
     add_config_options(parser)
     parser.add_argument(
-        "--align", choices=ALIGNMENTS, default="se2", help="as in gprodom score (default se2)"
+        "--align",
+        choices=ALIGNMENTS,
+        default="se2",
+        help="alignment as in gprodom score (default se2)",
     )
     parser.add_argument(
         "--first-m",

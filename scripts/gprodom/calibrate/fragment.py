@@ -31,7 +31,7 @@ def add_output_option(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="YAML",
         type=Path,
-        help="write what was found as a configuration for -c, with how sure it is",
+        help="write the result, with its uncertainty, as a configuration for -c",
     )
 
 

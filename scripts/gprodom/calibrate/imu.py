@@ -152,7 +152,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
-    parser.add_argument("--plot", metavar="PNG", type=Path, help="draw the Allan deviations there")
+    parser.add_argument("--plot", metavar="PNG", type=Path, help="picture of the Allan deviations")
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)

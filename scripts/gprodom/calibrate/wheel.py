@@ -214,9 +214,12 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(
         subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES
     )
-    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="with truth")
+    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
     parser.add_argument(
-        "--prism", metavar="X,Y", default="0,0", help="where the truth is measured, in body, m"
+        "--prism",
+        metavar="X,Y",
+        default="0,0",
+        help="point whose position the truth measured (body, m)",
     )
     parser.add_argument(
         "--fit-share", metavar="P", type=float, default=1.0, help="see above (default: all)"

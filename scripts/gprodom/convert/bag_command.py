@@ -53,9 +53,15 @@ def add_parser(formats: Subparsers) -> None:
     for what in ("imu", "wheel", "truth", "gpr"):
         parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
     parser.add_argument(
-        "--wheel-radius", metavar="M", type=float, default=0.0, help="of a wheel's joint"
+        "--wheel-radius",
+        metavar="M",
+        type=float,
+        default=0.0,
+        help="radius of the wheel of a joint",
     )
-    parser.add_argument("--joint", metavar="NAME", help="which joint (default: the first)")
+    parser.add_argument(
+        "--joint", metavar="NAME", help="name of the wheel's joint (default: the first)"
+    )
     for side in ("left", "right"):
         parser.add_argument(
             f"--{side}", metavar="NAMES", default="", help=f"joints of the {side} side, by commas"
@@ -65,7 +71,7 @@ def add_parser(formats: Subparsers) -> None:
         metavar="M",
         type=float,
         default=0.0,
-        help="between the two sides, as the robot's driver has it",
+        help="distance between left and right, as in the robot's driver",
     )
     parser.add_argument(
         "--sample-interval",

@@ -36,20 +36,28 @@ def add_parser(formats: Subparsers) -> None:
     parser = add_command(
         formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, EXAMPLES
     )
-    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="a line each")
-    parser.add_argument("-o", "--output", metavar="NPZ", type=Path, required=True, help="ground")
     parser.add_argument(
-        "--aside", metavar="M", type=float, default=0.2, help="line to line (default %(default)s)"
+        "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="NPZ", type=Path, required=True, help="ground to write (npz)"
+    )
+    parser.add_argument(
+        "--aside",
+        metavar="M",
+        type=float,
+        default=0.2,
+        help="distance from line to line (default %(default)s)",
     )
     parser.add_argument(
         "--samples",
         metavar="N",
         type=int,
         default=0,
-        help="of each trace, the first N (default all)",
+        help="keep the first N samples of each trace (default all)",
     )
     parser.add_argument(
-        "--spacing", metavar="M", type=float, help="between traces, where the header is wrong"
+        "--spacing", metavar="M", type=float, help="distance between traces, if the header is wrong"
     )
     add_json_flag(parser)
     parser.set_defaults(run=run)

@@ -79,7 +79,9 @@ def add_parser(formats: Subparsers) -> None:
         option = "--" + name.replace("_", "-")
         parser.add_argument(option, metavar="FILE", type=Path, help="see above")
         parser.add_argument(f"{option}-columns", metavar="TIME,A,..", help=argparse.SUPPRESS)
-    parser.add_argument("--time-unit", choices=list(TIME_UNITS), help="default s")
+    parser.add_argument(
+        "--time-unit", choices=list(TIME_UNITS), help="unit of the times (default s)"
+    )
     for key, choices in CHOICES.items():
         default = next(iter(choices))
         parser.add_argument(
@@ -93,7 +95,9 @@ def add_parser(formats: Subparsers) -> None:
             default=[],
             help=f"wheels of the {side} side by their columns, such as 1,3",
         )
-    parser.add_argument("--counts-per-metre", metavar="N", type=float, help="of --wheel-counts")
+    parser.add_argument(
+        "--counts-per-metre", metavar="N", type=float, help="counts of --wheel-counts per metre"
+    )
     parser.add_argument(
         "--sample-interval",
         metavar="S",
@@ -101,7 +105,7 @@ def add_parser(formats: Subparsers) -> None:
         help=f"seconds between radar samples (default {SAMPLE_INTERVAL:g}, or the survey file's)",
     )
     parser.add_argument(
-        "--delimiter", metavar="C", help="default: semicolon or tab where there is one, else comma"
+        "--delimiter", metavar="C", help="default: semicolon or tab if there is one, else comma"
     )
     add_config_options(parser)
     add_json_flag(parser)

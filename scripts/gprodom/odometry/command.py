@@ -40,15 +40,15 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
-    parser.add_argument("--tum", type=Path, metavar="FILE", help="write the trajectory there")
+    parser.add_argument("--tum", type=Path, metavar="FILE", help="file for the trajectory")
     parser.add_argument(
         "--smoothed",
         type=Path,
         metavar="FILE",
-        help="write every state from one solution over all data there (TUM)",
+        help="file for every state from one solution over all data (TUM)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="LOG", help="keep the replay's log there"
+        "-o", "--output", type=Path, metavar="LOG", help="file for the replay's log"
     )
     parser.add_argument(
         "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"
@@ -60,7 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--sample-interval",
         type=float,
         metavar="S",
-        help="seconds between radar samples of a sequence (default: what it says, else 2e-10)",
+        help="seconds between radar samples of a sequence (default: its own, else 2e-10)",
     )
     add_json_flag(parser)
     parser.set_defaults(run=run)

@@ -61,11 +61,18 @@ def _add_trajectory(subjects: Subparsers) -> None:
         EXAMPLES,
     )
     parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
-    parser.add_argument("--truth", type=Path, metavar="TRUTH", help="draw these aligned to it")
     parser.add_argument(
-        "--align", choices=ALIGNMENTS, default="se2", help="as in gprodom score (default se2)"
+        "--truth", type=Path, metavar="TRUTH", help="truth, to which the trajectories are aligned"
     )
-    parser.add_argument("--frame", choices=FRAMES, default="map", help="of logs (default map)")
+    parser.add_argument(
+        "--align",
+        choices=ALIGNMENTS,
+        default="se2",
+        help="alignment as in gprodom score (default se2)",
+    )
+    parser.add_argument(
+        "--frame", choices=FRAMES, default="map", help="frame of the poses of logs (default map)"
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
     add_config_options(parser)
     parser.set_defaults(run=run_trajectory)
@@ -85,7 +92,7 @@ def _add_log(subjects: Subparsers) -> None:
         "--wheel",
         type=Path,
         metavar="LOG",
-        help="take the wheel's speed from this log: the replay's input (its output holds none)",
+        help="log with the wheel's speed: the replay's input (its output has none)",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
     add_config_options(parser)
@@ -97,11 +104,18 @@ def _add_observability(subjects: Subparsers) -> None:
     parser = add_command(
         subjects, "observability", "what radar windows observe", OBSERVABILITY, EXAMPLES
     )
-    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="with truth")
     parser.add_argument(
-        "--methods", default="sfm,trace_count", metavar="A,B", help="default sfm,trace_count"
+        "sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth"
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    parser.add_argument(
+        "--methods",
+        default="sfm,trace_count",
+        metavar="A,B",
+        help="front ends (default sfm,trace_count)",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the results"
+    )
     add_config_options(parser)
     parser.add_argument(
         "--sample-interval",

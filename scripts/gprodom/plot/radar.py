@@ -158,13 +158,25 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
     parser.add_argument(
-        "--at", metavar="S", type=float, default=20.0, help="from the first trace (default 20)"
+        "--at",
+        metavar="S",
+        type=float,
+        default=20.0,
+        help="time of the window, from the first trace (default 20)",
     )
     parser.add_argument(
-        "--window", metavar="N", type=int, default=100, help="traces (default %(default)s)"
+        "--window",
+        metavar="N",
+        type=int,
+        default=100,
+        help="traces in the window (default %(default)s)",
     )
     parser.add_argument(
-        "--step", metavar="N", type=int, default=10, help="traces to the next (default %(default)s)"
+        "--step",
+        metavar="N",
+        type=int,
+        default=10,
+        help="traces to the next window (default %(default)s)",
     )
     parser.add_argument(
         "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"

@@ -59,7 +59,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "score", "compare a trajectory with truth", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
-    parser.add_argument("truth", metavar="TRUTH", type=Path, help="what it should have been")
+    parser.add_argument("truth", metavar="TRUTH", type=Path, help="the true trajectory")
     parser.add_argument(
         "--align",
         choices=ALIGNMENTS,
@@ -78,10 +78,10 @@ def add_parser(subparsers: Subparsers) -> None:
         "--prism",
         type=parse_point,
         metavar="X,Y,Z",
-        help="where on the robot the truth is measured (m, body frame; default 0,0,0)",
+        help="point whose position the truth measured (m, body frame; default 0,0,0)",
     )
     parser.add_argument(
-        "--frame", choices=FRAMES, default="map", help="which pose of a log (default map)"
+        "--frame", choices=FRAMES, default="map", help="frame of the poses of a log (default map)"
     )
     add_truth_error(parser)
     add_config_options(parser)
@@ -90,7 +90,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--plot",
         type=Path,
         metavar="DIR",
-        help="write trajectory.png, error.png and report.html there",
+        help="folder for trajectory.png, error.png and report.html",
     )
     parser.set_defaults(run=run)
 
@@ -111,7 +111,7 @@ def add_truth_error(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="S",
         default=exact.delay_sigma_s,
-        help="how far the truth's clock may be off (s, one standard deviation; default 0)",
+        help="offset of the truth's clock (s, one standard deviation; default 0)",
     )
 
 

@@ -56,7 +56,10 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("-o", "--output", metavar="OUT", type=Path, required=True)
     parser.add_argument(
-        "--seed", type=int, default=0, help="0 or more; draws all errors (default: %(default)s)"
+        "--seed",
+        type=int,
+        default=0,
+        help="seed of all random errors, 0 or more (default: %(default)s)",
     )
     parser.add_argument(
         "--route",
@@ -72,10 +75,16 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--robot", choices=sorted(KINDS), help="see above")
     parser.add_argument(
-        "--surface", choices=sorted(SURFACES), help="under the robot (default: floor)"
+        "--surface",
+        choices=sorted(SURFACES),
+        help="surface that the robot drives on (default: floor)",
     )
     parser.add_argument(
-        "--standstill", metavar="S", type=float, default=6.0, help="at first (default: %(default)s)"
+        "--standstill",
+        metavar="S",
+        type=float,
+        default=6.0,
+        help="standstill at the start (default: %(default)s)",
     )
     parser.add_argument(
         "--slips", metavar="N", type=int, default=0, help="slip or skid episodes (default: 0)"

@@ -11,7 +11,7 @@ namespace {
 // Bursts, such as a bag played fast, are queued rather than dropped.
 constexpr std::uint32_t kQueue = 10000;
 
-// ~config: a file, or a list of them, later ones over those before.
+// ~config: a file, or a list of them, later ones override earlier ones.
 Config configuration(const ros::NodeHandle& parameters) {
   std::vector<std::string> paths;
   if (!parameters.getParam("config", paths)) {
