@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Errors on drives with gradual slip, with and without IMU, coherence and revisits as witnesses.
 
-Each SEQUENCE may have `.json` (gpr_sample_interval) beside it; nothing else of it is read. A row a
-drive: position RMSE aligned in the plane, m, of dead reckoning and of each method, causal (c) and
-smoothed (s), and NEES of x, y of `gprodom_full` in odom and in map. Below, the mean error over the
-mean of dead reckoning, and in brackets the mean of the drives' ratios.
+Each SEQUENCE (a zip or folder; a folder with zips stands for them) may have `.json`
+(gpr_sample_interval) beside it; nothing else of it is read. A row a drive: position RMSE aligned in
+the plane, m, of dead reckoning and of each method, causal (c) and smoothed (s), and NEES of x, y of
+`gprodom_full` in odom and in map. Below, the mean error over the mean of dead reckoning, and in
+brackets the mean of the drives' ratios.
 
 With --without, a row each for the same with one witness left out (gprodom_full).
 
@@ -25,6 +26,7 @@ from statistics import fmean
 
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.errors import Error
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
 from gprodom.score.align import FIRST_M
@@ -56,6 +58,14 @@ class Row:
     smoothed_m: float
     nees_odom: float | None
     nees_map: float | None
+
+
+def sequences_of(paths: Sequence[Path]) -> list[Path]:
+    """The paths themselves, and in place of a folder that holds zips, those."""
+    found: list[Path] = []
+    for path in paths:
+        found += sorted(path.glob("*.zip")) or [path]
+    return found
 
 
 def sample_interval(sequence: Path) -> float:
@@ -168,10 +178,15 @@ def main() -> int:
     else:
         cases = [(name, name, more) for name in METHODS if args.only in (None, name)]
     rows: list[Row] = []
-    with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(args.sequences)) as bar:
-        for some in pool.map(run, args.sequences, [cases] * len(args.sequences)):
-            rows += some
-            bar.advance()
+    sequences = sequences_of(args.sequences)
+    try:
+        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(sequences)) as bar:
+            for some in pool.map(run, sequences, [cases] * len(sequences)):
+                rows += some
+                bar.advance()
+    except Error as error:
+        print(f"rough: error: {error}", file=sys.stderr)
+        return 1
     names = [name for name, _, _ in cases]
     if args.json:
         print_json([asdict(row) for row in rows])

@@ -76,6 +76,26 @@ def test_both_solvers_of_the_window_publish_the_same(tmp_path: Path) -> None:
     assert row["same_bytes"]
 
 
+def test_a_start_in_mid_drive() -> None:
+    """The short form of bench/mid_drive.py: as soon, as good and as sure as is asked."""
+    shares = ["--share", 0.3, "--share", 0.5]
+    outcomes = json.loads(run(BENCH / "mid_drive.py", SAMPLE, *shares, "--json"))
+    assert len(outcomes) == 2
+    for outcome in outcomes:
+        assert outcome["missed"] == []
+        assert 1.0 < outcome["start_s"] < 10.0
+        assert outcome["nees_xy"] < 4
+
+
+def test_consistency_of_robots() -> None:
+    command = [BENCH / "consistency.py", "--runs", 2, "--robot", "cart", "--surface", "grass"]
+    ((name, drives),) = json.loads(run(*command, "--json", codes=(0, 1))).items()
+    assert name == "cart, grass"
+    assert drives["runs"] == 2
+    assert 0 < drives["rmse_m"] < drives["reckoned_m"] < 5
+    assert drives["nees_xy"]["low"] < 2 < drives["nees_xy"]["high"]
+
+
 def test_report_of_a_short_run(tmp_path: Path, programs: Path) -> None:
     log, out = tmp_path / "sample.lcmlog", tmp_path / "report"
     assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0

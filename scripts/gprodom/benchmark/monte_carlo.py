@@ -10,22 +10,34 @@ from typing import Any
 import numpy as np
 
 import gprodom
+from gprodom.arrays import Floats, Ints
 from gprodom.errors import Error
+from gprodom.odometry.causal_yaw import causal_yaw
+from gprodom.odometry.dead_reckoning import integrate
+from gprodom.score.align import FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
 from gprodom.simulate.drives import plain_drive, robot_drive
 from gprodom.simulate.recording import as_recording, side_distances
 from gprodom.simulate.robot import KINDS
 from gprodom.simulate.sequence import Simulated
+from gprodom.trajectory import Trajectory
 
 BAND = 0.99  # of chi-square, in which a mean should lie
 
 
 @dataclass(frozen=True)
 class End:
-    """Error and covariance at the end of one run: x, y (m), yaw (rad)."""
+    """Error and covariance at the end of one run: x, y (m), yaw (rad).
+
+    rmse_m, reckoned_m: error of all poses, aligned by se2, and that of dead reckoning.
+    """
 
     seed: int
     error: tuple[float, float, float]
     covariance: list[list[float]]  # of x, y, yaw
+    rmse_m: float
+    reckoned_m: float
 
     @property
     def nees_xy(self) -> float:
@@ -59,7 +71,28 @@ def end_of_drive(
     error = (float(dx), float(dy), math.remainder(yaw - turned, 2 * math.pi))
     rows = np.ix_([0, 1, 5], [0, 1, 5])
     covariance = odometry["pose_covariance"][-1].reshape(6, 6)[rows]
-    return End(seed, error, covariance.tolist())
+    found = Trajectory(odometry["time"] // 1000, odometry["position"])
+    reckoned = integrate(*_reckoning(simulated))
+    rmse, reckoned_rmse = (_rmse(simulated, each) for each in (found, reckoned))
+    return End(seed, error, covariance.tolist(), rmse, reckoned_rmse)
+
+
+def _reckoning(simulated: Simulated) -> tuple[Ints, Floats, Ints, Floats]:
+    """Time and distance of the wheel (of a pair the mean), time and yaw of the gyro, causal."""
+    time, imu = simulated.wheel_utime, simulated.imu
+    if simulated.pair is not None:
+        distance = side_distances(simulated).mean(axis=1)
+    else:
+        distance = simulated.wheel.ticks * simulated.spec.wheel.quantum
+    yaw = causal_yaw(simulated.imu_utime, imu.acceleration, imu.angular_velocity, time, distance)
+    return time, distance, simulated.imu_utime, yaw
+
+
+def _rmse(simulated: Simulated, found: Trajectory) -> float:
+    truth = simulated.truth
+    position = np.column_stack([truth.x, truth.y, np.zeros(len(truth.x))])
+    pairs = associate(found, Trajectory(simulated.truth_utime, position))
+    return compare(pairs, "se2", FIRST_M).figures.ate_rmse_m
 
 
 def judge(nees: Sequence[float], freedom: int) -> dict[str, Any]:
