@@ -153,7 +153,7 @@ void run(const Config& config, const std::string& log, double hours, const std::
       const TimeNs time = time_of(input) += begun - first;
       if (time >= end) break;
       if (auto* wheel = std::get_if<WheelSample>(&input)) wheel->distance_m += rounds * round_m;
-      rows.take(runner.feed(input).outputs);
+      rows.take(runner.feed(input));
       if (time >= next_yardstick) {
         rows.measure_machine();
         next_yardstick += from_seconds(1);

@@ -1,5 +1,5 @@
 # One OBJECT library per room (folder of src/), so that each is built and tested alone with just the
-# rooms before it; libgprodom is all of them.
+# rooms before it; libgprodom and each program are all of them.
 
 # Settings shared by everything that is compiled here.
 add_library(gprodom_settings INTERFACE)
@@ -9,10 +9,9 @@ target_include_directories(gprodom_settings INTERFACE
   ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src ${PROJECT_BINARY_DIR}/generated)
 
 # gprodom_module(NAME LIBRARIES...): the sources in src/NAME and its folders as OBJECT library
-# gprodom_NAME. What needs ROS is built by ros/.
+# gprodom_NAME.
 function(gprodom_module name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/ros1/")
   add_library(gprodom_${name} OBJECT ${sources})
   target_link_libraries(gprodom_${name} PUBLIC gprodom_settings ${ARGN})
   set_target_properties(gprodom_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)

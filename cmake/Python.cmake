@@ -24,6 +24,6 @@ set(PYBIND11_FINDPYTHON ON)
 find_package(Python COMPONENTS Interpreter Development.Module REQUIRED)
 find_package(pybind11 CONFIG REQUIRED)
 pybind11_add_module(_core NO_EXTRAS ${binding_sources})
-target_link_libraries(_core PRIVATE gprodom_settings gprodom)
+target_link_libraries(_core PRIVATE gprodom_settings ${modules})
 set_target_properties(_core PROPERTIES
   LIBRARY_OUTPUT_DIRECTORY ${GPRODOM_PYTHON_OUTPUT}/gprodom)

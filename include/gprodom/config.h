@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gprodom/choices.h"
+#include "gprodom/export.h"
 
 namespace gprodom {
 
@@ -222,18 +223,18 @@ struct Config {
 // Reads YAML files over the defaults, a later one over those before it, then applies overrides
 // "key.subkey=value" in order. Throws ConfigError ("file:line: key: what was expected") on unknown
 // keys, wrong types and values out of range.
-Config load_config(const std::vector<std::string>& paths,
-                   const std::vector<std::string>& overrides = {});
+GPRODOM_EXPORT Config load_config(const std::vector<std::string>& paths,
+                                  const std::vector<std::string>& overrides = {});
 
 // The same without files.
-Config default_config(const std::vector<std::string>& overrides = {});
+GPRODOM_EXPORT Config default_config(const std::vector<std::string>& overrides = {});
 
 struct ConfigChange {
   std::string key, before, after;
 };
-std::vector<ConfigChange> differences(const Config& before, const Config& after);
+GPRODOM_EXPORT std::vector<ConfigChange> differences(const Config& before, const Config& after);
 
 // All keys with units, defaults and comments: what config/gprodom.yaml holds.
-std::string describe_config(const Config& config);
+GPRODOM_EXPORT std::string describe_config(const Config& config);
 
 }  // namespace gprodom

@@ -4,13 +4,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "gprodom/export.h"
+
 namespace gprodom {
 
-struct ConfigError : std::runtime_error {
+struct GPRODOM_EXPORT ConfigError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-struct FileError : std::runtime_error {
+struct GPRODOM_EXPORT FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

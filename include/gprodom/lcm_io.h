@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gprodom/config.h"
+#include "gprodom/export.h"
 #include "gprodom/input.h"
 #include "gprodom/outputs.h"
 #include "gprodom/types.h"
@@ -27,13 +28,15 @@ struct LcmMessage {
 
 // The input in a packet, or a Rejection that says what is wrong with it; nothing for a channel that
 // the daemon does not listen to.
-std::optional<Input> decode_input(const ChannelConfig& channels, const std::string& channel,
-                                  const void* data, std::size_t size);
+GPRODOM_EXPORT std::optional<Input> decode_input(const ChannelConfig& channels,
+                                                 const std::string& channel, const void* data,
+                                                 std::size_t size);
 
 // The channels that decode_input() knows.
-std::vector<std::string> input_channels(const ChannelConfig& channels);
+GPRODOM_EXPORT std::vector<std::string> input_channels(const ChannelConfig& channels);
 
 // What to publish of one step, ordered by time.
-std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs);
+GPRODOM_EXPORT std::vector<LcmMessage> make_messages(const ChannelConfig& channels,
+                                                     const Outputs& outputs);
 
 }  // namespace gprodom

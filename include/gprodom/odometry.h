@@ -7,6 +7,8 @@
 
 #include "gprodom/config.h"
 #include "gprodom/execution.h"
+#include "gprodom/export.h"
+#include "gprodom/front_end.h"
 #include "gprodom/outputs.h"
 #include "gprodom/types.h"
 
@@ -20,12 +22,15 @@ struct UserFactor;
 
 // Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
 // (with kInline).
-class Odometry {
+class GPRODOM_EXPORT Odometry {
  public:
   // Takes up what an earlier run has left in state.directory, and keeps it there: the wheel's
   // scale, the ground driven over, and the pose, which is gone on from where it is
-  // state.resume_within old at most. Throws ConfigError where settings contradict each other.
-  explicit Odometry(const Config& config, Execution execution = Execution::kInline);
+  // state.resume_within old at most. front_end: a radar front end of your own
+  // (gprodom/front_end.h) in place of gpr.front_end. Throws ConfigError where settings contradict
+  // each other.
+  explicit Odometry(const Config& config, Execution execution = Execution::kInline,
+                    gpr::FrontEndFactory front_end = {});
   ~Odometry();
   Odometry(const Odometry&) = delete;
   Odometry& operator=(const Odometry&) = delete;
@@ -100,6 +105,7 @@ class Odometry {
   std::vector<std::string> notices_;   // to go out with the next step
   Config config_;
   Execution execution_;
+  gpr::FrontEndFactory front_end_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<MapFrame> map_frame_;
   OdometryEstimate newest_;

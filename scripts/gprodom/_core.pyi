@@ -19,11 +19,13 @@ __all__: list[str] = [
     "GlobalMatch",
     "GlobalSearch",
     "GlobalSearchOptions",
+    "GprTrace",
     "Odometry",
     "Outputs",
     "PatchFilter",
     "PatchFilterOptions",
     "PatchMatcher",
+    "PathLength",
     "Peak",
     "PeakCounts",
     "PeakExtractor",
@@ -33,6 +35,9 @@ __all__: list[str] = [
     "RevisitOptions",
     "RevisitSearch",
     "RevisitSearchOptions",
+    "Sight",
+    "Standstill",
+    "TrackDisplacement",
     "align_bscan",
     "align_curves",
     "align_sfm",
@@ -628,6 +633,86 @@ class GlobalSearch:
     @property
     def bytes(self) -> int: ...
 
+class GprTrace:
+    """
+    One radar trace, in counts.
+    """
+    @property
+    def sample_interval(self) -> float:
+        """
+        s
+        """
+    @property
+    def samples(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (samples,) float32, a copy
+        """
+    @property
+    def seq(self) -> int: ...
+    @property
+    def time(self) -> int:
+        """
+        ns
+        """
+    @property
+    def time_zero(self) -> float:
+        """
+        s; sample i was taken i sample_interval - time_zero after the pulse left
+        """
+
+class Standstill:
+    """
+    The antenna stood between two times (ns). sigma: motion that may have passed unseen, m.
+    """
+    def __init__(
+        self,
+        time_from: typing.SupportsInt | typing.SupportsIndex,
+        time_to: typing.SupportsInt | typing.SupportsIndex,
+        sigma: typing.SupportsFloat | typing.SupportsIndex,
+        source: str = "python",
+        score: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+
+class PathLength:
+    """
+    How far the antenna moved, whichever way, in a unit of the ground's that the estimator turns into metres. valid: False where nothing can be said.
+    """
+    def __init__(
+        self,
+        time_from: typing.SupportsInt | typing.SupportsIndex,
+        time_to: typing.SupportsInt | typing.SupportsIndex,
+        lengths: typing.SupportsFloat | typing.SupportsIndex,
+        valid: bool = True,
+        source: str = "python",
+        score: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+
+class TrackDisplacement:
+    """
+    How far the antenna moved along its track, m, forwards positive; sigma: standard deviation of that distance, m. valid: False where nothing can be said.
+    """
+    def __init__(
+        self,
+        time_from: typing.SupportsInt | typing.SupportsIndex,
+        time_to: typing.SupportsInt | typing.SupportsIndex,
+        distance: typing.SupportsFloat | typing.SupportsIndex,
+        sigma: typing.SupportsFloat | typing.SupportsIndex,
+        valid: bool = True,
+        source: str = "python",
+        score: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+
+class Sight:
+    """
+    The antenna moved at times_least times the slowest speed that the test of Standstill sees.
+    """
+    def __init__(
+        self,
+        time_from: typing.SupportsInt | typing.SupportsIndex,
+        time_to: typing.SupportsInt | typing.SupportsIndex,
+        times_least: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None: ...
+
 class CommandName:
     """
     Names of what command_t can ask for.
@@ -712,10 +797,14 @@ class Odometry:
         self,
         config: str | collections.abc.Sequence[str] = "",
         set: collections.abc.Sequence[str] = [],
+        front_end: typing.Any = None,
     ) -> None:
         """
         config: path of a YAML file, or several, later ones over those before; empty for the
         defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.
+        front_end: a radar front end of your own in place of gpr.front_end: a class, or another
+        callable without arguments, of whose objects add_trace(trace: GprTrace),
+        tick(time: int) -> list of findings and reset() are called.
         """
     def add_displacement(
         self,

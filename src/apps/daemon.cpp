@@ -87,10 +87,13 @@ Daemon::Daemon(DaemonOptions options)
 Daemon::~Daemon() { stop(); }
 
 std::unique_ptr<Live> Daemon::make_live(const Config& config) {
+  LiveOptions options;
+  options.alive = [this] { service_.alive(); };
+  options.instance = instance_;
   return std::make_unique<Live>(
       config,
-      [this, channels = config.channels](const Results& results) { publish(channels, results); },
-      [this] { service_.alive(); }, instance_);
+      [this, channels = config.channels](const Outputs& outputs) { publish(channels, outputs); },
+      std::move(options));
 }
 
 void Daemon::run() {
@@ -156,10 +159,10 @@ void Daemon::reread_config() {
   start();
 }
 
-void Daemon::publish(const ChannelConfig& channels, const Results& results) {
-  link_.publish(make_messages(channels, results.outputs));
-  for (const auto& warning : results.outputs.warnings) log_->warn(warning);
-  for (const auto& status : results.outputs.status) log_health(status);
+void Daemon::publish(const ChannelConfig& channels, const Outputs& outputs) {
+  link_.publish(make_messages(channels, outputs));
+  for (const auto& warning : outputs.warnings) log_->warn(warning);
+  for (const auto& status : outputs.status) log_health(status);
 }
 
 void Daemon::log_health(const Status& status) {

@@ -12,8 +12,8 @@
 #include "apps/service.h"
 #include "apps/signal_watch.h"
 #include "gprodom/config.h"
+#include "gprodom/live.h"
 #include "io/lcm_link.h"
-#include "live/live.h"
 
 namespace gprodom {
 
@@ -37,7 +37,7 @@ class Daemon {
   void start();
   void stop();
   void reread_config();
-  void publish(const ChannelConfig& channels, const Results& results);
+  void publish(const ChannelConfig& channels, const Outputs& outputs);
   void log_health(const Status& status);
 
   const DaemonOptions options_;

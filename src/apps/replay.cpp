@@ -44,7 +44,7 @@ class Replay {
 
  private:
   void read(const lcm::LogEvent& event);
-  void write(const Results& results);
+  void write(const Outputs& outputs);
   static void write(TumWriter& trajectory, const OdometryEstimate& pose) {
     trajectory.write(pose.time, pose.p_odom_body, pose.q_odom_body);
   }
@@ -99,8 +99,7 @@ void Replay::read(const lcm::LogEvent& event) {
   write(runner_.feed(*input));
 }
 
-void Replay::write(const Results& results) {
-  const Outputs& outputs = results.outputs;
+void Replay::write(const Outputs& outputs) {
   for (const auto& message : make_messages(channels_, outputs)) {
     writer_.write(message);
     ++stats_.published[message.channel];

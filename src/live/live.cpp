@@ -1,12 +1,20 @@
-#include "live/live.h"
+// push() → inputs_ → estimator thread → results_ → publish thread → Handler
+#include "gprodom/live.h"
 
 #include <pthread.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <exception>
+#include <string>
+#include <thread>
 #include <utility>
 
 #include "base/background.h"
+#include "live/latency_watch.h"
+#include "live/message_queue.h"
+#include "live/runner.h"
 
 namespace gprodom {
 namespace {
@@ -38,11 +46,64 @@ void add(const std::string& name, const DurationHistogram& durations, Status& st
 
 }  // namespace
 
-Live::Live(const Config& config, Handler handler, Alive alive, double instance)
-    : runner_(config, Execution::kThreaded),
+class LiveThreads {
+ public:
+  LiveThreads(const Config& config, Live::Handler handler, LiveOptions options);
+  ~LiveThreads() { stop(); }
+  LiveThreads(const LiveThreads&) = delete;
+  LiveThreads& operator=(const LiveThreads&) = delete;
+
+  void push(Input input);
+  void heard_status(double instance);
+  void stop();
+
+ private:
+  void estimate();
+  void tell_alive() const;
+  template <class Work>
+  void guarded(Work work);
+  void report_losses();
+  void tell_of_silence();
+  void add_silence(Status& status) const;
+  void hand_out(Outputs outputs);
+  void add_figures(Status& status);
+  void tell_of_another(Outputs& outputs);
+  void publish();
+
+  using Clock = std::chrono::steady_clock;
+
+  // Used by the estimator thread only.
+  Runner runner_;
+  Clock::time_point last_input_;
+  TimeNs last_time_ = 0;  // newest data time estimated
+  const std::function<void()> alive_;
+  const double instance_;
+  const std::string status_channel_;
+  bool another_told_ = false;
+
+  std::atomic<Clock::rep> another_heard_{0};  // when; 0: never; any thread
+  const TimeNs imu_offset_;                   // of data time from the stamps of IMU messages
+  LatencyWatch imu_latency_;                  // guards itself
+  const Live::Handler handler_;               // used by the publish thread only
+  MessageQueue<Input> inputs_;                // guards itself
+  MessageQueue<Outputs> results_;             // guards itself
+  // Last, so that everything above is there when they start.
+  std::thread estimator_;
+  std::thread publisher_;
+};
+
+Live::Live(const Config& config, Handler handler, LiveOptions options)
+    : threads_(std::make_unique<LiveThreads>(config, std::move(handler), std::move(options))) {}
+Live::~Live() = default;
+void Live::push(Input input) { threads_->push(std::move(input)); }
+void Live::heard_status(double instance) { threads_->heard_status(instance); }
+void Live::stop() { threads_->stop(); }
+
+LiveThreads::LiveThreads(const Config& config, Live::Handler handler, LiveOptions options)
+    : runner_(config, Execution::kThreaded, std::move(options.front_end)),
       last_input_(Clock::now()),
-      alive_(std::move(alive)),
-      instance_(instance),
+      alive_(std::move(options.alive)),
+      instance_(options.instance),
       status_channel_(config.channels.status),
       imu_offset_(from_seconds(config.imu.time_offset)),
       handler_(std::move(handler)),
@@ -51,34 +112,32 @@ Live::Live(const Config& config, Handler handler, Alive alive, double instance)
       estimator_([this] { estimate(); }),
       publisher_([this] { publish(); }) {}
 
-Live::~Live() { stop(); }
-
-void Live::push(Input input) {
+void LiveThreads::push(Input input) {
   if (const auto* imu = std::get_if<ImuSample>(&input))
     imu_latency_.arrived(imu->time + imu_offset_);
   inputs_.push(std::move(input));
 }
 
-void Live::heard_status(double instance) {
+void LiveThreads::heard_status(double instance) {
   if (instance != instance_) another_heard_ = Clock::now().time_since_epoch().count();
 }
 
-void Live::stop() {
+void LiveThreads::stop() {
   inputs_.close();
   if (estimator_.joinable()) estimator_.join();
   results_.close();
   if (publisher_.joinable()) publisher_.join();
 }
 
-void Live::estimate() {
+void LiveThreads::estimate() {
   run_in_short_turns();
   pthread_setname_np(pthread_self(), "estimator");  // for top -H and the like
   while (!inputs_.finished()) {
     const auto batch = inputs_.pop_all(kIdle);
-    alive_();
+    tell_alive();
     for (const auto& input : batch) {
       last_input_ = Clock::now();
-      alive_();
+      tell_alive();
       guarded([&] { return runner_.feed(input); });
       runner_.start_jobs();  // a solve is not as urgent as the pose
     }
@@ -91,21 +150,25 @@ void Live::estimate() {
   guarded([&] { return runner_.finish(); });
 }
 
+void LiveThreads::tell_alive() const {
+  if (alive_) alive_();
+}
+
 // A fault of our own must not take the robot's daemon down.
 template <class Work>
-void Live::guarded(Work work) {
+void LiveThreads::guarded(Work work) {
   try {
     hand_out(work());
   } catch (const std::exception& error) {
     runner_.forget();
-    Results results;
-    results.outputs.warnings.push_back(std::string("internal error: ") + error.what() +
-                                       "; the estimator starts afresh");
-    hand_out(std::move(results));
+    Outputs outputs;
+    outputs.warnings.push_back(std::string("internal error: ") + error.what() +
+                               "; the estimator starts afresh");
+    hand_out(std::move(outputs));
   }
 }
 
-void Live::report_losses() {
+void LiveThreads::report_losses() {
   for (auto lost = inputs_.take_dropped(); lost > 0; --lost) {
     runner_.reject("input queue", "message dropped: the estimator is slower than its input");
   }
@@ -116,15 +179,15 @@ void Live::report_losses() {
 
 // The estimator knows data time alone, so a robot whose sensors have all stopped would just fall
 // silent. Stamped with the newest data time there is.
-void Live::tell_of_silence() {
+void LiveThreads::tell_of_silence() {
   if (Clock::now() - last_input_ < kSilence) return;
-  Results results;
-  results.outputs.status.emplace_back().time = last_time_;
-  hand_out(std::move(results));
+  Outputs outputs;
+  outputs.status.emplace_back().time = last_time_;
+  hand_out(std::move(outputs));
 }
 
 // Into whatever Status there is, also the last one of a daemon that is stopped amid the silence.
-void Live::add_silence(Status& status) const {
+void LiveThreads::add_silence(Status& status) const {
   const auto silence = Clock::now() - last_input_;
   if (silence < kSilence) return;
   const auto whole_s = std::chrono::duration_cast<std::chrono::seconds>(silence).count();
@@ -133,37 +196,36 @@ void Live::add_silence(Status& status) const {
                            " s; are the sensor drivers running, on this LCM URL?");
 }
 
-void Live::hand_out(Results results) {
-  if (results.empty()) return;
-  for (Status& status : results.outputs.status) {
+void LiveThreads::hand_out(Outputs outputs) {
+  if (is_empty(outputs)) return;
+  for (Status& status : outputs.status) {
     add_silence(status);
     add_figures(status);
   }
-  tell_of_another(results);
-  if (!results.outputs.odometry.empty()) last_time_ = results.outputs.odometry.back().time;
-  if (!results.outputs.status.empty()) last_time_ = results.outputs.status.back().time;
-  results_.push(std::move(results));
+  tell_of_another(outputs);
+  if (!outputs.odometry.empty()) last_time_ = outputs.odometry.back().time;
+  if (!outputs.status.empty()) last_time_ = outputs.status.back().time;
+  results_.push(std::move(outputs));
 }
 
 // Each estimator publishes a Status a second, and a reader cannot tell whose poses he gets.
-void Live::tell_of_another(Results& results) {
-  if (results.outputs.status.empty()) return;
+void LiveThreads::tell_of_another(Outputs& outputs) {
+  if (outputs.status.empty()) return;
   const Clock::rep heard = another_heard_;
   const bool lasts = heard > 0 && Clock::now() - Clock::time_point(Clock::duration(heard)) < kOther;
   const std::string topic = status_channel_ + ": ";
   const std::string reason = "another estimator publishes on our channels";
-  if (lasts != another_told_)
-    results.outputs.warnings.push_back(topic + (lasts ? "" : "over: ") + reason);
+  if (lasts != another_told_) outputs.warnings.push_back(topic + (lasts ? "" : "over: ") + reason);
   another_told_ = lasts;
   if (!lasts) return;
-  for (Status& status : results.outputs.status) {
+  for (Status& status : outputs.status) {
     status.health = std::max(status.health, HealthLevel::kDegraded);
     status.reasons.push_back(topic + reason);
   }
 }
 
 // What the wall clock says, and whose it is.
-void Live::add_figures(Status& status) {
+void LiveThreads::add_figures(Status& status) {
   const Timing timing = runner_.timing();
   add("solver", timing.solver, status);
   add("radar", timing.radar, status);
@@ -174,13 +236,13 @@ void Live::add_figures(Status& status) {
   if (instance_ > 0) add(kInstance, instance_, status);
 }
 
-void Live::publish() {
+void LiveThreads::publish() {
   run_in_short_turns();
   pthread_setname_np(pthread_self(), "publisher");
   while (!results_.finished()) {
-    for (const auto& results : results_.pop_all(kIdle)) {
-      handler_(results);
-      for (const auto& estimate : results.outputs.odometry) imu_latency_.published(estimate.time);
+    for (const Outputs& outputs : results_.pop_all(kIdle)) {
+      handler_(outputs);
+      for (const auto& estimate : outputs.odometry) imu_latency_.published(estimate.time);
     }
   }
 }

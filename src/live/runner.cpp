@@ -8,17 +8,17 @@
 
 namespace gprodom {
 
-bool Results::empty() const {
+bool is_empty(const Outputs& outputs) {
   return outputs.odometry.empty() && outputs.displacements.empty() && outputs.corrections.empty() &&
          outputs.sfm.empty() && outputs.status.empty() && outputs.warnings.empty();
 }
 
-Runner::Runner(const Config& config, Execution execution)
+Runner::Runner(const Config& config, Execution execution, gpr::FrontEndFactory front_end)
     : command_channel_(config.channels.command),
       state_directory_(config.state.directory),
-      odometry_(config, execution) {}
+      odometry_(config, execution, std::move(front_end)) {}
 
-Results Runner::feed(const Input& input) {
+Outputs Runner::feed(const Input& input) {
   struct Adder {
     Runner& runner;
     void operator()(const ImuSample& sample) const { runner.odometry_.add(sample); }
@@ -33,9 +33,9 @@ Results Runner::feed(const Input& input) {
   return step();
 }
 
-Results Runner::step() { return place(odometry_.step()); }
+Outputs Runner::step() { return with_notices(odometry_.step()); }
 
-Results Runner::finish() { return place(odometry_.finish()); }
+Outputs Runner::finish() { return with_notices(odometry_.finish()); }
 
 void Runner::reject(const std::string& channel, const std::string& reason) {
   odometry_.reject(channel, reason);
@@ -91,13 +91,11 @@ void Runner::obey(const Command& command) {
   }
 }
 
-Results Runner::place(Outputs outputs) {
-  Results results;
-  results.outputs = std::move(outputs);
-  auto& warnings = results.outputs.warnings;
-  warnings.insert(warnings.begin(), notices_.begin(), notices_.end());
+// The outputs with what there is to tell.
+Outputs Runner::with_notices(Outputs outputs) {
+  outputs.warnings.insert(outputs.warnings.begin(), notices_.begin(), notices_.end());
   notices_.clear();
-  return results;
+  return outputs;
 }
 
 }  // namespace gprodom

@@ -9,29 +9,26 @@
 
 namespace gprodom {
 
-struct Results {
-  Outputs outputs;
-
-  bool empty() const;
-};
+// Whether there is nothing to hand out.
+bool is_empty(const Outputs& outputs);
 
 // Not thread-safe: one thread calls it.
 class Runner {
  public:
   // Throws ConfigError where settings contradict each other.
-  Runner(const Config& config, Execution execution);
+  Runner(const Config& config, Execution execution, gpr::FrontEndFactory front_end = {});
 
   // Adds the input, or obeys the command that it is, and steps.
-  Results feed(const Input& input);
+  Outputs feed(const Input& input);
 
   // Steps without input, so that what worker threads have ready gets out.
-  Results step();
+  Outputs step();
 
   // Once the results are handed out (Odometry::start_jobs()).
   void start_jobs() { odometry_.start_jobs(); }
 
   // End of data.
-  Results finish();
+  Outputs finish();
 
   // Keeps all states for smoothed(); before the first feed().
   void record() { odometry_.record(); }
@@ -51,7 +48,7 @@ class Runner {
   void obey(const Command& command);
   void reset(bool all);
   std::string map_path(const std::string& name) const;
-  Results place(Outputs outputs);
+  Outputs with_notices(Outputs outputs);
 
   std::string command_channel_;
   std::string state_directory_;

@@ -26,12 +26,13 @@ std::vector<OdometryEstimate> poses(const std::vector<NavState>& states, const P
 
 }  // namespace
 
-Odometry::Odometry(const Config& config, Execution execution)
+Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFactory front_end)
     : store_(std::make_unique<StateStore>(config)),
       config_(store_->config_with_wheel_scale(notices_)),
       execution_(execution),
+      front_end_(std::move(front_end)),
       pipeline_(
-          std::make_unique<Pipeline>(config_, execution,
+          std::make_unique<Pipeline>(config_, execution, front_end_,
                                      StartingPoint{store_->ground(memory_options(config), notices_),
                                                    store_->state(notices_)})),
       map_frame_(std::make_unique<MapFrame>()) {}
@@ -148,7 +149,7 @@ void Odometry::reset() { start_afresh({pipeline_->take_ground(), std::nullopt});
 void Odometry::forget() { start_afresh({}); }
 
 void Odometry::start_afresh(StartingPoint start) {
-  pipeline_ = std::make_unique<Pipeline>(config_, execution_, std::move(start));
+  pipeline_ = std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
   map_frame_->reset();
 }
 

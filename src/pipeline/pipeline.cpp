@@ -60,7 +60,8 @@ Outputs Pipeline::step() {
   return std::exchange(out_, {});
 }
 
-Pipeline::Pipeline(const Config& config, Execution execution, StartingPoint start)
+Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEndFactory& front_end,
+                   StartingPoint start)
     : config_(config),
       execution_(execution),
       reorder_window_(from_seconds(config.time.reorder_window)),
@@ -75,7 +76,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, StartingPoint star
       motion_(config),
       prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
       slip_drift_(config),
-      radar_(config.gpr),
+      radar_(config.gpr, front_end),
       solver_(execution),
       radar_worker_(execution),
       ground_from_before_(start.ground && !start.ground->places.empty()),

@@ -38,8 +38,10 @@ class Pipeline {
  public:
   using Message = InputMessage;
 
-  // Throws ConfigError where settings contradict each other.
-  Pipeline(const Config& config, Execution execution, StartingPoint start);
+  // front_end: in place of gpr.front_end; empty: that one. Throws ConfigError where settings
+  // contradict each other.
+  Pipeline(const Config& config, Execution execution, const gpr::FrontEndFactory& front_end,
+           StartingPoint start);
 
   void add(Message message) { inbox_.push_back(std::move(message)); }
   void reject(const std::string& channel, const std::string& reason) {

@@ -1,12 +1,49 @@
 #include "pipeline/radar_task.h"
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
 #include "gpr/front_end_factory.h"
 
 namespace gprodom {
 
-RadarTask::RadarTask(const GprConfig& config)
-    : max_gap_(from_seconds(config.max_gap)),
-      front_end_(config.enabled ? gpr::make_front_end(config) : nullptr) {}
+namespace {
+
+std::unique_ptr<gpr::FrontEnd> made(const gpr::FrontEndFactory& factory) {
+  auto front_end = factory();
+  if (!front_end) throw std::invalid_argument("the factory of a radar front end has made none");
+  return front_end;
+}
+
+bool usable(const gpr::Standstill& s) { return std::isfinite(s.score) && s.sigma_m > 0; }
+bool usable(const gpr::PathLength& p) {
+  return std::isfinite(p.score) && (!p.valid || (p.lengths > 0 && std::isfinite(p.lengths)));
+}
+bool usable(const gpr::TrackDisplacement& d) {
+  return std::isfinite(d.score) && (!d.valid || (std::isfinite(d.distance_m) && d.sigma_m > 0));
+}
+bool usable(const gpr::Sight& s) { return s.times_least > 0 && std::isfinite(s.times_least); }
+
+// Takes out what no front end should say, and notes it.
+void drop_unusable(TimeNs tick, RadarAnswer& answer) {
+  const auto unusable = [&](const gpr::Finding& finding) {
+    return std::visit([&](const auto& f) { return !(usable(f) && f.from < f.to && f.to <= tick); },
+                      finding);
+  };
+  auto& findings = answer.findings;
+  const auto first = std::remove_if(findings.begin(), findings.end(), unusable);
+  if (first == findings.end()) return;
+  findings.erase(first, findings.end());
+  answer.notes.emplace_back("finding of the radar front end dropped: a value that cannot be");
+}
+
+}  // namespace
+
+RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end)
+    : max_gap_(from_seconds(config.max_gap)) {
+  if (config.enabled) front_end_ = front_end ? made(front_end) : gpr::make_front_end(config);
+}
 
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
   RadarAnswer answer;
@@ -30,6 +67,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
     front_end_->add_trace(trace);
   }
   answer.findings = front_end_->tick(tick);
+  drop_unusable(tick, answer);
   answer.sfm = front_end_->sfm();
   return answer;
 }

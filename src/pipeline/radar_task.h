@@ -21,7 +21,8 @@ struct RadarAnswer {
 
 class RadarTask {
  public:
-  explicit RadarTask(const GprConfig& config);
+  // front_end: in place of config.front_end; empty: that one.
+  explicit RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end = {});
 
   bool enabled() const { return front_end_ != nullptr; }
 

@@ -16,6 +16,7 @@
 #include "gprodom/error.h"
 #include "gprodom/input.h"
 #include "gprodom/odometry.h"
+#include "python/python_front_end.h"
 
 namespace py = pybind11;
 
@@ -285,12 +286,20 @@ void bind_odometry(py::module_& m) {
   py::class_<PythonOdometry>(
       m, "Odometry",
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
-      .def(py::init([](const Paths& config, const std::vector<std::string>& set) {
-             return std::make_unique<PythonOdometry>(load_config(paths_of(config), set));
+      .def(py::init([](const Paths& config, const std::vector<std::string>& set,
+                       const py::object& front_end) {
+             return std::make_unique<PythonOdometry>(load_config(paths_of(config), set),
+                                                     Execution::kInline,
+                                                     python_front_end(front_end));
            }),
            py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
+           py::arg("front_end") = py::none(),
            "config: path of a YAML file, or several, later ones over those before; empty for the\n"
-           "defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.")
+           "defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.\n"
+           "front_end: a radar front end of your own in place of gpr.front_end: a class, or "
+           "another\n"
+           "callable without arguments, of whose objects add_trace(trace: GprTrace),\n"
+           "tick(time: int) -> list of findings and reset() are called.")
       .def(
           "add_imu",
           [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,

@@ -5,6 +5,7 @@ void bind_gpr_filter(pybind11::module_& module);
 void bind_gpr_peaks(pybind11::module_& module);
 void bind_gpr_sfm(pybind11::module_& module);
 void bind_gpr_revisit(pybind11::module_& module);
+void bind_front_end(pybind11::module_& module);
 void bind_odometry(pybind11::module_& module);
 
 PYBIND11_MODULE(_core, module) {
@@ -13,5 +14,6 @@ PYBIND11_MODULE(_core, module) {
   bind_gpr_peaks(module);
   bind_gpr_sfm(module);
   bind_gpr_revisit(module);
+  bind_front_end(module);
   bind_odometry(module);
 }

@@ -8,11 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gprodom
 from conftest import CHECKOUT
 from gprodom.cli import COMMANDS, build_parser, main
+from gprodom.convert.cmu import read_recording
 from gprodom.odometry.replay import find_program
 
 
@@ -24,13 +26,50 @@ def run(*command: str | Path, **environment: str) -> str:
     return result.stdout
 
 
-def test_an_outside_project_finds_and_uses_the_library(tmp_path: Path) -> None:
-    built = gprodom._build_folder()
-    if built is None:
+@pytest.fixture
+def built() -> Path:
+    """The build folder of this checkout."""
+    folder = gprodom._build_folder()
+    if folder is None:
         pytest.skip("not run from a checkout")
-    assert (built / "cmake_install.cmake").is_file(), f"{built} is not built (scripts/setup)"
+    assert (folder / "cmake_install.cmake").is_file(), f"{folder} is not built (scripts/setup)"
+    return folder
+
+
+def marked(header: Path) -> set[str]:
+    """The classes and functions of a header that GPRODOM_EXPORT marks, with their name spaces."""
+    text = header.read_text()
+    [space] = re.findall(r"^namespace ([\w:]+) {", text, re.M)
+    classes = re.findall(r"^(?:class|struct) GPRODOM_EXPORT (\w+)", text, re.M)
+    functions = re.findall(r"^GPRODOM_EXPORT [^(]*?(\w+)\(", text, re.M)
+    return {f"{space}::{name}" for name in (*classes, *functions)}
+
+
+def test_the_library_exports_the_public_face_alone(built: Path) -> None:
+    public = set().union(
+        *(
+            marked(header)
+            for header in (CHECKOUT / "include" / "gprodom").glob("*.h")
+            if "GPRODOM_EXPORT" in header.read_text() and header.stem != "export"
+        )
+    )
+    assert {"gprodom::Odometry", "gprodom::Live", "gprodom::load_config"} <= public
+    listed = run("nm", "-DC", "--defined-only", built / "lib" / "libgprodom.so").splitlines()
+    names = [line.split(maxsplit=2)[2] for line in listed]
+    names = [re.sub(r"^(vtable|typeinfo|typeinfo name) for ", "", name) for name in names]
+    names = [name.split("(")[0].split("[abi:")[0] for name in names]
+    owners = {
+        next((p for p in public if name == p or name.startswith(f"{p}::")), name) for name in names
+    }
+    assert owners == public
+    assert len(names) < 100
+
+
+def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Path) -> None:
     # PATH as the system has it, so that an environment's cmake or Python is not what finds it.
     run("cmake", "--install", built, "--prefix", tmp_path / "usr", DESTDIR="", PATH=os.defpath)
+    headers = list((tmp_path / "usr" / "include" / "gprodom").iterdir())
+    assert 10 < len(headers) < 16, "what an integrator needs, and no more"
     source = CHECKOUT / "test" / "outside"
     run("cmake", "-S", source, "-B", tmp_path / "b", f"-DCMAKE_PREFIX_PATH={tmp_path / 'usr'}")
     run("cmake", "--build", tmp_path / "b")
@@ -38,6 +77,22 @@ def test_an_outside_project_finds_and_uses_the_library(tmp_path: Path) -> None:
     assert re.fullmatch(r"\d+ poses, at most 0\.00\d+ m from the origin\n", said)
     said = run(tmp_path / "b" / "beacons")
     assert re.fullmatch(r"1 runs: error .* m without ranges, .* m with them .*\n", said)
+    sample = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
+    assert main(["convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]) == 0
+    said = run(tmp_path / "b" / "front_end", tmp_path / "in.lcmlog")
+    found = re.fullmatch(
+        r"(\d+) poses, (\S+) m driven; (\d+) standstills and (\d+) distances of similarity, "
+        r"0 of others\n",
+        said,
+    )
+    assert found, said
+    poses, distance_m, standstills, distances = (float(value) for value in found.groups())
+    recording = read_recording(sample)
+    usual = gprodom.Odometry().run(**recording.messages()).odometry["position"]
+    driven_m = np.linalg.norm(np.diff(usual[::20], axis=0), axis=1).sum()
+    assert poses == len(usual)
+    assert abs(distance_m - driven_m) < 0.05 * driven_m
+    assert min(standstills, distances) > 20
     assert str(CHECKOUT) not in (tmp_path / "usr/lib").as_posix()
 
 

@@ -6,7 +6,7 @@
 #include <new>
 #include <utility>
 
-#include "live/live.h"
+#include "gprodom/live.h"
 #include "pipeline/test_drive.h"
 #include "support/sanitized.h"
 
@@ -36,17 +36,18 @@ TEST(Live, InternalErrorRestartsTheEstimator) {
   std::vector<TimeNs> times;
   std::vector<std::string> warnings;
   int calls = 0;  // one before each input, and one before each batch of them
+  LiveOptions options;
+  options.alive = [&calls] {
+    if (++calls == 1000) next_allocation_fails = true;
+  };
   {
     Live live(
         default_config(),
-        [&](const Results& results) {
-          const Outputs& out = results.outputs;
+        [&](const Outputs& out) {
           for (const auto& estimate : out.odometry) times.push_back(estimate.time);
           warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
         },
-        [&calls] {
-          if (++calls == 1000) next_allocation_fails = true;
-        });
+        options);
     for (const Input& input : standing(10.0)) live.push(input);
   }
   EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "live/live.h"
+#include "gprodom/live.h"
 #include "live/runner.h"
 #include "pipeline/test_drive.h"
 
@@ -75,14 +75,14 @@ class Lines {
 Lines replayed(const Config& config, const std::vector<Input>& inputs) {
   Lines lines;
   Runner runner(config, Execution::kInline);
-  for (const Input& input : inputs) lines.add(runner.feed(input).outputs);
-  lines.add(runner.finish().outputs);
+  for (const Input& input : inputs) lines.add(runner.feed(input));
+  lines.add(runner.finish());
   return lines;
 }
 
 Lines lived(const Config& config, const std::vector<Input>& inputs, double pace) {
   Lines lines;
-  Live live(config, [&lines](const Results& results) { lines.add(results.outputs); });
+  Live live(config, [&lines](const Outputs& outputs) { lines.add(outputs); });
   const auto start = std::chrono::steady_clock::now();
   for (const Input& input : inputs) {
     if (const auto* imu = std::get_if<ImuSample>(&input)) {

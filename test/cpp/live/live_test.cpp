@@ -1,9 +1,12 @@
-#include "live/live.h"
+#include "gprodom/live.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <memory>
 
+#include "live/latency_watch.h"
 #include "live/runner.h"
 #include "pipeline/test_drive.h"
 
@@ -13,17 +16,37 @@ namespace {
 // Everything that the inputs cause, in one.
 Outputs collect(const std::vector<Input>& inputs, std::vector<OdometryEstimate>* placed) {
   Outputs all;
-  Live live(default_config(), [&](const Results& results) {
-    const Outputs& o = results.outputs;
+  Live live(default_config(), [&](const Outputs& o) {
     all.odometry.insert(all.odometry.end(), o.odometry.begin(), o.odometry.end());
     all.status.insert(all.status.end(), o.status.begin(), o.status.end());
     all.warnings.insert(all.warnings.end(), o.warnings.begin(), o.warnings.end());
-    const auto& in_map = results.outputs.odometry_in_map;
+    const auto& in_map = o.odometry_in_map;
     placed->insert(placed->end(), in_map.begin(), in_map.end());
   });
   for (const auto& input : inputs) live.push(input);
   live.stop();
   return all;
+}
+
+TEST(Live, TakesARadarFrontEndOfOnesOwn) {
+  struct Silent : gpr::FrontEnd {
+    explicit Silent(std::atomic<int>& ticks) : ticks(ticks) {}
+    void add_trace(const GprTrace& /*trace*/) override {}
+    std::vector<gpr::Finding> tick(TimeNs /*tick*/) override {
+      ++ticks;
+      return {};
+    }
+    void reset() override {}
+    std::atomic<int>& ticks;
+  };
+  std::atomic<int> ticks{0};
+  LiveOptions options;
+  options.front_end = [&ticks] { return std::make_unique<Silent>(ticks); };
+  Live live(
+      default_config(), [](const Outputs&) {}, options);
+  for (const auto& input : standing(10.0)) live.push(input);
+  live.stop();
+  EXPECT_NEAR(ticks, 10.0 / GprConfig().tick, 2.0);
 }
 
 TEST(Live, StopFinishesAllPushedInput) {
@@ -64,14 +87,15 @@ TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
   const auto told = [](double heard) {
     Outputs all;
     const std::vector<std::string> no_radar = {"gpr.enabled=false"};
+    LiveOptions options;
+    options.instance = 5.0;
     Live live(
         default_config(no_radar),
-        [&](const Results& results) {
-          const Outputs& o = results.outputs;
+        [&](const Outputs& o) {
           all.status.insert(all.status.end(), o.status.begin(), o.status.end());
           all.warnings.insert(all.warnings.end(), o.warnings.begin(), o.warnings.end());
         },
-        [] {}, 5.0);
+        options);
     for (const auto& input : standing(5.0)) {
       live.heard_status(heard);
       live.push(input);
@@ -150,7 +174,7 @@ TEST(Live, RejectionsAndUnknownCommandsAreReported) {
 
 TEST(Live, ContradictorySettingsAreRefused) {
   Config config = default_config({"smoother.lag=0.2", "smoother.state_rate=1"});
-  EXPECT_THROW(Live(config, [](const Results&) {}), std::exception);
+  EXPECT_THROW(Live(config, [](const Outputs&) {}), std::exception);
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ class RunnerTest : public ::testing::Test {
                                 const std::vector<Command>& commands) {
     Runner runner(default_config(settings), Execution::kInline);
     std::vector<std::string> all;
-    const auto take = [&all](const Results& results) {
-      const auto& warnings = results.outputs.warnings;
+    const auto take = [&all](const Outputs& outputs) {
+      const auto& warnings = outputs.warnings;
       all.insert(all.end(), warnings.begin(), warnings.end());
     };
     const std::vector<Input> inputs = standing(0.1);

@@ -1,6 +1,6 @@
 #include <boost/lexical_cast.hpp>
 
-#include "io/ros1/ros1_io.h"
+#include "ros1_io.h"
 
 namespace gprodom::ros1 {
 namespace {

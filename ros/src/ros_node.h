@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "io/ros1/ros1_io.h"
-#include "live/live.h"
+#include "gprodom/live.h"
+#include "ros1_io.h"
 
 namespace gprodom {
 
@@ -36,7 +36,7 @@ class RosNode {
   void serve(const std::string& name, const std::string& argument);  // the command of this name
   void command(const std::string& name, const std::string& argument,
                std_srvs::Trigger::Response& response);
-  void publish(const Results& results);
+  void publish(const Outputs& outputs);
 
   ros::NodeHandle topics_, private_;
   ros1::FrameNames frames_;

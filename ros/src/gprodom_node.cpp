@@ -3,7 +3,7 @@
 
 #include <exception>
 
-#include "apps/ros1/ros_node.h"
+#include "ros_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "gprodom");

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/ros1/ros1_io.h"
+#include "ros1_io.h"
 
 namespace gprodom::ros1 {
 namespace {

@@ -1,4 +1,4 @@
-#include "apps/ros1/ros_node.h"
+#include "ros_node.h"
 
 #include <sstream>
 #include <stdexcept>
@@ -51,7 +51,7 @@ RosNode::RosNode() : private_("~") {
   odometry_map_ = topics_.advertise<nav_msgs::Odometry>("odometry_map", kQueue);
   diagnostics_ = topics_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   live_ = std::make_unique<Live>(configuration(private_),
-                                 [this](const Results& results) { publish(results); });
+                                 [this](const Outputs& outputs) { publish(outputs); });
   subscribe();
   serve(name_of(CommandName::kReset), "");
   serve(name_of(CommandName::kSaveMap), "saved");  // <state.directory>/saved.map
@@ -122,9 +122,9 @@ void RosNode::subscribe_ticks(double metres_per_tick) {
       "wheel_ticks", kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
-void RosNode::publish(const Results& results) {
-  const auto& in_odom = results.outputs.odometry;
-  const auto& in_map = results.outputs.odometry_in_map;
+void RosNode::publish(const Outputs& outputs) {
+  const auto& in_odom = outputs.odometry;
+  const auto& in_map = outputs.odometry_in_map;
   for (std::size_t i = 0; i < in_odom.size(); ++i) {
     odometry_.publish(ros1::to_odometry(in_odom[i], frames_.odom, frames_.body));
     odometry_map_.publish(ros1::to_odometry(in_map[i], frames_.map, frames_.body));
@@ -132,8 +132,8 @@ void RosNode::publish(const Results& results) {
     transforms_.sendTransform({ros1::to_transform(in_odom[i], in_map[i], frames_),
                                ros1::to_transform(in_odom[i], frames_)});
   }
-  for (const auto& warning : results.outputs.warnings) ROS_WARN_STREAM(warning);
-  for (const auto& status : results.outputs.status) {
+  for (const auto& warning : outputs.warnings) ROS_WARN_STREAM(warning);
+  for (const auto& status : outputs.status) {
     diagnostics_.publish(ros1::to_diagnostics(status, "gprodom: odometry"));
   }
 }
