@@ -50,7 +50,7 @@ void question(benchmark::State& state) {
   window.stretch_sigma = window.stretch_change = 0.01 * static_cast<double>(state.range(1));
   window.mirrored = false;
   RevisitSearch search(filter, 0.02);
-  for (auto _ : state) benchmark::DoNotOptimize(search.look(other, 0.25, {window}));
+  for (auto _ : state) benchmark::DoNotOptimize(search.find(other, 0.25, {window}));
 }
 BENCHMARK(question)
     ->ArgNames({"bound_cm", "slip_percent"})

@@ -13,14 +13,14 @@ using Eigen::Vector3d;
 namespace {
 
 // Standard deviations, except for the first.
-constexpr double kGoesOnTurning = 2.0;  // s; how long the last turn rate is kept
-constexpr double kTilt = 0.03;          // rad; change of roll and pitch in the gap, at most
-constexpr double kTilting = 0.02;       // rad/sqrt(s); its growth up to kTilt
-constexpr double kTurning = 0.1;        // rad/s^2; of the heading, times the gap's length squared
-constexpr double kAnyYaw = 1.8;         // rad; of an unknown heading
-constexpr double kSpeedChange = 0.2;    // m/s; of the speed against the wheel's mean speed
-constexpr double kUnknownSpeed = 1.0;   // m/s
-constexpr double kSideways = 0.05;      // m/s
+constexpr double kTurnRateKept = 2.0;  // s; how long the last turn rate is kept
+constexpr double kTilt = 0.03;         // rad; change of roll and pitch in the gap, at most
+constexpr double kTilting = 0.02;      // rad/sqrt(s); its growth up to kTilt
+constexpr double kTurning = 0.1;       // rad/s^2; of the heading, times the gap's length squared
+constexpr double kUnknownYaw = 1.8;    // rad; of an unknown heading
+constexpr double kSpeedChange = 0.2;   // m/s; of the speed against the wheel's mean speed
+constexpr double kUnknownSpeed = 1.0;  // m/s
+constexpr double kSideways = 0.05;     // m/s
 
 }  // namespace
 
@@ -41,7 +41,7 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   const NavState& x = from.state;
   const bool wheel = input.has_wheel && !input.wheel_contradicted;
   const double speed = (x.q_odom_body.conjugate() * x.v_odom).x();
-  const bool turning = gap_s < kGoesOnTurning;
+  const bool turning = gap_s < kTurnRateKept;
   WheelIncrement motion;
   NavState y = x;
   double dt = 0.0;
@@ -71,7 +71,7 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
                                 [](const MotionStep& s) { return s.wheel_turn.has_value(); });
   const double turned = told ? input.turn_variance
                              : kTurning * kTurning * (std::pow(gap_s, 4) - std::pow(gap_s - dt, 4));
-  yaw = std::max(yaw, std::min(yaw + turned, kAnyYaw * kAnyYaw));
+  yaw = std::max(yaw, std::min(yaw + turned, kUnknownYaw * kUnknownYaw));
   for (int axis : {row::kTheta, row::kTheta + 1}) {
     double& tilt = P(axis, axis);
     tilt = std::max(tilt, std::min(tilt + kTilting * kTilting * dt, kTilt * kTilt));

@@ -24,7 +24,7 @@ void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
   }
 }
 
-std::optional<Hypothesis> Locator::look(const GroundMap& ground, std::size_t end_of_before,
+std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end_of_before,
                                         const PlanarPose& newest_body, double travelled_m) {
   const gpr::TraceMemory& memory = ground.memory;
   const gpr::MemoryRange kept = memory.kept();

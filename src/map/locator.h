@@ -27,7 +27,7 @@ class Locator {
   // Compares the stored part of the current run (columns from `end_of_before` on) with all ground
   // before that column. newest_body: pose of the robot in the track's frame at the last stored
   // column.
-  std::optional<Hypothesis> look(const GroundMap& ground, std::size_t end_of_before,
+  std::optional<Hypothesis> find(const GroundMap& ground, std::size_t end_of_before,
                                  const PlanarPose& newest_body, double travelled_m);
 
  private:

@@ -48,7 +48,7 @@ MapAnswer Mapper::run(const MapInput& input) {
   take_external(answer);
   for (const GprTrace& trace : input.traces) {
     remember(trace, answer);
-    look(answer);
+    search_memory(answer);
   }
   locate();
   answer.located = located_ && !was_located;
@@ -76,7 +76,7 @@ void Mapper::follow(const std::vector<PathState>& states) {
       graph_.emplace(state.pose, options);
       newest_node_.pose = state.pose;
       if (start_) {
-        settle_in(start_->at);
+        join_map(start_->at);
         newest_node_.covariance.topLeftCorner<3, 3>() = start_->covariance;
       }
     }
@@ -103,7 +103,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
 }
 
 // Every query_spacing, searches the memory for the newest ground.
-void Mapper::look(MapAnswer& answer) {
+void Mapper::search_memory(MapAnswer& answer) {
   gpr::TraceMemory& memory = ground_.memory;
   if (!memory.filter()) return;
   if (!search_) {
@@ -128,7 +128,7 @@ void Mapper::look(MapAnswer& answer) {
     return;
   }
   const auto newest = memory.newest(search_->patch_columns(), kBefore);
-  for (const gpr::PlaceFound& found : search_->look(newest->features, moved, near)) {
+  for (const gpr::PlaceFound& found : search_->find(newest->features, moved, near)) {
     tie(found, *place, moved, answer);
   }
 }
@@ -144,13 +144,13 @@ void Mapper::locate() {
   const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
   const MapPath::Place place = path_.place(newest.time, newest.distance_m);
   const PlanarPose body = body_at(place);
-  hypothesis_ = locator_.look(ground_, end_of_before_, body, travelled);
+  hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
   if (hypothesis_ && search_) search_->forget();
 }
 
 // The track is located: from now on `map` is the frame of the earlier ground.
-void Mapper::settle_in(const Hypothesis& at) {
+void Mapper::join_map(const Hypothesis& at) {
   graph_->move(at.map_from_track);
   newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
   Matrix5d turn = Matrix5d::Identity();
@@ -221,7 +221,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   // backwards.
   edge.mirrored = found.match.mirrored == (then.direction == query.direction);
   if (!add_edge(*memory_end, query_end, edge)) return;
-  if (from_before && !located_) settle_in(*hypothesis_);
+  if (from_before && !located_) join_map(*hypothesis_);
   // A track that is not located yet keeps all its ground, since the search in earlier ground needs
   // it whole.
   if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {

@@ -99,13 +99,13 @@ class Mapper {
 
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
-  void look(MapAnswer& answer);
+  void search_memory(MapAnswer& answer);
   void locate();
-  void settle_in(const Hypothesis& at);
+  void join_map(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
-  void foretell_stretch(const Pass& pass, const gpr::MemoryColumn& query,
-                        gpr::SearchWindow& window) const;
+  void predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+                       gpr::SearchWindow& window) const;
   PlanarPose body_at(const MapPath::Place& place) const;
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);

@@ -46,7 +46,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
     found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
     passes.insert(passes.begin(), found.begin(), found.end());
   }
-  passes = in_order_of_promise(std::move(passes), config_.lateral_sigma);
+  passes = in_search_order(std::move(passes), config_.lateral_sigma);
   // Passes of an unproven hypothesis come first.
   if (!located_) {
     std::stable_partition(passes.begin(), passes.end(),
@@ -79,7 +79,7 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
   const double ahead = distance + longer * pass.along - then.distance_m;
   window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
   window.bound_m = longer * gate;
-  foretell_stretch(pass, query, window);
+  predict_stretch(pass, query, window);
   // The memory has the direction of driving, the poses have the heading.
   window.mirrored = pass.turned != (then.direction != query.direction);
   const double reach = (window.bound_m + search_->reach_m()) / memory.spacing() + 4.0;
@@ -94,8 +94,8 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
 
 // The stretch that the graph's estimates of the slip there and here let expect. The slip there gets
 // its prior variance: the posterior is correlated with other passes through the revisits.
-void Mapper::foretell_stretch(const Pass& pass, const gpr::MemoryColumn& query,
-                              gpr::SearchWindow& window) const {
+void Mapper::predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+                             gpr::SearchWindow& window) const {
   const std::size_t here = path_.place(query.time, query.distance_m).node;
   const double slip_then = pass.from_before ? 0.0 : graph_->slip(pass.place);
   const double sigma_now = graph_->slip_sigma(here);

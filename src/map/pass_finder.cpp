@@ -37,7 +37,7 @@ void PassFinder::offer(std::size_t place, const PlanarPose& body, bool from_befo
   if (std::abs(pass.along) < std::abs(passes_.back().along)) passes_.back() = pass;
 }
 
-std::vector<Pass> in_order_of_promise(std::vector<Pass> passes, double alike_m) {
+std::vector<Pass> in_search_order(std::vector<Pass> passes, double alike_m) {
   if (passes.size() < 2) return passes;
   const auto newest = std::find_if(passes.rbegin(), passes.rend(),
                                    [&](const Pass& p) { return std::abs(p.lateral) < alike_m; });

@@ -40,6 +40,6 @@ class PassFinder {
 // Sorts passes, which are given in the order driven, by lateral offset. But the offsets are known
 // only roughly: the second place goes to the newest pass with an offset up to `alike_m`, since a
 // robot that slowly leaves its track is nearest to its last pass.
-std::vector<Pass> in_order_of_promise(std::vector<Pass> passes, double alike_m);
+std::vector<Pass> in_search_order(std::vector<Pass> passes, double alike_m);
 
 }  // namespace gprodom

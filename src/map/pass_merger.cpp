@@ -61,7 +61,7 @@ struct PassMerger::Tied {
 
 // A node is worth keeping if few nodes so far relate its cell to the one before or after. Then it
 // is counted as one of them.
-bool PassMerger::is_worth(Cell cell, std::optional<Cell> next) {
+bool PassMerger::is_worth_keeping(Cell cell, std::optional<Cell> next) {
   std::vector<int*> counts;
   if (previous_) counts.push_back(&relations_[std::minmax(*previous_, cell)]);
   if (next && next != previous_) counts.push_back(&relations_[std::minmax(*next, cell)]);
@@ -85,7 +85,7 @@ std::vector<bool> PassMerger::judge(const std::vector<Node>& nodes,
     if (can_go) {
       const auto next = std::find_if(tied.cells.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                                      tied.cells.end(), [](const auto& c) { return c.has_value(); });
-      stay[i] = cell && is_worth(*cell, next == tied.cells.end() ? std::nullopt : *next);
+      stay[i] = cell && is_worth_keeping(*cell, next == tied.cells.end() ? std::nullopt : *next);
     }
     if (cell) previous_ = cell;
   }

@@ -33,7 +33,7 @@ class PassMerger {
   using Cell = std::int64_t;  // of ground, kCell long
 
   struct Tied;
-  bool is_worth(Cell cell, std::optional<Cell> next);
+  bool is_worth_keeping(Cell cell, std::optional<Cell> next);
 
   std::size_t judged_ = 0;        // number of nodes judged so far that stay
   std::optional<Cell> previous_;  // the cell that the last node judged lies on or is tied to

@@ -26,7 +26,7 @@ NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose
 
 // Takes over the slip that the pose graph has found, and starts the solution at the map's poses.
 // From further away the robust kernels of the revisits would keep it from converging to them.
-void begin_as_map(const std::vector<TrackPiece>& track, const PlanarPose& map_from_odom,
+void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_from_odom,
                   Batch& batch) {
   const PlanarPose odom_from_map = between(map_from_odom, {});
   std::size_t piece = 0;
@@ -63,7 +63,7 @@ std::vector<NavState> Pipeline::smoothed() const {
   }
   // The result is in map, which differs from odom if the track is tied to an earlier map.
   const PlanarPose map_from_odom = map_->map_from_odom();
-  begin_as_map(map_->track(), map_from_odom, batch);
+  start_at_map(map_->track(), map_from_odom, batch);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d p(map_from_odom.p.x(), map_from_odom.p.y(), 0.0);
   std::vector<NavState> solved = batch.solve({});

@@ -63,7 +63,7 @@ std::optional<std::tuple<double, double, RevisitMatch>> look(RevisitSearch& sear
   window.bound_m = bound;
   window.stretch_sigma = stretch_sigma;
   window.stretch_change = stretch_change;
-  const std::vector<PlaceFound> found = search.look(newest, moved, {window});
+  const std::vector<PlaceFound> found = search.find(newest, moved, {window});
   if (found.empty()) return std::nullopt;
   return std::make_tuple(found[0].column, found[0].certainty, found[0].match);
 }

@@ -13,7 +13,7 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr double kMaxGatePeriods = 3.0;
-constexpr double kFeltTail = 0.1;  // of the next pulse's height: a tail above it overlaps
+constexpr double kOverlappingTail = 0.1;  // of the next pulse's height: a tail above it overlaps
 
 void require(bool good, const char* option, const char* expected) {
   if (!good) {
@@ -99,7 +99,7 @@ void PeakExtractor::Work::add_envelope_maxima() {
 // before.
 bool PeakExtractor::Work::overlap(const Pulse& before, const Pulse& after) const {
   const double tail = before.height * std::exp(-before.alpha * (after.maximum - before.maximum));
-  return after.maximum <= before.gate_end || tail > kFeltTail * after.height;
+  return after.maximum <= before.gate_end || tail > kOverlappingTail * after.height;
 }
 
 void PeakExtractor::Work::add_fits(const float* trace) {

@@ -48,7 +48,7 @@ double PatchSurvey::chance(const Peak& peak) const {
 }
 
 // Median evidence of other ground. It is above zero, since the best of several shifts is taken.
-double PatchSurvey::usual_evidence() const {
+double PatchSurvey::evidence_by_chance() const {
   std::vector<double> all;
   for (const Curves& c : curves_) {
     if (c.wide) all.insert(all.end(), c.evidence.begin(), c.evidence.end());
@@ -71,7 +71,7 @@ Eigen::ArrayXXd PatchSurvey::log_likelihood(bool mirrored) const {
         c.evidence.segment(begin + first_ - c.first, n);
   }
   const Peak peak = highest(first_, first_ + size_, nullptr);
-  return (all - usual_evidence()) / (4.0 * chance(peak));
+  return (all - evidence_by_chance()) / (4.0 * chance(peak));
 }
 
 RevisitMatch PatchSurvey::best() const {

@@ -101,7 +101,7 @@ class PatchSurvey {
   double chance(const Peak& peak) const;
   RevisitMatch judge(const Peak& peak) const;
   bool beside(const Curves& curves, int entry, const Peak& peak) const;
-  double usual_evidence() const;
+  double evidence_by_chance() const;
 
   std::vector<Curves> curves_;
   std::size_t scales_ = 0;

@@ -52,14 +52,14 @@ double RevisitSearch::reach_m() const {
   return options_.matcher.surround_m + 0.5 * longest * options_.patch_m;
 }
 
-std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_m,
+std::vector<PlaceFound> RevisitSearch::find(const Columns& newest, double moved_m,
                                             const std::vector<SearchWindow>& windows) {
   const Columns query = newest.bottomRows(patch_columns_);
   std::vector<PlaceFound> found;
   std::vector<Belief> beliefs;
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const SearchWindow& window = windows[w];
-    const Belief* before = last_on(window);
+    const Belief* before = last_belief_on(window);
     const Stretches asked = stretches(window, before);
     SurveyRange range;
     range.place = window.expected - static_cast<double>(window.first);
@@ -74,10 +74,10 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
     Belief belief = expect(window, before, survey, asked, moved_m);
     // Patches overlap, and each piece of ground counts once.
     const double fresh = belief.patches == 0 ? 1.0 : std::min(1.0, moved_m / options_.patch_m);
-    const Eigen::ArrayXXd said[2] = {fresh * survey.log_likelihood(false),
-                                     fresh * survey.log_likelihood(true)};
-    const double highest = std::max({0.0, said[0].maxCoeff(), said[1].maxCoeff()});
-    for (int d = 0; d < 2; ++d) belief.places[d] *= (said[d] - highest).exp();
+    const Eigen::ArrayXXd log_ratio[2] = {fresh * survey.log_likelihood(false),
+                                          fresh * survey.log_likelihood(true)};
+    const double highest = std::max({0.0, log_ratio[0].maxCoeff(), log_ratio[1].maxCoeff()});
+    for (int d = 0; d < 2; ++d) belief.places[d] *= (log_ratio[d] - highest).exp();
     belief.nowhere *= std::exp(-highest);
     const double sum = belief.nowhere + belief.places[0].sum() + belief.places[1].sum();
     for (auto& places : belief.places) places /= sum;
@@ -94,7 +94,7 @@ std::vector<PlaceFound> RevisitSearch::look(const Columns& newest, double moved_
 }
 
 // The belief about the run that contains a window.
-const RevisitSearch::Belief* RevisitSearch::last_on(const SearchWindow& window) const {
+const RevisitSearch::Belief* RevisitSearch::last_belief_on(const SearchWindow& window) const {
   const auto first = static_cast<std::ptrdiff_t>(window.first);
   const Belief* before = nullptr;
   std::ptrdiff_t most = 0;
@@ -111,7 +111,7 @@ const RevisitSearch::Belief* RevisitSearch::last_on(const SearchWindow& window) 
   return before;
 }
 
-RevisitSearch::Stretches RevisitSearch::anew(const SearchWindow& window) const {
+RevisitSearch::Stretches RevisitSearch::prior_stretches(const SearchWindow& window) const {
   const double most = options_.max_stretch;
   const double mean = std::clamp(window.stretch, -most, most);
   const double sigma = std::hypot(window.stretch_sigma, options_.drift);
@@ -126,7 +126,7 @@ RevisitSearch::Stretches RevisitSearch::anew(const SearchWindow& window) const {
 
 // Transition probabilities of the stretch from one query to the next, in steps up and down. The
 // middle entry is "no change".
-Eigen::ArrayXd RevisitSearch::changes(const SearchWindow& window) const {
+Eigen::ArrayXd RevisitSearch::stretch_transition(const SearchWindow& window) const {
   const double sigma = std::hypot(window.stretch_change, options_.drift) / step_;
   const int reach = static_cast<int>(std::ceil(kWithin * sigma));
   return normal_weights(-reach, reach, 0.0, sigma);
@@ -136,11 +136,11 @@ Eigen::ArrayXd RevisitSearch::changes(const SearchWindow& window) const {
 // are compared.
 RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
                                                   const Belief* before) const {
-  Stretches fresh = anew(window);
+  Stretches fresh = prior_stretches(window);
   if (before == nullptr) return fresh;
   const Eigen::ArrayXd held =
       (before->places[0].colwise().sum() + before->places[1].colwise().sum()).transpose();
-  const Eigen::ArrayXd change = changes(window);
+  const Eigen::ArrayXd change = stretch_transition(window);
   const int reach = static_cast<int>(change.size() / 2);
   const int widest = static_cast<int>(std::ceil(options_.max_stretch / step_));
   const int low = std::max(-widest, std::min(fresh.first, before->first_stretch - reach));
@@ -186,7 +186,7 @@ RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, const Be
 // share is spread evenly over all places.
 void RevisitSearch::move(const Belief& before, const SearchWindow& window, double moved_m,
                          Belief& after) const {
-  const Eigen::ArrayXd change = changes(window);
+  const Eigen::ArrayXd change = stretch_transition(window);
   const int reach = static_cast<int>(change.size() / 2);
   const double spacing = matcher_.spacing();
   double kept = 0.0;

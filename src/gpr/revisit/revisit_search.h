@@ -56,13 +56,13 @@ class RevisitSearch {
   RevisitSearch(const PatchFilter& filter, double spacing, RevisitSearchOptions options = {});
 
   int patch_columns() const { return patch_columns_; }
-  // A window's features must reach so far beyond its bound, since look() compares that ground too.
+  // A window's features must reach so far beyond its bound, since find() compares that ground too.
   double reach_m() const;
 
   // newest: (columns, rows), at least patch_columns() of the newest ground in the order driven; the
   // last patch_columns() of them are the query. moved_m: distance from the last query's centre to
   // this one's, in the same run. Returns the places that pass all gates.
-  std::vector<PlaceFound> look(const Columns& newest, double moved_m,
+  std::vector<PlaceFound> find(const Columns& newest, double moved_m,
                                const std::vector<SearchWindow>& windows);
 
   // The current run has ended. Its belief does not apply to the next run.
@@ -84,10 +84,10 @@ class RevisitSearch {
     int size() const { return static_cast<int>(share.size()); }
   };
 
-  const Belief* last_on(const SearchWindow& window) const;
-  Stretches anew(const SearchWindow& window) const;
+  const Belief* last_belief_on(const SearchWindow& window) const;
+  Stretches prior_stretches(const SearchWindow& window) const;
   Stretches stretches(const SearchWindow& window, const Belief* before) const;
-  Eigen::ArrayXd changes(const SearchWindow& window) const;
+  Eigen::ArrayXd stretch_transition(const SearchWindow& window) const;
   Belief expect(const SearchWindow& window, const Belief* before, const PatchSurvey& survey,
                 const Stretches& stretches, double moved_m) const;
   void move(const Belief& before, const SearchWindow& window, double moved_m, Belief& after) const;

@@ -61,7 +61,7 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
     window.stretch_change = 0.25 * slip;
     const int before = std::min(end, patch + 50);
     for (const PlaceFound& found :
-         search.look(queries.middleRows(end - before, before), kStep * kSpacing, {window})) {
+         search.find(queries.middleRows(end - before, before), kStep * kSpacing, {window})) {
       ++outcome.found;
       if (outcome.first < 0) outcome.first = end;
       if (std::abs(found.column - truth) > 1.5) ++outcome.wrong;

@@ -17,7 +17,7 @@ TEST(PassFinder, NearestAndNewestPassComeFirst) {
     for (int i = 0; i < 20; ++i) finder.offer(place++, {{10.0, 0.5 * i}, 1.57}, false);
   }
   ASSERT_EQ(finder.passes().size(), 5U);
-  const auto order = in_order_of_promise(finder.passes(), 0.15);
+  const auto order = in_search_order(finder.passes(), 0.15);
   ASSERT_EQ(order.size(), 5U);
   EXPECT_EQ(order[0].place, 50U);   // 1 cm aside
   EXPECT_EQ(order[1].place, 130U);  // the newest but for the one 25 cm aside
