@@ -19,12 +19,12 @@
 namespace gprodom {
 namespace {
 
-// Half a minute of IMU, wheel and radar: a solver that is further behind is better told so.
+// Half a minute of IMU, wheel and radar. An estimator that is further behind drops messages.
 constexpr std::size_t kInputCapacity = 10000;
 constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
-constexpr std::chrono::seconds kOther(3);    // for which another's Status, one a second, counts
-constexpr std::chrono::seconds kSilence(2);  // without any input before the status tells of it
+constexpr std::chrono::seconds kOther(3);    // how long a Status of another estimator counts
+constexpr std::chrono::seconds kSilence(2);  // time without input until the status reports it
 
 void add(const std::string& name, double value, Status& status) {
   status.names.push_back(name);
@@ -63,11 +63,11 @@ class LiveThreads {
   template <class Work>
   void guarded(Work work);
   void report_losses();
-  void tell_of_silence();
+  void report_silence();
   void add_silence(Status& status) const;
   void hand_out(Outputs outputs);
   void add_figures(Status& status);
-  void tell_of_another(Outputs& outputs);
+  void report_other_estimator(Outputs& outputs);
   void publish();
 
   using Clock = std::chrono::steady_clock;
@@ -79,7 +79,7 @@ class LiveThreads {
   const std::function<void()> alive_;
   const double instance_;
   const std::string status_channel_;
-  bool another_told_ = false;
+  bool another_reported_ = false;
 
   std::atomic<Clock::rep> another_heard_{0};  // when; 0: never; any thread
   const TimeNs imu_offset_;                   // of data time from the stamps of IMU messages
@@ -87,7 +87,7 @@ class LiveThreads {
   const Live::Handler handler_;               // used by the publish thread only
   MessageQueue<Input> inputs_;                // guards itself
   MessageQueue<Outputs> results_;             // guards itself
-  // Last, so that everything above is there when they start.
+  // Last members, since they use all of the above as soon as they start.
   std::thread estimator_;
   std::thread publisher_;
 };
@@ -139,11 +139,11 @@ void LiveThreads::estimate() {
       last_input_ = Clock::now();
       tell_alive();
       guarded([&] { return runner_.feed(input); });
-      runner_.start_jobs();  // a solve is not as urgent as the pose
+      runner_.start_jobs();  // after the pose, which is more urgent than a solve
     }
     if (batch.empty()) {
       guarded([&] { return runner_.step(); });
-      tell_of_silence();
+      report_silence();
     }
     report_losses();
   }
@@ -154,7 +154,7 @@ void LiveThreads::tell_alive() const {
   if (alive_) alive_();
 }
 
-// A fault of our own must not take the robot's daemon down.
+// A defect of the estimator must not end the robot's daemon.
 template <class Work>
 void LiveThreads::guarded(Work work) {
   try {
@@ -177,16 +177,16 @@ void LiveThreads::report_losses() {
   }
 }
 
-// The estimator knows data time alone, so a robot whose sensors have all stopped would just fall
-// silent. Stamped with the newest data time there is.
-void LiveThreads::tell_of_silence() {
+// The estimator knows data time only, so it says nothing when all sensors have stopped. This gives
+// a Status then, stamped with the newest data time.
+void LiveThreads::report_silence() {
   if (Clock::now() - last_input_ < kSilence) return;
   Outputs outputs;
   outputs.status.emplace_back().time = last_time_;
   hand_out(std::move(outputs));
 }
 
-// Into whatever Status there is, also the last one of a daemon that is stopped amid the silence.
+// Added to every Status, also to the last one of a daemon that is stopped during the silence.
 void LiveThreads::add_silence(Status& status) const {
   const auto silence = Clock::now() - last_input_;
   if (silence < kSilence) return;
@@ -202,21 +202,22 @@ void LiveThreads::hand_out(Outputs outputs) {
     add_silence(status);
     add_figures(status);
   }
-  tell_of_another(outputs);
+  report_other_estimator(outputs);
   if (!outputs.odometry.empty()) last_time_ = outputs.odometry.back().time;
   if (!outputs.status.empty()) last_time_ = outputs.status.back().time;
   results_.push(std::move(outputs));
 }
 
-// Each estimator publishes a Status a second, and a reader cannot tell whose poses he gets.
-void LiveThreads::tell_of_another(Outputs& outputs) {
+// Reports another estimator on our channels: a reader cannot distinguish the poses of the two.
+void LiveThreads::report_other_estimator(Outputs& outputs) {
   if (outputs.status.empty()) return;
   const Clock::rep heard = another_heard_;
   const bool lasts = heard > 0 && Clock::now() - Clock::time_point(Clock::duration(heard)) < kOther;
   const std::string topic = status_channel_ + ": ";
   const std::string reason = "another estimator publishes on our channels";
-  if (lasts != another_told_) outputs.warnings.push_back(topic + (lasts ? "" : "over: ") + reason);
-  another_told_ = lasts;
+  if (lasts != another_reported_)
+    outputs.warnings.push_back(topic + (lasts ? "" : "over: ") + reason);
+  another_reported_ = lasts;
   if (!lasts) return;
   for (Status& status : outputs.status) {
     status.health = std::max(status.health, HealthLevel::kDegraded);
@@ -224,7 +225,7 @@ void LiveThreads::tell_of_another(Outputs& outputs) {
   }
 }
 
-// What the wall clock says, and whose it is.
+// Adds the figures of the wall clock, and the instance of this estimator.
 void LiveThreads::add_figures(Status& status) {
   const Timing timing = runner_.timing();
   add("solver", timing.solver, status);

@@ -1,4 +1,4 @@
-// The estimator with what surrounds it, one input at a time: what live and replay share.
+// The estimator with its commands and notices, one input at a time. Shared by live and replay.
 #pragma once
 
 #include <string>
@@ -18,19 +18,19 @@ class Runner {
   // Throws ConfigError where settings contradict each other.
   Runner(const Config& config, Execution execution, gpr::FrontEndFactory front_end = {});
 
-  // Adds the input, or obeys the command that it is, and steps.
+  // Adds the input, or carries it out if it is a command, and steps.
   Outputs feed(const Input& input);
 
-  // Steps without input, so that what worker threads have ready gets out.
+  // Steps without input, so that finished results of worker threads are returned.
   Outputs step();
 
-  // Once the results are handed out (Odometry::start_jobs()).
+  // Call it after the results have been handed out (Odometry::start_jobs()).
   void start_jobs() { odometry_.start_jobs(); }
 
   // End of data.
   Outputs finish();
 
-  // Keeps all states for smoothed(); before the first feed().
+  // Call it before the first feed(): keeps all states for smoothed().
   void record() { odometry_.record(); }
 
   // After finish(): every state in map from one solution over all data (Odometry::smoothed()).
@@ -38,7 +38,7 @@ class Runner {
 
   Timing timing() const { return odometry_.timing(); }
 
-  // Back to the initialiser, and what was driven over is forgotten.
+  // Back to the initialiser; with `all`, the ground driven over is forgotten.
   void forget() { odometry_.forget(); }
 
   // Counts an input of `channel` that was lost or unusable.

@@ -25,7 +25,7 @@ bool usable(const gpr::TrackDisplacement& d) {
 }
 bool usable(const gpr::Sight& s) { return s.times_least > 0 && std::isfinite(s.times_least); }
 
-// Takes out what no front end should say, and notes it.
+// Removes findings with impossible values, and notes them.
 void drop_unusable(TimeNs tick, RadarAnswer& answer) {
   const auto unusable = [&](const gpr::Finding& finding) {
     return std::visit([&](const auto& f) { return !(usable(f) && f.from < f.to && f.to <= tick); },

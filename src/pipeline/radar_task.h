@@ -1,4 +1,4 @@
-// One tick's work of the radar thread: traces to the front end, its answer back.
+// The work of the radar thread at one tick: passes traces to the front end and returns its answer.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ namespace gprodom {
 
 struct RadarAnswer {
   std::vector<gpr::Finding> findings;
-  std::optional<SubsurfaceFeatureMatrix> sfm;  // where the front end made one and is asked for it
-  std::vector<std::string> notes;              // why the front end started afresh, if it did
+  std::optional<SubsurfaceFeatureMatrix> sfm;  // if the front end makes one and it is asked for
+  std::vector<std::string> notes;              // e.g. why the front end was reset
 };
 
 class RadarTask {
