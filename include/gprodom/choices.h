@@ -1,5 +1,5 @@
-// What is one of a few: enums, each with the names that its values have in the configuration, in
-// messages and wherever people read or write them.
+// Enums, each with the names of its values in the configuration, in messages and wherever people
+// read or write them.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ enum class SolverKind { kCeres, kChain };  // of the fixed-lag window
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 enum class CommandName { kReset, kSaveMap, kLoadMap };  // of command_t
 
-// In the order of the enum, whose value selects the overload and is not looked at.
+// In the order of the enum. The argument selects the overload; its value is not used.
 constexpr std::array<const char*, 4> names_like(WheelDrive) {
   return {"single", "differential", "skid_steer", "ackermann"};
 }
@@ -81,7 +81,7 @@ std::string name_of(Choice choice) {
   return names_like(choice).at(static_cast<std::size_t>(choice));
 }
 
-// "running | window | none", or with another text between two names, and before the last.
+// "running | window | none", or with other separators between names and before the last one.
 template <class Choice>
 std::string all_names(const char* between = " | ", const char* before_last = " | ") {
   constexpr auto names = names_like(Choice{});
@@ -91,7 +91,7 @@ std::string all_names(const char* between = " | ", const char* before_last = " |
   return text;
 }
 
-// Nothing where no value has that name.
+// Nothing if no value has that name.
 template <class Choice>
 std::optional<Choice> find_choice(std::string_view name) {
   const auto names = names_like(Choice{});

@@ -1,4 +1,4 @@
-// How long something took, over many times: quantiles to 9 %, in a fixed amount of memory.
+// Histogram of durations: quantiles with an error of up to 9 %, in a fixed amount of memory.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ class DurationHistogram {
   std::int64_t count() const { return count_; }
   double longest() const { return longest_s_; }  // s
 
-  // The duration (s) that a share (0 to 1) of all was no longer than, rounded up; 0 where there is
-  // none. 1 us to 16 s are told apart.
+  // The quantile (s) of a share (0 to 1) of all durations, rounded up; 0 if there is none. Resolves
+  // durations from 1 us to 16 s.
   double quantile(double share) const {
     const double wanted = std::clamp(share, 0.0, 1.0) * static_cast<double>(count_);
     double passed = 0.0;

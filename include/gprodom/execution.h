@@ -1,4 +1,4 @@
-// Where the work off the fast path is done, and what time it took.
+// Where the work off the fast path is done, and how long it took.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace gprodom {
 
-// kInline does radar and solver work where it is due and always finishes it (replay, Python).
+// kInline does radar and solver work at once and always finishes it (replay, Python).
 // kThreaded gives each a thread. A radar result not ready at its data time is dropped and counted;
-// a solve is waited for, up to a limit, so that live equals replay on a busy machine too.
+// a late solve is awaited up to a limit, so that live equals replay on a busy machine too.
 enum class Execution { kInline, kThreaded };
 
 // Wall-clock time of work done off the fast path. Never part of an estimate.

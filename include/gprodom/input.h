@@ -1,4 +1,4 @@
-// Everything that comes in from outside, as one type: what live and replay feed to the estimator.
+// All inputs as one type, which live and replay feed to the estimator.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace gprodom {
 
-// An operator's wish, as it came: `name` should be one of CommandName. Argument of reset: empty, or
+// A command as received: `name` should be one of CommandName. Argument of reset: empty, or
 // kResetAll, which forgets the ground too; of save_map and load_map: the map's name.
 struct Command {
   TimeNs time = 0;
@@ -19,7 +19,7 @@ struct Command {
 
 constexpr char kResetAll[] = "all";
 
-// A message that could not be used, and why.
+// A message that could not be used, with the reason.
 struct Rejection {
   std::string channel;
   std::string reason;

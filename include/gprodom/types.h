@@ -53,8 +53,8 @@ struct GprTrace {
   std::vector<float> samples;
 };
 
-// What a radar front end, or another process, says about motion along the track. The values of this
-// enum and of the other two here are those of lcmtypes/, which src/io/lcm_constants.cpp holds.
+// The kind of a displacement along the track, from a radar front end or another process. The values
+// of the enums here are those of lcmtypes/, which src/io/lcm_constants.cpp checks.
 enum class DisplacementKind : std::int8_t {
   kSequential = 0,
   kMotion = 1,
@@ -62,8 +62,8 @@ enum class DisplacementKind : std::int8_t {
   kExternal = 3
 };
 
-// From when to when, how far along the track (m), how sure (standard deviation, m).
-// kMotion is unsigned: a valid distance of 0 says that the robot stood from `from` to `to`.
+// A displacement along the track (m) between two times, with its standard deviation (m).
+// kMotion is unsigned; a valid distance of 0 means that the robot stood from `from` to `to`.
 struct Displacement {
   TimeNs time = 0;  // when it takes effect
   TimeNs from = 0;
@@ -83,15 +83,15 @@ struct Displacement {
 // Bits of odometry_t.flags.
 enum OdometryFlags : std::int32_t {
   kStanding = 1,       // the robot does not move
-  kSlipping = 2,       // the wheel turns otherwise than the robot moves; also one of the last two
+  kSlipping = 2,       // wheel slip; comes with kWheelFast or kWheelSlow
   kNoWheel = 4,        // no wheel data in use
   kNoRadar = 8,        // no radar data in use
   kImuGap = 16,        // IMU data were missing since the last state
   kSolverFailed = 32,  // the last solve failed; the state is the last good one, propagated
-  kWheelFast = 64,     // slipping: the wheel is faster than the ground
-  kWheelSlow = 128,    // slipping: the wheel is slower than the ground
-  kLeftSlips = 256,    // of two sides the left one slips; the right one is gone by
-  kRightSlips = 512    // likewise
+  kWheelFast = 64,     // slip: the wheel is faster than the ground (it spins)
+  kWheelSlow = 128,    // slip: the wheel is slower than the ground (it skids)
+  kLeftSlips = 256,    // the left wheels slip; only the right ones are used
+  kRightSlips = 512    // the right wheels slip; only the left ones are used
 };
 
 // Covariances: pose as [position (m), rotation vector (rad)], both in `odom` axes, of the error
@@ -113,8 +113,8 @@ struct OdometryEstimate {
 };
 
 // map -> odom: p_map = R(q) p_odom + p. The covariance is that of the robot's pose in map at `time`
-// (as OdometryEstimate has it, in map axes): the correction's own would not add to that of
-// odometry, whose errors it takes back.
+// (as in OdometryEstimate, in map axes). A covariance of the correction itself could not be added
+// to that of the odometry, since the correction removes the errors of the odometry.
 struct Correction {
   TimeNs time = 0;
   Eigen::Vector3d p_map_odom = Eigen::Vector3d::Zero();
@@ -135,8 +135,8 @@ struct SubsurfaceFeatureMatrix {
 
 enum class HealthLevel : std::int8_t { kOk = 0, kDegraded = 1, kFailed = 2 };
 
-// Among the values of a live Status: a number of the process that says it, so that a second one on
-// the same channels is noticed. Never in a replay's.
+// A value of a live Status: a number of the process that sends it, by which a second process on the
+// same channels is noticed. It is not in the Status of a replay.
 constexpr char kInstance[] = "instance";
 
 struct Status {

@@ -32,12 +32,12 @@ struct UserFactor {
     StatePart part = StatePart::kPosition;
   };
 
-  std::string name;           // of it and of others of its kind, in warnings and in the status
+  std::string name;           // of this kind of factor, in warnings and in the status
   std::vector<TimeNs> times;  // one moment or two, the earlier first
   std::vector<Block> blocks;  // one for each parameter block of `cost`, in its order
 
-  // Residuals of unit variance, nine at most. Called from the solver's thread: what it shares with
-  // yours must be safe for that, and must not change, or a replay will differ.
+  // Residuals of unit variance, nine at most. It is called from the solver's thread. Data that it
+  // shares with your thread must be thread-safe and constant, or a replay will differ.
   std::shared_ptr<const ceres::CostFunction> cost;
   // On the squared norm of the residuals; null: quadratic. Its slope must not be negative.
   std::shared_ptr<const ceres::LossFunction> loss;
