@@ -1,4 +1,4 @@
-"""What Python reads of the estimator's configuration: where it lies, and the names of the channels.
+"""The part of the configuration that Python reads: where it lies, and the names of the channels.
 
 The programs check a configuration in full; here only what is asked for is looked at.
 """

@@ -1,4 +1,4 @@
-"""What the tests share: where test data lie, and a network of their own for live LCM."""
+"""Shared by the tests: the folders of test data, and a private network for live LCM."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def programs() -> Path:
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures that were made pictures of, in order; each must be a picture with ink on it."""
+    """The figures that were drawn, in order; each must be a picture that is not blank."""
     figures: list[Figure] = []
     to_png: Callable[..., bytes] = canvas.png
 

@@ -127,7 +127,7 @@ class Daemon:
         return robot.utime
 
     def drive(self, robot: Robot, seconds: float, speed: float) -> None:
-        """The robot goes over to that speed, 100 Hz, sent at ten times real time."""
+        """Changes the robot's speed; 100 Hz, sent at ten times real time."""
         for i in range(round(seconds * 100)):
             for channel, m in robot.step(i, speed):
                 self.lcm.publish(channel, m.encode())
@@ -135,7 +135,7 @@ class Daemon:
 
 
 def reread(folder: Path) -> None:
-    """SIGHUP: what changed is said and applied; a bad file leaves the old config."""
+    """SIGHUP: changes are reported and applied; a bad file leaves the old configuration."""
     with Daemon(folder, "wheel:\n  scale: 1.0\n") as daemon:
         daemon.reread("wheel:\n  scale: 1.0\nlogging:\n  level: warning\n")
         daemon.await_log("config: logging.level: info -> warning")
@@ -186,7 +186,7 @@ def hostile(folder: Path) -> None:
 
 
 class Manager:
-    """What systemd is to a service of Type=notify: a socket for its notices."""
+    """Stands in for systemd with a service of Type=notify: a socket for its notices."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "notify"
@@ -267,7 +267,7 @@ def journal(folder: Path) -> None:
 
 
 def killed(folder: Path) -> None:
-    """kill -9 amid a drive: the next daemon goes on from the saved pose."""
+    """kill -9 in mid-drive: the next daemon resumes from the saved pose."""
     config = f"gpr:\n  enabled: false\nstate:\n  directory: {folder}\n"
     robot = Robot(START_UTIME)
     with Daemon(folder, config) as daemon:

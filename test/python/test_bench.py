@@ -123,7 +123,7 @@ def test_a_log_is_made_longer(tmp_path: Path) -> None:
 
 
 def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
-    """The short form of bench/same_bytes.py; and it sees where one side is another."""
+    """The short form of bench/same_bytes.py, and that it detects a difference."""
     command = [BENCH / "same_bytes.py", "--short", "--json"]
     results = json.loads(run(*command))
     assert [result["case"].split()[0] for result in results] == ["sample", "commands", "state"]

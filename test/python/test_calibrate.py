@@ -1,4 +1,4 @@
-"""Calibration: what was put into simulated recordings is found again, within what it claims."""
+"""Calibration: the constants of simulated recordings are found within their uncertainties."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
 def test_radar_time_offset(
     tmp_path: Path, late: int, ground: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What was added to the radar's stamps is told, and the estimator takes it as written."""
+    """The offset added to the radar's stamps is found, and the estimator accepts the file."""
     spec, length = (
         (GroundSpec(), None)
         if ground == "rays"
@@ -196,7 +196,7 @@ def test_no_radar_offset_without_motion(tmp_path: Path) -> None:
 
 
 def test_radar_time_offset_moves_the_stamps() -> None:
-    """With the offset, what is said of traces stamped late bears the stamps they should have."""
+    """With the offset, results of traces that were stamped late have the right stamps."""
     route = make_route("stops", 6.0, 0.6, 4.0, stream(6, "route"))
     recording = as_recording(simulate(robot(route, GroundSpec()), 6))
     late = replace(recording, gpr_utime=recording.gpr_utime + 30_000)

@@ -1,7 +1,7 @@
 """The estimator's covariance over 40 simulated drives; bench/consistency.py runs more.
 
-The wheels of these drives never slip for long, and the estimator is told so: what it fears of slip
-otherwise is far more than their error.
+The wheels of these drives never slip for long, and the configuration says so: otherwise the
+variance for slip would be far larger than their error.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from gprodom.status.heard import flags
 
 ALL = 0x3FF
 
-# Of the released types. Constants and comments leave them alone; a changed field would make logs
-# and robots of before unreadable, and wants a new type.
+# Fingerprints of the released types. Constants and comments do not change them. A changed field
+# would make older logs unreadable, so it needs a new type.
 FINGERPRINTS = {
     "gpr_trace_t": "49e526d0b0c7b2c9",
     "imu_t": "0a170b716bb0a149",

@@ -1,4 +1,4 @@
-"""gprodom convert cmu: what the dataset's files may look like, and what must be refused."""
+"""gprodom convert cmu: variants of the dataset's files, and files that must be refused."""
 
 from __future__ import annotations
 

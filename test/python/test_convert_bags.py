@@ -1,4 +1,4 @@
-"""ROS bags of three kinds, made here: what is taken of them, and what damage does."""
+"""ROS bags of three kinds, made here: their conversion, and damaged ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bags, tables and survey files: what comes of real ones, and of small ones made here."""
+"""Conversion of bags, tables and survey files: real ones, and small ones made here."""
 
 from __future__ import annotations
 

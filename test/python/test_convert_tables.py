@@ -1,4 +1,4 @@
-"""A robot's own tables: in any order and unit, refused where they are plainly something else."""
+"""A robot's own tables, in any order and unit; refused if they are clearly something else."""
 
 from __future__ import annotations
 

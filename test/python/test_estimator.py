@@ -1,4 +1,4 @@
-"""The estimator on recorded sequences: against the solution over all data, and what it must reach.
+"""The estimator on recorded sequences: against the batch solution, and bounds on its errors.
 
 The figures of all sequences stand in docs/results.md; here a few sequences guard them.
 """

@@ -1,4 +1,4 @@
-"""What other programs read of an estimate, read back by their own libraries."""
+"""Exported estimates, read back by the libraries of other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the radar sees of motion, on one sequence of each scene; bench/motion.py tells of more."""
+"""Standstill and coherence on one sequence of each scene; bench/motion.py runs more."""
 
 from __future__ import annotations
 

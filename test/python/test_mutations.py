@@ -1,4 +1,4 @@
-"""Files of others, damaged in many ways: each is read, or refused by one line, and nothing else.
+"""Foreign files, damaged in many ways: each is either read or refused with one line.
 
 Seeded, so that a failure comes again; GPRODOM_MUTATIONS=100000 runs for longer.
 """

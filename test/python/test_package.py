@@ -1,4 +1,4 @@
-"""What `cmake --install` leaves: a library others find, and pages that tell of every option."""
+"""The result of `cmake --install`: a library that others find, and man pages with every option."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures: what they are drawn from, and that they are drawn."""
+"""Pictures: the data that they show, and that they are drawn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""scripts/check_rooms.py finds what it is there for, and nothing in the package as it is."""
+"""scripts/check_rooms.py finds violations, and none in the present package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The NEES of a score: 2 where errors are drawn as the covariance says, more where it lies."""
+"""The NEES of a score: 2 for errors drawn from the covariance, more if it is too small."""
 
 from __future__ import annotations
 

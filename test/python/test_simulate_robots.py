@@ -1,4 +1,4 @@
-"""Robots with left and right wheels: they report what bodies and surfaces make of them."""
+"""Simulated robots with left and right wheels, on several surfaces."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     if args.smoothed and method.reckoned:
         raise UsageError(f"--smoothed: {method.name} is dead reckoning, there is nothing to solve")
     channels = read_channels(args.configs, args.overrides)
-    # Read first, so that a wrong file is told of at once and not after the work.
+    # Read first, so that a wrong file is reported before the work and not after it.
     truth = read_truth(args.truth, channels=channels) if args.truth else None
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)

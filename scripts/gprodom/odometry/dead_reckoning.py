@@ -102,7 +102,7 @@ def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
 
 
 def has_wheel(log: dict[str, logs.Channel]) -> bool:
-    """Whether `wheel_distance` can be told."""
+    """Whether the log has a wheel, for `wheel_distance`."""
     return "wheel" in log or "wheels" in log
 
 

@@ -1,4 +1,4 @@
-"""One method on one sequence: from whatever the sequence is in to a trajectory."""
+"""Runs one method on one sequence (zip, folder or log) and returns the trajectory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OnWarning = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a method made of a log.
+    """The result of a method on a log.
 
     trajectory: as published (causal).
     jumps: of `map`, where a replay tells of them.

@@ -1,4 +1,4 @@
-"""The methods of a benchmark: what each changes in the configuration, or how it is reckoned."""
+"""The methods of a benchmark: their changes to the configuration, or their computation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shift of a time-ordered window against the displacement that took place: what is observed?
+"""Does the shift of a time-ordered window measure the displacement?
 
 A window of radar traces and the same window a few traces later share most of their traces, so the
 best match shifts by the number of new traces, whatever the robot did. Here that is measured.

@@ -1,4 +1,4 @@
-"""``gprodom plot revisits``: which places the radar knew again, and what came of it."""
+"""``gprodom plot revisits``: the loop closures and their effect on the map."""
 
 from __future__ import annotations
 

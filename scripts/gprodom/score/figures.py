@@ -19,7 +19,7 @@ RPE_DISTANCE_M = 1.0
 
 @dataclass(frozen=True)
 class Figures:
-    """What a score says; None where the data cannot say it.
+    """The figures of a score; None if the data do not give it.
 
     ate_rmse_m: RMS distance between aligned estimate and truth; in the plane for the alignments
       `first` and `se2`, in space for `none` and `se3`.

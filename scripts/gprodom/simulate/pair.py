@@ -1,4 +1,4 @@
-"""Left and right wheels: two sides of one body, each with its slip; values held, and told late."""
+"""Left and right wheels: two sides of one body, each with its slip; values held and late."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class PairSpec:
     track_sigma: float = 0.01  # relative, of the contact that the tape does not know
     noise: float = 0.005  # m/sqrt(m), of either side
     quantum: float = 1.82e-4  # m
-    held: float = 0.0  # s for which a value is told again and again; 0: each is new
+    held: float = 0.0  # s for which a value is repeated; 0: each is new
     late: float = 0.0  # s between a value's time and its stamp
     side_slips: int = 0  # times that one side spins for a moment
 
 
 @dataclass(frozen=True)
 class PairData:
-    """Encoder counts of either side (n,), and what the drive had."""
+    """Encoder counts of each side (n,), and the true figures of the drive."""
 
     left: Ints
     right: Ints
@@ -47,7 +47,7 @@ class PairData:
 
 
 def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomState) -> PairData:
-    """Counts as they are told at the times `t` (s)."""
+    """Counts as reported at the times `t` (s)."""
     surface = SURFACES[spec.surface]
     fine = np.arange(0, drive.duration, 1 / _FINE)
     motion = drive.at(fine)
@@ -72,7 +72,7 @@ def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomSta
 
 
 def _told(t: Floats, fine: Floats, distance: Floats, spec: PairSpec) -> Floats:
-    """The distance (m) that is told at `t`, of `distance` at `fine`.
+    """The distance (m) that is reported at `t`, of `distance` at `fine`.
 
     A held value is the mean speed of the last whole interval: what adds it up goes in straight
     lines, and lags by an interval.
@@ -86,7 +86,7 @@ def _told(t: Floats, fine: Floats, distance: Floats, spec: PairSpec) -> Floats:
 def _spins(
     count: int, t: Floats, speed: Floats, random: np.random.RandomState
 ) -> dict[int, Floats]:
-    """By side (-1 left, 1 right) what it spins beside rolling (n,), m/s: up and down again."""
+    """By side (-1 left, 1 right) its spin in addition to rolling (n,), m/s: up and down again."""
     spins = {-1: np.zeros(len(t)), 1: np.zeros(len(t))}
     moving = t[np.abs(speed) > 0.1]
     for _ in range(count if len(moving) else 0):

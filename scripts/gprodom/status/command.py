@@ -100,7 +100,7 @@ def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
 
 
 def _print_lines(lcm: LCM, heard: Heard) -> int:
-    """A line a second, for what is no terminal: a pipe, a file, a journal."""
+    """A line a second, for a pipe, a file or a journal."""
     from gprodom.status.view import line
 
     due = time.monotonic() + SETTLE_S

@@ -72,7 +72,7 @@ class Heard:
         return self._newest.get("correction_t")
 
     def rates(self) -> dict[str, float]:
-        """Hz of the inputs, by what they are of."""
+        """Rates of the inputs (Hz) by sensor."""
         now = time.monotonic()
         rates = dict.fromkeys(INPUTS.values(), 0.0)
         for channel in self.channels.values():
@@ -82,7 +82,7 @@ class Heard:
 
 
 def flags(odometry: Any) -> list[str]:
-    """What odometry_t.flags says, in words."""
+    """The names of the flags that are set."""
     return [text for text, bit in flag_bits().items() if odometry.flags & bit]
 
 
