@@ -62,7 +62,7 @@ def make_sequence(folder: Path, wheel_scale: float = 1.0) -> Path:
     return folder
 
 
-def test_benchmark_scores_goes_on_and_survives_a_broken_sequence(
+def test_benchmark_resumes_and_survives_a_broken_sequence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     good = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr", wheel_scale=1.02)
@@ -226,7 +226,7 @@ def test_k_needs_shifts() -> None:
         fit_k([still])
 
 
-def test_edited_code_is_not_answered_with_results_of_before(tmp_path: Path) -> None:
+def test_edited_code_runs_the_jobs_again(tmp_path: Path) -> None:
     """Of a copy of the package, edited between two runs."""
     sequence = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr", wheel_scale=1.02)
     package = tmp_path / "scripts" / "gprodom"
@@ -297,7 +297,7 @@ def record(sequence: str, method: str, error: float) -> Record:
     return make_record(sequence, method, "causal", "se2", figures)
 
 
-def test_methods_are_told_apart_only_where_they_differ() -> None:
+def test_methods_differ_only_if_their_interval_excludes_zero() -> None:
     rng = np.random.default_rng(4)
     records = []
     for i in range(40):

@@ -85,7 +85,7 @@ def test_imu_noise() -> None:
     assert still.density == pytest.approx(density, rel=0.03)
 
 
-def test_a_walk_is_no_surer_than_its_few_long_averages() -> None:
+def test_uncertainty_of_the_walk_reflects_its_few_long_averages() -> None:
     """Twenty minutes hold some ten averages of two minutes on each axis: no "+- 0 %"."""
     rng = np.random.default_rng(1)
     rate, walks = 20.0, []

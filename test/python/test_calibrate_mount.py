@@ -41,6 +41,6 @@ def test_mounting_is_found_without_a_standstill(rpy: tuple[float, float, float])
     assert max(found.sigma) < 0.05
 
 
-def test_a_robot_that_does_not_drive_tells_nothing() -> None:
+def test_a_robot_that_does_not_drive_gives_no_mounting() -> None:
     with pytest.raises(Error, match="drives for less than"):
         find_mount(drive((0.0, 0.0, 0.0), speed=0.001))

@@ -23,14 +23,14 @@ def yaw_of(turning: np.ndarray, speed: np.ndarray, until: int = len(TIME)) -> np
     return causal_yaw(TIME[whole], force[whole], gyro[whole], TIME[whole], distance[whole])
 
 
-def test_bias_of_the_standstill_at_the_start_whatever_the_engine_does() -> None:
+def test_bias_is_that_of_the_first_standstill_with_a_running_engine() -> None:
     driving = SECONDS > 5
     noise = 0.011 * ~driving  # of a wheel speed without a sign
     yaw = yaw_of(0.2 * driving, 0.5 * driving + noise)
     assert yaw[-1] - yaw[500] == pytest.approx(0.2 * 35, abs=0.01)
 
 
-def test_before_the_first_standstill_the_bias_is_in_and_after_it_is_not() -> None:
+def test_bias_is_removed_from_the_first_standstill_on() -> None:
     driving = (SECONDS < 15) | (SECONDS > 20)
     yaw = yaw_of(0.1 * driving, 0.5 * driving)
     assert yaw[1500] == pytest.approx((0.1 + BIAS[1]) * 15, abs=0.02)

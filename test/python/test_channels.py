@@ -67,9 +67,7 @@ def test_names_come_from_file_and_overrides(tmp_path: Path) -> None:
     assert read_channels([file]) == STANDARD
 
 
-def test_of_several_files_a_later_one_goes_over_those_before(
-    tmp_path: Path, log: Path, config: Path
-) -> None:
+def test_a_later_file_overrides_earlier_ones(tmp_path: Path, log: Path, config: Path) -> None:
     other = tmp_path / "other.yaml"
     other.write_text("channels:\n  odometry: THERE\n")
     names = Channels(**{**RENAMED, "odometry": "THERE"})
@@ -97,7 +95,7 @@ def test_a_wrong_configuration_is_told_of(tmp_path: Path, text: str, said: str) 
         read_channels([file])
 
 
-def test_a_log_is_written_and_answered_on_renamed_channels(log: Path, replayed: Path) -> None:
+def test_replay_and_daemon_use_renamed_channels(log: Path, replayed: Path) -> None:
     names = Channels(**RENAMED)
     assert channels_of(log) == {names.imu, names.wheel, names.gpr_trace, "TOTAL_STATION"}
     assert {names.odometry, names.odometry_map, names.displacement} < channels_of(replayed)

@@ -71,7 +71,7 @@ def without(messages: dict[str, Any], begin_ns: int, end_ns: int) -> dict[str, A
 
 
 # A robot's computer that stalls: nothing is heard for half a second, and the encoder counts on.
-def test_half_a_second_without_any_sensor_loses_no_way() -> None:
+def test_half_a_second_without_any_sensor_loses_no_distance() -> None:
     messages = read_recording(SAMPLE).messages()
     heard = gprodom.Odometry(set=["graph.enabled=false"]).run(**messages).odometry
     time, position = heard["time"], heard["position"]

@@ -68,7 +68,7 @@ def test_band_pass_is_scipys_window_design_run_both_ways() -> None:
     np.testing.assert_allclose(ours, both_ways, atol=1e-12, rtol=0)
 
 
-def test_background_and_dewow_are_the_means_they_say() -> None:
+def test_background_and_dewow_subtract_the_documented_means() -> None:
     x = np.random.default_rng(4).normal(size=(30, 40)).astype(np.float32)
     np.testing.assert_allclose(gpr.remove_background(x), x - x.mean(axis=0), atol=1e-6)
     so_far = np.cumsum(x, axis=0) / np.arange(1, 31)[:, None]

@@ -250,7 +250,7 @@ def test_no_pose_is_a_failure_with_its_reason_in_every_program(
         )
 
 
-def test_run_tells_the_warnings_of_replay_in_its_words(folder: Path, tmp_path: Path) -> None:
+def test_run_reports_the_warnings_of_replay_unchanged(folder: Path, tmp_path: Path) -> None:
     bounded = ["--set", "wheel.max_speed=0.05"]  # drops most of the wheel, which is reported
     replayed = replay(folder / "in.lcmlog", "-o", tmp_path / "out.lcmlog", *bounded, config=CONFIG)
     warnings = [line for line in replayed.stderr.splitlines() if line.startswith("warning: ")]

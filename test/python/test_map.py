@@ -77,9 +77,7 @@ def drive(estimator: Any, run: Any, shift: int = 0, wheel: float = 1.0, noise: f
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_after_a_reset_the_robot_is_located_on_the_ground_of_before(
-    tmp_path: Path, seed: int
-) -> None:
+def test_after_a_reset_the_robot_is_located_on_known_ground(tmp_path: Path, seed: int) -> None:
     run = drive_on_known_ground(seed)
     estimator = gprodom.Odometry()
     first = drive(estimator, run)

@@ -162,7 +162,7 @@ def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_ot
         assert all(a > b + 0.2 for a, b in pairwise(widths)), widths
 
 
-def test_prose_of_a_table_stands_left_and_names_in_one_line() -> None:
+def test_text_in_tables_is_left_aligned_and_names_do_not_break() -> None:
     page = canvas.table(["name", "m", "why"], [["a-b", "0.3 m", "no pose at all"]])
     assert "<td>0.3 m</td><td class=prose>no pose at all</td>" in page
     assert "td:first-child { text-align: left; white-space: nowrap; }" in canvas.STYLE

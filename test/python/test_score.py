@@ -131,7 +131,7 @@ def test_association_interpolates_and_leaves_out_gaps_and_ends() -> None:
     assert pairs.estimate.position[0] == pytest.approx([0.025, 0.05, 0])
 
 
-def test_what_of_the_truth_is_not_covered_is_counted_and_told(
+def test_uncovered_truth_is_counted_and_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     time = START + 100_000 * np.arange(201)  # 20 s at 0.5 m/s

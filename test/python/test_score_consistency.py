@@ -47,12 +47,12 @@ def mean_nees(claimed: float, error: TruthError, runs: int = 30) -> float:
     return float(np.mean([value for value in found if value is not None]))
 
 
-def test_nees_is_two_where_all_claims_are_right() -> None:
+def test_nees_is_two_for_correct_covariances() -> None:
     # Errors within a run are correlated: some ten independent points of 2 degrees of freedom each.
     assert mean_nees(1.0, TruthError(0.05, 0.1)) == pytest.approx(2, abs=0.4)
 
 
-def test_nees_tells_a_covariance_that_is_too_small_and_a_truth_taken_for_exact() -> None:
+def test_nees_is_larger_for_a_covariance_that_is_too_small() -> None:
     assert mean_nees(0.2, TruthError(0.05, 0.1), 10) > 6
     assert mean_nees(1.0, TruthError(0.002, 0.0), 10) > 6
 
@@ -68,7 +68,7 @@ def test_correlation_follows_from_the_covariances() -> None:
     assert along[2, 0] == pytest.approx(0.01 / 4, rel=1e-3)
 
 
-def test_a_truth_that_stands_places_nothing() -> None:
+def test_a_truth_without_motion_gives_no_nees() -> None:
     pairs = drive(np.random.default_rng(1))
     still = Trajectory(pairs.truth.time, np.zeros((N, 3)))
     assert nees_xy(Pairs(pairs.estimate, still, 0), TruthError()) is None

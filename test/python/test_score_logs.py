@@ -138,7 +138,7 @@ def test_plot_trajectory(log: Path, tmp_path: Path, drawn: list[Figure]) -> None
     assert 0.05 < np.linalg.norm(estimate - truth, axis=0).max() < JUMP_M
 
 
-def test_observability_tells_a_constant_from_a_measurement() -> None:
+def test_observability_distinguishes_a_constant_from_a_measurement() -> None:
     """One front end sees the motion, forwards and back; the other always the same shift."""
     rng = np.random.default_rng(5)
     n = 200

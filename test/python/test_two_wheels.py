@@ -74,7 +74,7 @@ def test_track_and_radii_are_learnt() -> None:
     assert told["wheels.radii_difference"] == pytest.approx(simulated.pair.radii, abs=0.005)
 
 
-def test_skid_steer_track_is_wider_than_the_tape_says() -> None:
+def test_effective_track_of_a_skid_steer_is_wider_than_the_geometric_one() -> None:
     simulated = robot_drive(3, "skid_steer")
     told = values(run(simulated, *KINDS["skid_steer"].settings))
     track = simulated.pair.track * simulated.pair.scale
@@ -89,7 +89,7 @@ def test_one_side_that_slips_is_gone_by() -> None:
     assert error(simulated, pair) < 0.5 * error(simulated, run(simulated))
 
 
-def test_single_takes_the_mean_and_the_pair_comes_first() -> None:
+def test_single_uses_the_mean_and_a_pair_takes_precedence() -> None:
     simulated = robot_drive(5, "cart")
     pair, mean = run(simulated), run(simulated, sides=False)
     np.testing.assert_array_equal(pair.odometry["position"], mean.odometry["position"])
