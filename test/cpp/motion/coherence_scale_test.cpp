@@ -70,7 +70,7 @@ TEST(CoherenceScale, VarianceIsThatOfTheErrors) {
   }
 }
 
-TEST(CoherenceScale, IsLooseAtFirstAndSaysNothingBeforeItHasLearned) {
+TEST(CoherenceScale, HasALargeVarianceAtFirstAndNoValueBeforeLearning) {
   const auto answers = drive(
       1, 60, 0.1, [](double) { return 0.06; }, kSound, kTrue);
   EXPECT_FALSE(answers[2].valid);

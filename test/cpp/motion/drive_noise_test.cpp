@@ -52,7 +52,7 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
   return {noise.accel_density(), noise.increment_sigma(), noise.sideways_density()};
 }
 
-TEST(DriveNoise, TellsAccelerationsFromWheel) {
+TEST(DriveNoise, SeparatesTheNoiseOfImuAndWheel) {
   const Shown shaken = drive(0.1, 0.0005);
   EXPECT_NEAR(shaken.accel_density, 0.1, 0.03);
   EXPECT_LT(shaken.increment_sigma, 0.006);
@@ -61,20 +61,20 @@ TEST(DriveNoise, TellsAccelerationsFromWheel) {
   EXPECT_NEAR(jittery.increment_sigma, 0.01, 0.003);
 }
 
-TEST(DriveNoise, TellsForwardsFromSideways) {
+TEST(DriveNoise, SeparatesForwardAndSidewaysNoise) {
   const Shown tilting = drive(0.002, 0.0005, 0.0, 0.0, 0.1);
   EXPECT_NEAR(tilting.sideways_density, 0.1, 0.03);
   EXPECT_LT(tilting.accel_density, 0.01);
   EXPECT_LT(drive(0.1, 0.0005).sideways_density, 0.01);
 }
 
-TEST(DriveNoise, NeitherASlipNorABiasIsNoise) {
+TEST(DriveNoise, SlipAndBiasAreNotCountedAsNoise) {
   const Shown slips = drive(0.002, 0.0005, 0.1, 0.3);
   EXPECT_LT(slips.accel_density, 0.01);
   EXPECT_LT(slips.increment_sigma, 0.002);
 }
 
-TEST(DriveNoise, SaysNothingOfARobotThatStands) {
+TEST(DriveNoise, ReportsNothingAtAStandstill) {
   DriveNoise noise(kGravity);
   NavState at;
   for (int k = 0; k < 100; ++k) {

@@ -5,7 +5,7 @@
 namespace gprodom {
 namespace {
 
-TEST(RadarFinding, AStandstillIsPublishedAsMotionOfNoDistance) {
+TEST(RadarFinding, StandstillIsPublishedAsMotionWithZeroDistance) {
   const Displacement d =
       to_displacement(gpr::Standstill{from_seconds(1), from_seconds(2), "mine", 1e-3, 0.9});
   EXPECT_EQ(d.from, from_seconds(1));
@@ -37,7 +37,7 @@ TEST(RadarFinding, ADisplacementAlongTheTrackKeepsItsSignAndValidity) {
   EXPECT_EQ(d.score, 0.7);
 }
 
-TEST(RadarFinding, ALengthIsPublishedInMetresWithItsScale) {
+TEST(RadarFinding, PathLengthIsPublishedInMetresWithItsScale) {
   const gpr::PathLength path{from_seconds(1), from_seconds(2), "mine", true, 8.0, 0.6};
   const Displacement d = to_displacement(path, 0.05);
   EXPECT_EQ(d.from, path.from);

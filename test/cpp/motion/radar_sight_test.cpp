@@ -6,7 +6,7 @@
 namespace gprodom {
 namespace {
 
-TEST(RadarSight, IsLearntFromDrivingAndNoWitnessAgainstASlowerWheel) {
+TEST(RadarSight, IsLearntFromDrivingAndDoesNotContradictASlowerWheel) {
   Config config;
   config.wheel.slip_threshold = 0;  // the radar alone knows
   for (const double times_least : {100.0, 2.0}) {

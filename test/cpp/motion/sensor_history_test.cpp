@@ -32,7 +32,7 @@ void expect_m(const std::optional<double>& metres, double expected) {
   EXPECT_NEAR(*metres, expected, 1e-9);
 }
 
-TEST(WheelHistory, LinearBetweenSamplesAndSilentOutsideThem) {
+TEST(WheelHistory, InterpolatesBetweenSamplesOnly) {
   const WheelHistory wheel = even_drive(4);
   expect_m(distance(wheel, 100.0, 100.3), 0.3);
   expect_m(distance(wheel, 100.02, 100.17), 0.15);
@@ -42,7 +42,7 @@ TEST(WheelHistory, LinearBetweenSamplesAndSilentOutsideThem) {
   EXPECT_FALSE(WheelHistory(kMaxSpeed).distance(0));
 }
 
-TEST(WheelHistory, AJumpOfTheCountIsNotDriven) {
+TEST(WheelHistory, JumpOfTheCountIsNotCounted) {
   for (const double jump : {30.0, -7.4}) {  // the second: set to zero
     WheelHistory wheel = even_drive(5);
     EXPECT_FALSE(wheel.insert({from_seconds(100.5), 7.4 + jump}));
@@ -57,7 +57,7 @@ TEST(WheelHistory, AJumpOfTheCountIsNotDriven) {
   }
 }
 
-TEST(WheelHistory, ASpeedUpToTheLimitIsNoJump) {
+TEST(WheelHistory, SpeedUpToTheLimitIsAccepted) {
   for (const double sign : {1.0, -1.0}) {
     // Two metres a second for 0.1 s, and for the 20 ms by which a stamp may be off.
     WheelHistory wheel = even_drive(1);
@@ -66,7 +66,7 @@ TEST(WheelHistory, ASpeedUpToTheLimitIsNoJump) {
   }
 }
 
-TEST(WheelHistory, ALateSampleGoesWhereItsStampPutsIt) {
+TEST(WheelHistory, LateSampleIsInsertedByItsStamp) {
   WheelHistory wheel(kMaxSpeed);
   wheel.insert({from_seconds(100.0), 7.0});
   wheel.insert({from_seconds(100.2), 7.2});
@@ -78,7 +78,7 @@ TEST(WheelHistory, ALateSampleGoesWhereItsStampPutsIt) {
   expect_m(distance(wheel, 99.9, 100.2), 0.25);
 }
 
-TEST(WheelHistory, ALateSampleBeforeAllOthersCountsFromWhereTheDistanceIs) {
+TEST(WheelHistory, LateSampleBeforeAllOthersKeepsTheDistance) {
   WheelHistory wheel = even_drive(2);
   EXPECT_FALSE(wheel.insert({from_seconds(100.2), 50.0}));  // count and distance differ from here
   wheel.forget_before(from_seconds(100.2));
@@ -86,7 +86,7 @@ TEST(WheelHistory, ALateSampleBeforeAllOthersCountsFromWhereTheDistanceIs) {
   expect_m(distance(wheel, 100.1, 100.2), 0.1);
 }
 
-TEST(WheelHistory, ALateSampleClosesAGap) {
+TEST(WheelHistory, LateSampleClosesAGap) {
   WheelHistory wheel = even_drive(1);
   wheel.insert({from_seconds(100.4), 7.4});
   EXPECT_FALSE(wheel.distance(from_seconds(100.1)));
@@ -94,7 +94,7 @@ TEST(WheelHistory, ALateSampleClosesAGap) {
   expect_m(distance(wheel, 100.0, 100.1), 0.15);
 }
 
-TEST(WheelHistory, AGapIsCoveredWhereThatIsAskedForAlone) {
+TEST(WheelHistory, GapIsSpannedOnlyOnRequest) {
   WheelHistory wheel = even_drive(3);
   EXPECT_TRUE(wheel.insert({from_seconds(101.2), 8.2}));
   EXPECT_FALSE(distance(wheel, 100.1, 100.7));
@@ -103,7 +103,7 @@ TEST(WheelHistory, AGapIsCoveredWhereThatIsAskedForAlone) {
   EXPECT_FALSE(wheel.reported(from_seconds(100.7)));
 }
 
-TEST(WheelHistory, AfterAResumeTheFirstGapIsCoveredHoweverLong) {
+TEST(WheelHistory, FirstGapAfterAResumeIsSpannedAtAnyLength) {
   WheelHistory wheel = even_drive(3);
   wheel.resume({from_seconds(200), 50.0});
   EXPECT_FALSE(wheel.distance(from_seconds(100.1)));  // of the run before
@@ -113,7 +113,7 @@ TEST(WheelHistory, AfterAResumeTheFirstGapIsCoveredHoweverLong) {
   EXPECT_FALSE(wheel.distance(from_seconds(225)));  // a gap like any other
 }
 
-TEST(WheelHistory, AfterAResumeACountSetToZeroIsAJump) {
+TEST(WheelHistory, CountResetToZeroAfterAResumeIsAJump) {
   WheelHistory wheel(kMaxSpeed);
   wheel.resume({from_seconds(200), 50.0});
   EXPECT_FALSE(wheel.insert({from_seconds(210), 0.0}));
@@ -139,7 +139,7 @@ TEST(WheelHistory, ThePathIsUnsigned) {
   EXPECT_EQ(wheel.path(from_seconds(101), from_seconds(102)), 0.0);
 }
 
-TEST(WheelDistances, GoToTheStepsTheyWereDrivenIn) {
+TEST(WheelDistances, AreAssignedToTheirSteps) {
   WheelHistory wheel(kMaxSpeed);
   wheel.insert({from_seconds(100.0), 0.0});
   wheel.insert({from_seconds(100.1), 0.1});
@@ -163,7 +163,7 @@ TEST(WheelDistances, AreAllZeroWhereTheWheelDoesNotCoverThemAll) {
 
 // A car that drives faster than a wheel of which nothing is known may turn: gradually, or so from
 // its first sample on. One sample alone is a jump all the same.
-TEST(WheelHistory, AFastVehicleIsBelieved) {
+TEST(WheelHistory, FastVehicleIsAccepted) {
   WheelHistory wheel(kMaxSpeed);
   double metres = 0, speed = 0;
   int dropped = 0;
@@ -182,7 +182,7 @@ TEST(WheelHistory, AFastVehicleIsBelieved) {
   EXPECT_LE(dropped, 6);
 }
 
-TEST(WheelHistory, TellsForHowLongAValueIsRepeated) {
+TEST(WheelHistory, MeasuresHowLongAValueIsRepeated) {
   for (const int repeats : {1, 5}) {
     WheelHistory wheel(5.0);
     double metres = 0;

@@ -52,7 +52,7 @@ double first(const std::vector<Flag>& flags, WheelSlip slip) {
   return std::nan("");
 }
 
-TEST(SlipWatch, TellsWhenAndWhichWay) {
+TEST(SlipWatch, DetectsSlipWithItsTimeAndSign) {
   WheelConfig config;
   config.scale = 1.03;
   for (const double direction : {1.0, -1.0}) {
@@ -72,14 +72,14 @@ TEST(SlipWatch, TellsWhenAndWhichWay) {
   }
 }
 
-TEST(SlipWatch, AnErrorWithinTheVelocitysOwnIsNoSlip) {
+TEST(SlipWatch, ErrorWithinTheVelocitysDeviationIsNoSlip) {
   const auto flags = drive(
       {}, 1, [](double) { return 1.0; }, 3 * kVelocitySigma);
   EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kFast)));
   EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kSlow)));
 }
 
-TEST(SlipWatch, RemembersWhereTheWheelIsNotToBeUsed) {
+TEST(SlipWatch, RemembersIntervalsWithSlip) {
   WheelConfig config;
   SlipWatch watch(config);
   WheelHistory wheel(config.max_speed);
@@ -166,7 +166,7 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
 
 // A jump of the wheel's speed by half, within what left and right wheels have shown of their noise,
 // and beyond it.
-TEST(SlipWatch, TheWheelsOwnNoiseIsNoSlip) {
+TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
   for (const double noise : {0.0, 0.1}) {
     Drive drive;
     drive.watch.set_wheel_error({noise, 0.0, 0.0});
@@ -179,7 +179,7 @@ TEST(SlipWatch, TheWheelsOwnNoiseIsNoSlip) {
 
 // It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
 // back.
-TEST(SlipWatch, AVerdictThatCannotBeUsedAtOnceIsDropped) {
+TEST(SlipWatch, DecisionThatCannotBeUsedAtOnceIsDropped) {
   for (const double silence : {3.0, 12.0}) {
     Drive drive;
     drive.run(3.0);
@@ -198,7 +198,7 @@ TEST(SlipWatch, AVerdictThatCannotBeUsedAtOnceIsDropped) {
 }
 
 // After a gap of the IMU the published speed is the wheel's.
-TEST(SlipWatch, WhereTheSpeedIsNotKnownTheRadarJudgesTheWheel) {
+TEST(SlipWatch, RadarJudgesTheWheelWhileTheSpeedIsUnknown) {
   for (const double direction : {1.0, -1.0}) {
     Drive drive;
     drive.speed_known = false;
@@ -226,7 +226,7 @@ TEST(SlipWatch, WhereTheSpeedIsNotKnownTheRadarJudgesTheWheel) {
 }
 
 // By the radar, or without it where the wheel would turn more slowly than the robot moves.
-TEST(SlipWatch, WhereTheSpeedIsNotKnownASlipsEndIsSeen) {
+TEST(SlipWatch, EndOfASlipIsDetectedWhileTheSpeedIsUnknown) {
   for (const bool radar_speaks : {true, false}) {
     Drive drive;
     drive.speed_known = false;
@@ -246,7 +246,7 @@ TEST(SlipWatch, WhereTheSpeedIsNotKnownASlipsEndIsSeen) {
 }
 
 // What was published before it is no witness any more.
-TEST(SlipWatch, AVerdictFromBeforeTheSpeedWasLostIsForgotten) {
+TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
   Drive drive;
   drive.run(3.0);
   drive.published = 0.75;
@@ -263,7 +263,7 @@ TEST(SlipWatch, AVerdictFromBeforeTheSpeedWasLostIsForgotten) {
   EXPECT_FALSE(drive.correction);
 }
 
-TEST(SlipWatch, ARealSlipIsNotTakenBack) {
+TEST(SlipWatch, RealSlipIsNotRevoked) {
   for (const double wheel_speed : {0.0, 0.2, 0.55, 0.8}) {
     Drive drive;
     drive.run(3.0);
@@ -274,7 +274,7 @@ TEST(SlipWatch, ARealSlipIsNotTakenBack) {
   }
 }
 
-TEST(SlipWatch, AWheelThatComesBackInMidSlipIsNotBelievedBeforeItAgrees) {
+TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
   Drive drive;
   drive.run(3.0);
   drive.wheel_speaks = false;

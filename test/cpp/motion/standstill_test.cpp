@@ -72,7 +72,7 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   return judged;
 }
 
-TEST(Standstill, OfWheelAndRadarEitherWillDoBesideAStillImu) {
+TEST(Standstill, StillImuAndEitherWheelOrRadarAreEnough) {
   EXPECT_TRUE(judge({}).standing);
   Robot sees_nothing;
   sees_nothing.radar_stands = false;
@@ -89,7 +89,7 @@ TEST(Standstill, OfWheelAndRadarEitherWillDoBesideAStillImu) {
 }
 
 // A robot that creeps from its standstill over ground on which that is not seen.
-TEST(Standstill, TheRadarDoesNotContradictAWheelSlowerThanWhatItSees) {
+TEST(Standstill, RadarDoesNotContradictAWheelBelowItsSight) {
   Robot creeping;
   creeping.speed = 0.04;
   EXPECT_TRUE(judge(creeping).standing);
@@ -101,7 +101,7 @@ TEST(Standstill, TheRadarDoesNotContradictAWheelSlowerThanWhatItSees) {
   EXPECT_TRUE(judge(creeping).standing);
 }
 
-TEST(BiasWatch, ASteadyRateAtAStandstillIsTheBias) {
+TEST(BiasWatch, SteadyRateAtAStandstillIsTheBias) {
   Robot stepped;
   stepped.rate = 5e-3;
   const Judged judged = judge(stepped);
@@ -111,7 +111,7 @@ TEST(BiasWatch, ASteadyRateAtAStandstillIsTheBias) {
   EXPECT_LT((*judged.bias - Eigen::Vector3d(0, 0, 5e-3)).norm(), 5e-4);  // over a second
 }
 
-TEST(BiasWatch, NothingElseIs) {
+TEST(BiasWatch, OtherRatesAreNotTheBias) {
   Robot still;
   EXPECT_FALSE(judge(still).bias);
   Robot stepped;
@@ -134,7 +134,7 @@ TEST(BiasWatch, NothingElseIs) {
 }
 
 // The wheel speed of a car, by a gyro on the wheel, has no sign and so a mean at rest.
-TEST(Standstill, AWheelWithinItsOwnNoiseStands) {
+TEST(Standstill, WheelWithinItsNoiseStands) {
   Robot car;
   car.radar_stands = false;
   car.speed = 0.011;
@@ -145,7 +145,7 @@ TEST(Standstill, AWheelWithinItsOwnNoiseStands) {
   EXPECT_FALSE(judge(car).standing);
 }
 
-TEST(Standstill, AGyroBiasThatIsNotKnownYetIsNoTurning) {
+TEST(Standstill, UnknownGyroBiasIsNotTakenForTurning) {
   Robot robot;
   robot.rate = 0.006;
   EXPECT_FALSE(judge(robot).standing);

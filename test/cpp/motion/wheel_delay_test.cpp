@@ -52,7 +52,7 @@ TEST(WheelDelay, IsFoundToAFractionOfAnInterval) {
 }
 
 // There are only noises to compare, of whatever size, at every moment of two minutes.
-TEST(WheelDelay, IsNotMadeUpAtAConstantSpeed) {
+TEST(WheelDelay, IsNotReportedAtAConstantSpeed) {
   constexpr int kDrives = 300;
   for (const double wheel_mps : {0.005, 0.01, 0.03}) {
     int told = 0;
@@ -81,7 +81,7 @@ TEST(WheelDelay, NeitherNoiseNorSlipsAreADelay) {
   EXPECT_EQ(shown({0.0, 0.0, 0.0, 0.1}), 0.0);
 }
 
-TEST(WheelDelay, NothingIsToldAtFirstNorAcrossBreaks) {
+TEST(WheelDelay, IsNotReportedAtFirstNorAcrossBreaks) {
   WheelDelay delay;
   for (int k = 0; k < 1000; ++k) {
     delay.add(std::sin(0.3 * k), std::sin(0.3 * (k - 1)), kInterval_s);
