@@ -64,7 +64,7 @@ TEST(CoherenceScale, VarianceIsThatOfTheErrors) {
           squares += std::pow((a.distance_m - kSpeed) / a.sigma_m, 2);
           ++n;
         }
-    // Spans here err independently; the variance told is twice theirs.
+    // The errors of spans are independent here, and the reported variance is doubled.
     EXPECT_GT(squares / n, 0.3) << spread;
     EXPECT_LT(squares / n, 0.7) << spread;
   }
@@ -96,7 +96,7 @@ TEST(CoherenceScale, LearnsNothingFromASlip) {
     if (a.time <= 20) continue;
     EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
   }
-  EXPECT_GT(answers[88].sigma_m, 1.15 * answers[62].sigma_m);  // less sure as it goes on
+  EXPECT_GT(answers[88].sigma_m, 1.15 * answers[62].sigma_m);  // the variance grows with distance
 }
 
 TEST(CoherenceScale, LearnsNothingFromASpeedThatIsNotKnown) {

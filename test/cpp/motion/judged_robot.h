@@ -1,4 +1,4 @@
-// A robot whose sensors say what a test sets, and the judge that hears them.
+// A robot whose sensor data are set by a test, and the judge that gets them.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// How slow a motion the radar sees, as the judge learns it, and what it makes of that.
+// The judge learns the least speed that the radar sees, and uses it in its decisions.
 #include <gtest/gtest.h>
 
 #include "motion/judged_robot.h"

@@ -73,8 +73,8 @@ TEST(SlipDrift, NothingSlipsThatStandsOrHasNoWheel) {
   EXPECT_EQ(driven(config, kShaken).sigma(), 0.0);
 }
 
-// A place known in one direction: no more is left there than was measured, and less across, as far
-// as the slip is the same.
+// The position is measured in one direction. The covariance there falls to that of the measurement,
+// and across it falls as far as the slip is correlated.
 TEST(SlipDrift, AMeasuredPlaceTellsOfPastSlip) {
   SlipDrift drift = driven(Config(), kShaken);
   const Eigen::Matrix2d before = drift.covariance();

@@ -141,7 +141,8 @@ class Drive {
   int i_ = 0;
 };
 
-// The velocity was learnt in a slip that nobody saw; at its end the wheel is right and looks wrong.
+// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
+// slip.
 TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
   Drive drive;
   drive.run(3.0);
@@ -151,7 +152,7 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
   EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
   EXPECT_LT(drive.correction->ahead_m, -0.5);
   EXPECT_GT(drive.correction->ahead_m, -1.4);
-  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // still at odds: the caller puts the speed right
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // until the caller corrects the speed
   drive.published = kSpeed;
   drive.run(1.0);
   EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
@@ -225,7 +226,7 @@ TEST(SlipWatch, RadarJudgesTheWheelWhileTheSpeedIsUnknown) {
   EXPECT_FALSE(agreed.contradicted());
 }
 
-// By the radar, or without it where the wheel would turn more slowly than the robot moves.
+// By the radar; or without it, if the wheel turns more slowly than the published speed.
 TEST(SlipWatch, EndOfASlipIsDetectedWhileTheSpeedIsUnknown) {
   for (const bool radar_speaks : {true, false}) {
     Drive drive;
@@ -238,20 +239,20 @@ TEST(SlipWatch, EndOfASlipIsDetectedWhileTheSpeedIsUnknown) {
     EXPECT_DOUBLE_EQ(drive.correction->sigma, 0.1);
     EXPECT_FALSE(drive.contradicted());
   }
-  Drive slips;  // for all that is known
+  Drive slips;  // as far as can be known
   slips.speed_known = slips.radar_speaks = false;
   slips.wheel_speed = 1.8 * kSpeed;
   slips.run(3.0);
   EXPECT_FALSE(slips.correction);
 }
 
-// What was published before it is no witness any more.
+// The speed published before the gap is no longer evidence.
 TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
   Drive drive;
   drive.run(3.0);
   drive.published = 0.75;
   drive.asked = false;
-  drive.run(4.0);  // the radar has borne the wheel out
+  drive.run(4.0);  // the radar has confirmed the wheel
   EXPECT_TRUE(drive.contradicted());
   drive.asked = true;
   drive.speed_known = false;

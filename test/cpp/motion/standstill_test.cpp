@@ -1,5 +1,5 @@
-// What makes a standstill, and what makes a gyro bias that moved: a steady rate while all else
-// says standstill, and nothing else.
+// Conditions for a standstill, and for a step of the gyro bias: a steady rate while all other
+// sensors show a standstill, and no other case.
 #include "motion/standstill.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ TEST(Standstill, StillImuAndEitherWheelOrRadarAreEnough) {
   EXPECT_FALSE(judge(shaken).standing);
 }
 
-// A robot that creeps from its standstill over ground on which that is not seen.
+// A robot that starts to creep, over ground on which the radar cannot see such slow motion.
 TEST(Standstill, RadarDoesNotContradictAWheelBelowItsSight) {
   Robot creeping;
   creeping.speed = 0.04;

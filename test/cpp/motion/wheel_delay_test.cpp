@@ -1,4 +1,4 @@
-// How late a wheel is, from changes of speed, with what else may set it apart from the IMU.
+// The delay of a wheel, from changes of speed, in the presence of noise, slip and bias.
 #include "motion/wheel_delay.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(WheelDelay, IsFoundToAFractionOfAnInterval) {
   }
 }
 
-// There are only noises to compare, of whatever size, at every moment of two minutes.
+// At a constant speed only noise can be compared; checked at each moment of two minutes.
 TEST(WheelDelay, IsNotReportedAtAConstantSpeed) {
   constexpr int kDrives = 300;
   for (const double wheel_mps : {0.005, 0.01, 0.03}) {
