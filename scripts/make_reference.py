@@ -19,6 +19,7 @@ from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PAGE = CHECKOUT / "docs" / "reference.md"
+MOUNTING = "src/input/mounting_watch.cpp"
 MEANINGS = CHECKOUT / "scripts" / "reference_meanings.toml"
 STRING = r'"((?:[^"\\]|\\.)*)"'
 STRINGS = rf"{STRING}(?:\s*{STRING})*"
@@ -177,7 +178,9 @@ def status_part(code: str, meanings: dict[str, dict[str, str]], faults: list[str
     reasons = set(reasons_in(code, known))
     reasons |= {("failed", t) for t in re.findall(rf"reasons\.push_back\({STRING}\)", silence)}
     reasons |= {("degraded", t) for t in re.findall(rf"string reason = {STRING};", code)}
-    inputs = "\n".join(sources("src/input"))
+    mounting = mounting_texts()
+    reasons |= {("degraded", text) for text in mounting}
+    inputs = "\n".join(sources("src/input")).replace((CHECKOUT / MOUNTING).read_text(), "")
     events = (events_in(code, known) | refusals_in(inputs)) - {text for _, text in reasons}
     stale = texts.keys() - events - {text for _, text in reasons}
     faults += [f"{text}: the code has no such text" for text in stale]
@@ -212,6 +215,12 @@ A value named `CHANNEL: TEXT` counts how often it happened. The log warns of it,
 A packet that cannot be decoded is counted as `message …` with what is wrong in it. It comes from a
 program with another version of the types, or from a foreign one.
 """
+
+
+def mounting_texts() -> set[str]:
+    """What is told of a wrong mounting, without the way out that all of them end in."""
+    found = re.findall(rf"\btell\(\s*({STRINGS})", (CHECKOUT / MOUNTING).read_text())
+    return {re.sub(r"%[\d.]*[a-z]", "N", joined(literals)) for literals, *_ in found}
 
 
 def start_texts() -> str:

@@ -79,13 +79,14 @@ struct StandstillConfig {
 };
 
 struct InitializerConfig {
-  double duration = 2.0;         // s of standstill needed to start
-  double max_gyro_std = 0.02;    // rad/s; noisier than this: not standing
-  double max_accel_std = 0.2;    // m/s^2
-  double max_gyro_mean = 0.05;   // rad/s; faster than this: turning, or a broken gyro
-  double position_sigma = 1e-3;  // m; the origin's prior
-  double yaw_sigma = 1e-3;       // rad; the origin's prior
-  double gravity = 9.80665;      // m/s^2
+  double duration = 2.0;             // s of standstill needed to start
+  bool wait_for_standstill = false;  // never start on the move
+  double max_gyro_std = 0.02;        // rad/s; noisier than this: not standing
+  double max_accel_std = 0.2;        // m/s^2
+  double max_gyro_mean = 0.05;       // rad/s; faster than this: turning, or a broken gyro
+  double position_sigma = 1e-3;      // m; the origin's prior
+  double yaw_sigma = 1e-3;           // rad; the origin's prior
+  double gravity = 9.80665;          // m/s^2
 };
 
 struct SmootherConfig {

@@ -25,8 +25,8 @@ struct UserFactor;
 class GPRODOM_EXPORT Odometry {
  public:
   // Takes up what an earlier run has left in state.directory, and keeps it there: the wheel's
-  // scale, the ground driven over, and the pose, which is gone on from where it is
-  // state.resume_within old at most. front_end: a radar front end of your own
+  // scale, the pair's track, the ground driven over, and the pose, which is gone on from where it
+  // is state.resume_within old at most. front_end: a radar front end of your own
   // (gprodom/front_end.h) in place of gpr.front_end. Throws ConfigError where settings contradict
   // each other.
   explicit Odometry(const Config& config, Execution execution = Execution::kInline,
@@ -97,6 +97,7 @@ class GPRODOM_EXPORT Odometry {
 
  private:
   void start_afresh(StartingPoint start);
+  void save_state();
   void begin_saving(const std::string& path);
   void expect_map(const std::string& path) const;
   void keep(Outputs& out);

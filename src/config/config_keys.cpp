@@ -101,6 +101,7 @@ void add_standstill(Keys& keys, StandstillConfig& c) {
 void add_initializer(Keys& keys, InitializerConfig& c) {
   keys.insert(keys.end(), {
     {"initializer.duration", &c.duration, "s", between(0.1, 600), "standstill needed to start"},
+    {"initializer.wait_for_standstill", &c.wait_for_standstill, "", kAny, "start from such a standstill alone, never on the move"},
     {"initializer.max_gyro_std", &c.max_gyro_std, "rad/s", kPositive, "noisier: not standing"},
     {"initializer.max_accel_std", &c.max_accel_std, "m/s^2", kPositive, "noisier: not standing"},
     {"initializer.max_gyro_mean", &c.max_gyro_mean, "rad/s", kPositive, "faster: turning, or a broken gyro"},

@@ -12,20 +12,22 @@ struct DriveTraits {
   bool turns_by_difference = false;  // the difference of left and right is a turn of the body
   double track_m = 0.0;              // effective track
   double track_sigma_m = 0.0;
-  double track_walk_m = 0.0;         // m/sqrt(m), over the path of both sides: the ground changes
-  double difference_noise_m = 0.0;   // m/sqrt(m), likewise: of right less left
-  double side_slip_m_per_rad = 0.0;  // sideways, while the body turns: the centre of it wanders
+  double track_walk_m = 0.0;          // m/sqrt(m), over the path of both sides: the ground changes
+  double difference_noise_m = 0.0;    // m/sqrt(m), likewise: of right less left
+  double side_slip_m_per_rad = 0.0;   // sideways, while the body turns: the centre of it wanders
+  double track_between_runs_m = 0.0;  // how far the effective track of the next run may be another
 };
 
 inline DriveTraits drive_traits(const WheelConfig& config) {
   const double track = config.track;
   if (config.drive == WheelDrive::kDifferential)
-    return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track};
-  // Effective over geometric track: 1.6 to 2.0 on grass, gravel, asphalt and ice (Warthog).
+    return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track, 5e-3 * track};
+  // Effective over geometric track: 1.6 to 2.0 on grass, gravel, asphalt and ice (Warthog). The
+  // next run may be on other ground.
   if (config.drive == WheelDrive::kSkidSteer)
-    return {true, 1.75 * track, 0.35 * track, 5e-3 * track, 0.1, 0.1 * track};
+    return {true, 1.75 * track, 0.35 * track, 5e-3 * track, 0.1, 0.1 * track, 0.15 * track};
   if (config.drive == WheelDrive::kAckermann)
-    return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track};
+    return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track, 5e-3 * track};
   return {};
 }
 

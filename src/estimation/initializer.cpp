@@ -30,9 +30,10 @@ std::string refuse(const char* format, double value, double limit) {
   return text;
 }
 
-// Deviation of the means over four parts of the samples' time, the largest of the axes.
+constexpr size_t kParts = 4;  // of the samples' time
+
+// Deviation of the means over the parts, the largest of the axes.
 double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*field) {
-  constexpr size_t kParts = 4;
   std::vector<Vector3d> means;
   for (size_t i = 0; i < kParts; ++i) {
     const auto part = [&](size_t k) {
@@ -54,6 +55,14 @@ constexpr double kRestingWheel = 0.02;  // m/s
 // turns or speeds up by more than this.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
 
+// Standard deviation of a mean: white noise's, or, where the parts differ by more than chance makes
+// white noise differ (in one of a thousand standstills), what they show.
+double sigma_of_mean(double white, double unsteady) {
+  constexpr double kBeyondChance = 2.5;
+  const double shown = unsteady / std::sqrt(static_cast<double>(kParts));
+  return shown > kBeyondChance * white ? shown : white;
+}
+
 std::string reason_against(const Config& config, const std::vector<ImuSample>& samples,
                            const Moments& gyro, const Moments& accel, const WheelAtStart& wheel) {
   const InitializerConfig& c = config.initializer;
@@ -62,6 +71,14 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   if (wheel.path_m > limit)
     return refuse("the wheel turned %.3f m (limit %.3f): hold the robot still to start",
                   wheel.path_m, limit);
+  // Noise at rest is spread evenly over the time; a robot that sets off is not.
+  const double at_end = std::abs(wheel.end_mps) * WheelAtStart::kSpeedOver;
+  const double even = (wheel.path_m - at_end) / (seconds / WheelAtStart::kSpeedOver - 1);
+  if (seconds > 2 * WheelAtStart::kSpeedOver &&
+      at_end > 2 * even + 2 * config.wheel.noise_floor + 1e-3)
+    return refuse(
+        "the wheel begins to turn (%.3f m in the last %.1f s): hold the robot still to start",
+        at_end, WheelAtStart::kSpeedOver);
   const bool quiet = gyro.deviation <= c.max_gyro_std && accel.deviation <= c.max_accel_std;
   const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
                       unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
@@ -165,15 +182,21 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
   initial.noise.accel_density = std::max(config.imu.accel_noise_density, accel.deviation * root_dt);
   initial.state = level_state(config, samples.back().time, accel.mean);
   initial.state.gyro_bias = gyro.mean;
+  const double root = std::sqrt(duration);
   initial.prior = first_prior(config, initial.state,
-                              {std::max(config.standstill.velocity_sigma, wheel.path_m / duration),
-                               initial.noise.gyro_density / std::sqrt(duration),
-                               initial.noise.accel_density / std::sqrt(duration)});
+                              {std::max({config.standstill.velocity_sigma, wheel.path_m / duration,
+                                         std::abs(wheel.end_mps)}),
+                               sigma_of_mean(initial.noise.gyro_density / root,
+                                             unsteadiness(samples, &ImuSample::angular_velocity)),
+                               sigma_of_mean(initial.noise.accel_density / root,
+                                             unsteadiness(samples, &ImuSample::acceleration))});
   return {initial, {}};
 }
 
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
                                  const WheelAtStart& wheel) {
+  if (config.initializer.wait_for_standstill)
+    return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
   if (!wheel.heard) return {std::nullopt, "no wheel: hold the robot still to start"};
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);

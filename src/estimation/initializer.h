@@ -19,8 +19,9 @@ struct Initialization {
 // What the wheel said over the samples' time.
 struct WheelAtStart {
   bool heard = false;
-  double path_m = 0.0;                    // unsigned
-  double begin_mps = 0.0, end_mps = 0.0;  // signed speeds at the two ends
+  double path_m = 0.0;                       // unsigned
+  double begin_mps = 0.0, end_mps = 0.0;     // signed speeds at the two ends
+  static constexpr double kSpeedOver = 0.5;  // s, that these are means over
 };
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration

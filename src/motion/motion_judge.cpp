@@ -15,10 +15,9 @@ namespace {
 constexpr TimeNs kSecond = 1'000'000'000;
 
 // A start on the move: after that time without a standstill, if the wheel turned so far in
-// initializer.duration; with speeds over this time.
+// initializer.duration.
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;
 constexpr double kMoving_m = 0.1;
-constexpr TimeNs kSpeedOver = kSecond / 2;
 
 // Of the noise of seconds, which driving shows, over that from sample to sample: beyond (real
 // robots and cars have 1 to 8) it is a slip that goes on.
@@ -103,10 +102,11 @@ Initialization MotionJudge::initialize() {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   imu_.forget_before(from);
   const auto samples = imu_.between(from, imu_now_);
+  const TimeNs over = from_seconds(WheelAtStart::kSpeedOver);
   const auto speed = [&](TimeNs around) {
-    const TimeNs to = std::min(around + kSpeedOver / 2, wheel_now_), since = to - kSpeedOver;
+    const TimeNs to = std::min(around + over / 2, wheel_now_), since = to - over;
     const auto a = wheel_.distance(since), b = wheel_.distance(to);
-    return a && b ? (*b - *a) / to_seconds(kSpeedOver) : 0.0;
+    return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
   };
   const bool heard = wheel_now_ > from && config_.wheel.enabled;
   const WheelAtStart wheel{heard, wheel_.path(from, imu_now_), speed(from), speed(imu_now_)};

@@ -65,6 +65,7 @@ class MotionJudge {
   // Of a run before: the wheel's count at a time before the first sample. It is believed to have
   // counted on meanwhile.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
+  void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets what no later question reaches back to.

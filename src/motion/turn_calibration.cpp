@@ -9,8 +9,9 @@ namespace {
 
 // Slip goes on for a second or so. Over windows of this length its variance grows with the way.
 constexpr double kWindow_s = 2.0;
-constexpr double kRadiiSigma = 0.02;      // of tyres of one kind
-constexpr double kRadiiWalk = 1e-4;       // 1/sqrt(m): load and pressure
+constexpr double kRadiiSigma = 0.02;  // of tyres of one kind
+constexpr double kRadiiWalk = 1e-4;   // 1/sqrt(m): load and pressure
+constexpr double kRadiiBetweenRuns = 1e-3;
 constexpr double kDelaySigma_s = 0.2;     // of values that come a few times a second
 constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
 constexpr double kEnoughPath_m = 20.0;    // likewise, beyond which what was seen tells it alone
@@ -39,6 +40,23 @@ void TurnCalibration::learn(const PairMotion& motion, double turned_rad, double 
   if (window_.seconds < kWindow_s) return;
   update(window_);
   window_ = {};
+}
+
+void TurnCalibration::resume(const LearntTurn& learnt) {
+  const double track_sigma = std::hypot(learnt.track_sigma_m, traits_.track_between_runs_m);
+  if (track_sigma < track_sigma_m()) {
+    x_[0] = learnt.track_m;
+    P_(0, 0) = track_sigma * track_sigma;
+  }
+  const double radii_sigma = std::hypot(learnt.radii_difference_sigma, kRadiiBetweenRuns);
+  if (radii_sigma < radii_difference_sigma()) {
+    x_[1] = learnt.radii_difference;
+    P_(1, 1) = radii_sigma * radii_sigma;
+  }
+}
+
+LearntTurn TurnCalibration::learnt() const {
+  return {track_m(), track_sigma_m(), radii_difference(), radii_difference_sigma()};
 }
 
 void TurnCalibration::interrupt() {

@@ -45,6 +45,12 @@ struct GyroTurn {
   }
 };
 
+// What one run leaves to the next; standard deviations beside the values.
+struct LearntTurn {
+  double track_m = 0.0, track_sigma_m = 0.0;
+  double radii_difference = 0.0, radii_difference_sigma = 0.0;
+};
+
 class TurnCalibration {
  public:
   // floor_m: error of one side's distance over any stretch.
@@ -52,6 +58,10 @@ class TurnCalibration {
 
   // A stretch of dt_s that follows the one before; turned_rad as the gyro has it, less its bias.
   void learn(const PairMotion& motion, double turned_rad, double dt_s);
+  // What an earlier run has learnt, with the room for what has changed since. What it has not
+  // learnt better than is known of such a drive at first stays as it is.
+  void resume(const LearntTurn& learnt);
+  LearntTurn learnt() const;
   // What comes next does not follow what was learnt from last.
   void interrupt();
 

@@ -31,6 +31,11 @@ double WheelPair::middle_noise() const {
   return learnt ? 0.5 * calibration_.noise_seen_by_middle() : 0.0;
 }
 
+std::optional<LearntTurn> WheelPair::learnt() const {
+  if (!heard_ || !drive_traits(config_).turns_by_difference) return std::nullopt;
+  return calibration_.learnt();
+}
+
 void WheelPair::forget_before(TimeNs time) { difference_.forget_before(time); }
 
 std::optional<std::vector<WheelPair::Step>> WheelPair::steps_of(const StateInput& input,

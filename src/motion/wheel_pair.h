@@ -37,6 +37,9 @@ class WheelPair {
 
   SlippingSide slipping() const { return slipping_; }  // over the last interval completed
   const TurnCalibration& calibration() const { return calibration_; }
+  // Before the first sample.
+  void resume(const LearntTurn& learnt) { calibration_.resume(learnt); }
+  std::optional<LearntTurn> learnt() const;  // where it is heard, and its sides turn the robot
 
  private:
   struct Step {

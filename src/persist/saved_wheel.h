@@ -1,10 +1,11 @@
-// What a run has learnt of the wheel's scale.
+// What a run has learnt of the wheel's scale, and of how left and right wheels turn the robot.
 #pragma once
 
 #include <string>
 #include <string_view>
 
 #include "gprodom/config.h"
+#include "motion/turn_calibration.h"
 
 namespace gprodom {
 
@@ -22,5 +23,16 @@ std::string to_bytes(const SavedWheel& wheel);
 
 // name: of the file, for errors. Throws FileError where it is not a whole one that makes sense.
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes);
+
+// Of which pair of wheels the configuration speaks, likewise.
+std::string pair_setting(const Config& config);
+
+struct SavedPair {
+  LearntTurn learnt;
+  std::string setting;  // pair_setting() when it was learnt
+};
+
+std::string to_bytes(const SavedPair& pair);
+SavedPair saved_pair_from(const std::string& name, std::string_view bytes);  // likewise
 
 }  // namespace gprodom

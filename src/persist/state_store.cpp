@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/atomic_file.h"
+#include "estimation/drive_traits.h"
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
 
@@ -20,6 +21,7 @@ constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, a
 constexpr double kMostSigmas = 4.0;
 
 const char* const kWheelFile = "/wheel.state";
+const char* const kPairFile = "/wheels.state";
 const char* const kStateFile = "/pose.state";
 
 // What `parse` makes of a file; nothing where it is not there, or cannot be used, which is said.
@@ -81,6 +83,35 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
   return said;
 }
 
+std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) const {
+  if (!enabled()) return std::nullopt;
+  const std::string path = directory_ + kPairFile;
+  const auto pair = read(path, notices, saved_pair_from);
+  if (!pair) return std::nullopt;
+  const std::string reason = why_not(*pair);
+  char said[120];
+  std::snprintf(said, sizeof said, "left and right wheels in the last run: track %.4f +- %.4f m",
+                pair->learnt.track_m, pair->learnt.track_sigma_m);
+  notices.push_back(reason.empty() ? said : path + ": not used: " + reason);
+  return reason.empty() ? std::optional(pair->learnt) : std::nullopt;
+}
+
+// Empty where it may be of the configured pair.
+std::string StateStore::why_not(const SavedPair& pair) const {
+  if (pair.setting != pair_setting(config_))
+    return "channels.wheels, wheel.drive or wheel.track was changed in the configuration since";
+  const DriveTraits expected = drive_traits(config_.wheel);
+  const double sigma = std::hypot(pair.learnt.track_sigma_m, expected.track_sigma_m);
+  const double off = std::abs(pair.learnt.track_m - expected.track_m) / sigma;
+  if (off <= kMostSigmas) return "";
+  char said[120];
+  std::snprintf(said, sizeof said,
+                "its track of %.3f m is %.0f standard deviations off what wheel.drive and "
+                "wheel.track let expect",
+                pair.learnt.track_m, off);
+  return said;
+}
+
 std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) const {
   if (!enabled()) return std::nullopt;
   auto saved = read(directory_ + kStateFile, notices, saved_state_from);
@@ -120,6 +151,11 @@ void StateStore::save(const OdometryEstimate& estimate, const std::optional<Save
   SavedState saved = *state;
   saved.wheel_setting = wheel_setting_;
   writer_.write(directory_ + kStateFile, to_bytes(saved));
+}
+
+void StateStore::save(const LearntTurn& pair) {
+  if (enabled())
+    writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
 }
 
 std::vector<std::string> StateStore::take_notices() {

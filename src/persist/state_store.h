@@ -24,9 +24,12 @@ class StateStore {
 
   // The configuration with what the last run left as the prior of the wheel's scale; as it is where
   // nothing was left, the scale is held, the configuration knows better, speaks of another wheel or
-  // has a prior that the scale contradicts. These three add to notices what was found, or why it
+  // has a prior that the scale contradicts. These four add to notices what was found, or why it
   // cannot be used.
   Config config_with_wheel_scale(std::vector<std::string>& notices) const;
+  // What the last run has learnt of left and right wheels, where the configuration speaks of the
+  // same ones and expects no other track.
+  std::optional<LearntTurn> pair(std::vector<std::string>& notices) const;
   // Of another wheel than the configuration's it has the configuration's scale.
   std::optional<SavedState> state(std::vector<std::string>& notices) const;
   std::optional<GroundMap> ground(const gpr::TraceMemoryOptions& options,
@@ -38,6 +41,7 @@ class StateStore {
 
   // In the background. estimate: whose scale is kept.
   void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);
+  void save(const LearntTurn& pair);
 
   std::string ground_path() const { return directory_ + "/ground.map"; }
   FileWriter& writer() { return writer_; }
@@ -52,6 +56,7 @@ class StateStore {
   bool is_due(TimeNs now, TimeNs period, TimeNs& last) const;
 
   std::string why_not(const SavedWheel& wheel) const;
+  std::string why_not(const SavedPair& pair) const;
 
   const Config config_;
   const std::string wheel_setting_;

@@ -31,10 +31,10 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
       config_(store_->config_with_wheel_scale(notices_)),
       execution_(execution),
       front_end_(std::move(front_end)),
-      pipeline_(
-          std::make_unique<Pipeline>(config_, execution, front_end_,
-                                     StartingPoint{store_->ground(memory_options(config), notices_),
-                                                   store_->state(notices_)})),
+      pipeline_(std::make_unique<Pipeline>(
+          config_, execution, front_end_,
+          StartingPoint{store_->ground(memory_options(config), notices_), store_->state(notices_),
+                        store_->pair(notices_)})),
       map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
@@ -71,7 +71,7 @@ Outputs Odometry::finish() {
   out.odometry_in_map = map_frame_->place(out);
   if (store_->enabled()) {
     if (!out.odometry.empty()) newest_ = out.odometry.back();
-    store_->save(newest_, pipeline_->state(map_frame_->now()));
+    save_state();
     begin_saving(store_->ground_path());
     pipeline_->drain();
   }
@@ -84,8 +84,7 @@ Outputs Odometry::finish() {
 void Odometry::keep(Outputs& out) {
   if (!out.odometry.empty()) {
     newest_ = out.odometry.back();
-    if (store_->state_is_due(newest_.time))
-      store_->save(newest_, pipeline_->state(map_frame_->now()));
+    if (store_->state_is_due(newest_.time)) save_state();
     if (store_->ground_is_due(newest_.time)) begin_saving(store_->ground_path());
   }
   for (std::string& notice : store_->take_notices()) notices_.push_back(std::move(notice));
@@ -93,6 +92,11 @@ void Odometry::keep(Outputs& out) {
   out.warnings.insert(out.warnings.begin(), std::make_move_iterator(notices_.begin()),
                       std::make_move_iterator(notices_.end()));
   notices_.clear();
+}
+
+void Odometry::save_state() {
+  store_->save(newest_, pipeline_->state(map_frame_->now()));
+  if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
 }
 
 void Odometry::begin_saving(const std::string& path) {
@@ -144,7 +148,9 @@ std::vector<OdometryEstimate> Odometry::smoothed() const {
 
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
-void Odometry::reset() { start_afresh({pipeline_->take_ground(), std::nullopt}); }
+void Odometry::reset() {
+  start_afresh({pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair()});
+}
 
 void Odometry::forget() { start_afresh({}); }
 

@@ -82,6 +82,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       ground_from_before_(start.ground && !start.ground->places.empty()),
       map_(std::make_unique<MapTask>(config, execution, std::move(start.ground))) {
   check_consistency(config);
+  if (start.pair) motion_.resume_pair(*start.pair);
   saved_ = std::move(start.state);
   if (saved_ && saved_->wheel_m) motion_.resume_wheel({saved_->state.time, *saved_->wheel_m});
 }
@@ -254,6 +255,9 @@ void Pipeline::make_states() {
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias had moved: heading lost since the last standstill");
+    mounting_.add(input.steps, motion_.wheel().distance(next_state_),
+                  prediction_.base().state.gyro_bias);
+    health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());
     input.factors = factors_.take(next_state_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });

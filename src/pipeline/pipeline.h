@@ -18,6 +18,7 @@
 #include "gprodom/types.h"
 #include "input/health.h"
 #include "input/input_check.h"
+#include "input/mounting_watch.h"
 #include "map/map_task.h"
 #include "motion/motion_judge.h"
 #include "motion/slip_drift.h"
@@ -32,6 +33,7 @@ namespace gprodom {
 struct StartingPoint {
   std::optional<GroundMap> ground;
   std::optional<SavedState> state;  // gone on from where it is state.resume_within old at most
+  std::optional<LearntTurn> pair;   // of left and right wheels
 };
 
 class Pipeline {
@@ -67,6 +69,8 @@ class Pipeline {
   // For the next pipeline, or run. What is known now; nothing before the start, or while no solve
   // is usable. correction: in force.
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
+  // Likewise of left and right wheels; nothing where they are not heard, or turn nothing.
+  std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
   // Of the state gone on from, once after that.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
@@ -134,6 +138,7 @@ class Pipeline {
   MotionJudge motion_;
   std::vector<GprTrace> traces_;  // since the last tick
   FactorQueue factors_;
+  MountingWatch mounting_;
 
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to go on from, until the first start

@@ -1,4 +1,4 @@
-// A saved state, and a saved wheel.
+// A saved state, a saved wheel, and a saved pair of wheels.
 #include "persist/saved_state.h"
 #include "persist/saved_wheel.h"
 #include "sealed.h"
@@ -8,6 +8,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string wheel_title = title_of(to_bytes(gprodom::SavedWheel()));
   read_sealed(wheel_title, data, size,
               [](const std::string& bytes) { gprodom::saved_wheel_from("wheel", bytes); });
+  static const std::string pair_title = title_of(to_bytes(gprodom::SavedPair()));
+  read_sealed(pair_title, data, size,
+              [](const std::string& bytes) { gprodom::saved_pair_from("pair", bytes); });
   return read_sealed(title, data, size,
                      [](const std::string& bytes) { gprodom::saved_state_from("state", bytes); });
 }

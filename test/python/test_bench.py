@@ -78,13 +78,31 @@ def test_both_solvers_of_the_window_publish_the_same(tmp_path: Path) -> None:
 
 def test_a_start_in_mid_drive() -> None:
     """The short form of bench/mid_drive.py: as soon, as good and as sure as is asked."""
-    shares = ["--share", 0.3, "--share", 0.5]
-    outcomes = json.loads(run(BENCH / "mid_drive.py", SAMPLE, *shares, "--json"))
+    command = [BENCH / "mid_drive.py", SAMPLE, "--share", 0.3, "--share", 0.5, "--json"]
+    outcomes = json.loads(run(*command))
     assert len(outcomes) == 2
     for outcome in outcomes:
         assert outcome["missed"] == []
         assert 1.0 < outcome["start_s"] < 10.0
         assert outcome["nees_xy"] < 4
+    # With a key that waits, no pose before the robot stands; too late for what is asked.
+    waiting = ["--set", "initializer.wait_for_standstill=true"]
+    for waits, moves in zip(
+        json.loads(run(*command, *waiting, codes=(0, 1))), outcomes, strict=True
+    ):
+        assert waits["stands_s"] == moves["stands_s"]
+        assert waits["start_s"] >= min(waits["stands_s"], moves["start_s"])
+        if moves["stands_s"] > 5:
+            assert waits["start_s"] > moves["start_s"]
+
+
+def test_a_wrong_mounting_is_told() -> None:
+    """The short form of bench/mounting.py, on a drive of a minute and a half."""
+    (found,) = json.loads(run(BENCH / "mounting.py", SAMPLE, "--json")).values()
+    assert found.pop("right") == []
+    assert all(len(changes) == 1 for changes in found.values()), found
+    assert all(found[f"roll {degrees}"][0] < 10 for degrees in (90, 180)), found
+    assert all(changes[0] < 80 for changes in found.values()), found
 
 
 def test_consistency_of_robots() -> None:

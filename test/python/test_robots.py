@@ -42,6 +42,8 @@ def test_knowledge_comes_from_measurements_alone(
     assert odometry["utime"][0] - begun < 10_000_000  # starts within 10 s
     counted = {name for status in found["STATUS"]["messages"] for name in status.names}
     assert not [name for name in counted if "no measurement" in name]
+    reasons = {reason for status in found["STATUS"]["messages"] for reason in status.reasons}
+    assert not [reason for reason in reasons if reason.startswith("IMU mounting")]
 
     yaw_sigma = np.sqrt(odometry["pose_covariance"].reshape(-1, 6, 6)[:, 5, 5])
     driving = (odometry["flags"][1:] & STANDING) == 0

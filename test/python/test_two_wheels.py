@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +63,36 @@ def test_ten_seconds_without_imu() -> None:
         single.append(error(simulated, run(simulated, gap_from=begin)))
     assert np.mean(gap) < 4 * np.mean(clean)
     assert np.mean(gap) < 0.25 * np.mean(single)
+
+
+def test_the_next_run_goes_on_with_the_track_of_this_one(tmp_path: Path) -> None:
+    pair = replace(KINDS["cart"].pair, track_sigma=0.05, radii_sigma=0.02)
+    simulated = robot_drive(7, "cart", pair=pair)
+    kept = (*DIFFERENTIAL, f"state.directory={tmp_path}", "state.resume_within=0")
+    learnt = values(run(simulated, *kept))
+    standing = simulated.imu_utime < simulated.imu_utime[0] + 4_000_000
+
+    def at_once(*settings: str) -> dict[str, float]:
+        """What a run that only stands says of the track."""
+        estimator = Odometry(set=["gpr.enabled=false", "graph.enabled=false", *kept, *settings])
+        heard = simulated.wheel_utime <= simulated.imu_utime[standing][-1]
+        return values(
+            estimator.run(
+                simulated.imu_utime[standing] * 1000,
+                simulated.imu.acceleration[standing],
+                simulated.imu.angular_velocity[standing],
+                simulated.wheel_utime[heard] * 1000,
+                side_distances(simulated)[heard],
+                np.zeros(0, np.int64),
+                np.zeros((0, 0), np.float32),
+            )
+        )
+
+    again = at_once()
+    assert again["wheels.track_m"] == pytest.approx(learnt["wheels.track_m"], abs=1e-9)
+    assert again["wheels.radii_difference"] == learnt["wheels.radii_difference"]
+    assert again["wheels.track_sigma_m"] < 0.3 * 0.05 * learnt["wheels.track_m"]
+    assert at_once("wheel.track=0.6")["wheels.track_m"] == 0.6
 
 
 def test_track_and_radii_are_learnt() -> None:

@@ -59,8 +59,8 @@ def find_mount(log: dict[str, logs.Channel]) -> Mount:
             f"wheel and gyro explain {100 * max(explained, 0):.0f} % of the horizontal "
             "acceleration: give a drive with more starts, stops and bends"
         )
-    whole = _rpy(R)
-    parts = np.array([_rpy(_rotation(part)[0]) for part in np.array_split(windows, BLOCKS)])
+    whole = rpy_of(R)
+    parts = np.array([rpy_of(_rotation(part)[0]) for part in np.array_split(windows, BLOCKS)])
     off = (parts - whole + np.pi) % (2 * np.pi) - np.pi
     sigma = [spread(off[:, axis].tolist(), 0.0) for axis in range(3)]
     return Mount(whole, (sigma[0], sigma[1], sigma[2]), explained)
@@ -115,7 +115,7 @@ def _rotation(windows: Floats) -> tuple[Floats, float]:
     return R, 1 - float(np.sum(left**2) / np.sum(seen**2))
 
 
-def _rpy(R: Floats) -> tuple[float, float, float]:
+def rpy_of(R: Floats) -> tuple[float, float, float]:
     """Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll)."""
     return (
         float(np.arctan2(R[2, 1], R[2, 2])),

@@ -43,6 +43,39 @@ TEST(Initializer, RunningEngineCountsAsStandstill) {
   EXPECT_FALSE(initialize(Config{}, shaken, wheel).initial);
 }
 
+// Two seconds in whose last quarter of a second the robot sets off at 0.3 m/s^2: 9 mm.
+TEST(Initializer, ARobotThatSetsOffDoesNotStand) {
+  auto going = samples({0, 0, Config{}.initializer.gravity}, kBias, 0.001);
+  for (ImuSample& s : going)
+    if (s.time > from_seconds(1.75)) s.acceleration.x() += 0.3;
+  WheelAtStart wheel;
+  wheel.heard = true;
+  wheel.path_m = 0.009;
+  wheel.end_mps = wheel.path_m / WheelAtStart::kSpeedOver;
+  const Initialization start = initialize(Config{}, going, wheel);
+  EXPECT_FALSE(start.initial);
+  EXPECT_NE(start.refusal.find("begins to turn"), std::string::npos) << start.refusal;
+}
+
+// What shows in the IMU alone is not refused, but the tilt is no surer than the parts' means agree.
+TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
+  const auto tilt_sigma = [](double pushed) {
+    auto all = samples({0, 0, Config{}.initializer.gravity}, kBias, 0.001);
+    for (ImuSample& s : all)
+      if (s.time > from_seconds(1.9)) s.acceleration.x() += pushed;
+    const Initialization start = initialize(Config{}, all, {});
+    EXPECT_TRUE(start.initial) << start.refusal;
+    const Eigen::MatrixXd& A = start.initial->prior.A;
+    const Eigen::MatrixXd P = (A.transpose() * A).inverse();
+    const int pitch = row::kTheta + 1, bias = row::kBa;
+    // Of the mean force: tilt and bias together.
+    const double g = Config{}.initializer.gravity;
+    return std::sqrt(g * g * P(pitch, pitch) + P(bias, bias) - 2 * g * std::abs(P(pitch, bias)));
+  };
+  EXPECT_LT(tilt_sigma(0.0), 0.001);
+  EXPECT_GT(tilt_sigma(0.3), 0.01);  // the mean is off by 0.015
+}
+
 // Faster by 1 m/s^2 in a bend of 0.5 rad/s, on a slope: what wheel and gyro explain is no tilt.
 TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
   const double roll = 0.05, g = Config{}.initializer.gravity;

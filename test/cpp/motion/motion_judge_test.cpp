@@ -287,8 +287,15 @@ TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
 }
 
 TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
-  for (const double wheel_speed : {0.0, 0.5}) {
-    MotionJudge judge{Config{}};
+  struct Case {
+    double wheel_speed;
+    bool waits, starts;
+  };
+  for (const auto& [wheel_speed, waits, starts] : {Case{0.0, false, true}, Case{0.5, false, true},
+                                                   Case{0.0, true, true}, Case{0.5, true, false}}) {
+    Config config;
+    config.initializer.wait_for_standstill = waits;
+    MotionJudge judge{config};
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0.0, 0.01);
     for (int i = 0; i < 800; ++i) {
@@ -297,7 +304,11 @@ TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
       judge.add(WheelSample{time, wheel_speed * 0.01 * i});
     }
     const Initialization start = judge.initialize();
-    ASSERT_TRUE(start.initial) << start.refusal;
+    ASSERT_EQ(start.initial.has_value(), starts) << start.refusal;
+    if (!starts) {
+      EXPECT_NE(start.refusal.find("hold the robot still"), std::string::npos) << start.refusal;
+      continue;
+    }
     EXPECT_EQ(start.initial->on_the_move, wheel_speed > 0.0);
     EXPECT_EQ(start.initial->state.time, from_seconds(7.99));
     // On the move nothing shows the bias: it is taken for zero.

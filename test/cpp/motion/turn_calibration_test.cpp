@@ -48,6 +48,31 @@ DriveTraits traits(WheelDrive drive, double track = 0.5) {
   return drive_traits(config);
 }
 
+// On other ground a skid steer's track is another; a differential drive's hardly is.
+TEST(TurnCalibration, GoesOnFromARunBeforeAsFarAsThatHolds) {
+  std::mt19937 random(3);
+  for (const auto& [drive, room] :
+       {std::pair(WheelDrive::kDifferential, 0.0025), std::pair(WheelDrive::kSkidSteer, 0.075)}) {
+    const Robot robot{1.03 * traits(drive).track_m, 0.01};
+    TurnCalibration before(traits(drive), kFloor), after(traits(drive), kFloor);
+    const double radii_at_first = after.radii_difference_sigma();
+    gprodom::drive(robot, 1000, 0.6, before, random);
+    after.resume(before.learnt());
+    EXPECT_EQ(after.track_m(), before.track_m());
+    EXPECT_EQ(after.radii_difference(), before.radii_difference());
+    EXPECT_GT(after.track_sigma_m(), room);
+    EXPECT_LT(after.track_sigma_m(), std::hypot(before.track_sigma_m(), 1.01 * room));
+    EXPECT_GT(after.radii_difference_sigma(), before.radii_difference_sigma());
+    EXPECT_LT(after.radii_difference_sigma(), radii_at_first);
+
+    TurnCalibration untaught(traits(drive), kFloor), fresh(traits(drive), kFloor);
+    fresh.resume({2.0, 10.0, 0.1, 1.0});  // a run that learnt nothing
+    EXPECT_EQ(fresh.track_m(), untaught.track_m());
+    EXPECT_EQ(fresh.track_sigma_m(), untaught.track_sigma_m());
+    EXPECT_EQ(fresh.radii_difference(), 0.0);
+  }
+}
+
 TEST(TurnCalibration, FindsTrackAndRadiiWithinItsSigmas) {
   double track_nees = 0.0, radii_nees = 0.0;
   constexpr int kDrives = 50;

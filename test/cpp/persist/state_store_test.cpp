@@ -87,7 +87,7 @@ TEST_F(StateStoreTest, SavedScaleOfAnotherWheelConfigurationIsDroppedWithANotice
   const Config before = config_;
   const std::function<void(Config&)> changes[] = {
       [](Config& c) { c.wheel.scale = 1.0001; }, [](Config& c) { c.wheel.lever_arm.y() = 0.1; },
-      [](Config& c) { c.channels.wheel = "LEFT"; },
+      [](Config& c) { c.channels.wheel = "LEFT"; }, [](Config& c) { c.channels.wheels = "REAR"; },
       [](Config& c) { c.wheel.form = WheelForm::kDistance; }};
   for (const auto& change : changes) {
     config_ = before;
@@ -130,14 +130,69 @@ TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
   }
 }
 
+TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
+  config_.wheel.drive = WheelDrive::kSkidSteer;
+  config_.wheel.track = 1.08;
+  const auto next = [&] {
+    notices_.clear();
+    return StateStore(config_).pair(notices_);
+  };
+  const auto save_pair = [&](const LearntTurn& learnt) {
+    StateStore store(config_);
+    store.save(learnt);
+    store.writer().flush();
+    EXPECT_EQ(store.trouble(), "");
+  };
+  EXPECT_FALSE(next());
+  EXPECT_TRUE(notices_.empty());
+  save_pair({1.75, 0.05, -0.004, 0.002});
+  const auto back = next();
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->track_m, 1.75);
+  EXPECT_EQ(back->track_sigma_m, 0.05);
+  EXPECT_EQ(back->radii_difference, -0.004);
+  EXPECT_EQ(back->radii_difference_sigma, 0.002);
+  ASSERT_EQ(notices_.size(), 1u);
+  EXPECT_NE(notices_[0].find("1.7500 +- 0.0500"), std::string::npos);
+
+  const Config before = config_;
+  const std::function<void(Config&)> changes[] = {
+      [](Config& c) { c.wheel.track = 1.0801; },
+      [](Config& c) { c.wheel.drive = WheelDrive::kDifferential; },
+      [](Config& c) { c.channels.wheels = "REAR"; }};
+  for (const auto& change : changes) {
+    config_ = before;
+    change(config_);
+    EXPECT_FALSE(next());
+    ASSERT_EQ(notices_.size(), 1u);
+    EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
+  }
+  config_ = before;
+  config_.wheel.scale = 1.1;  // of the mean: the sides turn the robot as before
+  EXPECT_TRUE(next());
+
+  config_ = before;
+  save_pair({3.9, 0.05, 0.0, 0.002});  // 5 standard deviations off
+  EXPECT_FALSE(next());
+  ASSERT_EQ(notices_.size(), 1u);
+  EXPECT_NE(notices_[0].find("3.900 m is 5 standard deviations off"), std::string::npos);
+  for (const LearntTurn& broken : {LearntTurn{NAN, 0.05, 0, 0.002}, LearntTurn{1.75, 0, 0, 0.002},
+                                   LearntTurn{1.75, 0.05, 0, INFINITY}}) {
+    save_pair(broken);
+    EXPECT_FALSE(next());
+    EXPECT_EQ(notices_.size(), 1u);
+  }
+}
+
 TEST_F(StateStoreTest, FolderInPlaceOfAFileIsReported) {
-  for (const char* name : {"wheel.state", "pose.state", "ground.map"})
+  for (const char* name : {"wheel.state", "wheels.state", "pose.state", "ground.map"})
     fs::create_directory(folder_ / name);
   EXPECT_EQ(next_run().wheel.scale, 1.0);
   StateStore store(config_);
   EXPECT_FALSE(store.state(notices_).has_value());
   EXPECT_FALSE(store.ground({}, notices_).has_value());
-  ASSERT_EQ(notices_.size(), 3u);
+  EXPECT_FALSE(store.pair(notices_).has_value());
+  ASSERT_EQ(notices_.size(), 4u);
   for (const std::string& notice : notices_)
     EXPECT_NE(notice.find(": cannot be read: it is a folder"), std::string::npos) << notice;
   OdometryEstimate estimate;

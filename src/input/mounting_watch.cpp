@@ -1,0 +1,160 @@
+#include "input/mounting_watch.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace gprodom {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kWindow_s = 0.5;
+constexpr std::size_t kWindows = 8;               // of a block, and one before and after them
+constexpr std::size_t kFewest = 10, kMost = 120;  // blocks
+constexpr double kDriven_m = 0.25;                // in a block that is counted
+constexpr double kDegree = M_PI / 180;
+constexpr double kFallen = 45 * kDegree;  // no robot drives on such a slope
+constexpr double kTold = 12 * kDegree;    // what a vague mounting may be off
+constexpr double kOver = 0.7;             // of it: what was told is over
+// Blocks are few and not of one kind, so that their scatter tells the deviation but roughly.
+constexpr double kSure = 5.0;      // standard deviations
+constexpr double kAxisSure = 3.0;  // likewise, where gravity says the same
+
+std::string tell(const char* what, double angle) {
+  char text[240];
+  std::snprintf(text, sizeof text, what, std::abs(angle) / kDegree);
+  return std::string(text) + ": set imu.rpy_body_imu (gprodom calibrate mount finds it)";
+}
+
+// Of a sum over blocks, each of which errs by its own.
+template <typename Blocks, typename Error>
+double deviation(const Blocks& blocks, Error error) {
+  double sum = 0.0;
+  for (const auto& block : blocks) sum += std::pow(error(block), 2);
+  const auto n = static_cast<double>(blocks.size());
+  return std::sqrt(sum * n / (n - 1));
+}
+
+}  // namespace
+
+bool MountingWatch::Angle::beyond(double limit, double sigmas) const {
+  return std::abs(value) > limit && std::abs(value) > sigmas * sigma;
+}
+
+void MountingWatch::add(const std::vector<MotionStep>& steps, std::optional<double> wheel_m,
+                        const Vector3d& gyro_bias) {
+  const bool gap =
+      std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
+  if (gap) {
+    open_ = {};
+    windows_.clear();
+    wheel_m_ = wheel_m;
+    return;
+  }
+  for (const MotionStep& step : steps) {
+    open_.seconds += step.dt;
+    open_.force += step.acceleration * step.dt;
+    open_.rate += (step.angular_velocity - gyro_bias) * step.dt;
+  }
+  if (open_.seconds >= kWindow_s) close_window(wheel_m);
+}
+
+void MountingWatch::close_window(std::optional<double> wheel_m) {
+  open_.force /= open_.seconds;
+  open_.rate /= open_.seconds;
+  open_.wheel = wheel_m && wheel_m_;
+  if (open_.wheel) open_.speed = (*wheel_m - *wheel_m_) / open_.seconds;
+  windows_.push_back(open_);
+  open_ = {};
+  wheel_m_ = wheel_m;
+  if (windows_.size() < kWindows + 2) return;
+  close_block();
+  windows_.erase(windows_.begin(), windows_.begin() + kWindows);
+  trouble_ = judge();
+}
+
+void MountingWatch::close_block() {
+  Block block;
+  Vector3d force = Vector3d::Zero();
+  std::vector<Vector2d> wanted, seen;  // horizontal accelerations
+  double driven = 0.0;
+  bool wheel = true;
+  for (std::size_t i = 1; i <= kWindows; ++i) {
+    const Window &before = windows_[i - 1], &now = windows_[i], &after = windows_[i + 1];
+    const double apart = 0.5 * (before.seconds + after.seconds) + now.seconds;
+    wanted.emplace_back((after.speed - before.speed) / apart, now.speed * now.rate.z());
+    seen.emplace_back(now.force.head<2>());
+    force += now.force / kWindows;
+    block.turned += now.rate.head<2>() * now.rate.z();
+    block.turned_up += now.rate.z() * now.rate.z();
+    driven += std::abs(now.speed) * now.seconds;
+    wheel = wheel && before.wheel && now.wheel && after.wheel;
+  }
+  gravity_off_ = std::atan2(force.head<2>().norm(), force.z());
+  if (!wheel || driven < kDriven_m || gravity_off_ > kFallen) return;
+  // Less their means: a slope and a bias stay the same over a block.
+  Vector2d mean_wanted = Vector2d::Zero(), mean_seen = Vector2d::Zero();
+  for (std::size_t i = 0; i < kWindows; ++i) {
+    mean_wanted += wanted[i] / kWindows;
+    mean_seen += seen[i] / kWindows;
+  }
+  for (std::size_t i = 0; i < kWindows; ++i) {
+    const Vector2d a = wanted[i] - mean_wanted, b = seen[i] - mean_seen;
+    block.across += a.x() * b.y() - a.y() * b.x();
+    block.along += a.dot(b);
+  }
+  block.leaning = (mean_seen - mean_wanted) / force.z();
+  blocks_.push_back(block);
+  if (blocks_.size() > kMost) blocks_.pop_front();
+}
+
+MountingWatch::Angle MountingWatch::turned_about_up() const {
+  Vector2d sum = Vector2d::Zero();
+  for (const Block& block : blocks_) sum += Vector2d(block.along, block.across);
+  const double angle = std::atan2(sum.y(), sum.x()), c = std::cos(angle), s = std::sin(angle);
+  const double error =
+      deviation(blocks_, [&](const Block& block) { return c * block.across - s * block.along; });
+  return {angle, error / sum.norm()};
+}
+
+// How far the axis of the robot's turns leans that way.
+MountingWatch::Angle MountingWatch::axis_along(const Vector2d& direction) const {
+  double turned = 0.0, up = 0.0;
+  for (const Block& block : blocks_) {
+    turned += block.turned.dot(direction);
+    up += block.turned_up;
+  }
+  const double slope = turned / up;
+  const double error = deviation(blocks_, [&](const Block& block) {
+    return block.turned.dot(direction) - slope * block.turned_up;
+  });
+  return {std::atan(slope), error / up};
+}
+
+std::string MountingWatch::judge() const {
+  const double limit = trouble_.empty() ? kTold : kOver * kTold;
+  if (gravity_off_ > kFallen)
+    return tell("gravity is %.0f degrees off the robot's up axis", gravity_off_);
+  if (blocks_.size() < kFewest) return {};
+  Vector2d leaning = Vector2d::Zero();
+  for (const Block& block : blocks_) leaning += block.leaning;
+  leaning /= static_cast<double>(blocks_.size());
+  // On a slope gravity leans, but the axis of the turns is the robot's own.
+  const double lean = std::atan(leaning.norm());
+  const Angle axis = axis_along(leaning.normalized());
+  if (lean > limit && axis.value > 0.5 * lean && axis.beyond(0.0, kAxisSure))
+    return tell("gravity and the axis of turns are %.0f degrees off the robot's up axis", lean);
+  const Angle turned = turned_about_up();
+  if (turned.beyond(limit, kSure))
+    return tell(
+        "accelerations are turned by %.0f degrees about the up axis against what the wheel and "
+        "the gyro tell (or the wheel counts backwards)",
+        turned.value);
+  return {};
+}
+
+}  // namespace gprodom
