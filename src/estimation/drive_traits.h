@@ -1,4 +1,4 @@
-// What the kind of drive (wheel.drive) lets a robot do that a single wheel does not know of.
+// Properties of the kinds of drive (wheel.drive): how the robot turns and slips sideways.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace gprodom {
 
-// Before anything is learnt on the way. docs/estimation.md, "Two wheels".
+// The prior, before anything is learnt while driving. docs/estimation.md, "Two wheels".
 struct DriveTraits {
   bool turns_by_difference = false;  // the difference of left and right is a turn of the body
   double track_m = 0.0;              // effective track
@@ -31,13 +31,13 @@ inline DriveTraits drive_traits(const WheelConfig& config) {
   return {};
 }
 
-// A tyre's slip angle is its lateral over its vertical force, over this: 1/rad. Tyres of cars and
-// field robots have 10 to 25.
+// Cornering stiffness of a tyre: lateral over vertical force per slip angle, 1/rad. Tyres of cars
+// and field robots have 10 to 25.
 inline constexpr double kCorneringStiffness = 15.0;
 
 // Standard deviation (m) of a displacement to the side while the body turns by `turned` (rad) at
-// `speed` (m/s): the centre of rotation wanders, and tyres creep to the side under the force that
-// bends the way.
+// `speed` (m/s): the centre of rotation wanders, and tyres creep sideways under the centripetal
+// force.
 inline double side_slip(const DriveTraits& traits, double turned, double speed) {
   if (!traits.turns_by_difference) return 0.0;
   constexpr double kGravity = 9.8;  // m/s^2

@@ -49,14 +49,14 @@ double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*
   return std::sqrt(square.maxCoeff());
 }
 
-// A wheel speed without a sign shows its noise at rest (a car's, by a gyro on the wheel: 0.011).
+// Speed at rest of a wheel without a sign, whose noise is rectified (0.011 for a gyro on a wheel).
 constexpr double kRestingWheel = 0.02;  // m/s
 // Of the IMU's means over half a second, where the wheel stands: a robot that is pushed, or rolls,
 // turns or speeds up by more than this.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
 
-// Standard deviation of a mean: white noise's, or, where the parts differ by more than chance makes
-// white noise differ (in one of a thousand standstills), what they show.
+// Standard deviation of a mean: that of white noise or, if the parts differ by more than white
+// noise does in one of a thousand standstills, that of the parts.
 double sigma_of_mean(double white, double unsteady) {
   constexpr double kBeyondChance = 2.5;
   const double shown = unsteady / std::sqrt(static_cast<double>(kParts));
@@ -71,7 +71,7 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   if (wheel.path_m > limit)
     return refuse("the wheel turned %.3f m (limit %.3f): hold the robot still to start",
                   wheel.path_m, limit);
-  // Noise at rest is spread evenly over the time; a robot that sets off is not.
+  // Noise at rest is spread evenly over the time; the motion of a robot that sets off is not.
   const double at_end = std::abs(wheel.end_mps) * WheelAtStart::kSpeedOver;
   const double even = (wheel.path_m - at_end) / (seconds / WheelAtStart::kSpeedOver - 1);
   if (seconds > 2 * WheelAtStart::kSpeedOver &&
@@ -101,7 +101,7 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   return {};
 }
 
-// How well a first state is known, one standard deviation.
+// Standard deviations of a first state.
 struct FirstSigmas {
   double velocity;  // m/s
   double rate;      // rad/s: of the gyro's bias
@@ -123,7 +123,7 @@ MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSi
   // The accelerometer's bias, zero-mean: x holds the part of it that gravity's size shows.
   prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / config.imu.accel_bias_sigma);
   prior.b.segment<3>(10) = x.accel_bias / config.imu.accel_bias_sigma;
-  // Mean specific force = R^T up + bias: tilt and bias are known well together, not apart.
+  // Mean specific force = R^T up + bias: only the sum of tilt and bias is known well.
   const Eigen::Matrix3d RT = x.R_odom_body().transpose();
   const Vector3d up(0, 0, c.gravity);
   Eigen::Matrix<double, 3, kStateDim> force = Eigen::Matrix<double, 3, kStateDim>::Zero();

@@ -13,10 +13,10 @@ namespace gprodom {
 
 struct Initialization {
   std::optional<InitialState> initial;
-  std::string refusal;  // why not, where there is no initial state; an operator can act on it
+  std::string refusal;  // why there is no initial state, so that an operator can act
 };
 
-// What the wheel said over the samples' time.
+// The wheel's data over the time of the IMU samples.
 struct WheelAtStart {
   bool heard = false;
   double path_m = 0.0;                       // unsigned
@@ -25,15 +25,15 @@ struct WheelAtStart {
 };
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration
-// seconds. A robot whose wheel shows no more than noise stands, however its engine shakes it, if
-// the means of its IMU are steady; without a wheel the IMU must be quiet.
-// The state stands at the last sample: position 0, yaw 0, roll and pitch from gravity.
+// seconds. If the wheel shows only noise and the means of the IMU are steady, the robot stands,
+// even if its engine shakes it. Without a wheel the IMU must be quiet. The state stands at the last
+// sample: position 0, yaw 0, roll and pitch from gravity.
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
                           const WheelAtStart& wheel);
 
-// On the move, over the same kind of samples: tilt from their mean force less what the wheel and
-// the gyro explain, speed from the wheel, a gyro bias of zero as uncertain as a gyro's bias is. The
-// solutions of the first seconds make the best of it.
+// On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
+// gyro explain; speed from the wheel; a gyro bias of zero with the deviation of an uncalibrated
+// gyro. The solutions of the first seconds improve this state.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
                                  const WheelAtStart& wheel);
 

@@ -18,11 +18,11 @@ constexpr std::size_t kFewest = 10, kMost = 120;  // blocks
 constexpr double kDriven_m = 0.25;                // in a block that is counted
 constexpr double kDegree = M_PI / 180;
 constexpr double kFallen = 45 * kDegree;  // no robot drives on such a slope
-constexpr double kTold = 12 * kDegree;    // what a vague mounting may be off
-constexpr double kOver = 0.7;             // of it: what was told is over
-// Blocks are few and not of one kind, so that their scatter tells the deviation but roughly.
+constexpr double kTold = 12 * kDegree;    // least error that is reported
+constexpr double kOver = 0.7;             // of it: below, the report ends
+// Blocks are few and differ in kind, so the deviation by their scatter is only rough.
 constexpr double kSure = 5.0;      // standard deviations
-constexpr double kAxisSure = 3.0;  // likewise, where gravity says the same
+constexpr double kAxisSure = 3.0;  // likewise, if gravity shows the same
 
 std::string tell(const char* what, double angle) {
   char text[240];
@@ -96,7 +96,7 @@ void MountingWatch::close_block() {
   }
   gravity_off_ = std::atan2(force.head<2>().norm(), force.z());
   if (!wheel || driven < kDriven_m || gravity_off_ > kFallen) return;
-  // Less their means: a slope and a bias stay the same over a block.
+  // Without their means, since a slope and a bias are constant over a block.
   Vector2d mean_wanted = Vector2d::Zero(), mean_seen = Vector2d::Zero();
   for (std::size_t i = 0; i < kWindows; ++i) {
     mean_wanted += wanted[i] / kWindows;
@@ -121,7 +121,7 @@ MountingWatch::Angle MountingWatch::turned_about_up() const {
   return {angle, error / sum.norm()};
 }
 
-// How far the axis of the robot's turns leans that way.
+// The tilt of the axis of the robot's turns in that direction.
 MountingWatch::Angle MountingWatch::axis_along(const Vector2d& direction) const {
   double turned = 0.0, up = 0.0;
   for (const Block& block : blocks_) {
@@ -143,7 +143,7 @@ std::string MountingWatch::judge() const {
   Vector2d leaning = Vector2d::Zero();
   for (const Block& block : blocks_) leaning += block.leaning;
   leaning /= static_cast<double>(blocks_.size());
-  // On a slope gravity leans, but the axis of the turns is the robot's own.
+  // A slope tilts gravity, but not the axis of the robot's turns.
   const double lean = std::atan(leaning.norm());
   const Angle axis = axis_along(leaning.normalized());
   if (lean > limit && axis.value > 0.5 * lean && axis.beyond(0.0, kAxisSure))

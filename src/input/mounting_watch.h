@@ -1,5 +1,5 @@
-// Does the IMU sit as imu.rpy_body_imu says? Gravity, the axis about which the robot turns, and the
-// wheel's speed tell, each in its way; docs/estimation.md, "A wrong mounting".
+// Checks imu.rpy_body_imu, the configured mounting of the IMU, against gravity, the axis of the
+// robot's turns and the wheel's speed; docs/estimation.md, "A wrong mounting".
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ class MountingWatch {
   void add(const std::vector<MotionStep>& steps, std::optional<double> wheel_m,
            const Eigen::Vector3d& gyro_bias);
 
-  // What is wrong, and what to do about it; empty where nothing shows.
+  // What is wrong and what to do about it; empty if nothing is found.
   const std::string& trouble() const { return trouble_; }
 
  private:
@@ -38,7 +38,7 @@ class MountingWatch {
     double turned_up = 0.0;                             // rate about z, squared
     Eigen::Vector2d leaning = Eigen::Vector2d::Zero();  // gravity along x and y, over that along z
   };
-  // Of a figure that each block tells a little of, with its standard deviation (rad).
+  // An angle with its standard deviation (rad), estimated from many blocks.
   struct Angle {
     double value = 0.0, sigma = 0.0;
     bool beyond(double limit, double sigmas) const;

@@ -1,4 +1,4 @@
-// What a run has learnt of the wheel's scale, and of how left and right wheels turn the robot.
+// The wheel's scale, and the turn calibration of left and right wheels, as learnt by a run.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace gprodom {
 
-// Which wheel the configuration speaks of, as text: another text, and nothing that was learnt
-// holds.
+// The configured wheel as text. If the text has changed, the wheel is another one, and nothing that
+// was learnt applies to it.
 std::string wheel_setting(const Config& config);
 
 struct SavedWheel {
@@ -24,7 +24,7 @@ std::string to_bytes(const SavedWheel& wheel);
 // name: of the file, for errors. Throws FileError where it is not a whole one that makes sense.
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes);
 
-// Of which pair of wheels the configuration speaks, likewise.
+// The same for the configured pair of wheels.
 std::string pair_setting(const Config& config);
 
 struct SavedPair {

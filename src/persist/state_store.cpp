@@ -12,19 +12,20 @@
 namespace gprodom {
 namespace {
 
-// Between two runs tyres warm up and lose air: that much more is unknown of the scale.
+// Standard deviation of the change of the scale between two runs: tyres warm up and lose air.
 constexpr double kBetweenRuns = 1e-3;
 constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, as at the start
 
-// Between a saved scale and the configured prior, in standard deviations of their difference: by
-// chance one in 16,000 is further off, so that it is another wheel's, or the prior is wrong.
+// Largest difference between a saved scale and the configured prior, in its standard deviations. By
+// chance one in 16,000 is larger, so the scale is that of another wheel, or the prior is wrong.
 constexpr double kMostSigmas = 4.0;
 
 const char* const kWheelFile = "/wheel.state";
 const char* const kPairFile = "/wheels.state";
 const char* const kStateFile = "/pose.state";
 
-// What `parse` makes of a file; nothing where it is not there, or cannot be used, which is said.
+// The content of a file, parsed; nothing if the file is missing, or (with a notice) if it cannot be
+// used.
 template <typename Parse>
 auto read(const std::string& path, std::vector<std::string>& notices, Parse parse)
     -> std::optional<decltype(parse(path, std::string()))> {
@@ -69,7 +70,7 @@ Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) co
   return config;
 }
 
-// Empty where the saved scale may be the configured wheel's.
+// Why the saved scale cannot be that of the configured wheel; empty if it can.
 std::string StateStore::why_not(const SavedWheel& wheel) const {
   if (wheel.setting != wheel_setting_)
     return "wheel.scale or the wheel's mounting was changed in the configuration since";
@@ -96,7 +97,7 @@ std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) co
   return reason.empty() ? std::optional(pair->learnt) : std::nullopt;
 }
 
-// Empty where it may be of the configured pair.
+// Why it cannot be that of the configured pair; empty if it can.
 std::string StateStore::why_not(const SavedPair& pair) const {
   if (pair.setting != pair_setting(config_))
     return "channels.wheels, wheel.drive or wheel.track was changed in the configuration since";

@@ -22,20 +22,20 @@ class StateStore {
 
   bool enabled() const { return !directory_.empty(); }
 
-  // The configuration with what the last run left as the prior of the wheel's scale; as it is where
-  // nothing was left, the scale is held, the configuration knows better, speaks of another wheel or
-  // has a prior that the scale contradicts. These four add to notices what was found, or why it
-  // cannot be used.
+  // The configuration, with the scale of the last run as the prior of the wheel's scale. It is not
+  // changed if there is no saved scale, if the scale is held or configured more precisely, if the
+  // wheel is another one, or if the scale contradicts the configured prior. This and the next three
+  // functions add to notices what was found, or why it cannot be used.
   Config config_with_wheel_scale(std::vector<std::string>& notices) const;
-  // What the last run has learnt of left and right wheels, where the configuration speaks of the
-  // same ones and expects no other track.
+  // The turn calibration of the last run, if the configured wheels are the same and the expected
+  // track is not another one.
   std::optional<LearntTurn> pair(std::vector<std::string>& notices) const;
-  // Of another wheel than the configuration's it has the configuration's scale.
+  // The saved state. If it is of another wheel, it gets the configured scale.
   std::optional<SavedState> state(std::vector<std::string>& notices) const;
   std::optional<GroundMap> ground(const gpr::TraceMemoryOptions& options,
                                   std::vector<std::string>& notices) const;
 
-  // Whether a saving is due at this data time; if so it counts from here on.
+  // Whether a saving is due at this data time. If it is, the next period begins now.
   bool state_is_due(TimeNs now) { return is_due(now, state_period_, last_state_); }
   bool ground_is_due(TimeNs now) { return is_due(now, ground_period_, last_ground_); }
 
@@ -46,10 +46,10 @@ class StateStore {
   std::string ground_path() const { return directory_ + "/ground.map"; }
   FileWriter& writer() { return writer_; }
 
-  // Asked for by name: how it ends is told by notices().
+  // The saving of this path was requested by name, so its outcome goes to the notices.
   void await(const std::string& path) { awaited_.push_back(path); }
   std::vector<std::string> take_notices();
-  // What keeps failing; empty where the last writing of each file went well.
+  // The errors of files whose last writing failed; empty if there are none.
   std::string trouble() const;
 
  private:
