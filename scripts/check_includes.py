@@ -79,10 +79,15 @@ ROOMS = {
         "motion, map",
         BEFORE_MOTION,
     ),
+    "motion/slip": Room(
+        "what is believed of slip that comes on over seconds, and the witnesses of it",
+        "sudden slip, standstill, noise",
+        BEFORE_MOTION,
+    ),
     "motion": Room(
         "one judge: does the robot stand, does the wheel slip, which noise holds",
         "input, map",
-        BEFORE_MOTION,
+        [*BEFORE_MOTION, "motion/slip"],
     ),
     "map": Room(
         "ground driven over: passes, search, merging, the map frame, the map's file",

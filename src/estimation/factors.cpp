@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace gprodom {
 
@@ -148,11 +149,13 @@ void RandomWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& 
 }
 
 WheelFactor::WheelFactor(const WheelIncrement& increment, const Vector3d& lever_arm,
-                         const Vector3d& variance, double robust_threshold)
+                         const Vector3d& variance, double robust_threshold,
+                         std::shared_ptr<const WheelSlipTerm> slip)
     : increment_(increment),
       lever_arm_(lever_arm),
       robust_threshold_(robust_threshold),
-      weight_(variance.cwiseSqrt().cwiseInverse()) {}
+      variance_(variance),
+      slip_(std::move(slip)) {}
 
 void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                            Jacobian* Jb) const {
@@ -160,26 +163,32 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   const Matrix3d RaT = a.R_odom_body().transpose();
   const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
   const double s = a.wheel_scale;
+  const double stretch = slip_ ? std::exp(slip_->l) : 1.0;
+  const Matrix3d d_dbg = stretch * increment_.d_dbg();
   const Vector3d measured =
-      increment_.displacement() + increment_.d_dbg() * (a.gyro_bias - increment_.gyro_bias());
+      stretch * increment_.displacement() + d_dbg * (a.gyro_bias - increment_.gyro_bias());
+  Vector3d variance = variance_;
+  if (slip_) variance[0] += std::pow(slip_->sigma * stretch * increment_.distance(), 2);
+  const Vector3d weight = variance.cwiseSqrt().cwiseInverse();
   // The forward row in distance as reported, the others in true distance.
   const Vector3d moved = RaT * (cb.c - ca.c), unit(s, 1, 1);
-  r = weight_.cwiseProduct(unit).cwiseProduct(moved - measured / s);
+  r = weight.cwiseProduct(unit).cwiseProduct(moved - measured / s);
   if (!Ja) return;
-  const Matrix3d W = weight_.cwiseProduct(unit).asDiagonal();
+  const Matrix3d W = weight.cwiseProduct(unit).asDiagonal();
   // d/dtheta_a of R_a^T (c_b - c_a): the frame turns, and c_a with it: R_a^T skew(c_b).
   Ja->block<3, 3>(0, row::kTheta) = W * RaT * skew(cb.c);
   Ja->block<3, 3>(0, row::kP) = -W * RaT;
-  Ja->block<3, 3>(0, row::kBg) = -W * increment_.d_dbg() / s;
+  Ja->block<3, 3>(0, row::kBg) = -W * d_dbg / s;
   Ja->col(row::kScale) = W * measured / (s * s);
-  (*Ja)(0, row::kScale) = weight_[0] * moved.x();
+  (*Ja)(0, row::kScale) = weight[0] * moved.x();
   Jb->block<3, 3>(0, row::kTheta) = W * RaT * cb.d_theta();
   Jb->block<3, 3>(0, row::kP) = W * RaT;
 }
 
 std::shared_ptr<const Factor> WheelFactor::with_slip(double l) const {
   auto slipped = std::make_shared<WheelFactor>(*this);
-  slipped->increment_ = increment_.stretched(std::exp(l));
+  slipped->increment_ = increment_.stretched(std::exp(l + (slip_ ? slip_->l : 0.0)));
+  slipped->slip_ = nullptr;
   return slipped;
 }
 

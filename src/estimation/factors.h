@@ -78,15 +78,23 @@ class RandomWalkFactor final : public Factor {
   Eigen::Matrix<double, 7, 1> weight_;
 };
 
-// U (R_a^T (c_b - c_a) - dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical, metres.
-// U = diag(s, 1, 1): the wheel's error is on the distance that it reports, side slip on the true
-// one. The wheel's increment turned by the gyro; the last two rows are the non-holonomic
+// What is believed of a wheel's slip in an interval, l = ln(true distance / distance by the wheel).
+struct WheelSlipTerm {
+  double l = 0.0, sigma = 0.0;
+};
+
+// U (R_a^T (c_b - c_a) - e^l dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical,
+// metres. U = diag(s, 1, 1): the wheel's error is on the distance that it reports, side slip on the
+// true one. The wheel's increment turned by the gyro; the last two rows are the non-holonomic
 // constraint. Wu et al. 2017; The forward row is robust (Cauchy), since wheels slip forwards.
 class WheelFactor final : public Factor {
  public:
-  // variance: forward, lateral, vertical, m^2. robust_threshold: standard deviations; 0: quadratic.
+  // variance: forward, lateral, vertical, m^2; forward is added what l is not known of.
+  // robust_threshold: standard deviations; 0: quadratic. slip: as it is at each evaluation; null:
+  // 0.
   WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,
-              const Eigen::Vector3d& variance, double robust_threshold);
+              const Eigen::Vector3d& variance, double robust_threshold,
+              std::shared_ptr<const WheelSlipTerm> slip = nullptr);
   int dimension() const override { return 3; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
@@ -97,7 +105,8 @@ class WheelFactor final : public Factor {
   WheelIncrement increment_;
   Eigen::Vector3d lever_arm_;
   double robust_threshold_;
-  Eigen::Vector3d weight_;
+  Eigen::Vector3d variance_;
+  std::shared_ptr<const WheelSlipTerm> slip_;
 };
 
 // |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. Where the two points

@@ -110,6 +110,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   NavState predicted = propagate(last, imu, config_.initializer.gravity);
   predicted.time = input.time;
 
+  learn_slips(input.slips);
   motion_.add(last.time, input.noise, input.steps);
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
@@ -233,6 +234,31 @@ void StateEstimator::restart(const NavState& state) {
   motion_.clear();
 }
 
+// What is believed of slip changes while its interval is in the window: it is seen seconds later.
+void StateEstimator::learn_slips(const std::vector<IntervalSlip>& slips) {
+  const TimeNs oldest = smoother_.state(smoother_.oldest_id()).time;
+  while (!slips_.empty() && slips_.front().first <= oldest) slips_.pop_front();
+  for (const IntervalSlip& slip : slips) {
+    const auto known = std::find_if(slips_.begin(), slips_.end(),
+                                    [&](const auto& s) { return s.first == slip.to; });
+    if (known == slips_.end()) {
+      if (slips_.empty() || slip.to > slips_.back().first)
+        slips_.emplace_back(slip.to, std::make_shared<WheelSlipTerm>());
+      else
+        continue;
+    }
+    WheelSlipTerm& term = known == slips_.end() ? *slips_.back().second : *known->second;
+    term.l = slip.l;
+    term.sigma = slip.sigma;
+  }
+}
+
+std::shared_ptr<const WheelSlipTerm> StateEstimator::slip_of(TimeNs time) const {
+  for (const auto& [to, term] : slips_)
+    if (to == time) return term;
+  return nullptr;
+}
+
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                                       FixedLagSmoother::StateId b) {
   const WheelConfig& c = config_.wheel;
@@ -259,7 +285,8 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
     factor = std::make_shared<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
                                                    c.lever_arm, c.robust_threshold);
   else
-    factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold);
+    factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold,
+                                           slip_of(input.time));
   tie(a, b, std::move(factor));
 }
 

@@ -1,9 +1,11 @@
 // From the sensors' data of one state interval to factors, a solve and a snapshot of the result.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estimation/batch.h"
@@ -31,6 +33,12 @@ struct SpeedCorrection {
   double ahead_m = 0.0;             // by which the robot is ahead of the state's place, signed
 };
 
+// What the wheel's distance is worth in the interval that ends with a state.
+struct IntervalSlip {
+  TimeNs to = 0;
+  double l = 0.0, sigma = 0.0;  // ln(true distance / distance by the wheel)
+};
+
 // What is known about the interval from the newest state to a new one.
 struct StateInput {
   TimeNs time = 0;  // of the new state
@@ -45,6 +53,7 @@ struct StateInput {
   // rad/s, body; where a standstill shows that the bias has moved by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
+  std::vector<IntervalSlip> slips;                  // of this interval and of those before it
   std::vector<Displacement> displacements;          // newly in effect, of any earlier time
   std::vector<UserFactor> factors;                  // likewise
 };
@@ -102,6 +111,8 @@ class StateEstimator {
  private:
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
+  void learn_slips(const std::vector<IntervalSlip>& slips);
+  std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
   bool add_displacement(const Displacement& displacement);
   // Returns why not; empty: it is in. Adds to the information on the place.
   std::string add_user_factor(const UserFactor& factor, Eigen::Matrix2d& place_information);
@@ -128,6 +139,7 @@ class StateEstimator {
   StateMatrix common_ = StateMatrix::Zero();  // of place and heading since the last restart
   double gap_s_ = 0.0;                        // since the IMU fell silent, up to the newest state
   FixedLagSmoother smoother_;
+  std::deque<std::pair<TimeNs, std::shared_ptr<WheelSlipTerm>>> slips_;  // of the window's wheel
   RecentMotion motion_;                      // since the states of the window
   FixedLagSmoother::StateId id_offset_ = 0;  // of the smoother's states since its last restart
   std::optional<Batch> batch_;

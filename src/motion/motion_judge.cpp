@@ -41,6 +41,7 @@ MotionJudge::MotionJudge(const Config& config)
       pair_(config.wheel),
       drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
+      slip_belief_(config),
       coherence_(config.gpr.coherence),
       sight_(config.gpr.coherence) {}
 
@@ -80,8 +81,10 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
     forget_old_standing();
     return;
   }
-  if (std::holds_alternative<gpr::PathLength>(finding))
+  if (std::holds_alternative<gpr::PathLength>(finding)) {
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
+    compare_with_wheel(std::get<gpr::PathLength>(finding));
+  }
   displacements_.push_back(in_metres);
 }
 
@@ -96,6 +99,14 @@ void MotionJudge::add_sight(const gpr::Sight& sight) {
 std::optional<double> MotionJudge::unseen_speed() const {
   if (sight_.metres_per_length() <= 0.0) return std::nullopt;
   return sight_.metres_per_length() * (1 + 2 * sight_.relative_sigma());
+}
+
+// Not where a sudden slip reaches into it.
+void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
+  constexpr TimeNs kMargin = 400'000'000;
+  const auto from = wheel_.distance(path.from), to = wheel_.distance(path.to);
+  if (from && to && !slip_.between(path.from - kMargin, path.to + kMargin))
+    slip_belief_.compare(path, *to - *from);
 }
 
 Initialization MotionJudge::initialize() {
@@ -210,6 +221,9 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (pair_.heard()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
+  slip_belief_.advance(input, newest_, noise_at_standstill_, drive_noise_);
+  input.slips = slip_belief_.recent();
+  lasting_slip_ = input.slips.empty() ? IntervalSlip{} : input.slips.back();
   input.displacements = take_displacements(to);
   return input;
 }
@@ -250,7 +264,10 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
   const bool speed_known = estimate.time > speed_known_after_;
   const bool slipped = slip_.now() != WheelSlip::kNone;
-  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
+  OdometryEstimate with_slip = estimate;  // by which the wheel is expected to be off
+  with_slip.wheel_scale *= std::exp(-lasting_slip_.l);
+  with_slip.wheel_scale_sigma = std::hypot(estimate.wheel_scale_sigma, lasting_slip_.sigma);
+  if (!newest_.bridged) slip_.add(with_slip, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
   coherence_.add(estimate, speed_known);
   sight_.add(estimate, speed_known);

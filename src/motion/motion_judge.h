@@ -17,6 +17,7 @@
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
 #include "motion/sensor_history.h"
+#include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
 #include "motion/standstill.h"
 #include "motion/wheel_pair.h"
@@ -92,6 +93,7 @@ class MotionJudge {
  private:
   AtRest at_rest() const;
   void learn_rest(TimeNs to);
+  void compare_with_wheel(const gpr::PathLength& path);
   bool imu_silent(TimeNs from, TimeNs to) const;
   std::vector<Displacement> take_displacements(TimeNs to);
   bool enters_estimate(const Displacement& displacement) const;
@@ -117,6 +119,8 @@ class MotionJudge {
   StateResult newest_;   // in effect
   TimeNs asked_to_ = 0;  // the newest state asked about
   SlipWatch slip_;
+  SlipBelief slip_belief_;
+  IntervalSlip lasting_slip_;  // of the newest interval
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
   CoherenceScale sight_;          // m/s, the least that the radar sees

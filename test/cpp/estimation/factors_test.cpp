@@ -131,6 +131,9 @@ TEST(Factors, WheelJacobians) {
     const Vector3d variance = w.variance({0.01, 0.005, 0.02, 1e-3});
     const NavState a = random.state(), b = random.state();
     check(WheelFactor(w, lever, variance, 0), a, b);
+    check(WheelFactor(w, lever, variance, 0,
+                      std::make_shared<WheelSlipTerm>(WheelSlipTerm{-0.3, 0.1})),
+          a, b);
     check(WheelDistanceFactor(w.distance(), 0.01, lever, 0), a, b);
   }
 }
@@ -272,6 +275,31 @@ TEST(StateManifold, IsTheChartOfTheStates) {
     ASSERT_TRUE(manifold.MinusJacobian(at_x.data(), minus.data()));
     EXPECT_LT((minus * plus - StateMatrix::Identity()).norm(), 1e-12);
   }
+}
+
+// What is believed of slip is looked up at each evaluation: it is learnt while the factor is in
+// use.
+TEST(WheelFactor, FollowsWhatIsBelievedOfSlip) {
+  constexpr double kReported = 0.2, kSigma = 0.01;
+  NavState a, b;
+  b.p_odom.x() = kReported * std::exp(-0.3);
+  WheelIncrement increment;
+  increment.integrate(Vector3d::Zero(), 0.2, kReported);
+  const auto slip = std::make_shared<WheelSlipTerm>();
+  const WheelFactor factor(increment, Vector3d::Zero(), Vector3d::Constant(kSigma * kSigma), 0,
+                           slip);
+  Residual r;
+  factor.evaluate(a, b, r, nullptr, nullptr);
+  const double missing = kReported - b.p_odom.x();
+  EXPECT_NEAR(r[0], -missing / kSigma, 1e-9);
+  slip->sigma = missing / kReported;  // what is missing is one standard deviation
+  factor.evaluate(a, b, r, nullptr, nullptr);
+  EXPECT_NEAR(r[0], -1 / std::hypot(1, kSigma / missing), 1e-9);
+  slip->l = -0.3;
+  factor.evaluate(a, b, r, nullptr, nullptr);
+  EXPECT_NEAR(r[0], 0.0, 1e-9);
+  factor.with_slip(0.3)->evaluate(a, b, r, nullptr, nullptr);  // the map's slip is beside it
+  EXPECT_NEAR(r[0], -missing / kSigma, 1e-9);
 }
 
 TEST(WheelFactor, NoiseOfTheWheelDoesNotPushTheScale) {

@@ -1,0 +1,357 @@
+#include "motion/slip/slip_belief.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gprodom {
+
+using slip::Hypothesis;
+using slip::Mode;
+using slip::Vector;
+namespace row_of = slip::row;
+
+namespace {
+
+constexpr std::size_t kHypotheses = 15;
+constexpr double kBlock_s = 0.99;    // of witnesses, and between branches
+constexpr double kRolls_mps = 0.01;  // below, no slip begins or ends
+
+// A slip sets in or ends over some three seconds; where it ends, l comes to 0.
+constexpr double kChangeEnds = 1 / 3.0, kChangeHolds = 1 / 5.0;  // 1/s
+constexpr double kTowardsGrip = 5.0;  // of l, by which an end is likelier than by chance
+// Random walk of l, per root second: over the slip's size while it changes; while it holds.
+constexpr double kChange = 0.16, kHold = 0.01;
+constexpr double kChangeForgets_s = 30.0, kGripForgets_s = 2.0;
+constexpr double kGripSigma = 0.01;  // of l where the wheel grips: the ground under it
+
+// The share of the way with slip: what the prior counts for; and bounds.
+constexpr double kShareCounts_s = 30.0, kLeastShare = 0.05, kMostShare = 0.6;
+
+constexpr double kGroundGuess = 0.5;   // ln(metres / lengths), beside the first span's
+constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
+constexpr double kSlowest_mps = 0.05;  // over a span that is compared
+constexpr double kOutlier = 3.0;       // standard deviations
+constexpr double kStands_mps = 2e-3;
+constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-5;
+
+Eigen::Vector3d level(const Eigen::Vector3d& v) {
+  return Eigen::Vector3d(v.x(), v.y(), 0.0).normalized();
+}
+
+}  // namespace
+
+SlipBelief::SlipBelief(const Config& config)
+    : model_(slip_model(config.wheel)),
+      enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
+      share_(std::min(model_.share, kMostShare)),
+      gravity_(config.initializer.gravity),
+      wheel_noise_(config.wheel.noise),
+      wheel_floor_(config.wheel.noise_floor),
+      lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {}
+
+void SlipBelief::restart() {
+  hypotheses_.clear();
+  intervals_.clear();
+  block_ = {};
+  blocks_ = 0;
+}
+
+void SlipBelief::begin(const StateResult& newest) {
+  const NavState& at = newest.state;
+  q_ = at.q_odom_body;
+  gyro_bias_ = at.gyro_bias;
+  scale_ = at.wheel_scale;
+  const Eigen::Vector3d forwards = level(q_ * Eigen::Vector3d::UnitX());
+  Hypothesis h;
+  h.x[row_of::kSpeed] = forwards.dot(at.v_odom);
+  h.x.segment<2>(row_of::kAccelBias) = at.accel_bias.head<2>();
+  // A state's error theta turns gravity: what leaks into x and y is g (-theta_y, theta_x).
+  Eigen::Matrix<double, slip::kDim, kStateDim> J;
+  J.setZero();
+  J.block<1, 3>(row_of::kSpeed, row::kV) = forwards.transpose();
+  J(row_of::kTilt, row::kTheta + 1) = -1;
+  J(row_of::kTilt + 1, row::kTheta) = 1;
+  J.block<2, 2>(row_of::kAccelBias, row::kBa).setIdentity();
+  J.block<2, 2>(row_of::kGyroBias, row::kBg).setIdentity();
+  J(row_of::kScale, row::kScale) = 1 / at.wheel_scale;
+  h.P = J * newest.covariance * J.transpose();
+  h.P(row_of::kSlip, row_of::kSlip) = kGripSigma * kGripSigma;
+  ground_known_ = false;
+  hypotheses_ = {std::move(h)};
+}
+
+// false: the IMU was silent.
+bool SlipBelief::take_in(const StateInput& input) {
+  Block& b = block_;
+  const Eigen::Vector3d gravity(0, 0, gravity_);
+  const Eigen::Vector3d began = level(q_ * Eigen::Vector3d::UnitX());
+  Eigen::Vector3d dv = Eigen::Vector3d::Zero(), dp = Eigen::Vector3d::Zero();
+  double dt = 0.0, turned = 0.0;
+  for (const MotionStep& step : input.steps) {
+    if (step.bridged) return false;
+    const Eigen::Vector3d phi = (step.angular_velocity - gyro_bias_) * step.dt;
+    const Eigen::Vector3d more = (q_ * so3::exp(0.5 * phi) * step.acceleration - gravity) * step.dt;
+    dp += dv * step.dt + 0.5 * more * step.dt;
+    dv += more;
+    q_ = (q_ * so3::exp(phi)).normalized();
+    dt += step.dt;
+    turned += phi.z();
+    b.rates += phi;
+    b.wheel_m += step.wheel_m / scale_;
+  }
+  // Between the headings at both ends the change of speed is the one along the way.
+  const Eigen::Vector3d forwards = (began + level(q_ * Eigen::Vector3d::UnitX())).normalized();
+  const Eigen::Vector3d leftwards = Eigen::Vector3d::UnitZ().cross(forwards);
+  const double gained = forwards.dot(dv);
+  b.behind_m += gained * b.dt + gained * dt - forwards.dot(dp);
+  b.left += leftwards.dot(dv) + gained * (b.turned + 0.5 * turned);
+  b.gained += gained;
+  b.turned += turned;
+  b.dt += dt;
+  b.forwards += dt * forwards.head<2>();
+  b.leftwards += dt * leftwards.head<2>();
+  b.wheel_variance += input.wheel_sigma_m * input.wheel_sigma_m;
+  b.noise = input.noise;
+  ++b.intervals;
+  return dt > 0;
+}
+
+void SlipBelief::advance(const StateInput& told, const StateResult& newest, const ImuNoise& rest,
+                         const DriveNoise& driving) {
+  if (!enabled_) return;
+  // What a wheel is late by would pass for slip.
+  if (newest.carried || told.gyro_bias || told.speed_correction || told.wheel_late) restart();
+  if (told.wheel_late) return;
+  StateInput input = told;
+  if (driving.accel_density() > 0) input.noise.accel_density = driving.accel_density();
+  if (hypotheses_.empty()) begin(newest);
+  gyro_bias_.z() = newest.state.gyro_bias.z();
+  rest_ = rest;
+  // The first interval after a sudden slip may have the end of it.
+  const bool usable = input.has_wheel && !input.wheel_contradicted;
+  const bool usable_before = std::exchange(usable_before_, usable);
+  const bool wheel = usable && usable_before;
+  if (block_.intervals > 0 && (block_.wheel != wheel || block_.standing != input.standing)) {
+    block_.wheel = block_.wheel && wheel;  // a slip that is seen has begun before
+    close();
+  }
+  block_.wheel = wheel;
+  block_.standing = input.standing;
+  intervals_.push_back({input.time, wheel, blocks_});
+  if (intervals_.size() > lag_) intervals_.pop_front();
+  if (!take_in(input))
+    restart();
+  else if (block_.dt >= kBlock_s)
+    close();
+}
+
+// The block's witnesses are heard.
+void SlipBelief::close() {
+  const Block& b = block_;
+  const bool rolls = b.wheel && !b.standing && std::abs(b.wheel_m) > kRolls_mps * b.dt;
+  way_m_ += std::abs(b.wheel_m);
+  if (rolls) branch(b.dt);
+  for (Hypothesis& h : hypotheses_) {
+    predict(h, rolls);
+    weigh(h);
+    // Where it grips, l is the ground's unevenness, which the wheel's noise covers.
+    h.past.push_back(h.mode == Mode::kGrips
+                         ? slip::Past{}
+                         : slip::Past{h.x[row_of::kSlip], h.P(row_of::kSlip, row_of::kSlip), 1.0});
+    if (h.past.size() > lag_) h.past.pop_front();
+  }
+  slip::prune(hypotheses_, kHypotheses);
+  if (rolls) learn_share(b.dt);
+  take_out_common_error();
+  block_ = {};
+  ++blocks_;
+}
+
+// A robot that never slips comes to be believed so.
+void SlipBelief::learn_share(double seconds) {
+  rolled_s_ += seconds;
+  for (const Hypothesis& h : hypotheses_)
+    if (h.mode != Mode::kGrips) slipped_s_ += seconds * std::exp(h.log_weight);
+  share_ = std::clamp((model_.share * kShareCounts_s + slipped_s_) / (kShareCounts_s + rolled_s_),
+                      kLeastShare, kMostShare);
+}
+
+// What may have happened in the last second. Each way is a hypothesis of its own from here on.
+void SlipBelief::branch(double seconds) {
+  const double begins = seconds * share_ / ((1 - share_) * model_.lasts_s);
+  const double ends = seconds * kChangeEnds, holds = seconds * kChangeHolds,
+               changes = seconds / model_.lasts_s;
+  std::vector<Hypothesis> all;
+  const auto add = [&all](Hypothesis h, Mode mode, double probability) {
+    h.mode = mode;
+    h.log_weight += std::log(probability);
+    all.push_back(std::move(h));
+  };
+  for (const Hypothesis& h : hypotheses_) {
+    if (h.mode == Mode::kGrips) {
+      add(h, Mode::kGrips, 1 - begins);
+      add(h, Mode::kChanges, begins);
+    } else if (h.mode == Mode::kHolds) {
+      add(h, Mode::kHolds, 1 - changes);
+      add(h, Mode::kChanges, changes);
+    } else {
+      add(h, Mode::kChanges, 1 - ends - holds);
+      add(h, Mode::kHolds, holds);
+      Hypothesis ended = h;
+      Vector H = Vector::Zero();
+      H[row_of::kSlip] = 1;
+      ended.log_weight += ended.update(H, -h.x[row_of::kSlip], kGripSigma * kGripSigma);
+      constexpr double kRootTwoPi = 2.5066;
+      add(std::move(ended), Mode::kGrips, ends * kTowardsGrip / kRootTwoPi);
+    }
+  }
+  hypotheses_ = std::move(all);
+  slip::prune(hypotheses_, kHypotheses);
+}
+
+// Speed by the accelerations less bias and leaking gravity; l by its mode.
+void SlipBelief::predict(Hypothesis& h, bool rolls) const {
+  const Block& b = block_;
+  const double dt = b.dt, way = std::abs(b.wheel_m);
+  slip::Matrix F = slip::Matrix::Identity();
+  F.block<1, 2>(row_of::kSpeed, row_of::kTilt) = -gravity_ * b.forwards.transpose();
+  F(row_of::kSpeed, row_of::kAccelBias) = -dt;
+  F.block<2, 1>(row_of::kTilt, row_of::kGyroBias) = -b.leftwards;
+  F.block<2, 1>(row_of::kTilt, row_of::kGyroBias + 1) = b.forwards;
+  const double kept = std::exp(-way / slip::GroundNoise::kPlace);
+  F(row_of::kPlace, row_of::kPlace) = kept;
+  Vector added = Vector::Zero();
+  added[row_of::kSpeed] = b.noise.accel_density * b.noise.accel_density * dt;
+  added.segment<2>(row_of::kTilt).setConstant(b.noise.gyro_density * b.noise.gyro_density * dt);
+  added.segment<2>(row_of::kAccelBias).setConstant(kAccelBiasWalk * kAccelBiasWalk * dt);
+  added.segment<2>(row_of::kGyroBias).setConstant(kGyroBiasWalk * kGyroBiasWalk * dt);
+  added[row_of::kGround] = kGroundWalk * kGroundWalk * way;
+  added[row_of::kPlace] = std::pow(ground_.place_sigma(), 2) * (1 - kept * kept);
+  double& phi = F(row_of::kSlip, row_of::kSlip);
+  if (rolls && h.mode == Mode::kGrips) {
+    phi = std::exp(-dt / kGripForgets_s);
+    added[row_of::kSlip] = kGripSigma * kGripSigma * (1 - phi * phi);
+  } else if (rolls && h.mode == Mode::kChanges) {
+    phi = std::exp(-dt / kChangeForgets_s);
+    added[row_of::kSlip] = std::pow(kChange * model_.size, 2) * dt;
+  } else if (rolls) {
+    added[row_of::kSlip] = kHold * kHold * dt;
+  }
+  h.x = F * h.x;
+  h.x[row_of::kSpeed] += b.gained;
+  h.P = F * h.P * F.transpose();
+  h.P.diagonal() += added;
+}
+
+void SlipBelief::weigh(Hypothesis& h) const {
+  const Block& b = block_;
+  const double dt = b.dt;
+  Vector sideways = Vector::Zero();  // of the change of speed to the left, by gravity and bias
+  sideways.segment<2>(row_of::kTilt) = gravity_ * b.leftwards;
+  sideways[row_of::kAccelBias + 1] = dt;
+  if (b.standing) {
+    Vector H = Vector::Zero();
+    H[row_of::kSpeed] = 1;
+    h.update(H, -h.x[row_of::kSpeed], kStands_mps * kStands_mps);
+    for (int axis = 0; axis < 2; ++axis) {
+      H.setZero();
+      H[row_of::kGyroBias + axis] = 1;
+      h.update(H, b.rates[axis] / dt - h.x[row_of::kGyroBias + axis],
+               rest_.gyro_density * rest_.gyro_density / dt);
+    }
+    h.update(sideways, b.left - sideways.dot(h.x),
+             b.noise.accel_density * b.noise.accel_density * dt);
+    return;
+  }
+  // Over the block, the accelerations' error makes the robot faster than they say by:
+  const double error =
+      h.x[row_of::kAccelBias] * dt + gravity_ * b.forwards.dot(h.x.segment<2>(row_of::kTilt));
+  if (b.wheel) {
+    // In metres of the ground: a wheel turns as it is driven, and the robot moves as it slips.
+    const double stretch = std::exp(h.x[row_of::kSlip] - h.x[row_of::kScale]);
+    const double by_wheel = b.wheel_m * stretch;
+    Vector H = Vector::Zero();
+    H[row_of::kSpeed] = dt;
+    H[row_of::kSlip] = -by_wheel;
+    H[row_of::kScale] = by_wheel;
+    const double white = wheel_noise_ * wheel_noise_ * std::abs(b.wheel_m);
+    const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
+    const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
+    const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt;
+    // The wheel's noise is stretched with its distance. That this makes errors likelier or not,
+    // just by their size, is no witness of slip: noise is not known so well.
+    const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;
+    h.log_weight += h.update(H, by_wheel - way, stretched + drawn, kOutlier) +
+                    0.5 * std::log((known + stretched) / (known + variance));
+  }
+  // In a bend the robot is pulled sideways by its speed times the turn rate.
+  sideways[row_of::kSpeed] = b.turned;
+  const double density = std::max(b.noise.accel_density, b.noise.sideways_density);
+  h.log_weight += h.update(sideways, b.left - sideways.dot(h.x), density * density * dt, kOutlier);
+}
+
+// What all hypotheses believe of tilt and gyro goes into attitude and bias, so that errors stay
+// small.
+void SlipBelief::take_out_common_error() {
+  Vector mean = Vector::Zero();
+  for (const Hypothesis& h : hypotheses_) mean += std::exp(h.log_weight) * h.x;
+  const Eigen::Vector2d tilt = mean.segment<2>(row_of::kTilt),
+                        bias = mean.segment<2>(row_of::kGyroBias);
+  q_ = (so3::exp(Eigen::Vector3d(tilt.y(), -tilt.x(), 0.0)) * q_).normalized();
+  gyro_bias_.head<2>() += bias;
+  for (Hypothesis& h : hypotheses_) {
+    h.x.segment<2>(row_of::kTilt) -= tilt;
+    h.x.segment<2>(row_of::kGyroBias) -= bias;
+  }
+}
+
+void SlipBelief::compare(const gpr::PathLength& path, double wheel_m) {
+  const double seconds = to_seconds(path.to - path.from), way = std::abs(wheel_m) / scale_;
+  if (hypotheses_.empty() || !path.valid || way < kSlowest_mps * seconds) return;
+  const double x = std::log(way / path.lengths);
+  Vector H = Vector::Zero();
+  H[row_of::kSlip] = -1;
+  H[row_of::kScale] = 1;
+  H[row_of::kGround] = 1;
+  H[row_of::kPlace] = 1;
+  double expected = 0.0;
+  for (Hypothesis& h : hypotheses_) {
+    if (!ground_known_) {
+      h.x[row_of::kGround] = x + h.x[row_of::kSlip] - h.x[row_of::kScale];
+      h.P(row_of::kGround, row_of::kGround) = kGroundGuess * kGroundGuess;
+    }
+    h.log_weight += h.update(H, x - H.dot(h.x), std::pow(ground_.span_sigma(), 2), kOutlier);
+  }
+  ground_known_ = true;
+  slip::prune(hypotheses_, kHypotheses);
+  for (const Hypothesis& h : hypotheses_)
+    expected += std::exp(h.log_weight) * (h.x[row_of::kSlip] - h.x[row_of::kScale]);
+  ground_.add(way_m_, x + expected);
+}
+
+std::vector<IntervalSlip> SlipBelief::recent() const {
+  std::vector<IntervalSlip> told;
+  if (blocks_ == 0) return told;
+  for (const Interval& interval : intervals_) {
+    if (!interval.wheel) continue;
+    const std::size_t ago = blocks_ - 1 - std::min(interval.block, blocks_ - 1);
+    double mean = 0.0, square = 0.0, slips = 0.0;
+    for (const Hypothesis& h : hypotheses_) {
+      if (ago >= h.past.size()) continue;
+      const slip::Past& past = h.past[h.past.size() - 1 - ago];
+      const double w = std::exp(h.log_weight);
+      mean += w * past.l;
+      square += w * (past.variance + past.l * past.l);
+      slips += w * past.slips;
+    }
+    // A slip that is unlikely is a tail, for which the wheel's factor has its loss, and no width.
+    const double heard = slips * slips / (slips * slips + (1 - slips) * (1 - slips));
+    const double variance = slips * (square - mean * mean);
+    mean *= slips > 0 ? heard / slips : 1.0;
+    told.push_back({interval.to, mean, std::sqrt(std::max(0.0, variance))});
+  }
+  return told;
+}
+
+}  // namespace gprodom

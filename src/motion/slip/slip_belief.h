@@ -1,0 +1,92 @@
+// Slip that comes on over seconds, as a state and not as a verdict: what the wheel's distance is
+// worth, by all that bears on it while driving.
+//
+// Between sudden slips, which SlipWatch judges, a wheel grips (l = 0), or its slip changes, or it
+// slips evenly; when it went from one to the other is a hypothesis. Each hypothesis is a Kalman
+// filter over speed, tilt, biases, slip and the ground's decorrelation length. Its witnesses: the
+// IMU along the way, what pulls sideways in bends (speed times turn rate), standstills, and the
+// radar's coherence. What is told is the mean over hypotheses, newly for each of the last
+// intervals, as slip is seen some seconds after it sets in. docs/estimation.md, "Slip as it goes".
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "estimation/graph/slip_model.h"
+#include "estimation/state_estimator.h"
+#include "gprodom/config.h"
+#include "gprodom/front_end.h"
+#include "motion/drive_noise.h"
+#include "motion/slip/ground_noise.h"
+#include "motion/slip/slip_hypothesis.h"
+
+namespace gprodom {
+
+class SlipBelief {
+ public:
+  explicit SlipBelief(const Config& config);
+
+  // Forgets speed, attitude and slip; the next interval begins with the newest state's.
+  void restart();
+
+  // One state interval. newest: in effect, to begin with. rest: the IMU's noise at standstill.
+  void advance(const StateInput& input, const StateResult& newest, const ImuNoise& rest,
+               const DriveNoise& driving);
+
+  // How far the radar says that the robot moved while the wheel counted wheel_m (reported, signed).
+  void compare(const gpr::PathLength& path, double wheel_m);
+
+  // Of the last intervals, newest last; none while it is not known.
+  std::vector<IntervalSlip> recent() const;
+
+ private:
+  struct Interval {
+    TimeNs to;
+    bool wheel;         // in use
+    std::size_t block;  // its number
+  };
+  // What the samples of one second say: witnesses are compared over that, since noise from sample
+  // to sample is not known as well as that of seconds, and would be taken for slip.
+  struct Block {
+    double dt = 0, wheel_m = 0, turned = 0;
+    int intervals = 0;
+    double gained = 0,
+           behind_m = 0;  // m/s; m, by which the way is less than that at the last speed
+    double left = 0;      // m/s; less the part of `gained` that turned
+    Eigen::Vector2d forwards = Eigen::Vector2d::Zero(), leftwards = Eigen::Vector2d::Zero();  // s
+    Eigen::Vector3d rates = Eigen::Vector3d::Zero();  // rad, body
+    double wheel_variance = 0;                        // m^2
+    ImuNoise noise;
+    bool standing = false, wheel = true;
+  };
+
+  void begin(const StateResult& newest);
+  bool take_in(const StateInput& input);
+  void close();
+  void branch(double seconds);
+  void learn_share(double seconds);
+  void predict(slip::Hypothesis& h, bool rolls) const;
+  void weigh(slip::Hypothesis& h) const;
+  void take_out_common_error();
+
+  SlipModel model_;
+  bool enabled_;
+  double share_;  // of the way on which the wheel slips, as learnt
+  double rolled_s_ = 0.0, slipped_s_ = 0.0;
+  double gravity_, wheel_noise_, wheel_floor_;
+  std::size_t lag_;  // intervals told of
+  std::vector<slip::Hypothesis> hypotheses_;
+  std::deque<Interval> intervals_;
+  Eigen::Quaterniond q_;  // by the gyro alone; tilt as the hypotheses believe
+  Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
+  Block block_;
+  std::size_t blocks_ = 0;  // before it
+  double scale_ = 1.0;      // of the wheel, that rows are relative to
+  ImuNoise rest_;
+  double way_m_ = 0.0;
+  bool usable_before_ = true;  // the wheel, in the last interval
+  bool ground_known_ = false;
+  slip::GroundNoise ground_;
+};
+
+}  // namespace gprodom

@@ -1,0 +1,76 @@
+#include "motion/slip/slip_hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gprodom::slip {
+
+namespace {
+
+// Hypotheses less likely than the first by this are dropped (log), and those of one mode whose slip
+// and ground agree to this, and speed to that (m/s), are one.
+constexpr double kHopeless = 12.0;
+constexpr double kAlike = 0.02, kAlikeSpeed = 0.02;
+
+bool alike(const Hypothesis& a, const Hypothesis& b) {
+  const Vector off = (a.x - b.x).cwiseAbs();
+  return a.mode == b.mode && off[row::kSlip] < kAlike && off[row::kGround] < kAlike &&
+         off[row::kSpeed] < kAlikeSpeed;
+}
+
+// `b` with its share of the two weights goes into `a`, mean and covariance kept.
+void merge(Hypothesis& a, const Hypothesis& b) {
+  const double log_weight = a.log_weight + std::log1p(std::exp(b.log_weight - a.log_weight));
+  const double share = std::exp(b.log_weight - log_weight);
+  const Vector apart = b.x - a.x;
+  a.x += share * apart;
+  a.P = (1 - share) * a.P + share * b.P + share * (1 - share) * apart * apart.transpose();
+  for (std::size_t i = 0; i < a.past.size(); ++i) {
+    const double off = b.past[i].l - a.past[i].l;
+    a.past[i].l += share * off;
+    a.past[i].slips += share * (b.past[i].slips - a.past[i].slips);
+    a.past[i].variance = (1 - share) * a.past[i].variance + share * b.past[i].variance +
+                         share * (1 - share) * off * off;
+  }
+  a.log_weight = log_weight;
+}
+
+}  // namespace
+
+double Hypothesis::update(const Vector& H, double residual, double variance, double most) {
+  const Vector PH = P * H;
+  double S = H.dot(PH) + variance;
+  double q = residual * residual / S;
+  if (most > 0 && q > most * most) {
+    S = residual * residual / (most * most);
+    q = most * most;
+  }
+  x += PH * (residual / S);
+  P -= PH * PH.transpose() / S;
+  return -0.5 * (q + std::log(S));
+}
+
+void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
+  std::stable_sort(
+      hypotheses.begin(), hypotheses.end(),
+      [](const Hypothesis& a, const Hypothesis& b) { return a.log_weight > b.log_weight; });
+  std::vector<Hypothesis> kept;
+  const double least = hypotheses.front().log_weight - kHopeless;
+  for (Hypothesis& h : hypotheses) {
+    if (h.log_weight < least) break;
+    const auto same = std::find_if(kept.begin(), kept.end(),
+                                   [&](const Hypothesis& other) { return alike(other, h); });
+    if (same != kept.end())
+      merge(*same, h);
+    else if (kept.size() < most)
+      kept.push_back(std::move(h));
+  }
+  double sum = 0.0;
+  const double first = kept.front().log_weight;
+  for (const Hypothesis& h : kept) sum += std::exp(h.log_weight - first);
+  for (Hypothesis& h : kept) h.log_weight -= first + std::log(sum);
+  hypotheses = std::move(kept);
+}
+
+}  // namespace gprodom::slip

@@ -1,0 +1,211 @@
+#include "motion/slip/slip_belief.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <random>
+#include <utility>
+
+namespace gprodom {
+namespace {
+
+constexpr double kGravity = 9.80665, kInterval = 0.2;
+constexpr int kSteps = 20;  // IMU samples an interval
+constexpr double kMetresPerLength = 0.1;
+using OfTime = std::function<double(double)>;
+
+double zero(double) { return 0.0; }
+
+// From 0 to 1 within three seconds after `from`, and back before `to`.
+double ramp(double t, double from, double to) {
+  return std::clamp(std::min((t - from) / 3, (to - t) / 3), 0.0, 1.0);
+}
+
+// A robot whose speed, turn rate (rad/s) and slip l are given; its wheel and IMU, and what the
+// belief makes of them.
+class Drive {
+ public:
+  // noise: as the belief is told; the IMU's own is `share` of it.
+  Drive(const ImuNoise& noise, OfTime speed, OfTime turn, OfTime slip, double share = 1.0)
+      : noise_(noise),
+        share_(share),
+        speed_(std::move(speed)),
+        turn_(std::move(turn)),
+        slip_(std::move(slip)) {
+    Config config;
+    config.wheel.scale_sigma = 0.002;
+    belief_.emplace(config);
+    start_.state.v_odom.x() = speed_(0);
+    start_.covariance.diagonal().setConstant(1e-8);
+    start_.covariance(row::kScale, row::kScale) = 4e-6;
+  }
+
+  // Of each interval's wheel distance, m, beyond what is configured.
+  void jitter(double sigma_m) { jitter_m_ = sigma_m; }
+
+  // Up to a time, s. coherence: its error, one standard deviation of a span's length; 0: not asked.
+  void to(double end, double coherence = 0.0) {
+    while (now_ < end - 1e-9) interval(coherence);
+  }
+
+  double told() const { return belief_->recent().back().l; }
+  double sigma() const { return belief_->recent().back().sigma; }
+  // Of the interval that ended so long ago.
+  double told_of(double ago) const {
+    const auto recent = belief_->recent();
+    return recent.at(recent.size() - 1 - std::lround(ago / kInterval)).l;
+  }
+
+ private:
+  void interval(double coherence) {
+    StateInput input;
+    input.time = from_seconds(now_ + kInterval);
+    input.has_wheel = true;
+    input.noise = noise_;
+    const double dt = kInterval / kSteps;
+    double way = 0.0, wheel = 0.0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double t = now_ + (i + 0.5) * dt, v = speed_(t), h = 1e-3;
+      MotionStep step;
+      step.dt = dt;
+      step.angular_velocity << 0, 0, turn_(t);
+      step.angular_velocity += draw(share_ * noise_.gyro_density / std::sqrt(dt));
+      step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
+      step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
+      step.wheel_m = v * std::exp(-slip_(t)) * dt;
+      way += v * dt;
+      if (i == 0) step.wheel_m += jitter_m_ * normal_(engine_);
+      wheel += step.wheel_m;
+      input.steps.push_back(step);
+    }
+    belief_->advance(input, start_, {2e-4, 8e-4}, unknown_);
+    span_way_ += way;
+    span_wheel_ += wheel;
+    now_ += kInterval;
+    if (coherence > 0 && ++intervals_ % 5 == 0) {
+      gpr::PathLength path;
+      path.from = from_seconds(now_ - 5 * kInterval);
+      path.to = input.time;
+      path.valid = true;
+      path.lengths = span_way_ / kMetresPerLength * std::exp(coherence * normal_(engine_));
+      belief_->compare(path, span_wheel_);
+      span_way_ = span_wheel_ = 0.0;
+    }
+  }
+
+  Eigen::Vector3d draw(double sigma) {
+    return {sigma * normal_(engine_), sigma * normal_(engine_), sigma * normal_(engine_)};
+  }
+
+  ImuNoise noise_;
+  double share_;
+  OfTime speed_, turn_, slip_;
+  std::optional<SlipBelief> belief_;
+  StateResult start_;
+  DriveNoise unknown_{kGravity};
+  double jitter_m_ = 0.0;
+  double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
+  int intervals_ = 0;
+  std::mt19937 engine_{5};
+  std::normal_distribution<double> normal_;
+};
+
+double wavy(double t) { return 0.4 + 0.15 * std::sin(0.6 * t); }
+double even(double) { return 0.4; }
+
+constexpr ImuNoise kCart{3e-4, 0.01}, kShaken{3e-3, 0.3};
+
+TEST(SlipBelief, AWheelThatGripsIsBelieved) {
+  Drive drive(kCart, wavy, zero, zero);
+  double worst = 0.0;
+  for (int t = 20; t <= 300; t += 2) {
+    drive.to(t, 0.1);
+    worst = std::max(worst, std::abs(drive.told()));
+  }
+  EXPECT_LT(worst, 0.03);
+  EXPECT_LT(drive.sigma(), 0.03);
+}
+
+// The speed of the robot goes up and down by a third: where the wheel's does so by more, it slips.
+TEST(SlipBelief, ChangesOfSpeedTellOfSlip) {
+  Drive drive(kCart, wavy, zero, [](double t) { return -0.25 * ramp(t, 40, 70); });
+  drive.to(39);
+  EXPECT_NEAR(drive.told(), 0.0, 0.03);
+  drive.to(60);
+  EXPECT_NEAR(drive.told(), -0.25, 0.06);
+  drive.to(95);
+  EXPECT_NEAR(drive.told(), 0.0, 0.05);
+}
+
+TEST(SlipBelief, WhatWasSlipIsSeenInHindsight) {
+  Drive drive(kCart, wavy, zero, [](double t) { return -0.25 * ramp(t, 40, 70); });
+  drive.to(42.4);
+  const double at_once = drive.told();
+  drive.to(46.4);
+  EXPECT_LT(std::abs(drive.told_of(4.0) + 0.2), std::abs(at_once + 0.2));
+}
+
+// In a bend the robot is pulled sideways as fast as it is, whatever the wheel says.
+TEST(SlipBelief, BendsTellOfSlip) {
+  const OfTime slip = [](double t) { return -0.25 * ramp(t, 40, 100); };
+  Drive straight(kCart, even, zero, slip);
+  Drive bent(
+      kCart, even, [](double) { return 0.5; }, slip);
+  straight.to(80);
+  bent.to(80);
+  EXPECT_NEAR(bent.told(), -0.25, 0.05);
+  EXPECT_LT(std::abs(bent.told() + 0.25), 0.5 * std::abs(straight.told() + 0.25));
+}
+
+// An IMU that says nothing, and ground that tells the way to a tenth a second.
+TEST(SlipBelief, CoherenceTellsOfSlip) {
+  const OfTime slip = [](double t) { return -0.35 * ramp(t, 60, 120); };
+  Drive blind(kShaken, even, zero, slip), seeing(kShaken, even, zero, slip);
+  blind.to(80);
+  seeing.to(80, 0.1);
+  EXPECT_NEAR(blind.told(), 0.0, 0.1);
+  EXPECT_NEAR(seeing.told(), -0.35, 0.1);
+  seeing.to(160, 0.1);
+  EXPECT_NEAR(seeing.told(), 0.0, 0.06);
+}
+
+// Noise is known to a factor. A wheel that jitters twice as much as it is said to, beside an IMU
+// that shakes half as much, does not slip: errors are no less likely the further the robot is said
+// to have come.
+TEST(SlipBelief, NoiseThatIsNotKnownIsNoSlip) {
+  Drive drive({3e-3, 0.06}, even, zero, zero, 0.5);
+  drive.jitter(0.01);
+  double worst = 0.0;
+  for (int t = 10; t <= 300; t += 2) {
+    drive.to(t);
+    worst = std::max(worst, std::abs(drive.told()));
+  }
+  EXPECT_LT(worst, 0.1);
+}
+
+TEST(SlipBelief, ASharpBendIsNoSlip) {
+  const OfTime turn = [](double t) { return 1.2 * ramp(std::fmod(t, 20.0) * 6, 36, 60); };
+  Drive drive(kCart, wavy, turn, zero);
+  double worst = 0.0;
+  for (int t = 10; t <= 200; ++t) {
+    drive.to(t);
+    worst = std::max(worst, std::abs(drive.told()));
+  }
+  EXPECT_LT(worst, 0.03);
+}
+
+TEST(SlipBelief, AWheelThatNeverSlipsOrIsNotThereIsNotAskedAbout) {
+  Config config;
+  config.wheel.slip_share = 0.0;
+  SlipBelief belief(config);
+  StateInput input;
+  input.time = 1;
+  belief.advance(input, StateResult(), {2e-4, 8e-4}, DriveNoise(kGravity));
+  EXPECT_TRUE(belief.recent().empty());
+}
+
+}  // namespace
+}  // namespace gprodom
