@@ -178,7 +178,7 @@ struct GprConfig {
 struct GraphConfig {
   bool enabled = true;
   double latency = 0.5;         // s of data time from a query to its effect on `map`
-  double settle = 1.0;          // s after which a state is taken into the map
+  double settle = 4.0;          // s after which a state is taken into the map
   double node_spacing = 0.5;    // m
   double query_spacing = 0.25;  // m driven between two questions to the memory
   double patch_length = 1.84;   // m of ground compared

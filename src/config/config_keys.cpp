@@ -204,7 +204,7 @@ void add_graph(Keys& keys, GraphConfig& c) {
   keys.insert(keys.end(), {
     {"graph.enabled", &c.enabled, "", kAny, "look for ground seen before, and correct map by it"},
     {"graph.latency", &c.latency, "s", between(0, 60), "of data time, from a question to its effect on map"},
-    {"graph.settle", &c.settle, "s", between(0, 60), "after which a state is taken into the map; below smoother.lag"},
+    {"graph.settle", &c.settle, "s", between(0, 60), "after which a state is taken into the map; at the latest as it leaves the window"},
     {"graph.node_spacing", &c.node_spacing, "m", between(0.05, 100), "between places that are solved for"},
     {"graph.query_spacing", &c.query_spacing, "m", between(0.02, 100), "driven between two questions to the memory"},
     {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "of ground compared"},

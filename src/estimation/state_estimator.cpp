@@ -169,8 +169,10 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
     smoother_.marginalise();
     motion_.forget_before(smoother_.state(smoother_.oldest_id()).time);
     last_covariance_ = smoother_.newest_covariance() + common_;
-    const auto settled = b - std::lround(config_.graph.settle * config_.smoother.state_rate);
-    if (settled >= smoother_.oldest_id()) result.settled = smoother_.state(settled);
+    const auto since = std::lround(config_.graph.settle * config_.smoother.state_rate);
+    const auto settled = std::max(b - since, smoother_.oldest_id());
+    result.settled = smoother_.state(settled);
+    if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
   } else {
     give_up(predicted);
   }

@@ -62,6 +62,7 @@ struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
   std::optional<NavState> settled;  // the state graph.settle before it, as the window now has it
+  double settled_slip_sigma = 0.0;  // of what is believed of the wheel's slip just before that
   SolveSummary solve;
   bool standing = false;
   bool no_wheel = false;

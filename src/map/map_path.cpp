@@ -63,9 +63,10 @@ PathState path_state(const StateResult& newest) {
   return state;
 }
 
-void settle(PathState& state, const NavState& later, double scale) {
-  state.pose = planar(later);
-  state.scale = scale;
+void settle(PathState& state, const StateResult& result) {
+  state.pose = planar(*result.settled);
+  state.scale = result.state.wheel_scale;
+  state.believed_slip_sigma = result.settled_slip_sigma;
 }
 
 PlanarStep step_between(const PathState& a, const PathState& b) {
@@ -101,6 +102,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
     point.distance_m = last.distance_m + ahead;
     point.travelled_m = last.travelled_m + std::abs(ahead);
     point.slip_m = last.slip_m + state.slip_sigma * std::abs(ahead);
+    point.believed_slip_m = last.believed_slip_m + state.believed_slip_sigma * std::abs(ahead);
   }
   recent_.push_back(point);
   while (recent_.front().state.time + kRecent < state.time) recent_.pop_front();
@@ -122,6 +124,7 @@ PlanarStep MapPath::step(const Point& a, const Point& b) {
   PlanarStep step = step_between(a.state, b.state);
   const double way = b.travelled_m - a.travelled_m;
   step.slip_sigma = way > 0 ? (b.slip_m - a.slip_m) / way : 0.0;
+  step.believed_slip_sigma = way > 0 ? (b.believed_slip_m - a.believed_slip_m) / way : 0.0;
   return step;
 }
 

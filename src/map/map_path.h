@@ -22,13 +22,15 @@ struct PathState {
   Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();          // of the error (x, y, yaw), by scale
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       // of the error, scale known
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  // of the pose itself: x, y, yaw
-  double slip_sigma = 0.0;  // of unwitnessed slip since the state before (slip_model.h)
+  // Of slip since the state before (slip_model.h): of slip that no witness sees, and of the estimate
+  // of slip that the pose is corrected for.
+  double slip_sigma = 0.0, believed_slip_sigma = 0.0;
 };
 
 // The newest state, with the uncertainty that it has now.
 PathState path_state(const StateResult& newest);
-// Moves the state to where a later solution has it, with the wheel scale of that solution.
-void settle(PathState& state, const NavState& later, double scale);
+// Moves the state to where a later result has it, with the wheel scale and the slip of that result.
+void settle(PathState& state, const StateResult& result);
 
 // Odometry from one to the next.
 PlanarStep step_between(const PathState& a, const PathState& b);
@@ -82,7 +84,8 @@ class MapPath {
   struct Point {
     PathState state;
     double distance_m = 0.0, travelled_m = 0.0;
-    double slip_m = 0.0;     // sum of slip_sigma times distance: deviation if all slip is the same
+    // Sums of the sigmas times distance: deviations if all slip is the same.
+    double slip_m = 0.0, believed_slip_m = 0.0;
     bool after_gap = false;  // the node before it was removed
   };
   static PlanarStep step(const Point& a, const Point& b);

@@ -49,7 +49,7 @@ void MapTask::add(const StateResult& result, TimeNs effective) {
     unsettled_.pop_front();
   }
   if (unsettled_.empty() || unsettled_.front().time != result.settled->time) return;
-  settle(unsettled_.front(), *result.settled, result.state.wheel_scale);
+  settle(unsettled_.front(), result);
   next_.states.push_back(unsettled_.front());
   unsettled_.pop_front();
   next_.scale = result.state.wheel_scale;

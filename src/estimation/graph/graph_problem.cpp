@@ -55,8 +55,9 @@ void GraphProblem::add_slip_priors(const std::vector<WhitenedStep>& steps) {
     const double seconds = std::max(step.seconds, kLeastSeconds);
     const double root = std::sqrt(seconds / model.lasts_s);
     const double witnessed = step.slip_sigma / model.sigma();
-    problem_.AddResidualBlock(new SlipFactor(root / (model.surface * witnessed)),
-                              new WideGemanMcClureLoss(root, width_), &slips_[i]);
+    const double none = std::hypot(model.surface * witnessed, step.believed_slip_sigma);
+    problem_.AddResidualBlock(new SlipFactor(root / none), new WideGemanMcClureLoss(root, width_),
+                              &slips_[i]);
     problem_.AddResidualBlock(new SlipFactor(root / (model.size * witnessed)), nullptr, &slips_[i]);
     if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) continue;
     problem_.AddResidualBlock(

@@ -79,6 +79,7 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
       F * first.covariance * F.transpose() + turn * second.covariance * turn.transpose();
   step.seconds = first.seconds + second.seconds;
   step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
+  step.believed_slip_sigma = std::max(first.believed_slip_sigma, second.believed_slip_sigma);
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
     step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: anywhere

@@ -33,6 +33,7 @@ struct PlanarStep {
   double seconds = 0.0;                                      // that it took
   // Standard deviation of the slip (slip_model.h) that no witness has seen; 0: there can be none.
   double slip_sigma = 0.0;
+  double believed_slip_sigma = 0.0;  // of the slip that `measured` is without
 };
 
 using Matrix5d = Eigen::Matrix<double, 5, 5>;

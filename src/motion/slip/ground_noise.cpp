@@ -8,10 +8,12 @@ namespace gprodom::slip {
 
 namespace {
 
-constexpr double kMedian = 0.455;      // of the squares of normal errors of unit variance
-constexpr double kNeighbours_m = 0.8;  // spans not further apart are neighbours
+constexpr double kMedian = 0.455;  // of the squares of normal errors of unit variance
+// Pairs of spans that lie as far apart are compared, m: neighbours, and such as share little of
+// their place. Slips seldom begin or end within the latter.
+constexpr double kNear = 0.8, kFarFrom = 1.6, kFarTo = 2.6;
 constexpr double kGuessCounts = 10.0;  // spans that the first guess counts for
-constexpr double kGuess = 0.15, kGuessSpan = 0.1;
+constexpr double kGuessPlace = 0.12, kGuessSpan = 0.1;
 constexpr double kLeastSpan = 0.05, kLeastPlace = 0.03;
 
 double median(std::vector<double> values) {
@@ -25,24 +27,38 @@ double median(std::vector<double> values) {
 void GroundNoise::add(double at_m, double log_metres_per_length) {
   spans_.push_back({at_m, log_metres_per_length});
   if (spans_.size() > kMost) spans_.pop_front();
-  std::vector<double> all, neighbours;
-  for (const Span& span : spans_) all.push_back(span.x);
-  const double middle = median(all);
-  for (double& x : all) x = (x - middle) * (x - middle);
-  for (std::size_t i = 1; i < spans_.size(); ++i)
-    if (spans_[i].at_m - spans_[i - 1].at_m < kNeighbours_m)
-      neighbours.push_back(std::pow(spans_[i].x - spans_[i - 1].x, 2));
-  if (neighbours.size() < 5) return;
+  std::vector<double> near, far;
+  double near_m = 0.0, far_m = 0.0;  // sums of what they are apart
+  for (std::size_t i = 1; i < spans_.size(); ++i) {
+    for (std::size_t j = i; j-- > 0;) {
+      const double apart = spans_[i].at_m - spans_[j].at_m;
+      if (apart >= kFarTo) break;
+      const double square = std::pow(spans_[i].x - spans_[j].x, 2);
+      if (apart < kNear) {
+        near.push_back(square);
+        near_m += apart;
+      } else if (apart >= kFarFrom) {
+        far.push_back(square);
+        far_m += apart;
+      }
+    }
+  }
+  if (near.size() < 5 || far.size() < 5) return;
+  const auto kept = [](double sum_m, std::size_t pairs) {
+    return std::exp(-sum_m / static_cast<double>(pairs) / kPlace);
+  };
+  const double kept_near = kept(near_m, near.size()), kept_far = kept(far_m, far.size());
+  const double half_near = 0.5 * median(near) / kMedian, half_far = 0.5 * median(far) / kMedian;
+  const double place = std::max(0.0, (half_far - half_near) / (kept_near - kept_far));
+  const double span = std::max(0.0, half_near - place * (1 - kept_near));
 
   const double seen = static_cast<double>(spans_.size());
   const double trust = seen / (seen + kGuessCounts);
-  const double whole = trust * median(all) / kMedian + (1 - trust) * kGuess * kGuess;
-  const double apart =
-      trust * median(neighbours) / kMedian + (1 - trust) * 2 * kGuessSpan * kGuessSpan;
-  const double correlation = std::exp(-0.5 * kNeighbours_m / kPlace);
-  const double place = std::max((whole - 0.5 * apart) / correlation, kLeastPlace * kLeastPlace);
-  place_sigma_ = std::sqrt(place);
-  span_sigma_ = std::sqrt(std::max(whole - place, kLeastSpan * kLeastSpan));
+  const auto told = [trust](double variance, double guess, double least) {
+    return std::max(least, std::sqrt(trust * variance + (1 - trust) * guess * guess));
+  };
+  place_sigma_ = told(place, kGuessPlace, kLeastPlace);
+  span_sigma_ = told(span, kGuessSpan, kLeastSpan);
 }
 
 }  // namespace gprodom::slip

@@ -5,13 +5,13 @@
 
 namespace gprodom::slip {
 
-// ln(metres / lengths) of spans in a row scatters about its mean by what each span alone is off,
-// and by what is of the place and fades along the way with kPlace. The variance of all is the sum
-// of both; that of neighbours' differences is twice the first alone, nearly. From medians of
-// squares: a slip that is taken for something else is not the ground's.
+// ln(metres / lengths) of a span is off by an error of its own and by one of the place, which fades
+// along the way with kPlace. Differences of two spans show both: those of neighbours mostly the
+// former, those of spans 2 m apart the latter too. Medians of their squares are taken, since a slip
+// begins or ends within few of the pairs: what is left of slip in the levels does not matter.
 class GroundNoise {
  public:
-  static constexpr double kPlace = 1.5;  // m
+  static constexpr double kPlace = 1.0;  // m
 
   // at: m along the way.
   void add(double at_m, double log_metres_per_length);

@@ -17,8 +17,8 @@ constexpr std::size_t kHypotheses = 15;
 constexpr double kBlock_s = 0.99;    // of witnesses, and between branches
 constexpr double kRolls_mps = 0.01;  // below, no slip begins or ends
 
-// A slip sets in or ends over some three seconds; where it ends, l comes to 0.
-constexpr double kChangeEnds = 1 / 3.0, kChangeHolds = 1 / 5.0;  // 1/s
+// A slip sets in or ends over some seconds; where it ends, l comes to 0.
+constexpr double kChangeEnds = 1 / 6.0, kChangeHolds = 1 / 5.0;  // 1/s
 constexpr double kTowardsGrip = 5.0;  // of l, by which an end is likelier than by chance
 // Random walk of l, per root second: over the slip's size while it changes; while it holds.
 constexpr double kChange = 0.16, kHold = 0.01;
@@ -27,6 +27,7 @@ constexpr double kGripSigma = 0.01;  // of l where the wheel grips: the ground u
 
 // The share of the way with slip: what the prior counts for; and bounds.
 constexpr double kShareCounts_s = 30.0, kLeastShare = 0.05, kMostShare = 0.6;
+constexpr std::size_t kSeenAfter = 5;  // blocks, until a slip has mostly been seen
 
 constexpr double kGroundGuess = 0.5;   // ln(metres / lengths), beside the first span's
 constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
@@ -168,11 +169,14 @@ void SlipBelief::close() {
   ++blocks_;
 }
 
-// A robot that never slips comes to be believed so.
+// A robot that never slips comes to be believed so. Counted is what is believed of some blocks
+// ago: of the newest, a slip is not seen yet.
 void SlipBelief::learn_share(double seconds) {
   rolled_s_ += seconds;
-  for (const Hypothesis& h : hypotheses_)
-    if (h.mode != Mode::kGrips) slipped_s_ += seconds * std::exp(h.log_weight);
+  for (const Hypothesis& h : hypotheses_) {
+    const std::size_t ago = std::min(kSeenAfter, h.past.size() - 1);
+    slipped_s_ += seconds * std::exp(h.log_weight) * h.past[h.past.size() - 1 - ago].slips;
+  }
   share_ = std::clamp((model_.share * kShareCounts_s + slipped_s_) / (kShareCounts_s + rolled_s_),
                       kLeastShare, kMostShare);
 }
