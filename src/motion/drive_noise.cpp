@@ -76,6 +76,10 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
   last_dt_ = dt;
 }
 
+double DriveNoise::accel_density_of_half_second() const {
+  return kept_ < kHalfMinute ? 0.0 : accel_density_of_half_second_;
+}
+
 // From the median of the squares, forwards and sideways; 0 where there are too few.
 Eigen::Array2d DriveNoise::variance(std::size_t m) const {
   std::vector<double> squares[2];
@@ -106,6 +110,7 @@ void DriveNoise::learn() {
     const Eigen::Array2d grown =
         (in_long - in_short) / (2.0 * static_cast<double>(m - 1) * last_dt_);
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);
+    if (m == kLongTimes[0]) accel_density_of_half_second_ = std::sqrt(density2[0]);
   }
   accel_density_ = density2.sqrt();
   const double wheel_mps2 = std::max(0.0, in_short[0] - 2.0 * density2[0] * last_dt_) / 6.0;

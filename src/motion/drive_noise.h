@@ -27,6 +27,10 @@ class DriveNoise {
   double accel_density() const { return accel_density_[0]; }
   double sideways_density() const { return accel_density_[1]; }
 
+  // Of the same, forwards, what half a second shows: without what comes slower, as tilt, flicker
+  // and the slip of a wheel do. 0: not known yet, which takes half a minute of driving.
+  double accel_density_of_half_second() const;
+
   // m, one standard deviation of the wheel's distance over one state interval; 0: not known yet.
   double increment_sigma() const { return increment_sigma_m_; }
 
@@ -38,9 +42,10 @@ class DriveNoise {
   Eigen::Array2d variance(std::size_t m) const;
   void learn();
 
-  static constexpr std::size_t kMost = 600;   // intervals kept: two minutes of driving
-  static constexpr std::size_t kFewest = 50;  // squares that say something
-  static constexpr double kSlowest = 0.05;    // m/s; below, the robot stands or nearly
+  static constexpr std::size_t kMost = 600;        // intervals kept: two minutes of driving
+  static constexpr std::size_t kFewest = 50;       // squares that say something
+  static constexpr std::size_t kHalfMinute = 300;  // intervals
+  static constexpr double kSlowest = 0.05;         // m/s; below, the robot stands or nearly
 
   double gravity_;
   TimeNs end_ = 0;                                // of the last interval
@@ -52,6 +57,7 @@ class DriveNoise {
   std::deque<Run> runs_;  // driven without a break, newest last
   std::size_t kept_ = 0;
   Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
+  double accel_density_of_half_second_ = 0.0;
   double increment_sigma_m_ = 0.0;
   WheelDelay delay_;
 };

@@ -125,7 +125,9 @@ void SlipBelief::advance(const StateInput& told, const StateResult& newest, cons
   if (newest.carried || told.gyro_bias || told.speed_correction || told.wheel_late) restart();
   if (told.wheel_late) return;
   StateInput input = told;
-  if (driving.accel_density() > 0) input.noise.accel_density = driving.accel_density();
+  // Tilt is a state of the hypotheses, and slip is what they are to find.
+  const double shown = driving.accel_density_of_half_second();
+  if (shown > 0) input.noise.accel_density = shown;
   if (hypotheses_.empty()) begin(newest);
   gyro_bias_.z() = newest.state.gyro_bias.z();
   rest_ = rest;
