@@ -34,7 +34,9 @@ constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
 constexpr double kSlowest_mps = 0.05;  // over a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
-constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-5;
+// A gyro bias that moves unseen tilts what is level, and gravity passes for a slip: the walk is that
+// of a cheap gyro, whatever a data sheet says.
+constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
 
 Eigen::Vector3d level(const Eigen::Vector3d& v) {
   return Eigen::Vector3d(v.x(), v.y(), 0.0).normalized();
