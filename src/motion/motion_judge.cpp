@@ -221,9 +221,9 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (pair_.heard()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
-  slip_belief_.advance(input, newest_, noise_at_standstill_, drive_noise_);
+  slip_belief_.advance(input, newest_, noise_at_standstill_,
+                       drive_noise_.accel_density_of_half_second());
   input.slips = slip_belief_.recent();
-  lasting_slip_ = input.slips.empty() ? IntervalSlip{} : input.slips.back();
   input.displacements = take_displacements(to);
   return input;
 }
@@ -264,10 +264,7 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
   const bool speed_known = estimate.time > speed_known_after_;
   const bool slipped = slip_.now() != WheelSlip::kNone;
-  OdometryEstimate with_slip = estimate;  // by which the wheel is expected to be off
-  with_slip.wheel_scale *= std::exp(-lasting_slip_.l);
-  with_slip.wheel_scale_sigma = std::hypot(estimate.wheel_scale_sigma, lasting_slip_.sigma);
-  if (!newest_.bridged) slip_.add(with_slip, wheel_, wheel_now_, speed_known);
+  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
   coherence_.add(estimate, speed_known);
   sight_.add(estimate, speed_known);

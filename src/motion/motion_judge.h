@@ -120,7 +120,6 @@ class MotionJudge {
   TimeNs asked_to_ = 0;  // the newest state asked about
   SlipWatch slip_;
   SlipBelief slip_belief_;
-  IntervalSlip lasting_slip_;  // of the newest interval
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
   CoherenceScale sight_;          // m/s, the least that the radar sees

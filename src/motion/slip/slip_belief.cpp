@@ -34,8 +34,8 @@ constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
 constexpr double kSlowest_mps = 0.05;  // over a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
-// A gyro bias that moves unseen tilts what is level, and gravity passes for a slip: the walk is that
-// of a cheap gyro, whatever a data sheet says.
+// A gyro bias that moves unseen tilts what is level, and gravity passes for a slip: the walk is
+// that of a cheap gyro, whatever a data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
 
 Eigen::Vector3d level(const Eigen::Vector3d& v) {
@@ -121,15 +121,14 @@ bool SlipBelief::take_in(const StateInput& input) {
 }
 
 void SlipBelief::advance(const StateInput& told, const StateResult& newest, const ImuNoise& rest,
-                         const DriveNoise& driving) {
+                         double driving_accel_density) {
   if (!enabled_) return;
   // What a wheel is late by would pass for slip.
   if (newest.carried || told.gyro_bias || told.speed_correction || told.wheel_late) restart();
   if (told.wheel_late) return;
   StateInput input = told;
   // Tilt is a state of the hypotheses, and slip is what they are to find.
-  const double shown = driving.accel_density_of_half_second();
-  if (shown > 0) input.noise.accel_density = shown;
+  if (driving_accel_density > 0) input.noise.accel_density = driving_accel_density;
   if (hypotheses_.empty()) begin(newest);
   gyro_bias_.z() = newest.state.gyro_bias.z();
   rest_ = rest;

@@ -16,7 +16,6 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
-#include "motion/drive_noise.h"
 #include "motion/slip/ground_noise.h"
 #include "motion/slip/slip_hypothesis.h"
 
@@ -30,8 +29,9 @@ class SlipBelief {
   void restart();
 
   // One state interval. newest: in effect, to begin with. rest: the IMU's noise at standstill.
+  // driving_accel_density: as half a second of driving shows it, m/s^2/sqrt(Hz); 0: not known yet.
   void advance(const StateInput& input, const StateResult& newest, const ImuNoise& rest,
-               const DriveNoise& driving);
+               double driving_accel_density);
 
   // How far the radar says that the robot moved while the wheel counted wheel_m (reported, signed).
   void compare(const gpr::PathLength& path, double wheel_m);
