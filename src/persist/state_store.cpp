@@ -75,12 +75,12 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
   if (wheel.setting != wheel_setting_)
     return "wheel.scale or the wheel's mounting was changed in the configuration since";
   const double sigma = std::hypot(wheel.sigma, config_.wheel.scale_sigma);
-  const double off = std::abs(wheel.scale - config_.wheel.scale) / sigma;
-  if (off <= kMostSigmas) return "";
+  const double sigmas = std::abs(wheel.scale - config_.wheel.scale) / sigma;
+  if (sigmas <= kMostSigmas) return "";
   char said[120];
   std::snprintf(said, sizeof said,
                 "its scale %.5f is %.0f standard deviations off wheel.scale (wheel.scale_sigma)",
-                wheel.scale, off);
+                wheel.scale, sigmas);
   return said;
 }
 
@@ -103,13 +103,13 @@ std::string StateStore::why_not(const SavedPair& pair) const {
     return "channels.wheels, wheel.drive or wheel.track was changed in the configuration since";
   const DriveTraits expected = drive_traits(config_.wheel);
   const double sigma = std::hypot(pair.learnt.track_sigma_m, expected.track_sigma_m);
-  const double off = std::abs(pair.learnt.track_m - expected.track_m) / sigma;
-  if (off <= kMostSigmas) return "";
+  const double sigmas = std::abs(pair.learnt.track_m - expected.track_m) / sigma;
+  if (sigmas <= kMostSigmas) return "";
   char said[120];
   std::snprintf(said, sizeof said,
                 "its track of %.3f m is %.0f standard deviations off what wheel.drive and "
                 "wheel.track let expect",
-                pair.learnt.track_m, off);
+                pair.learnt.track_m, sigmas);
   return said;
 }
 
