@@ -70,7 +70,7 @@ def ours(program: Path, file: Path, lag: float, overrides: list[str]) -> Updates
     """bench/smoother_update.cpp on a file of measurements."""
     out = file.with_suffix(".csv")
     keys = [f"smoother.lag={lag}", "wheel.scale_sigma=0", "wheel.robust_threshold=0"]
-    keys += [f"initializer.gravity={state_intervals.GRAVITY}", *overrides]
+    keys += overrides
     subprocess.run([program, file, out, *keys], check=True)
     table = np.genfromtxt(out, delimiter=",", names=True)
     position = np.column_stack([table[axis] for axis in "xyz"])

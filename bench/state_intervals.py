@@ -16,7 +16,7 @@ from gprodom.lcm.constants import flag
 Array = NDArray[np.float64]
 
 STILL_S = 2.0  # of the standstill at the start: gravity and gyro bias
-GRAVITY = 9.81
+GRAVITY = 9.80665
 GYRO_DENSITY, ACCEL_DENSITY = 1.61e-4, 5.85e-4  # of an MTi-30, at the least
 
 # Standard deviations of the first state, in the order of nav_state.h: rotation (roll, pitch, yaw),

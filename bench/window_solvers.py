@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """The window solved by Ceres and by the chain (smoother.solver): do they publish the same?
 
-Each log is replayed with both, at --iterations each. Printed are, over all poses of ODOMETRY, the
-largest distance between the two and the largest difference of their position covariances over the
-variance there, whether a second replay by Ceres gives the same bytes, and for each solver the mean
-time of a solve and the times real time by processor time. Exit code 1 where positions are further
-apart than --max-m with the last of --iterations, or bytes differ.
+Each log is replayed with both. Printed are, over all poses of ODOMETRY, the largest distance
+between the two and the largest difference of their position covariances over the variance there,
+whether a second replay by Ceres gives the same bytes, and for each solver the mean time of a solve
+and the times real time by processor time. Exit code 1 where positions are further apart than
+--max-m, or bytes differ.
 
     bench/window_solvers.py LOG.lcmlog... -c config/cmu_gpr.yaml
 """
@@ -44,7 +44,7 @@ def relative(a: np.ndarray, b: np.ndarray) -> float:
     return float((np.abs(a - b) / (sigma[:, :, None] * sigma[:, None, :])).max())
 
 
-def compare(log: Path, configs: Configs, iterations: int, overrides: list[str]) -> dict[str, Any]:
+def compare(log: Path, configs: Configs, overrides: list[str]) -> dict[str, Any]:
     """One log by both solvers."""
     figures: dict[str, Any] = {}
     said: dict[str, tuple[np.ndarray, np.ndarray]] = {}
@@ -52,8 +52,7 @@ def compare(log: Path, configs: Configs, iterations: int, overrides: list[str]) 
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
         for solver in ("ceres", *SOLVERS):
-            keys = [f"smoother.solver={solver}", f"smoother.max_iterations={iterations}"]
-            run = replay(log, configs, [*overrides, *keys], folder)
+            run = replay(log, configs, [*overrides, f"smoother.solver={solver}"], folder)
             said[solver] = published(folder)
             if solver == "ceres":
                 digests.append(hashlib.sha256((folder / "out.lcmlog").read_bytes()).hexdigest())
@@ -64,7 +63,6 @@ def compare(log: Path, configs: Configs, iterations: int, overrides: list[str]) 
         raise Error(f"{log.name}: one solver publishes more poses than the other")
     return {
         "log": log.name,
-        "iterations": iterations,
         "poses": len(by_ceres[0]),
         "max_m": float(np.linalg.norm(by_ceres[0] - by_chain[0], axis=1).max()),
         "covariance": relative(by_ceres[1], by_chain[1]),
@@ -79,7 +77,6 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
-    parser.add_argument("--iterations", type=int, nargs="+", default=[4], help="default: 4")
     add_config_options(parser)
     parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
     add_json_flag(parser)
@@ -88,8 +85,7 @@ def main() -> int:
     try:
         with Progress("logs", len(args.logs)) as progress:
             for log in args.logs:
-                for iterations in args.iterations:
-                    results.append(compare(log, args.configs, iterations, args.overrides))
+                results.append(compare(log, args.configs, args.overrides))
                 progress.advance()
     except Error as error:
         print(f"window_solvers: error: {error}", file=sys.stderr)
@@ -98,12 +94,11 @@ def main() -> int:
         print_json(results)
     else:
         names = ("ceres ms", "ceres x", "chain ms", "chain x")
-        header = ["log", "iterations", "poses", "apart, m", "covariance", "same bytes", *names]
+        header = ["log", "poses", "apart, m", "covariance", "same bytes", *names]
         small = ("max_m", "covariance")
         rows = [[f"{v:.1e}" if k in small else v for k, v in row.items()] for row in results]
         print(format_table(header, rows))
-    settled = [row for row in results if row["iterations"] == args.iterations[-1]]
-    alike = all(row["max_m"] <= args.max_m for row in settled)
+    alike = all(row["max_m"] <= args.max_m for row in results)
     return 0 if alike and all(row["same_bytes"] for row in results) else 1
 
 

@@ -16,9 +16,9 @@ configure_file(cmake/gprodom-config.cmake ${PROJECT_BINARY_DIR}/gprodom-config.c
 
 # The programs, and what an operator reads and edits.
 install(TARGETS gprodomd gprodom-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(FILES config/gprodom.yaml DESTINATION ${CMAKE_INSTALL_SYSCONFDIR}/gprodom)
+install(FILES config/robot.yaml RENAME gprodom.yaml DESTINATION ${CMAKE_INSTALL_SYSCONFDIR}/gprodom)
 install(DIRECTORY config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom/config)
-install(FILES config/cmu_gpr.yaml config/paper.yaml
+install(FILES config/gprodom.yaml config/cmu_gpr.yaml config/paper.yaml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom/config)
 install(DIRECTORY lcmtypes DESTINATION ${CMAKE_INSTALL_DATADIR}/gprodom FILES_MATCHING
   PATTERN *.lcm)

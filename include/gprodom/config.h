@@ -1,5 +1,10 @@
 // Every setting of the estimator, with its default in place. config/gprodom.yaml states the same
 // keys, units and defaults for operators; a test holds the two together.
+//
+// A field has a key where a user of another robot, radar or ground would set it and can know the
+// value. The others are the same for every robot: they are fixed at the defaults here, and are
+// fields so that tests can vary them (src/config/former_keys.cpp says why each is fixed). The keys
+// of the paper's method stand in a section of their own, `paper`.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +16,10 @@
 
 namespace gprodom {
 
+// The names as they stand: load_config() has put the prefix before each that was left at its
+// default.
 struct ChannelConfig {
+  std::string prefix;
   std::string gpr_trace = "GPR_TRACE";
   std::string imu = "IMU";
   std::string wheel = "WHEEL";
@@ -223,9 +231,12 @@ struct Config {
 
 // Reads YAML files over the defaults, a later one over those before it, then applies overrides
 // "key.subkey=value" in order. Throws ConfigError ("file:line: key: what was expected") on unknown
-// keys, wrong types and values out of range.
+// keys, wrong types and values out of range. A key of an earlier version that is fixed now is an
+// error where it is given another value, which would have no effect; at the fixed value, and where
+// a key has another name now, a line is added to `notices`.
 GPRODOM_EXPORT Config load_config(const std::vector<std::string>& paths,
-                                  const std::vector<std::string>& overrides = {});
+                                  const std::vector<std::string>& overrides = {},
+                                  std::vector<std::string>* notices = nullptr);
 
 // The same without files.
 GPRODOM_EXPORT Config default_config(const std::vector<std::string>& overrides = {});

@@ -90,7 +90,7 @@ class GPRODOM_EXPORT FrontEnd {
   virtual std::vector<Finding> tick(TimeNs tick) = 0;
 
   // The feature matrix made at the last tick, where the front end makes them, made one then and is
-  // asked for them (gpr.sequential.publish_sfm).
+  // asked for them (paper.publish_sfm).
   virtual std::optional<SubsurfaceFeatureMatrix> sfm() const { return std::nullopt; }
 
   // Forgets all traces (after a gap, a reset, a change of trace length or sample interval).

@@ -76,10 +76,16 @@ def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Chann
         files = config_files(configs)
     except Error:  # the package alone, without the programs
         files = ()
-    channels = STANDARD
-    for file in files:
-        channels = _named(channels, _section(file), f"{file}: channels.")
-    return _named(channels, _overridden(overrides), "--set channels.")
+    channels, prefix = STANDARD, ""
+    sections = [(_section(file), f"{file}: channels.") for file in files]
+    for section, where in [*sections, (_overridden(overrides), "--set channels.")]:
+        prefix = str(section.pop("prefix", prefix) or "")
+        channels = _named(channels, section, where)
+    usual = {name: getattr(STANDARD, name) for name in vars(channels)}
+    return replace(
+        channels,
+        **{role: prefix + name for role, name in vars(channels).items() if name == usual[role]},
+    )
 
 
 def _section(config: Path) -> dict[object, object]:

@@ -78,7 +78,7 @@ double new_instance() {
 Daemon::Daemon(DaemonOptions options)
     : options_(std::move(options)),
       signals_({SIGINT, SIGTERM, SIGHUP}),
-      config_(load_config(options_.config_paths, options_.overrides)),
+      config_(load_config(options_.config_paths, options_.overrides, &notices_)),
       log_(make_log(config_.logging)),
       instance_(new_instance()),
       link_(options_.lcm_url),
@@ -96,7 +96,13 @@ std::unique_ptr<Live> Daemon::make_live(const Config& config) {
       std::move(options));
 }
 
+// Of the configuration.
+void Daemon::log_notices() {
+  for (const std::string& notice : std::exchange(notices_, {})) log_->info(notice);
+}
+
 void Daemon::run() {
+  log_notices();
   start();
   log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, joined(options_.config_paths, ", "),
              options_.lcm_url);
@@ -138,7 +144,7 @@ void Daemon::reread_config() {
   std::vector<ConfigChange> changes;
   bool afresh = false;
   try {
-    config = load_config(options_.config_paths, options_.overrides);
+    config = load_config(options_.config_paths, options_.overrides, &notices_);
     changes = differences(config_, config);
     afresh = !std::all_of(changes.begin(), changes.end(), applies_while_running);
     if (afresh) live = make_live(config);
@@ -147,6 +153,7 @@ void Daemon::reread_config() {
     return;
   }
   const auto level = spdlog::level::from_str(name_of(config.logging.level));
+  log_notices();
   log_->set_level(std::min(level, log_->level()));  // so that the change of level shows
   log_->info("config reread: {} keys changed", changes.size());
   for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);

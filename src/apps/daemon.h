@@ -37,12 +37,14 @@ class Daemon {
   void start();
   void stop();
   void reread_config();
+  void log_notices();
   void publish(const ChannelConfig& channels, const Outputs& outputs);
   void log_health(const Status& status);
 
   const DaemonOptions options_;
   SignalWatch signals_;                    // before any thread
   Service service_;                        // guards itself
+  std::vector<std::string> notices_;       // of the configuration, to be logged; main thread only
   Config config_;                          // main thread only
   std::shared_ptr<spdlog::logger> log_;    // guards itself
   const double instance_;                  // of this process

@@ -46,10 +46,13 @@ int main(int argc, char** argv) {
     if (others.size() != 1) throw UsageError("expected one IN.lcmlog");
     files.input = others.front();
 
+    std::vector<std::string> notices;
+    const Config config = load_config(config_paths, overrides, &notices);
+    for (const auto& notice : notices) std::fprintf(stderr, "%s\n", notice.c_str());
     SignalWatch signals({SIGINT, SIGTERM});
     ProgressReport progress(progress_lines, isatty(STDERR_FILENO) != 0);
     const ReplayStats stats =
-        replay(load_config(config_paths, overrides), files,
+        replay(config, files,
                {[&](double share) { progress.show(share); }, [&] { return signals.poll() != 0; }});
     progress.end();
     print_summary(stats, files);

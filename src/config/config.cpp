@@ -12,6 +12,7 @@
 
 #include "config/config_keys.h"
 #include "config/config_value.h"
+#include "config/former_keys.h"
 #include "gprodom/error.h"
 
 namespace gprodom {
@@ -58,10 +59,38 @@ std::string nearest_key(const std::vector<ConfigKey>& keys, const std::string& n
 
 std::set<std::string> sections(const std::vector<ConfigKey>& keys) {
   std::set<std::string> names;
-  for (const auto& key : keys) {
-    for (auto s = section_of(key.name); !s.empty(); s = section_of(s)) names.insert(s);
-  }
+  const auto add = [&names](const std::string& key) {
+    for (auto s = section_of(key); !s.empty(); s = section_of(s)) names.insert(s);
+  };
+  for (const auto& key : keys) add(key.name);
+  for (const auto& key : removed_keys()) add(key.name);
+  for (const auto& key : moved_keys()) add(key.name);
   return names;
+}
+
+template <class Former>
+const Former* find_former(const std::vector<Former>& keys, const std::string& name) {
+  const auto found =
+      std::find_if(keys.begin(), keys.end(), [&](const Former& key) { return key.name == name; });
+  return found == keys.end() ? nullptr : &*found;
+}
+
+// Whether a node has that value, however it is written.
+bool has_value(const YAML::Node& node, const std::string& value) {
+  if (!node.IsScalar()) return false;
+  if (node.Scalar() == value) return true;
+  bool given_bool = false, wanted_bool = false;
+  if (YAML::convert<bool>::decode(node, given_bool) &&
+      YAML::convert<bool>::decode(YAML::Node(value), wanted_bool))
+    return given_bool == wanted_bool;
+  double given = 0.0, wanted = 0.0;
+  return YAML::convert<double>::decode(node, given) &&
+         YAML::convert<double>::decode(YAML::Node(value), wanted) && given == wanted;
+}
+
+// Whether nobody chose the value of a removed key: it is fixed at that, or was by default.
+bool is_default_value(const RemovedKey& key, const YAML::Node& node) {
+  return has_value(node, key.value) || (!key.before.empty() && has_value(node, key.before));
 }
 
 // Writes YAML nodes into the configuration that its table is bound to.
@@ -72,13 +101,18 @@ class Loader {
   void read_file(const std::string& path);
   void read_override(const std::string& text);
 
+  // What was read and is no longer a setting, or goes by another name; one line for each file.
+  std::vector<std::string> take_notices(const std::string& where);
+
  private:
+  void assign_key(const std::string& where, const std::string& name, const YAML::Node& node);
   void read_section(const std::string& path, const YAML::Node& map, const std::string& section);
   const ConfigKey* find(const std::string& name) const;
   std::string unknown(const std::string& name) const;
 
   std::vector<ConfigKey> keys_;
   std::set<std::string> sections_;
+  std::vector<std::string> removed_, moved_;  // names, to be told
 };
 
 const ConfigKey* Loader::find(const std::string& name) const {
@@ -164,18 +198,46 @@ void Loader::read_section(const std::string& path, const YAML::Node& map,
     const std::string name = prefix + entry.first.Scalar();
     const std::string where = at(path, entry.first.Mark()) + name + ": ";
     if (!seen.insert(name).second) throw ConfigError(where + "given twice in this section");
-    const ConfigKey* key = find(name);
-    if (key) {
-      if (!assign(*key, entry.second)) {
-        throw ConfigError(where + "expected " + expectation(*key) + ", got " +
-                          node_text(entry.second));
-      }
-    } else if (sections_.count(name)) {
+    if (sections_.count(name))
       read_section(path, entry.second, name);
-    } else {
-      throw ConfigError(where + unknown(name));
-    }
+    else
+      assign_key(where, name, entry.second);
   }
+}
+
+// `where` begins what is said of it.
+void Loader::assign_key(const std::string& where, const std::string& name, const YAML::Node& node) {
+  if (const RemovedKey* removed = find_former(removed_keys(), name)) {
+    if (!is_default_value(*removed, node))
+      throw ConfigError(where + "no longer a setting: it is fixed at " + removed->value +
+                        ", since " + removed->why + "; got " + node_text(node) +
+                        ". Delete this key");
+    removed_.push_back(name);
+    return;
+  }
+  const MovedKey* moved = find_former(moved_keys(), name);
+  const ConfigKey* key = find(moved ? moved->now : name);
+  if (!key) throw ConfigError(where + unknown(name));
+  if (!assign(*key, node))
+    throw ConfigError(where + "expected " + expectation(*key) + ", got " + node_text(node));
+  if (moved) moved_.push_back(name + " (now " + moved->now + ")");
+}
+
+std::vector<std::string> Loader::take_notices(const std::string& where) {
+  const auto listed = [](const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+  };
+  std::vector<std::string> notices;
+  if (!removed_.empty())
+    notices.push_back(where + ": no longer settings, and given with the values that they had by " +
+                      "default, so these keys can be deleted: " + listed(removed_));
+  if (!moved_.empty())
+    notices.push_back(where + ": keys that have another name now: " + listed(moved_));
+  removed_.clear();
+  moved_.clear();
+  return notices;
 }
 
 void Loader::read_override(const std::string& text) {
@@ -183,24 +245,35 @@ void Loader::read_override(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) throw ConfigError(where + "expected KEY=VALUE");
   const std::string name = text.substr(0, equals);
-  const ConfigKey* key = find(name);
-  if (!key) throw ConfigError(where + unknown(name));
+  if (sections_.count(name)) throw ConfigError(where + unknown(name));
   YAML::Node value;
   try {
     value = YAML::Load(text.substr(equals + 1));
   } catch (const YAML::Exception& error) {
     throw ConfigError(where + "not YAML: " + error.msg);
   }
-  if (!assign(*key, value)) {
-    throw ConfigError(where + "expected " + expectation(*key) + ", got " + node_text(value));
+  assign_key(where, name, value);
+}
+
+// Before each name that is left at its default.
+void put_prefix(ChannelConfig& channels) {
+  if (channels.prefix.empty()) return;
+  Config named, defaults;
+  named.channels = channels;
+  const auto keys = config_keys(named), usual = config_keys(defaults);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (section_of(keys[i].name) != "channels" || leaf_of(keys[i].name) == "prefix") continue;
+    std::string& name = *std::get<std::string*>(keys[i].field);
+    if (name == *std::get<std::string*>(usual[i].field)) name = channels.prefix + name;
   }
+  channels = named.channels;
 }
 
 // Two things under one channel name could not be told apart. `where`: the files, or empty.
 void check_channels(Config& config, const std::string& where) {
   std::map<std::string, std::string> owner;
   for (const auto& key : config_keys(config)) {
-    if (section_of(key.name) != "channels") continue;
+    if (section_of(key.name) != "channels" || leaf_of(key.name) == "prefix") continue;
     const std::string& channel = *std::get<std::string*>(key.field);
     const auto [other, is_new] = owner.emplace(channel, key.name);
     if (!is_new) {
@@ -212,16 +285,22 @@ void check_channels(Config& config, const std::string& where) {
 
 }  // namespace
 
-Config load_config(const std::vector<std::string>& paths,
-                   const std::vector<std::string>& overrides) {
+Config load_config(const std::vector<std::string>& paths, const std::vector<std::string>& overrides,
+                   std::vector<std::string>* notices) {
   Config config;
   Loader loader(config);
+  const auto tell = [&](const std::vector<std::string>& told) {
+    if (notices) notices->insert(notices->end(), told.begin(), told.end());
+  };
   std::string where;
   for (const auto& path : paths) {
     loader.read_file(path);
     where += path + ": ";
+    tell(loader.take_notices(path));
   }
   for (const auto& text : overrides) loader.read_override(text);
+  tell(loader.take_notices("--set"));
+  put_prefix(config.channels);
   check_channels(config, where);
   return config;
 }

@@ -23,6 +23,7 @@ const Range kReorderWindow =
 // clang-format off
 void add_channels(Keys& keys, ChannelConfig& c) {
   keys.insert(keys.end(), {
+    {"channels.prefix", &c.prefix, "", Text{48, true}, "put before each name below that is left at its default"},
     {"channels.gpr_trace", &c.gpr_trace, "", kChannel, "in: gpr_trace_t"},
     {"channels.imu", &c.imu, "", kChannel, "in: imu_t"},
     {"channels.wheel", &c.wheel, "", kChannel, "in: wheel_t"},
@@ -42,8 +43,6 @@ void add_channels(Keys& keys, ChannelConfig& c) {
 void add_time(Keys& keys, TimeConfig& c) {
   keys.insert(keys.end(), {
     {"time.reorder_window", &c.reorder_window, "s", kReorderWindow, "data later than this behind the newest are dropped"},
-    {"time.max_jump", &c.max_jump, "s", kPositive, "a stamp further ahead of the others than this is a jump"},
-    {"time.imu_gap", &c.imu_gap, "s", kPositive, "IMU data further apart than this are a gap"},
   });
 }
 
@@ -54,8 +53,6 @@ void add_imu(Keys& keys, ImuConfig& c) {
     {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "floor, raised by what a standstill shows"},
     {"imu.gyro_bias_walk", &c.gyro_bias_walk, "rad/s^2/sqrt(Hz)", kPositive, "random walk of the gyro bias"},
     {"imu.accel_bias_walk", &c.accel_bias_walk, "m/s^3/sqrt(Hz)", kPositive, "random walk of the accelerometer bias"},
-    {"imu.accel_bias_sigma", &c.accel_bias_sigma, "m/s^2", kPositive, "prior of the accelerometer bias"},
-    {"imu.adaptive_noise", &c.adaptive_noise, "", kAny, "raise the noise of an interval to what its samples show"},
     {"imu.max_acceleration", &c.max_acceleration, "m/s^2", kPositive, "samples beyond are dropped"},
     {"imu.max_angular_velocity", &c.max_angular_velocity, "rad/s", kPositive, "samples beyond are dropped"},
     {"imu.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
@@ -67,21 +64,16 @@ void add_wheel(Keys& keys, WheelConfig& c) {
     {"wheel.enabled", &c.enabled, "", kAny, "use the wheel encoder"},
     {"wheel.drive", &c.drive, "", kAny, "what turns the robot; all but single learn from left and right wheels"},
     {"wheel.track", &c.track, "m", between(0.05, 10), "between left and right wheels, by tape; single has no use for it"},
-    {"wheel.form", &c.form, "", kAny, "signed increment with the gyro, or the paper's distance norm"},
     {"wheel.scale", &c.scale, "", between(0.1, 10), "reported distance over true distance"},
     {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior of the scale; 0 holds it fixed"},
-    {"wheel.scale_walk", &c.scale_walk, "1/sqrt(s)", kNotNegative, "random walk of the scale"},
     {"wheel.lever_arm", &c.lever_arm, "m", between(-100, 100), "the wheel's contact point in body"},
     {"wheel.noise", &c.noise, "m/sqrt(m)", kPositive, "random error, growing with distance"},
     {"wheel.noise_floor", &c.noise_floor, "m", kPositive, "of one increment, from the encoder's resolution"},
     {"wheel.lateral_noise", &c.lateral_noise, "m/sqrt(m)", kPositive, "side slip, growing with distance"},
     {"wheel.vertical_noise", &c.vertical_noise, "m/sqrt(m)", kPositive, "motion off the ground plane, growing with distance"},
     {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond lose weight; 0: none do"},
-    {"wheel.slip_window", &c.slip_window, "s", between(0.05, 2), "over which wheel and IMU are compared"},
     {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "between wheel and IMU that are slip; 0: not watched"},
     {"wheel.slip_share", &c.slip_share, "", between(0, 1), "of the way on which the wheel slips without a jump; 0: it never does"},
-    {"wheel.slip_size", &c.slip_size, "", between(0.01, 2), "standard deviation of ln(true / reported distance) while it slips"},
-    {"wheel.slip_lasts", &c.slip_lasts, "s", between(0.5, 600), "that such a slip is held"},
     {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
   });
@@ -90,11 +82,6 @@ void add_wheel(Keys& keys, WheelConfig& c) {
 void add_standstill(Keys& keys, StandstillConfig& c) {
   keys.insert(keys.end(), {
     {"standstill.enabled", &c.enabled, "", kAny, "detect standstill from IMU and wheel, and use it"},
-    {"standstill.window", &c.window, "s", between(0.05, 10), "over which IMU and wheel must be still"},
-    {"standstill.imu_ratio", &c.imu_ratio, "", between(1, 100), "IMU variance over that of its noise at which the robot no longer stands"},
-    {"standstill.velocity_sigma", &c.velocity_sigma, "m/s", kPositive, "of zero velocity"},
-    {"standstill.position_sigma", &c.position_sigma, "m", kPositive, "of no motion between two states"},
-    {"standstill.rotation_sigma", &c.rotation_sigma, "rad", kPositive, "of no rotation between two states"},
   });
 }
 
@@ -102,12 +89,6 @@ void add_initializer(Keys& keys, InitializerConfig& c) {
   keys.insert(keys.end(), {
     {"initializer.duration", &c.duration, "s", between(0.1, 600), "standstill needed to start"},
     {"initializer.wait_for_standstill", &c.wait_for_standstill, "", kAny, "start from such a standstill alone, never on the move"},
-    {"initializer.max_gyro_std", &c.max_gyro_std, "rad/s", kPositive, "noisier: not standing"},
-    {"initializer.max_accel_std", &c.max_accel_std, "m/s^2", kPositive, "noisier: not standing"},
-    {"initializer.max_gyro_mean", &c.max_gyro_mean, "rad/s", kPositive, "faster: turning, or a broken gyro"},
-    {"initializer.position_sigma", &c.position_sigma, "m", kPositive, "prior of the origin's position"},
-    {"initializer.yaw_sigma", &c.yaw_sigma, "rad", kPositive, "prior of the origin's yaw"},
-    {"initializer.gravity", &c.gravity, "m/s^2", between(9, 10.5), "magnitude of gravity"},
   });
 }
 
@@ -116,7 +97,6 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
     {"smoother.state_rate", &c.state_rate, "Hz", between(0.5, 50), "states per second"},
     {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the window that is solved for"},
     {"smoother.solver", &c.solver, "", kAny, "of the window; chain is its own, for slow processors and high rates"},
-    {"smoother.max_iterations", &c.max_iterations, "", between(1, 100), "of the solver, per update"},
     {"smoother.latency", &c.latency, "s", between(0, 1), "of data time, from a state to the effect of its solution"},
   });
 }
@@ -128,75 +108,42 @@ void add_gpr(Keys& keys, GprConfig& c) {
     {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
-    {"gpr.max_gap", &c.max_gap, "s", kPositive, "traces further apart: the front end starts afresh"},
     {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
-    {"gpr.stationary_window", &c.stationary_window, "s", between(0.05, 10), "of traces compared to see a standstill"},
-    {"gpr.fusion", &c.fusion, "", kAny, "how a displacement enters: with its sign, or as the paper's norm"},
-    {"gpr.robust_threshold", &c.robust_threshold, "", kNotNegative, "standard deviations at which a displacement loses weight; 0: none"},
     {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
   });
 }
 
 void add_gpr_filter(Keys& keys, GprFilterConfig& c) {
   keys.insert(keys.end(), {
-    {"gpr.filter.dewow_window", &c.dewow_window, "s", between(0, 1e-6), "of the running mean that is taken out; 0: none"},
-    {"gpr.filter.time_zero_max", &c.time_zero_max, "s", between(0, 1e-7), "by which a trace may start early or late; 0: not tracked"},
-    {"gpr.filter.background", &c.background, "", kAny, "mean trace that is taken out"},
-    {"gpr.filter.background_memory", &c.background_memory, "traces", between(1, 100000), "in the background"},
-    {"gpr.filter.wavelet", &c.wavelet, "", kAny, "of the stationary transform"},
-    {"gpr.filter.wavelet_levels", &c.wavelet_levels, "", between(1, 6), "the approximation of the last one is zeroed"},
-    {"gpr.filter.wavelet_threshold", &c.wavelet_threshold, "", between(0, 100), "of the details, times noise sigma sqrt(2 ln n)"},
     {"gpr.filter.band_low", &c.band_low, "Hz", kPositive, "lower edge of the band-pass"},
     {"gpr.filter.band_high", &c.band_high, "Hz", kPositive, "upper edge of the band-pass"},
-    {"gpr.filter.band_length", &c.band_length, "s", between(0, 1e-6), "of the filter that is run both ways; 0: no band-pass"},
     {"gpr.filter.gain_rate", &c.gain_rate, "1/sample", between(-1, 1), "of the exponential gain"},
     {"gpr.filter.gain_power", &c.gain_power, "", between(-5, 5), "of the sample number in the gain"},
     {"gpr.filter.gain_flat_after", &c.gain_flat_after, "samples", between(0, 100000), "the gain grows no further"},
   });
 }
 
-void add_peaks(Keys& keys, PeaksConfig& c) {
-  keys.insert(keys.end(), {
-    {"gpr.peaks.fit", &c.fit, "", kAny, "damped sinusoid per pulse; false: envelope maxima, much cheaper"},
-    {"gpr.peaks.min_snr", &c.min_snr, "", between(1, 100), "envelope over the trace's noise from which a maximum is a pulse"},
-    {"gpr.peaks.min_relative", &c.min_relative, "", between(0, 0.99), "envelope over the trace's greatest, likewise"},
-    {"gpr.peaks.max_joint", &c.max_joint, "", between(1, 3), "overlapping pulses fitted together at most; 1: each by itself"},
-    {"gpr.peaks.max_residual", &c.max_residual, "", between(0.001, 1), "misfit energy over signal energy of a fit that is kept"},
-  });
-}
-
-void add_sequential(Keys& keys, SequentialConfig& c) {
-  keys.insert(keys.end(), {
-    {"gpr.sequential.window_traces", &c.window_traces, "", between(4, 2000), "L, traces in a window"},
-    {"gpr.sequential.rows", &c.rows, "", between(1, 500), "D_S, rows of the feature matrix"},
-    {"gpr.sequential.columns", &c.columns, "", between(4, 500), "L_S, columns of the feature matrix, in which shifts are counted"},
-    {"gpr.sequential.max_depth", &c.max_depth, "m", between(0, 100), "depth of the last row; 0: what the trace reaches"},
-    {"gpr.sequential.step", &c.step, "s", between(0.01, 60), "between the windows compared (Delta t); whole ticks"},
-    {"gpr.sequential.k", &c.k, "m", between(0, 10), "K, displacement per column of shift; gprodom calibrate k fits it"},
-    {"gpr.sequential.sigma", &c.sigma, "m", between(0, 10), "error of K times the shift over one step"},
-    {"gpr.sequential.min_overlap", &c.min_overlap, "", between(0.05, 1), "w_min / L_S, least share of columns in common"},
-    {"gpr.sequential.distance", &c.distance, "", kAny, "cosine, or as the paper prints it (without the square root)"},
-    {"gpr.sequential.scale_duration", &c.scale_duration, "s", between(0, 3600), "from the start, fixes the amplitude scale of the levels"},
-    {"gpr.sequential.scale_quantile", &c.scale_quantile, "", between(0, 1), "of the peak amplitudes then: pixel value 255"},
-    {"gpr.sequential.publish_sfm", &c.publish_sfm, "", kAny, "each window's feature matrix beside the displacement"},
-  });
-}
-
 void add_coherence(Keys& keys, CoherenceConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.coherence.use", &c.use, "", kAny, "enters the estimate where the wheel is contradicted or missing; always; never"},
-    {"gpr.coherence.span", &c.span, "s", between(0.2, 4), "over which a distance is told"},
-    {"gpr.coherence.scale_distance", &c.scale_distance, "m", between(0.1, 1000), "driven, over which the ground's scale is learned"},
-    {"gpr.coherence.min_sigma", &c.min_sigma, "", between(0.001, 10), "least relative standard deviation"},
   });
 }
 
-void add_dec(Keys& keys, DecConfig& c) {
+// Of the methods that compare one window of traces with the next.
+void add_paper(Keys& keys, Config& config) {
+  SequentialConfig& c = config.gpr.sequential;
   keys.insert(keys.end(), {
-    {"gpr.dec.energy_window", &c.energy_window, "s", between(1e-11, 1e-7), "of a trace over which energy is averaged"},
-    {"gpr.dec.first_time", &c.first_time, "s", between(0, 1e-6), "after time zero; earlier is the direct wave"},
-    {"gpr.dec.jump_penalty", &c.jump_penalty, "", between(0, 1000), "score lost per squared sample of change from trace to trace"},
-    {"gpr.dec.smoothing", &c.smoothing, "", between(1, 1000), "traces of the moving average over the curve"},
+    {"paper.window_traces", &c.window_traces, "", between(4, 2000), "L, traces in a window"},
+    {"paper.rows", &c.rows, "", between(1, 500), "D_S, rows of the feature matrix"},
+    {"paper.columns", &c.columns, "", between(4, 500), "L_S, columns of the feature matrix, in which shifts are counted"},
+    {"paper.step", &c.step, "s", between(0.01, 60), "between the windows compared (Delta t); whole ticks"},
+    {"paper.k", &c.k, "m", between(0, 10), "K, displacement per column of shift; gprodom calibrate k fits it"},
+    {"paper.sigma", &c.sigma, "m", between(0, 10), "error of K times the shift over one step"},
+    {"paper.distance", &c.distance, "", kAny, "cosine, or as the paper prints it (without the square root)"},
+    {"paper.fit_peaks", &config.gpr.peaks.fit, "", kAny, "damped sinusoid per pulse; false: envelope maxima, much cheaper"},
+    {"paper.publish_sfm", &c.publish_sfm, "", kAny, "publish each window's feature matrix beside the displacement"},
+    {"paper.fusion", &config.gpr.fusion, "", kAny, "how a displacement enters: with its sign, or as the paper's norm"},
+    {"paper.wheel_form", &config.wheel.form, "", kAny, "how the wheel enters: signed increment with the gyro, or the paper's distance norm"},
   });
 }
 
@@ -204,20 +151,8 @@ void add_graph(Keys& keys, GraphConfig& c) {
   keys.insert(keys.end(), {
     {"graph.enabled", &c.enabled, "", kAny, "look for ground seen before, and correct map by it"},
     {"graph.latency", &c.latency, "s", between(0, 60), "of data time, from a question to its effect on map"},
-    {"graph.settle", &c.settle, "s", between(0, 60), "after which a state is taken into the map; at the latest as it leaves the window"},
-    {"graph.node_spacing", &c.node_spacing, "m", between(0.05, 100), "between places that are solved for"},
-    {"graph.query_spacing", &c.query_spacing, "m", between(0.02, 100), "driven between two questions to the memory"},
     {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "of ground compared"},
-    {"graph.gate_sigmas", &c.gate_sigmas, "", kPositive, "of the pose uncertainty within which ground is looked for"},
-    {"graph.gate_min", &c.gate_min, "m", kPositive, "it is looked for at least as far"},
-    {"graph.gate_max", &c.gate_max, "m", kPositive, "and at most"},
-    {"graph.lateral_gate", &c.lateral_gate, "m", kPositive, "tracks further apart see other ground"},
-    {"graph.certainty", &c.certainty, "", between(0.5, 1), "of a place, from which it is taken for a revisit"},
-    {"graph.sigma_factor", &c.sigma_factor, "", between(0.1, 100), "errors of a revisit over those that its match foretells"},
     {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "of a revisit: the antenna's footprint"},
-    {"graph.memory_length", &c.memory_length, "m", between(10, 1e6), "of ground that are kept, the newest"},
-    {"graph.locate_every", &c.locate_every, "m", between(0.5, 1e6), "driven between two searches, without a prior, of ground from before a reset or restart"},
-    {"graph.locate_length", &c.locate_length, "m", between(6, 100), "of the newest ground that such a search compares"},
   });
 }
 
@@ -251,13 +186,11 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_smoother(keys, config.smoother);
   add_gpr(keys, config.gpr);
   add_gpr_filter(keys, config.gpr.filter);
-  add_peaks(keys, config.gpr.peaks);
-  add_sequential(keys, config.gpr.sequential);
-  add_dec(keys, config.gpr.dec);
   add_coherence(keys, config.gpr.coherence);
   add_graph(keys, config.graph);
   add_state(keys, config.state);
   add_logging(keys, config.logging);
+  add_paper(keys, config);
   return keys;
 }
 
@@ -268,18 +201,17 @@ std::string section_description(const std::string& section) {
       {"imu", "Mounting and noise of the IMU."},
       {"wheel", "Scale, mounting and noise of the wheel encoder."},
       {"standstill", "Zero-velocity updates."},
-      {"initializer", "Start from a standstill: gravity, gyro bias and the origin."},
+      {"initializer", "Start from a standstill."},
       {"smoother", "The fixed-lag smoother."},
       {"gpr", "The ground-penetrating radar and its front end."},
-      {"gpr.filter", "Details retention: what is done to each trace, in this order."},
-      {"gpr.peaks", "Reflections in a filtered trace, of which the feature matrix is made."},
-      {"gpr.sequential",
-       "Displacement from B-scan window to window: sfm, bscan, dec, trace_count."},
-      {"gpr.dec", "The dominant energy curve (front end dec)."},
+      {"gpr.filter", "Of what is done to each trace: the antenna's band, and the gain."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"graph", "Ground seen before: the trace memory, revisits and the track in map."},
       {"state", "What one run leaves to the next."},
       {"logging", "The daemon's log."},
+      {"paper",
+       "The paper's method and those compared with it: front ends sfm, bscan, dec and "
+       "trace_count."},
   };
   const auto found = descriptions.find(section);
   return found == descriptions.end() ? std::string() : found->second;

@@ -83,16 +83,16 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
                       unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
   if (gyro.deviation > c.max_gyro_std && !(wheel.heard && steady))
-    return refuse("gyro deviation %.4f rad/s (initializer.max_gyro_std %.4f): hold the robot still",
-                  gyro.deviation, c.max_gyro_std);
+    return refuse("gyro deviation %.4f rad/s (limit %.4f): hold the robot still", gyro.deviation,
+                  c.max_gyro_std);
   if (!quiet && !(wheel.heard && steady))
     return refuse(
-        "accelerometer deviation %.3f m/s^2 (initializer.max_accel_std %.3f): hold the "
+        "accelerometer deviation %.3f m/s^2 (limit %.3f): hold the "
         "robot still",
         accel.deviation, c.max_accel_std);
   if (gyro.mean.norm() > c.max_gyro_mean)
     return refuse(
-        "mean rate %.4f rad/s (initializer.max_gyro_mean %.4f): turning, or a gyro out "
+        "mean rate %.4f rad/s (limit %.4f): turning, or a gyro out "
         "of calibration",
         gyro.mean.norm(), c.max_gyro_mean);
   if (std::abs(accel.mean.norm() - c.gravity) > 0.05 * c.gravity)

@@ -30,7 +30,7 @@ std::string fault(const GprTrace& s, const Config& config) {
     return "sample interval not between 1 ps and half a period of gpr.filter.band_low";
   if (config.gpr.filter.band_length > 0 &&
       s.sample_interval_s > 0.5 * config.gpr.filter.band_length)
-    return "sample interval longer than half of gpr.filter.band_length";
+    return "sample interval longer than half of the band-pass filter";
   if (!(std::abs(s.time_zero_s) < 1e-3)) return "time zero not within 1 ms";
   const bool finite =
       std::all_of(s.samples.begin(), s.samples.end(), [](float x) { return std::isfinite(x); });

@@ -18,7 +18,7 @@ std::string FactorQueue::add(UserFactor factor, TimeNs oldest, TimeNs latest) {
   std::string wrong = malformed(factor);
   if (!wrong.empty()) return wrong;
   if (factor.times.front() < oldest) return kOlderThanWindow;
-  if (factor.times.back() > latest) return "too far ahead of the IMU (time.max_jump)";
+  if (factor.times.back() > latest) return "too far ahead of the IMU";
   if (waiting_.size() >= kMostWaiting) return "too many factors wait for the IMU";
   waiting_.push_back(std::move(factor));
   return "";

@@ -28,8 +28,6 @@ void check_consistency(const Config& config) {
     throw ConfigError("smoother.latency: expected less than one state interval, 1 / state_rate");
   if (c.lag < 2 / c.state_rate)
     throw ConfigError("smoother.lag: expected at least two state intervals, 2 / state_rate");
-  if (config.graph.gate_min > config.graph.gate_max)
-    throw ConfigError("graph.gate_min: expected graph.gate_max or less");
 }
 
 }  // namespace

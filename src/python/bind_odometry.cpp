@@ -288,8 +288,12 @@ void bind_odometry(py::module_& m) {
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
       .def(py::init([](const Paths& config, const std::vector<std::string>& set,
                        const py::object& front_end) {
-             return std::make_unique<PythonOdometry>(load_config(paths_of(config), set),
-                                                     Execution::kInline,
+             std::vector<std::string> notices;
+             const Config read = load_config(paths_of(config), set, &notices);
+             for (const std::string& notice : notices)
+               if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
+                 throw py::error_already_set();
+             return std::make_unique<PythonOdometry>(read, Execution::kInline,
                                                      python_front_end(front_end));
            }),
            py::arg("config") = "", py::arg("set") = std::vector<std::string>{},

@@ -129,7 +129,7 @@ for i in range(0, len(time) - 25, 25):
     sent.utime_from, sent.utime_to, sent.utime = int(time[i]), int(time[i + 25]), int(time[i + 25])
     sent.source, sent.kind, sent.valid = keys["gpr.front_end"], 0, True
     shift = (distance[i + 25] - distance[i]) / 0.02
-    sent.distance = float(keys["gpr.sequential.k"]) * shift
+    sent.distance = float(keys["paper.k"]) * shift
     out.write_event(sent.utime, "GPR_DISPLACEMENT", sent.encode())
 for t, x in zip(time.tolist(), distance.tolist()):
     sent = message("odometry_t")()
@@ -190,7 +190,7 @@ def test_calibrate_k_and_observability(
     assert main(["calibrate", "k", source, "--method", "sfm", "--json"]) == 0
     fit = json.loads(capsys.readouterr().out)
     assert fit["k"] == pytest.approx(0.02, rel=0.01)
-    assert fit["key"] == "gpr.sequential.k"
+    assert fit["key"] == "paper.k"
     out = tmp_path / "out"
     assert main(["plot", "observability", source, "-o", str(out), "--json"]) == 0
     seen = json.loads(capsys.readouterr().out)

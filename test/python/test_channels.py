@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+import gprodom
 from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.config import STANDARD, Channels, read_channels
@@ -54,8 +55,20 @@ def replayed(log: Path, config: Path) -> Path:
 
 def test_the_standard_names_are_those_of_the_default_configuration() -> None:
     section = yaml.safe_load((CHECKOUT / "config" / "gprodom.yaml").read_text())["channels"]
+    assert section.pop("prefix") == ""
     assert asdict(STANDARD) == section
     assert read_channels() == STANDARD
+
+
+def test_a_prefix_stands_before_the_names_left_at_their_defaults(tmp_path: Path) -> None:
+    config = tmp_path / "robot.yaml"
+    config.write_text("channels:\n  prefix: R2_\n  wheel: LEFT\n")
+    channels = asdict(read_channels([config]))
+    assert channels == {**RENAMED, "wheel": "LEFT"}
+    assert asdict(read_channels([config], ["channels.prefix=A"]))["imu"] == "AIMU"
+    described = tmp_path / "described.yaml"
+    described.write_text(gprodom.describe_config(["channels.prefix=R2_", "channels.wheel=LEFT"]))
+    assert asdict(read_channels([described])) == channels
 
 
 def test_names_come_from_file_and_overrides(tmp_path: Path) -> None:
@@ -106,7 +119,7 @@ def test_methods_and_scores_read_renamed_channels(
     sequence: Path, log: Path, replayed: Path, config: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = ["run", str(log), "--truth", str(log), "-c", str(config), "--json"]
-    radar = ["--set", "gpr.sequential.k=0.05"]
+    radar = ["--set", "paper.k=0.05"]
     errors = {}
     for method, more in (("wheel", []), ("gpr_sfm", radar), ("gprodom_full", [])):
         assert main([*run, "--method", method, *more]) == 0

@@ -41,7 +41,7 @@ def test_check_config(tmp_path: Path) -> None:
     ("settings", "said"),
     [
         (["gpr.filter.band_low=9e8", "gpr.filter.band_high=2e8"], "gpr.filter.band_low: expected"),
-        (["graph.gate_min=6"], "graph.gate_min: expected graph.gate_max or less"),
+        (["smoother.latency=0.2"], "smoother.latency: expected less than one state interval"),
         (["smoother.lag=0.2", "smoother.state_rate=5"], "smoother.lag: expected at least two"),
     ],
 )
@@ -51,6 +51,45 @@ def test_check_config_builds_the_estimator(settings: list[str], said: str) -> No
     result = gprodomd("-c", config, *overrides, "--check-config")
     assert (result.returncode, said in result.stderr) == (1, True), result.stderr
     assert "ok" not in result.stdout
+
+
+OLD = CHECKOUT / "test" / "package" / "gprodom-0.1.yaml"  # the conffile of 0.1, with every key
+
+
+def test_an_edited_file_of_the_version_before_does_not_stop_the_daemon(tmp_path: Path) -> None:
+    config = tmp_path / "gprodom.yaml"
+    config.write_text(OLD.read_text().replace("max_speed: 5 ", "max_speed: 4.5 "))
+    checked = gprodomd("-c", str(config), "--check-config")
+    assert checked.returncode == 0, checked.stderr
+    assert f"{config}: ok\n" in checked.stdout
+    assert "no longer settings" in checked.stdout
+    printed = gprodomd("-c", str(config), "--print-config").stdout
+    plain = (CHECKOUT / "config" / "gprodom.yaml").read_text()
+    assert printed == plain.replace("max_speed: 5  ", "max_speed: 4.5")
+
+
+def test_a_removed_key_at_another_value_says_what_became_of_it(tmp_path: Path) -> None:
+    config = tmp_path / "gprodom.yaml"
+    config.write_text(OLD.read_text().replace("slip_lasts: 20 ", "slip_lasts: 30 "))
+    line = (
+        config.read_text()
+        .splitlines()
+        .index(next(line for line in config.read_text().splitlines() if "slip_lasts" in line))
+        + 1
+    )
+    checked = gprodomd("-c", str(config), "--check-config")
+    assert checked.returncode == 1
+    assert (
+        f"{config}:{line}: wheel.slip_lasts: no longer a setting: it is fixed at 20"
+        in checked.stderr
+    )
+
+
+def test_the_file_for_a_robot_is_at_the_defaults() -> None:
+    robot = CHECKOUT / "config" / "robot.yaml"
+    printed = gprodomd("-c", str(robot), "--print-config").stdout
+    assert printed == (CHECKOUT / "config" / "gprodom.yaml").read_text()
+    assert "no longer" not in gprodomd("-c", str(robot), "--check-config").stdout
 
 
 def test_print_config_is_the_file_and_shows_overrides() -> None:

@@ -37,7 +37,7 @@ DESCRIPTION = """\
 Fits K, the displacement in metres per unit of shift that a sequential radar front end reports
 (columns of its matrix; traces for trace_count), on sequences with truth: robust least squares
 (Huber) of the true displacement over each window on the size of its shift. Set the result as
-gpr.sequential.k. Do not fit it on the sequences that you score, but on others of the same scene.
+paper.k. Do not fit it on the sequences that you score, but on others of the same scene.
 """
 
 EXAMPLES = """\

@@ -26,7 +26,7 @@ class Method:
     k_key: str = ""
 
 
-K_KEY = "gpr.sequential.k"
+K_KEY = "paper.k"
 
 
 def _gpr_sfm() -> Method:
@@ -39,11 +39,11 @@ def _sequential(name: str, summary: str) -> tuple[Method, Method]:
     """The method with the paper's distance norm, and with the displacement's sign."""
     overrides = ("gpr.enabled=true", f"gpr.front_end={name}", "graph.enabled=false")
     return (
-        Method(name, summary, (*overrides, "gpr.fusion=norm"), "", name, K_KEY),
+        Method(name, summary, (*overrides, "paper.fusion=norm"), "", name, K_KEY),
         Method(
             f"{name}_signed",
             f"the same as {name}, displacements with their sign",
-            (*overrides, "gpr.fusion=signed"),
+            (*overrides, "paper.fusion=signed"),
             "",
             name,
             K_KEY,

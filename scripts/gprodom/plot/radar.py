@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-ROWS, COLUMNS = 50, 50  # of the feature matrix, as gpr.sequential's
+ROWS, COLUMNS = 50, 50  # of the feature matrix, as paper.rows and paper.columns
 MIN_OVERLAP = 0.3
 BEFORE = 600  # traces before the window: what background and amplitude scale are known from
 SCALE_QUANTILE = 0.99

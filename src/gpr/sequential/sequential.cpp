@@ -10,7 +10,7 @@ namespace gprodom::gpr {
 SequentialFrontEnd::SequentialFrontEnd(const GprConfig& config)
     : config_(config), filter_(config.filter), matcher_(make_window_matcher(config)) {
   if (config.sequential.columns > config.sequential.window_traces) {
-    throw ConfigError("gpr.sequential.columns: expected at most gpr.sequential.window_traces (" +
+    throw ConfigError("paper.columns: expected at most paper.window_traces (" +
                       std::to_string(config.sequential.window_traces) + ")");
   }
 }

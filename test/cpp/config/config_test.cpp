@@ -10,6 +10,7 @@
 
 #include "config/config_keys.h"
 #include "config/config_value.h"
+#include "config/former_keys.h"
 #include "gprodom/error.h"
 
 namespace gprodom {
@@ -59,14 +60,14 @@ std::string error_of_override(const std::string& text) {
 TEST(Config, OverridesWinOverTheFileAndLaterOverridesOverEarlier) {
   const TemporaryFile file(
       "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"
-      "smoother: {max_iterations: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
-  const Config config =
-      load_config({file.path()}, {"wheel.scale=0.97", "wheel.form=distance", "wheel.scale=0.98"});
+      "paper: {rows: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
+  const Config config = load_config(
+      {file.path()}, {"wheel.scale=0.97", "paper.wheel_form=distance", "wheel.scale=0.98"});
   EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
   EXPECT_EQ(config.wheel.form, WheelForm::kDistance);
   EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0.1, -0.2, 3.0));
   EXPECT_FALSE(config.wheel.enabled);
-  EXPECT_EQ(config.smoother.max_iterations, 7);
+  EXPECT_EQ(config.gpr.sequential.rows, 7);
   EXPECT_EQ(config.channels.imu, "MY IMU");
   EXPECT_DOUBLE_EQ(config.smoother.lag, Config().smoother.lag);
 }
@@ -104,16 +105,16 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
             "FILE:2: wheel.scale: expected a number from 0.1 to 10, got \"abc\"");
   EXPECT_EQ(error_of_file("wheel:\n\n  noise: 0\n"),
             "FILE:3: wheel.noise: expected a number above 0 (m/sqrt(m)), got \"0\"");
-  EXPECT_EQ(error_of_file("time: {max_jump: .inf}"),
-            "FILE:1: time.max_jump: expected a number above 0 (s), got \".inf\"");
+  EXPECT_EQ(error_of_file("wheel: {max_speed: .inf}"),
+            "FILE:1: wheel.max_speed: expected a number above 0 (m/s), got \".inf\"");
   EXPECT_EQ(error_of_file("imu:\n  time_offset: nan\n"),
             "FILE:2: imu.time_offset: expected a number from -10 to 10 (s), got \"nan\"");
-  EXPECT_EQ(error_of_file("smoother:\n  max_iterations: 2.5\n"),
-            "FILE:2: smoother.max_iterations: expected an integer from 1 to 100, got \"2.5\"");
+  EXPECT_EQ(error_of_file("paper:\n  rows: 2.5\n"),
+            "FILE:2: paper.rows: expected an integer from 1 to 500, got \"2.5\"");
   EXPECT_EQ(error_of_file("wheel:\n  enabled: maybe\n"),
             "FILE:2: wheel.enabled: expected true or false, got \"maybe\"");
-  EXPECT_EQ(error_of_file("wheel:\n  form: norm\n"),
-            "FILE:2: wheel.form: expected one of increment | distance, got \"norm\"");
+  EXPECT_EQ(error_of_file("paper:\n  wheel_form: norm\n"),
+            "FILE:2: paper.wheel_form: expected one of increment | distance, got \"norm\"");
   EXPECT_EQ(error_of_file("wheel:\n  lever_arm: [1, 2]\n"),
             "FILE:2: wheel.lever_arm: expected [x, y, z], three numbers from -100 to 100 (m), "
             "got [\"1\", \"2\"]");
@@ -173,7 +174,7 @@ TEST(Config, ChoicesAreNamed) {
     EXPECT_EQ(error_of_override(key.name + "=nonsense"),
               "--set " + key.name + "=nonsense: expected one of " + names + ", got \"nonsense\"");
   }
-  EXPECT_EQ(choices, 10);
+  EXPECT_EQ(choices, 8);
 }
 
 TEST(Config, OverrideErrorsQuoteTheOverride) {
@@ -185,6 +186,82 @@ TEST(Config, OverrideErrorsQuoteTheOverride) {
   EXPECT_EQ(error_of_override("=1"), "--set =1: expected KEY=VALUE");
   EXPECT_EQ(error_of_override("imu.rpy_body_imu=[0,0").rfind("--set imu.rpy_body_imu=[0,0: not", 0),
             0u);
+}
+
+std::vector<std::string> notices_of(const std::string& content) {
+  const TemporaryFile file(content);
+  std::vector<std::string> notices;
+  load_config({file.path()}, {}, &notices);
+  for (std::string& notice : notices) notice.replace(0, file.path().size(), "FILE");
+  return notices;
+}
+
+TEST(Config, ARemovedKeyAtItsFixedValueIsANotice) {
+  EXPECT_EQ(notices_of("wheel:\n  slip_lasts: 2e1\n  scale: 0.9\nimu: {adaptive_noise: yes}\n"
+                       "gpr:\n  filter: {wavelet: sym4}\n  dec:\n    smoothing: 7.0\n"),
+            std::vector<std::string>{
+                "FILE: no longer settings, and given with the values that they had by default, "
+                "so these keys can be deleted: wheel.slip_lasts, imu.adaptive_noise, "
+                "gpr.filter.wavelet, gpr.dec.smoothing"});
+  EXPECT_TRUE(notices_of("wheel:\n  scale: 0.9\n").empty());
+}
+
+TEST(Config, ARemovedKeyAtAnotherValueIsAnErrorThatSaysWhatBecameOfIt) {
+  EXPECT_EQ(
+      error_of_file("wheel:\n  slip_lasts: 30\n"),
+      "FILE:2: wheel.slip_lasts: no longer a setting: it is fixed at 20, since slip is judged "
+      "alike on every ground; got \"30\". Delete this key");
+  EXPECT_EQ(
+      error_of_file("gpr:\n  filter:\n    wavelet: none\n").rfind("FILE:3: gpr.filter.wavel", 0),
+      0u);
+  EXPECT_EQ(
+      error_of_file("imu: {adaptive_noise: no}\n").rfind("FILE:1: imu.adaptive_noise: no l", 0),
+      0u);
+  EXPECT_EQ(error_of_file("graph:\n  settle: [1]\n").rfind("FILE:2: graph.settle: no longer", 0),
+            0u);
+  EXPECT_EQ(error_of_override("graph.settle=2").rfind("--set graph.settle=2: no longer", 0), 0u);
+}
+
+TEST(Config, AKeyWithAnotherNameIsReadByTheOldOne) {
+  EXPECT_EQ(notices_of("gpr:\n  fusion: norm\n  sequential:\n    k: 0.05\n"),
+            std::vector<std::string>{"FILE: keys that have another name now: gpr.fusion (now "
+                                     "paper.fusion), gpr.sequential.k (now paper.k)"});
+  EXPECT_EQ(default_config({"gpr.sequential.k=0.05"}).gpr.sequential.k, 0.05);
+  EXPECT_EQ(error_of_file("gpr:\n  fusion: sum\n"),
+            "FILE:2: gpr.fusion: expected one of signed | norm, got \"sum\"");
+}
+
+// The tables against the fields: what is fixed is fixed at the default that the code has.
+TEST(Config, AFileOfTheVersionBeforeIsReadAsTheDefaults) {
+  const std::string path = std::string(GPRODOM_SOURCE_DIR) + "/test/package/gprodom-0.1.yaml";
+  std::vector<std::string> notices;
+  const Config config = load_config({path}, {}, &notices);
+  EXPECT_TRUE(differences(Config(), config).empty());
+  ASSERT_EQ(notices.size(), 2u);
+  for (const RemovedKey& key : removed_keys())
+    EXPECT_NE(notices[0].find(" " + key.name), std::string::npos) << key.name;
+  for (const MovedKey& key : moved_keys())
+    EXPECT_NE(notices[1].find(" " + key.name + " (now "), std::string::npos) << key.name;
+}
+
+// A setting must be worth it: a user would set it and can know the value.
+TEST(Config, HasNoMoreKeysThanAUserCanKnow) {
+  Config config;
+  std::size_t count = 0;
+  for (const auto& key : config_keys(config)) count += key.name.rfind("channels.", 0) != 0;
+  EXPECT_LE(count, 65u);
+}
+
+TEST(Config, APrefixIsPutBeforeTheChannelsLeftAtTheirDefaults) {
+  const Config config = default_config({"channels.prefix=R1_", "channels.wheel=WHEEL_LEFT"});
+  EXPECT_EQ(config.channels.imu, "R1_IMU");
+  EXPECT_EQ(config.channels.sfm, "R1_SFM");
+  EXPECT_EQ(config.channels.wheel, "WHEEL_LEFT");
+  const TemporaryFile described(describe_config(config));
+  EXPECT_TRUE(differences(config, load_config({described.path()})).empty());
+  EXPECT_EQ(
+      error_of_override("channels.prefix=" + std::string(49, 'x')).rfind("--set channels.p", 0),
+      0u);
 }
 
 TEST(Config, MissingFileAndDirectoryAreErrors) {

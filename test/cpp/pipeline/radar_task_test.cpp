@@ -78,15 +78,15 @@ TEST(RadarTask, EveryFrontEndThatCanBeBuiltRuns) {
   for (const FrontEndKind kind : kFrontEnds) {
     for (const ConfigKey& key : config_keys(defaults)) {
       const auto* range = std::get_if<Range>(&key.allowed);
-      if (key.name.rfind("gpr.", 0) != 0 || !range) continue;
+      const bool of_radar = key.name.rfind("gpr.", 0) == 0 || key.name.rfind("paper.", 0) == 0;
+      if (!of_radar || !range) continue;
       for (const double end : {range->minimum, range->maximum}) {
         if (!std::isfinite(end) || (range->above_minimum && end == range->minimum)) continue;
         std::ostringstream setting;
         setting << key.name << "=" << end;
-        const Config config =
-            default_config({"gpr.front_end=" + name_of(kind), "gpr.sequential.window_traces=15",
-                            "gpr.sequential.columns=10", "gpr.sequential.step=0.1",
-                            "gpr.sequential.scale_duration=0.2", setting.str()});
+        Config config = default_config({"gpr.front_end=" + name_of(kind), "paper.window_traces=15",
+                                        "paper.columns=10", "paper.step=0.1", setting.str()});
+        config.gpr.sequential.scale_duration = 0.2;
         if (is_refused(config.gpr)) continue;
         EXPECT_NO_THROW(run_over_ground(config.gpr)) << setting.str() << " " << name_of(kind);
       }
