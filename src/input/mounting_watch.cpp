@@ -20,14 +20,22 @@ constexpr double kDegree = M_PI / 180;
 constexpr double kFallen = 45 * kDegree;  // no robot drives on such a slope
 constexpr double kTold = 12 * kDegree;    // least error that is reported
 constexpr double kOver = 0.7;             // of it: below, the report ends
-// Blocks are few and differ in kind, so the deviation by their scatter is only rough.
-constexpr double kSure = 5.0;      // standard deviations
-constexpr double kAxisSure = 3.0;  // likewise, if gravity shows the same
+constexpr double kSure = 5.0;             // standard deviations
+constexpr double kAxisSure = 3.0;         // likewise, if gravity shows the same
 
 std::string tell(const char* what, double angle) {
   char text[240];
   std::snprintf(text, sizeof text, what, std::abs(angle) / kDegree);
   return std::string(text) + ": set imu.rpy_body_imu (gprodom calibrate mount finds it)";
+}
+
+// Few blocks show their own scatter badly. The quantile of Student's t that is as rare as kSure of
+// a normal error, over kSure (expansion of Cornish and Fisher).
+double widening(double degrees_of_freedom) {
+  constexpr double z = kSure;
+  const double first = (z * z * z + z) / 4;
+  const double second = (5 * std::pow(z, 5) + 16 * std::pow(z, 3) + 3 * z) / 96;
+  return 1 + (first / degrees_of_freedom + second / std::pow(degrees_of_freedom, 2)) / z;
 }
 
 // Of a sum over blocks, each of which errs by its own.
@@ -36,7 +44,7 @@ double deviation(const Blocks& blocks, Error error) {
   double sum = 0.0;
   for (const auto& block : blocks) sum += std::pow(error(block), 2);
   const auto n = static_cast<double>(blocks.size());
-  return std::sqrt(sum * n / (n - 1));
+  return widening(n - 1) * std::sqrt(sum * n / (n - 1));
 }
 
 }  // namespace

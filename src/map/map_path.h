@@ -22,8 +22,8 @@ struct PathState {
   Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();          // of the error (x, y, yaw), by scale
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       // of the error, scale known
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  // of the pose itself: x, y, yaw
-  // Of slip since the state before (slip_model.h): of slip that no witness sees, and of the estimate
-  // of slip that the pose is corrected for.
+  // Of slip since the state before (slip_model.h): of slip that no witness sees, and of the
+  // estimate of slip that the pose is corrected for.
   double slip_sigma = 0.0, believed_slip_sigma = 0.0;
 };
 
