@@ -61,7 +61,7 @@ const std::vector<RemovedKey>& removed_keys() {
       {"gpr.coherence.span", "1", "the scale of the ground is learnt with its error"},
       {"gpr.coherence.scale_distance", "5", "the scale of the ground is learnt with its error"},
       {"gpr.coherence.min_sigma", "0.05", "the scale of the ground is learnt with its error"},
-      {"graph.settle", "4", "it is a part of smoother.lag", "1"},
+      {"graph.settle", "4", "most slips have been detected by then", "1"},
       {"graph.node_spacing", "0.5",
        "it follows from graph.patch_length, and is the same for every antenna"},
       {"graph.query_spacing", "0.25",

@@ -1,15 +1,15 @@
-// Slip that comes on over seconds, as a state and not as a verdict: what the wheel's distance is
-// worth, by all that bears on it while driving.
+// Multiple-hypothesis filter of slip that begins over seconds: l = ln(true distance / distance by
+// the wheel) of each state interval, with its standard deviation. Sudden slips are SlipWatch's.
 //
-// Between sudden slips, which SlipWatch judges, a wheel grips (l = 0), or its slip changes, or it
-// slips evenly; when it went from one to the other is a hypothesis. Each hypothesis is a Kalman
-// filter over speed, tilt, biases, slip and the ground's decorrelation length. Its witnesses: the
-// IMU along the way, what pulls sideways in bends (speed times turn rate), standstills, and the
-// radar's coherence. What is told is the mean over hypotheses, newly for each of the last
-// intervals, as slip is seen some seconds after it sets in. docs/estimation.md, "Slip as it goes".
+// A hypothesis says when the wheel gripped (l = 0), when its slip changed and when its slip was
+// constant. It runs a Kalman filter over speed, tilt, biases, slip and the ground's decorrelation
+// length. Its measurements: accelerations along the track, centripetal acceleration in bends
+// (speed times turn rate), standstills, and the radar's coherence. A slip is detected seconds after
+// it begins, so the estimates of the last intervals are revised each time. docs/estimation.md,
+// "Slip as it goes".
 #pragma once
 
-#include <optional>
+#include <deque>
 #include <vector>
 
 #include "estimation/graph/slip_model.h"
@@ -36,7 +36,8 @@ class SlipBelief {
   // How far the radar says that the robot moved while the wheel counted wheel_m (reported, signed).
   void compare(const gpr::PathLength& path, double wheel_m);
 
-  // Of the last intervals, newest last; none while it is not known.
+  // The mean over the hypotheses, for each of the last intervals with a wheel; newest last. Empty
+  // until the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
  private:
