@@ -9,55 +9,56 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kSettle = 500'000'000;             // ns; a slip is flagged within this
-constexpr TimeNs kKept = 4'000'000'000;             // ns of track beyond the longest span
-constexpr TimeNs kStep = 20'000'000;                // ns between places kept
-constexpr double kGuess = 0.3, kGuessWeight = 3.0;  // standard deviation of x; m that it counts for
-constexpr double kSharedGround = 2.0;               // variance of spans in a row over that of one
-constexpr double kFades = 8.0;              // of scale_distance without learning: variance doubles
+constexpr TimeNs kSettle = 500'000'000;     // ns; a slip is flagged within this time
+constexpr TimeNs kKept = 4'000'000'000;     // ns of track kept beyond the longest span
+constexpr TimeNs kStep = 20'000'000;        // ns between places kept
+constexpr double kPriorSigma = 0.3;         // of x
+constexpr double kPriorWeight_m = 3.0;      // metres that the prior counts for
+constexpr double kSharedGround = 2.0;       // variance of spans in a row over that of one
+constexpr double kVarianceDoubles = 8.0;    // scale_distances without learning
 constexpr double kMinSpeed = 0.05;          // m/s, mean over a span to learn from
 constexpr std::size_t kMostWaiting = 1000;  // before the first estimate
-constexpr std::int32_t kUnsound = kStanding | kSlipping | kNoWheel | kImuGap | kSolverFailed;
+constexpr std::int32_t kUnusable = kStanding | kSlipping | kNoWheel | kImuGap | kSolverFailed;
 
 }  // namespace
 
 CoherenceScale::CoherenceScale(const CoherenceConfig& config)
     : config_(config),
-      variance_weight_(kGuessWeight),
-      variance_sum_(kGuessWeight * kGuess * kGuess) {}
+      variance_weight_(kPriorWeight_m),
+      variance_sum_(kPriorWeight_m * kPriorSigma * kPriorSigma) {}
 
 void CoherenceScale::add(const OdometryEstimate& estimate, bool speed_known) {
-  const bool sound = speed_known && (estimate.flags & kUnsound) == 0;
-  if (!sound) unsound_.push_back(estimate.time);
+  const bool can_use = speed_known && (estimate.flags & kUnusable) == 0;
+  if (!can_use) unusable_.push_back(estimate.time);
   if (!track_.empty() && estimate.time < track_.end() + kStep) return;
   const double moved = track_.advance(estimate.time, std::abs(estimate.v_body.x()));
-  if (!sound) blind_m_ += moved;
+  if (!can_use) unlearned_m_ += moved;
   while (!waiting_.empty() && waiting_.front().to + kSettle <= estimate.time) {
     learn(waiting_.front());
     waiting_.pop_front();
   }
   const TimeNs kept = kKept + from_seconds(config_.span);
   track_.forget_before(estimate.time - kept);
-  while (!unsound_.empty() && unsound_.front() < estimate.time - kept) unsound_.pop_front();
+  while (!unusable_.empty() && unusable_.front() < estimate.time - kept) unusable_.pop_front();
 }
 
 void CoherenceScale::learn(const gpr::PathLength& path) {
-  if (path.from - kSettle < track_.begin() || !sound(path.from - kSettle, path.to + kSettle))
+  if (path.from - kSettle < track_.begin() || !usable(path.from - kSettle, path.to + kSettle))
     return;
   const double metres = track_.path(path.to) - track_.path(path.from);
   if (metres < kMinSpeed * to_seconds(path.to - path.from)) return;
   const double x = std::log(metres / path.lengths);
   if (weight_ > 0.0) {
-    const double off = x - sum_ / weight_;
+    const double deviation = x - sum_ / weight_;
     const double keep = std::exp(-metres / (4 * config_.scale_distance));
-    variance_sum_ = keep * variance_sum_ + metres * off * off;
+    variance_sum_ = keep * variance_sum_ + metres * deviation * deviation;
     variance_weight_ = keep * variance_weight_ + metres;
   }
   const double keep = std::exp(-metres / config_.scale_distance);
   sum_ = keep * sum_ + metres * x;
   weight_ = keep * weight_ + metres;
   learned_m_ += metres;
-  blind_m_ = 0.0;
+  unlearned_m_ = 0.0;
 }
 
 void CoherenceScale::learn_from(const gpr::PathLength& path) {
@@ -80,12 +81,13 @@ double CoherenceScale::metres_per_length() const {
 double CoherenceScale::relative_sigma() const {
   const double one =
       std::max(variance_sum_ / variance_weight_, config_.min_sigma * config_.min_sigma);
-  return std::sqrt(one * kSharedGround * (1 + blind_m_ / (kFades * config_.scale_distance)));
+  return std::sqrt(one * kSharedGround *
+                   (1 + unlearned_m_ / (kVarianceDoubles * config_.scale_distance)));
 }
 
-bool CoherenceScale::sound(TimeNs from, TimeNs to) const {
-  const auto first = std::lower_bound(unsound_.begin(), unsound_.end(), from);
-  return first == unsound_.end() || *first > to;
+bool CoherenceScale::usable(TimeNs from, TimeNs to) const {
+  const auto first = std::lower_bound(unusable_.begin(), unusable_.end(), from);
+  return first == unusable_.end() || *first > to;
 }
 
 }  // namespace gprodom

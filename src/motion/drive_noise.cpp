@@ -8,15 +8,16 @@ namespace gprodom {
 
 namespace {
 
-// Half of the squares of normal errors of unit variance are below this. A slip is among the others.
+// Median of the squares of normal errors of unit variance. The median is robust against slip.
 constexpr double kMedian = 0.455;
 
-// Over a minute the variance over a second is known to a quarter: what is more than 1.5 times the
-// wheel's noise is the accelerations'.
+// One minute gives the variance over a second with an error of a quarter. So a variance of more
+// than 1.5 times the wheel's is due to the accelerations.
 constexpr double kSignificant = 1.5;
 
-// State intervals: a second and more. Tilt and flicker make an error grow faster than white noise
-// does, and what counts is how far it has come where speeds change, within seconds.
+// In state intervals: 1 s and more at 5 states per second. Tilt and flicker noise make an error
+// grow faster than white noise does. What counts is its size after the seconds within which speeds
+// change.
 constexpr std::size_t kLongTimes[] = {5, 10, 25};
 
 }  // namespace
@@ -32,7 +33,7 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
     const Eigen::Vector3d up = q.conjugate() * Eigen::Vector3d(0, 0, gravity_);
     const Eigen::Vector3d acceleration = step.acceleration - at.accel_bias - up;
     const double forwards = acceleration.x();
-    // Without side slip there is the centripetal acceleration, and no other.
+    // Without side slip the only sideways acceleration is the centripetal one.
     sideways += acceleration.y() * step.dt - rate.z() * step.wheel_m / at.wheel_scale;
     p += v * step.dt + 0.5 * forwards * step.dt * step.dt;
     v += forwards * step.dt;
@@ -40,16 +41,16 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
     wheel_m += step.wheel_m / at.wheel_scale;
     bridged |= step.bridged;
   }
-  const bool goes_on =
+  const bool continues =
       at.time == begin && input.has_wheel && !input.wheel_contradicted && !bridged && dt > 0;
-  const bool drives = goes_on && std::abs(wheel_m) > kSlowest * dt;
+  const bool drives = continues && std::abs(wheel_m) > kSlowest * dt;
   if (!drives) {
     last_dt_ = 0;
     delay_.interrupt();
     return;
   }
   if (last_dt_ > 0) {
-    // The mean speed of this interval less that of the last, by the wheel and by the IMU.
+    // The mean speed of this interval less that of the last.
     const double by_imu = last_v_ - last_p_ / last_dt_ + p / dt;
     const double by_wheel = wheel_m / dt - last_wheel_m_ / last_dt_;
     delay_.add(by_imu, by_wheel, dt);
@@ -76,11 +77,11 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
   last_dt_ = dt;
 }
 
-double DriveNoise::accel_density_of_half_second() const {
-  return kept_ < kHalfMinute ? 0.0 : accel_density_of_half_second_;
+double DriveNoise::accel_density_of_one_second() const {
+  return kept_ < kMinute ? 0.0 : accel_density_of_one_second_;
 }
 
-// From the median of the squares, forwards and sideways; 0 where there are too few.
+// From the median of the squares, forwards and sideways; 0 if there are too few.
 Eigen::Array2d DriveNoise::variance(std::size_t m) const {
   std::vector<double> squares[2];
   for (const Run& run : runs_) {
@@ -99,8 +100,8 @@ Eigen::Array2d DriveNoise::variance(std::size_t m) const {
   return variance;
 }
 
-// Noise of density d makes the speed err by d^2 T in a time T: the difference of two such errors
-// has 2 d^2 T. The wheel's speed enters with weights 1, -2, 1.
+// Noise of density d gives the speed a variance of d^2 T after a time T, and the difference of two
+// such errors one of 2 d^2 T. The wheel's speed enters with weights 1, -2, 1.
 void DriveNoise::learn() {
   const Eigen::Array2d in_short = variance(1);
   if (in_short[0] <= 0) return;
@@ -110,7 +111,7 @@ void DriveNoise::learn() {
     const Eigen::Array2d grown =
         (in_long - in_short) / (2.0 * static_cast<double>(m - 1) * last_dt_);
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);
-    if (m == kLongTimes[0]) accel_density_of_half_second_ = std::sqrt(density2[0]);
+    if (m == kLongTimes[0]) accel_density_of_one_second_ = std::sqrt(density2[0]);
   }
   accel_density_ = density2.sqrt();
   const double wheel_mps2 = std::max(0.0, in_short[0] - 2.0 * density2[0] * last_dt_) / 6.0;

@@ -20,7 +20,7 @@ ImuNoise measured_noise(const std::vector<ImuSample>& samples) {
 }
 
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference) {
-  constexpr double kSignificant = 1.2;  // three deviations of what 80 samples show
+  constexpr double kSignificant = 1.2;  // 1 + three standard deviations with 80 samples
   if (samples.size() < kEnoughForNoise) return reference;
   const ImuNoise measured = measured_noise(samples);
   auto prevailing = [](double at_rest, double now) {

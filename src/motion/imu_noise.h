@@ -1,4 +1,4 @@
-// Noise of the IMU as its own samples show it. Vibration raises it.
+// Noise of the IMU, measured from its own samples. Vibration raises it.
 #pragma once
 
 #include <vector>
@@ -8,15 +8,15 @@
 
 namespace gprodom {
 
-// Densities from second differences, which motion hardly touches. Zero from fewer than four
+// Densities from second differences, which motion hardly changes. Zero if there are fewer than four
 // samples.
 ImuNoise measured_noise(const std::vector<ImuSample>& samples);
 
-// From fewer samples a density is not known to a fifth.
+// With fewer samples the error of a density is more than 20 %.
 constexpr std::size_t kEnoughForNoise = 20;
 
-// Of each sensor what the samples show where that is clearly more than the reference, else the
-// reference; also where there are fewer than kEnoughForNoise.
+// For gyro and accelerometer: the measured density if it is clearly above the reference, otherwise
+// the reference. The reference also if there are fewer than kEnoughForNoise samples.
 ImuNoise prevailing_noise(const std::vector<ImuSample>& samples, const ImuNoise& reference);
 
 }  // namespace gprodom

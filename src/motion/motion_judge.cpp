@@ -14,20 +14,20 @@ namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
 
-// A start on the move: after that time without a standstill, if the wheel turned so far in
-// initializer.duration.
+// The robot starts on the move after this time without a standstill, if the wheel has turned this
+// far in initializer.duration.
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;
 constexpr double kMoving_m = 0.1;
 
-// Of the noise of seconds, which driving shows, over that from sample to sample: beyond (real
-// robots and cars have 1 to 8) it is a slip that goes on.
-constexpr double kMostSlow = 10.0;
+// Largest ratio of the noise over seconds, which driving shows, to that from sample to sample. Real
+// robots and cars have 1 to 8; what lies beyond is lasting slip.
+constexpr double kLargestDensityRatio = 10.0;
 
-// Kept while no state is made: before the start, or without an IMU.
+// How long samples are kept while no state is made (before the start, or without an IMU).
 constexpr TimeNs kLongestSilence = 100 * kSecond;
 constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
-// Longer than a state waits for the reorder window.
+// Must be longer than a state waits for the reorder window.
 constexpr TimeNs kStandingKept = 2 * kSecond;
 
 }  // namespace
@@ -59,7 +59,7 @@ bool MotionJudge::add(const WheelSample& sample) {
 
 bool MotionJudge::add(const WheelsSample& sample) {
   pair_.forget_before(sample.time - kLongestSilence);
-  if (config_.wheel.enabled) pair_.insert(sample);  // the mean tells of a jump
+  if (config_.wheel.enabled) pair_.insert(sample);  // a jump is reported by the mean
   return add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m)});
 }
 
@@ -89,7 +89,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
 }
 
 void MotionJudge::add_sight(const gpr::Sight& sight) {
-  gpr::PathLength path;  // its unit is the least speed times a second
+  gpr::PathLength path;  // its unit is the detection limit times a second
   path.from = sight.from;
   path.to = sight.to;
   path.lengths = sight.times_least * to_seconds(sight.to - sight.from);
@@ -101,7 +101,7 @@ std::optional<double> MotionJudge::unseen_speed() const {
   return sight_.metres_per_length() * (1 + 2 * sight_.relative_sigma());
 }
 
-// Not where a sudden slip reaches into it.
+// A path with sudden slip in it, or near it, is left out.
 void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
   constexpr TimeNs kMargin = 400'000'000;
   const auto from = wheel_.distance(path.from), to = wheel_.distance(path.to);
@@ -136,14 +136,14 @@ void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
   newest_ = first;
   noise_at_standstill_ = initial.noise;
   rest_known_ = !initial.on_the_move;
-  asked_to_ = first.state.time;
+  judged_to_ = first.state.time;
 }
 
 void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
-  imu_.forget_before(std::min(asked_to_, newest.state.time) - kSecond);
-  wheel_.forget_before(asked_to_ - SlipWatch::kMemory);
-  pair_.forget_before(asked_to_ - SlipWatch::kMemory);
+  imu_.forget_before(std::min(judged_to_, newest.state.time) - kSecond);
+  wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
+  pair_.forget_before(judged_to_ - SlipWatch::kMemory);
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
@@ -152,7 +152,7 @@ ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
   ImuNoise noise = prevailing_noise(samples, noise_at_standstill_);
   if (newest_.standing) return noise;
-  const double prevailing = noise.accel_density, most = kMostSlow * prevailing;
+  const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
   noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
   noise.sideways_density = std::min(most, drive_noise_.sideways_density());
   return noise;
@@ -161,7 +161,7 @@ ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
 double MotionJudge::wheel_delay_s() const {
   constexpr double kShown = 3.0;  // standard deviations
   const TurnCalibration& by_turns = pair_.calibration();
-  const bool shown = pair_.heard() && by_turns.delay_s() > kShown * by_turns.delay_sigma_s();
+  const bool shown = pair_.received() && by_turns.delay_s() > kShown * by_turns.delay_sigma_s();
   return shown ? by_turns.delay_s() : drive_noise_.wheel_delay_s();
 }
 
@@ -171,8 +171,8 @@ AtRest MotionJudge::at_rest() const {
           unseen_speed().value_or(kUnseenAtFirst)};
 }
 
-// After a start on the move: the first second in which the wheel stands and the IMU shakes much
-// less than it did shows what a standstill is like.
+// After a start on the move, the noise at standstill is learnt from the first second in which the
+// wheel stands and the IMU vibrates much less than before.
 void MotionJudge::learn_rest(TimeNs to) {
   if (rest_known_) return;
   const TimeNs from = to - kSecond;
@@ -193,13 +193,13 @@ void MotionJudge::learn_rest(TimeNs to) {
 }
 
 StateInput MotionJudge::judge(TimeNs to) {
-  const TimeNs from = std::exchange(asked_to_, to);
+  const TimeNs from = std::exchange(judged_to_, to);
   StateInput input;
   input.time = to;
   input.steps = imu_.steps(from, to, imu_gap_);
   const TimeNs margin = state_period_ / 2;  // more samples for the same noise
   input.noise = noise(from - margin, to + margin);
-  // Where both are silent how the way was covered is not known, but how long it was is.
+  // If IMU and wheel are both silent, the length of the path is known, but not its course.
   const bool across_gaps = imu_silent(from - state_period_, to);
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
@@ -215,14 +215,14 @@ StateInput MotionJudge::judge(TimeNs to) {
   forget_old_standing();
   const StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
-  input.gyro_bias = bias_watch_.moved(verdict, to_seconds(to - from));
+  input.gyro_bias = bias_watch_.new_bias(verdict, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
-  if (pair_.heard()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
+  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   if (!input.standing) drive_noise_.add(input, newest_.state);
-  if (!input.has_wheel || input.wheel_contradicted) wheel_doubted_ = to;
+  if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
   slip_belief_.advance(input, newest_, noise_at_standstill_,
-                       drive_noise_.accel_density_of_half_second());
+                       drive_noise_.accel_density_of_one_second());
   input.slips = slip_belief_.recent();
   input.displacements = take_displacements(to);
   return input;
@@ -233,7 +233,7 @@ bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
   return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
 }
 
-// An answer may come before the state that it reaches to, which waits for the reorder window.
+// A displacement may arrive before the state at its end, which waits for the reorder window.
 std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
   const auto later = std::stable_partition(displacements_.begin(), displacements_.end(),
                                            [to](const Displacement& d) { return d.to <= to; });
@@ -244,12 +244,12 @@ std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
   return taken;
 }
 
-// Beside a wheel that can be used the coherence has nothing to add: it learns from it.
+// The coherence is learnt from the wheel, so it adds nothing while the wheel can be used.
 bool MotionJudge::enters_estimate(const Displacement& displacement) const {
   if (displacement.kind != DisplacementKind::kMotion) return true;
   const CoherenceUse use = config_.gpr.coherence.use;
   return use == CoherenceUse::kAlways ||
-         (use == CoherenceUse::kContradicted && displacement.from < wheel_doubted_);
+         (use == CoherenceUse::kContradicted && displacement.from < no_wheel_until_);
 }
 
 void MotionJudge::forget_old_standing() {
@@ -260,7 +260,7 @@ void MotionJudge::forget_old_standing() {
 }
 
 bool MotionJudge::follow(OdometryEstimate& estimate) {
-  // After a gap of the IMU the speed is a guess, or the wheel's: no witness against the wheel.
+  // After a gap of the IMU the speed is predicted or the wheel's own, so it cannot show slip.
   if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
   const bool speed_known = estimate.time > speed_known_after_;
   const bool slipped = slip_.now() != WheelSlip::kNone;

@@ -1,9 +1,9 @@
-// How the robot moved from one state to the next, as its sensors together tell it.
+// How the robot moved from one state to the next, according to all its sensors.
 //
-// The judge keeps the last seconds of IMU, wheel and radar, and it alone weighs them against each
-// other: does the robot stand, does the wheel slip, has the gyro bias moved, which noise holds,
-// what is a decorrelation length in metres. It is asked one question for each new state (judge()),
-// and follows what is published, against which a slip shows (follow()).
+// The judge keeps the last seconds of IMU, wheel and radar, and compares them with each other: does
+// the robot stand, does the wheel slip, has the gyro bias changed, which noise applies, how long is
+// a decorrelation length in metres. judge() is called once for each new state. follow() is called
+// with each published estimate, because slip shows as a difference from it.
 #pragma once
 
 #include <optional>
@@ -28,66 +28,67 @@ class MotionJudge {
  public:
   explicit MotionJudge(const Config& config);
 
-  // Body axes. false: there is one of that stamp already, and this one is dropped.
+  // Body axes. false: the sample is dropped, since there is already one with this stamp.
   bool add(const ImuSample& sample);
 
-  // false: the distance jumped further than wheel.max_speed allows (WheelHistory::insert). A wheel
-  // that is not enabled is not listened to.
+  // false: the distance jumped further than wheel.max_speed allows (WheelHistory::insert). Ignored
+  // unless wheel.enabled.
   bool add(const WheelSample& sample);
-  bool add(const WheelsSample& sample);  // their mean is the wheel
+  bool add(const WheelsSample& sample);  // the mean of both sides counts as the wheel
 
-  // From another process, in effect at once. Dropped where too many wait for a first state.
+  // From another process, in effect at once. Dropped if too many wait for the first state.
   void add_external(Displacement displacement);
 
-  // What the radar front end says of motion, as it is published: lengths in metres, a standstill as
-  // a distance of 0. Not of a Sight.
+  // A finding of the radar front end as it is published: lengths in metres, a standstill as a
+  // distance of 0. Must not be a Sight.
   Displacement in_metres(const gpr::Finding& finding);
 
-  // The same once it is in effect, with what in_metres() made of it. Ignored where not valid.
+  // A finding that is now in effect, and the result of in_metres() for it. Ignored unless valid.
   void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
 
-  // What the radar front end says of how well it sees motion.
+  // The detection limit of the radar front end.
   void add_sight(const gpr::Sight& sight);
 
-  // Slower motion may pass the radar unseen, m/s: two standard deviations on the safe side, once
-  // that is known.
+  // m/s; the radar may miss motion slower than this. Two standard deviations above the estimate;
+  // nothing while it is not known.
   std::optional<double> unseen_speed() const;
-  static constexpr double kUnseenAtFirst = 0.05;  // m/s; of most grounds it is less
+  static constexpr double kUnseenAtFirst = 0.05;  // m/s; above that of most grounds
 
-  // The first state and its noise, from the last initializer.duration of standstill, or, of a robot
-  // that has been on the move for some seconds, from those; or why not. Forgets the IMU's samples
-  // before that.
+  // The first state and its noise, from the last initializer.duration of standstill, or of driving
+  // if the robot has been on the move for some seconds; otherwise the reason why there is none.
+  // Forgets the IMU's samples before that.
   Initialization initialize();
 
-  // The first state, from the initialiser or from a run before, with the IMU's noise at standstill
-  // (or, after a start on the move, what is known of it).
+  // Starts from the first state, of the initialiser or of an earlier run, with the IMU's noise at
+  // standstill (after a start on the move: the sensor's own noise).
   void begin(const StateResult& first, const InitialState& initial);
 
-  // Of a run before: the wheel's count at a time before the first sample. It is believed to have
-  // counted on meanwhile.
+  // The wheel's count at the end of an earlier run. The encoder is assumed to have counted on since
+  // then.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
-  // A newer state is in effect. Forgets what no later question reaches back to.
+  // A newer state is in effect. Forgets samples that no later call needs.
   void adopt(const StateResult& newest);
 
-  // The question: what is known of the interval from the last state asked about to the one at `to`?
-  // Each displacement is handed out once, with the first state that it does not reach beyond.
+  // What is known about the interval from the last judged state to the one at `to`. Each
+  // displacement is handed out once, with the first state at or after its end.
   StateInput judge(TimeNs to);
 
-  // An estimate is published: sets its flags, kNoRadar excepted. true: the wheel begins to slip.
+  // Sets the flags of an estimate that is about to be published, except kNoRadar. true: the wheel
+  // begins to slip.
   bool follow(OdometryEstimate& estimate);
 
-  // Of the IMU between two times: what its samples show where that is more than at standstill
-  // (imu.adaptive_noise), else as at standstill.
+  // The IMU's noise between two times: that at standstill, or with imu.adaptive_noise what the
+  // samples show, if that is more.
   ImuNoise noise(TimeNs from, TimeNs to) const;
   const ImuNoise& noise_at_standstill() const { return noise_at_standstill_; }
 
   const ImuHistory& imu() const { return imu_; }
   const WheelHistory& wheel() const { return wheel_; }
   const WheelPair& pair() const { return pair_; }
-  // s, behind the IMU; 0 where none shows.
+  // s, by which the wheel is late against the IMU; 0 if no delay is significant.
   double wheel_delay_s() const;
 
  private:
@@ -112,19 +113,19 @@ class MotionJudge {
 
   TimeNs first_imu_ = 0;
   ImuNoise noise_at_standstill_;
-  bool rest_known_ = false;         // that noise is of a standstill that was seen
-  double resting_wheel_mps_ = 0.0;  // what the wheel shows at rest nevertheless
-  double moving_accel_ = 0.0;       // m/s^2/sqrt(Hz), of late while the wheel turned
+  bool rest_known_ = false;         // that noise was measured at a standstill
+  double resting_wheel_mps_ = 0.0;  // unsigned speed that the wheel shows at rest
+  double moving_accel_ = 0.0;       // m/s^2/sqrt(Hz), running mean while the wheel turns
   DriveNoise drive_noise_;
-  StateResult newest_;   // in effect
-  TimeNs asked_to_ = 0;  // the newest state asked about
+  StateResult newest_;    // in effect
+  TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;
   SlipBelief slip_belief_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
-  CoherenceScale sight_;          // m/s, the least that the radar sees
-  TimeNs speed_known_after_ = 0;  // until then the wheel is the only witness of the speed
-  TimeNs wheel_doubted_ = 0;      // end of the last state interval without a wheel that can be used
+  CoherenceScale sight_;          // m/s, the detection limit of the radar
+  TimeNs speed_known_after_ = 0;  // until then the speed comes from the wheel alone
+  TimeNs no_wheel_until_ = 0;     // end of the last state interval without a usable wheel
 };
 
 }  // namespace gprodom

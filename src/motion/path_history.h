@@ -1,4 +1,4 @@
-// How far the robot has come along a path, over the last seconds.
+// Distance along the robot's path over the last seconds.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ class PathHistory {
   TimeNs begin() const { return places_.front().time; }
   TimeNs end() const { return places_.back().time; }
 
-  // On to `time`, later than the last, at `speed` m/s, signed or not as the caller has it. Returns
-  // the metres of this step: none at the first.
+  // Adds a step that ends at `time`, later than the last, at `speed` m/s (signed or unsigned).
+  // Returns its metres; 0 for the first.
   double advance(TimeNs time, double speed) {
     const double moved = empty() ? 0.0 : speed * to_seconds(time - end());
     places_.push_back({time, (empty() ? 0.0 : places_.back().path_m) + moved});
@@ -26,7 +26,7 @@ class PathHistory {
     while (!empty() && begin() < time) places_.pop_front();
   }
 
-  // Metres, linear between places and held beyond the ends. Only differences mean anything.
+  // Metres, linear between places and constant beyond the ends. Only differences have a meaning.
   double path(TimeNs time) const {
     const auto next = std::partition_point(places_.begin(), places_.end(),
                                            [time](const Place& p) { return p.time <= time; });

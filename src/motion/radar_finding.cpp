@@ -4,7 +4,7 @@ namespace gprodom {
 
 namespace {
 
-// What all findings have.
+// Fills in what all findings have.
 template <class Finding>
 Displacement begin(const Finding& finding, DisplacementKind kind) {
   Displacement d;

@@ -1,4 +1,4 @@
-// What a radar front end says of motion, as it is published.
+// Turns a front end's findings into displacements, as they are published.
 #pragma once
 
 #include "gprodom/front_end.h"
@@ -6,14 +6,14 @@
 
 namespace gprodom {
 
-// As kMotion: no motion is a distance of 0.
+// Of kind kMotion, with a distance of 0.
 Displacement to_displacement(const gpr::Standstill& standstill);
 
-// As kMotion, `metres_per_length` being the scale. The caller knows the errors of that, and whether
-// it is known at all: `sigma_m` is left 0.
+// Of kind kMotion, with the scale `metres_per_length`. `sigma_m` stays 0: only the caller knows the
+// error of the scale.
 Displacement to_displacement(const gpr::PathLength& path, double metres_per_length);
 
-// As kSequential.
+// Of kind kSequential.
 Displacement to_displacement(const gpr::TrackDisplacement& measured);
 
 }  // namespace gprodom

@@ -13,7 +13,7 @@ auto first_after(Entries& entries, TimeNs time) {
                           [](TimeNs t, const auto& entry) { return t < entry.time; });
 }
 
-// Drops what lies before `time` except the last entry, which interpolation starts from.
+// Drops all entries before `time` except the last, which interpolation needs.
 template <typename Entries>
 void forget(Entries& entries, TimeNs time) {
   const auto keep = first_after(entries, time);
@@ -50,7 +50,7 @@ std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {
 std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
   std::vector<MotionStep> steps;
   if (samples_.empty() || to <= from) return steps;
-  // Beyond either end of the data the nearest sample is held.
+  // Beyond the ends of the data the nearest sample is used.
   auto at = [&](const decltype(samples_)::const_iterator& next, TimeNs time) {
     if (next == samples_.begin()) return interpolate(*next, *next, time);
     if (next == samples_.end()) return interpolate(samples_.back(), samples_.back(), time);
@@ -62,7 +62,8 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
     TimeNs end = next == samples_.end() ? to : std::min(to, next->time);
     const TimeNs before = next == samples_.begin() ? from : (next - 1)->time;
     const TimeNs after = next == samples_.end() ? to : next->time;
-    // In one step over a gap the noise of velocity and position would be one and the same.
+    // A gap is cut into several steps. In a single one, the noises of velocity and position would
+    // be fully correlated.
     if (after - before > max_gap) end = std::min(end, left.time + kBridgeStep);
     const ImuSample right = at(next, end);
     steps.push_back({to_seconds(end - left.time), 0.5 * (left.acceleration + right.acceleration),
@@ -95,7 +96,7 @@ bool WheelHistory::insert(const WheelSample& sample) {
   const double moved = sample.distance_m - before.reported;
   const double dt = to_seconds(sample.time - before.time);
   const bool newest = next == entries_.end();
-  // A stamp may be off by some milliseconds; 20 ms more than measured are granted.
+  // A stamp may be wrong by some milliseconds, so 20 ms are added.
   const bool jumped = newest ? !plausible(std::abs(moved) / (dt + kStampError_s))
                              : std::abs(moved) > fastest() * (dt + kStampError_s);
   if (newest && !jumped) watch_repeats(before, sample.time, moved / dt);
@@ -106,8 +107,8 @@ bool WheelHistory::insert(const WheelSample& sample) {
 
 double WheelHistory::fastest() const { return std::max(max_speed_, 2 * usual_speed_); }
 
-// wheel.max_speed is where a wheel of which nothing is known becomes implausible. A vehicle that
-// is faster gets there gradually, or drives so from the first sample on.
+// wheel.max_speed applies while nothing is known about the vehicle. One that is faster reaches its
+// speed gradually, or has it from the first sample on.
 bool WheelHistory::plausible(double speed) {
   constexpr double kLearningRate = 0.5, kAgrees = 0.2;
   constexpr int kEnough = 5;
@@ -123,14 +124,14 @@ bool WheelHistory::plausible(double speed) {
   return false;
 }
 
-// Repeated values come with the same speed, to rounding.
+// Repeated values have the same speed, apart from rounding.
 void WheelHistory::watch_repeats(const Entry& before, TimeNs time, double speed) {
   constexpr double kSame = 0.005, kSlowest = 0.05, kLongest_s = 1.0, kStep = 0.05;
   if (std::abs(speed) < kSlowest) {
     changed_at_ = 0;
     return;
   }
-  // Towards the median, step by step.
+  // Converges to the median.
   const auto learn = [](double& usual, double seen) {
     usual += seen > usual ? kStep * seen : -kStep * usual;
   };

@@ -1,4 +1,4 @@
-// The last seconds of each sensor, ordered by stamp, and what they say between two times.
+// The samples of each sensor over the last seconds, ordered by stamp, and values between two times.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace gprodom {
 
 class ImuHistory {
  public:
-  // Late samples go where their stamp puts them. Body axes. false where there is one of that stamp.
+  // Late samples are sorted in by their stamp. Body axes. false: there is already one of that
+  // stamp.
   bool insert(const ImuSample& sample);
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
@@ -31,27 +32,27 @@ class WheelHistory {
  public:
   explicit WheelHistory(double max_speed) : max_speed_(max_speed) {}
 
-  // Begins with a sample of a run before: the gap after it counts as covered, however long.
+  // Starts from a sample of an earlier run. The gap after it counts as covered, however long.
   void resume(const WheelSample& sample);
 
-  // false where the distance jumped further than max_speed allows: a corrupt count, or an encoder
-  // that was set to zero. The distance then goes on from where it was; the time of the jump counts
-  // as not covered.
+  // false: the distance jumped further than max_speed allows (a corrupt count, or an encoder that
+  // was set to zero). The distance then continues without the jump, and its time counts as not
+  // covered.
   bool insert(const WheelSample& sample);
   void forget_before(TimeNs time);
 
   // Signed distance, linear between samples; nullopt outside the data and across jumps, and across
-  // gaps unless those are asked for: an encoder counts on while it is not heard.
+  // gaps unless `across_gaps` (an encoder counts on while no message arrives).
   std::optional<double> distance(TimeNs time, bool across_gaps = false) const;
 
-  // The encoder's own count at a time, under the same conditions.
+  // The encoder's own count at a time; nullopt as above.
   std::optional<double> reported(TimeNs time) const;
 
-  // For how long a value is usually repeated while the wheel turns, s: some drivers hold it until
-  // the next one comes.
+  // s, for which a value is usually repeated while the wheel turns: some drivers send the old value
+  // until there is a new one.
   double held_s() const { return std::max(0.0, changes_every_s_ - period_s_); }
 
-  // Unsigned distance over the samples of [from, to]; 0 where there are none.
+  // Unsigned distance over the samples of [from, to]; 0 without samples.
   double path(TimeNs from, TimeNs to) const;
 
  private:
@@ -68,19 +69,19 @@ class WheelHistory {
   bool plausible(double speed);
 
   double max_speed_;
-  double usual_speed_ = 0.0;                       // m/s, of late; twice that is plausible
-  int fast_in_a_row_ = 0;                          // increments beyond what is plausible that agree
-  double fast_speed_ = 0.0;                        // m/s, theirs
+  double usual_speed_ = 0.0;                       // m/s, running mean; twice that is plausible
+  int fast_in_a_row_ = 0;                          // implausible increments of about equal speed
+  double fast_speed_ = 0.0;                        // m/s, of the last of them
   TimeNs changed_at_ = 0;                          // when the speed last changed
   double changed_to_ = 0.0;                        // m/s
   double changes_every_s_ = 0.0, period_s_ = 0.0;  // usual times between changes, samples
-  TimeNs resumed_at_ = -1;  // time of the entry behind which a gap is covered
+  TimeNs resumed_at_ = -1;  // time of the entry after which any gap is covered
   std::deque<Entry> entries_;
 };
 
-// Fills in the signed wheel distance of each step; the first begins at `from`. `across_gaps`: where
-// the wheel was silent, what it counted meanwhile is spread evenly. false, and zeros, where the
-// wheel does not cover all steps.
+// Fills in the signed wheel distance of each step; the first begins at `from`. `across_gaps`: the
+// distance over a gap of the wheel is spread evenly. false, and zeros, if the wheel does not cover
+// all steps.
 bool set_wheel_distances(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
                          bool across_gaps);
 

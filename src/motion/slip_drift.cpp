@@ -12,8 +12,8 @@ SlipDrift::SlipDrift(const Config& config)
       lag_s_(config.smoother.lag),
       gravity_(config.initializer.gravity) {}
 
-// The speed follows the wheel with the time constant of a Kalman filter of its noise and the
-// IMU's. Of a slip that comes on over the window's length it sees the part within that time.
+// The speed follows the wheel with the time constant of a Kalman filter of both noises (wheel and
+// IMU). If a slip grows over the window's length, only the part within that time shows.
 double SlipDrift::unseen_speed(double speed, const ImuNoise& noise) const {
   const double carried_s = std::min(lag_s_, wheel_noise_ * std::sqrt(speed) / noise.accel_density);
   const double tilt_rate = gravity_ * noise.gyro_density;

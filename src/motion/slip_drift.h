@@ -1,5 +1,5 @@
-// What odometry may be off by slip that no witness sees. A wheel that slips gradually is believed:
-// the estimator's own covariance, which knows the wheel's noise alone, does not hold then.
+// Error of the odometry by slip that no sensor shows. A wheel that slips gradually is not detected,
+// and the estimator's own covariance contains only the wheel's noise, so it is too small then.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,24 +12,24 @@
 
 namespace gprodom {
 
-// The slip l = ln(true / reported distance) as a Gauss-Markov process of the variance that the
-// prior has, less what accelerations would have shown (docs/estimation.md, "Slip that is not
+// The slip l = ln(true / reported distance) is a Gauss-Markov process. Its variance is that of the
+// prior, reduced by what accelerations would have shown (docs/estimation.md, "Slip that is not
 // seen"):
-//   1 / var(l) = 1 / sigma_l^2 + v^2 / sigma_v^2,  sigma_v (m/s) the change of speed that the
-// estimator does not tell from the IMU's noise while a slip comes on. The position's covariance
-// follows from it along the path, as dp = (p_b - p_a) l.
+//   1 / var(l) = 1 / sigma_l^2 + v^2 / sigma_v^2,
+// with sigma_v (m/s) the change of speed that the estimator cannot tell from the IMU's noise while
+// a slip grows. The position's covariance follows along the path from dp = (p_b - p_a) l.
 class SlipDrift {
  public:
   explicit SlipDrift(const Config& config);
 
-  // A state in effect, later than the last. noise: of the IMU, since then.
+  // The next state in effect. noise: of the IMU since the last one.
   void advance(const NavState& state, const ImuNoise& noise);
 
-  // What was measured of the place (x, y in odom) at the last state: its information, 1/m^2. It
-  // tells of past slip as well.
+  // Information (1/m^2) of a measurement of the position (x, y in odom) at the last state. It
+  // reduces the variance of past slip as well.
   void measure(const Eigen::Matrix2d& information);
 
-  // Of l over the last interval; 0 where there is no wheel or it did not turn.
+  // Standard deviation of l over the last interval; 0 without a wheel, or if it did not turn.
   double sigma() const { return sigma_; }
   // Of the position, x and y in odom, m^2.
   Eigen::Matrix2d covariance() const { return joint_.topLeftCorner<2, 2>(); }

@@ -13,10 +13,10 @@ constexpr double kThresholdAfterSilence = 3.0;     // standard deviations
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
-constexpr double kTrackCovers = 0.5;               // of the radar's distance, by the track
-constexpr double kWheelSpeed = 0.1;                // m/s; of its mean over slip_window
+constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over slip_window
 
-double deviations_off(const Displacement& radar, double m) {
+double deviations_from(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
 }
 
@@ -44,9 +44,9 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   while (!slipped_.empty() && slipped_.front().to < estimate.time - kMemory) slipped_.pop_front();
 
   if (speed_known != std::exchange(speed_known_, speed_known)) {
-    back_from_silence_ |= speed_known && radar_says_ != WheelSlip::kNone;
+    back_from_silence_ |= speed_known && slip_by_radar_ != WheelSlip::kNone;
     if (!speed_known) slipped_.clear();
-    radar_says_ = now_ = WheelSlip::kNone;
+    slip_by_radar_ = now_ = WheelSlip::kNone;
     radar_agrees_ = {0, 0};
     speed_error_.reset();
     slow_since_ = 0;
@@ -55,19 +55,20 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
-  now_ = radar_says_;
+  now_ = slip_by_radar_;
   const auto moved = distances(from, to, wheel, estimate.wheel_scale);
   const WheelSlip seen = moved ? judge(estimate, *moved) : WheelSlip::kNone;
   if (speed_known && moved) {
     now_ = seen;
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
-  if (!speed_known) doubt_speed(seen, to);
+  if (!speed_known) check_slow_wheel(seen, to);
   if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
 }
 
-// A velocity error is one for the whole window. The wheel's errors are those of its factor: what
-// driving and what the sides show of them is the same slip, told twice.
+// The velocity's error is constant over the window. The wheel's errors are those of its factor. Of
+// the noise learnt by driving and that learnt from the two sides the larger one counts: both
+// contain the same slip.
 WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& moved) const {
   const double seconds = to_seconds(window_);
   const double innovation = moved.wheel_m - moved.ground_m;
@@ -102,15 +103,15 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
   return track_.path(to) - track_.path(from);
 }
 
-// A driven wheel seldom turns more slowly than the robot moves. Where the speed is only the wheel's
-// of a moment ago, it is more likely that this was wrong, and that a slip is over now.
-void SlipWatch::doubt_speed(WheelSlip seen, TimeNs time) {
+// A driven wheel is seldom slower than the robot. If the speed is only known from the wheel's of a
+// moment ago, it is more likely that the wheel slipped then, and no longer does.
+void SlipWatch::check_slow_wheel(WheelSlip seen, TimeNs time) {
   if (seen != WheelSlip::kSlow) {
     slow_since_ = 0;
     return;
   }
   if (slow_since_ == 0) slow_since_ = time - window_;
-  if (time - slow_since_ < kSlowFor || radar_says_ != WheelSlip::kNone) return;
+  if (time - slow_since_ < kSlowFor || slip_by_radar_ != WheelSlip::kNone) return;
   speed_error_ = SpeedError{slow_since_, true};
   slow_since_ = 0;
 }
@@ -124,8 +125,8 @@ void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory
   const bool slips =
       now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
   const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
-  if (!moved || deviations_off(radar, moved->wheel_m) > kAgrees ||
-      deviations_off(radar, moved->ground_m) < kDisagrees) {
+  if (!moved || deviations_from(radar, moved->wheel_m) > kAgrees ||
+      deviations_from(radar, moved->ground_m) < kDisagrees) {
     radar_agrees_ = {0, 0};
     return;
   }
@@ -133,8 +134,8 @@ void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory
   radar_agrees_.to = radar.to;
 }
 
-// The published velocity has followed the wheel, so both may be wrong. It may have begun within the
-// radar's distance, where the IMU's gap ended.
+// The published velocity has followed the wheel, so both may be wrong. The track may begin inside
+// the radar's interval, at the end of the IMU's gap.
 void SlipWatch::judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                                      double wheel_scale) {
   const auto wheel_from = wheel.distance(radar.from, true), wheel_to = wheel.distance(radar.to);
@@ -144,14 +145,14 @@ void SlipWatch::judge_by_radar_alone(const Displacement& radar, const WheelHisto
   if (!wheel_from || !wheel_to) return;
   const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
   const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
-  const double wheel_off = deviations_off(radar, wheel_m);
-  if (wheel_off < kAgrees)
-    radar_says_ = WheelSlip::kNone;
+  const double wheel_deviations = deviations_from(radar, wheel_m);
+  if (wheel_deviations < kAgrees)
+    slip_by_radar_ = WheelSlip::kNone;
   else
-    radar_says_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
-  if (covered < kTrackCovers || deviations_off(radar, ground_m) < kAgrees) return;
+    slip_by_radar_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
+  if (covered < kTrackCovers || deviations_from(radar, ground_m) < kAgrees) return;
   const double seconds = to_seconds(radar.to - radar.from);
-  speed_error_ = SpeedError{since, radar_says_ == WheelSlip::kNone,
+  speed_error_ = SpeedError{since, slip_by_radar_ == WheelSlip::kNone,
                             (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
                             radar.sigma_m / seconds};
 }
@@ -163,8 +164,7 @@ std::optional<SpeedCorrection> SlipWatch::take_speed_correction(TimeNs time,
       radar_agrees_.to - radar_agrees_.from >= kRadarAgreesFor && !slipped_.empty();
   const auto error = std::exchange(speed_error_, std::nullopt);
   if ((!taken_back && !error) || track_.empty()) return std::nullopt;
-  radar_agrees_ = {0,
-                   0};  // now or never: a verdict that waits, as for a wheel gone silent, is stale
+  radar_agrees_ = {0, 0};  // not kept for later: if the wheel is silent now, it would be stale
   const TimeNs since = taken_back ? slipped_.back().from : error->since;
   const auto all = distances(std::max(since, track_.begin()), time, wheel, wheel_scale);
   const auto last = distances(time - window_, time, wheel, wheel_scale);
@@ -172,14 +172,14 @@ std::optional<SpeedCorrection> SlipWatch::take_speed_correction(TimeNs time,
   SpeedCorrection correction{last->wheel_m / to_seconds(window_), kWheelSpeed,
                              all->wheel_m - all->ground_m};
   if (!taken_back && !error->wheel_right) {
-    // How the speed changed since the middle of the radar's distance the IMU knows.
-    correction = {last->ground_m / to_seconds(window_) + error->faster, error->sigma,
-                  error->faster * to_seconds(time - since)};
+    // The IMU gives the change of speed since the middle of the radar's interval.
+    correction = {last->ground_m / to_seconds(window_) + error->speed_change, error->sigma,
+                  error->speed_change * to_seconds(time - since)};
   } else {
     slipped_.clear();
     now_ = WheelSlip::kNone;
   }
-  track_ = {};  // of the velocity that was wrong
+  track_ = {};  // it holds the wrong velocity
   return correction;
 }
 

@@ -11,18 +11,18 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLargestBiasStep = 0.02;  // rad/s; a robot that turns is faster, or not so even
+constexpr double kLargestBiasStep = 0.02;  // rad/s; a real turn is faster or less steady
 
-constexpr double kRestSpread = 1.5;  // of what the wheel shows at rest
+constexpr double kRestSpread = 1.5;  // times the wheel's path at rest
 
 struct Stillness {
-  bool quiet = false;                       // no vibration
-  Vector3d rate = Vector3d::Zero();         // mean
-  Vector3d rate_beyond = Vector3d::Zero();  // the bias
-  double rate_sigma = 0.0;                  // per axis, by the noise
+  bool quiet = false;                // no vibration
+  Vector3d rate = Vector3d::Zero();  // mean
+  Vector3d rate_less_bias = Vector3d::Zero();
+  double rate_sigma = 0.0;  // per axis, of noise and bias
 
   // The mean rate of a robot that stands is within a few deviations of its noise.
-  bool turns() const { return rate_beyond.norm() > 6 * rate_sigma; }
+  bool turns() const { return rate_less_bias.norm() > 6 * rate_sigma; }
 };
 
 Stillness stillness(const StandstillConfig& c, const AtRest& at_rest,
@@ -36,7 +36,7 @@ Stillness stillness(const StandstillConfig& c, const AtRest& at_rest,
             noise.gyro_density < ratio * reference.gyro_density;
   for (const auto& sample : samples) s.rate += sample.angular_velocity;
   s.rate /= static_cast<double>(samples.size());
-  s.rate_beyond = s.rate - at_rest.gyro_bias;
+  s.rate_less_bias = s.rate - at_rest.gyro_bias;
   const double seconds = to_seconds(samples.back().time - samples.front().time);
   s.rate_sigma = std::hypot(reference.gyro_density / std::sqrt(seconds), at_rest.bias_sigma);
   return s;
@@ -53,31 +53,31 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   const Stillness now = stillness(c, at_rest, imu.between(from, to));
   if (!now.quiet) return {};
   const TimeNs margin = std::max<TimeNs>(0, (from_seconds(c.window) - (to - from)) / 2);
-  const bool wheel_heard = config.wheel.enabled && wheel.distance(to);
+  const bool has_wheel = config.wheel.enabled && wheel.distance(to);
   const double rolled_m = wheel.path(from - margin, to + margin);
   const double seconds = to_seconds(to - from + 2 * margin);
-  const bool wheel_still = wheel_heard && rolled_m <= 2 * config.wheel.noise_floor +
-                                                          kRestSpread * at_rest.wheel_mps * seconds;
-  const bool creeps = wheel_heard && !wheel_still && rolled_m <= at_rest.unseen_mps * seconds;
-  const bool radar_still = !creeps && std::any_of(radar_standing.begin(), radar_standing.end(),
-                                                  [&](const gpr::Standstill& s) {
-                                                    return s.from <= from && s.to >= to;
-                                                  });
+  const bool wheel_still = has_wheel && rolled_m <= 2 * config.wheel.noise_floor +
+                                                        kRestSpread * at_rest.wheel_mps * seconds;
+  const bool below_sight = has_wheel && !wheel_still && rolled_m <= at_rest.unseen_mps * seconds;
+  const bool radar_still = !below_sight && std::any_of(radar_standing.begin(), radar_standing.end(),
+                                                       [&](const gpr::Standstill& s) {
+                                                         return s.from <= from && s.to >= to;
+                                                       });
   const Stillness longer = stillness(c, at_rest, imu.between(from - margin, to + margin));
   StandstillVerdict verdict;
   if (now.turns()) {
     if (wheel_still && (radar_still || !config.gpr.enabled) && longer.quiet &&
-        now.rate_beyond.norm() < kLargestBiasStep)
+        now.rate_less_bias.norm() < kLargestBiasStep)
       verdict.steady_rate = {now.rate, now.rate_sigma};
     return verdict;
   }
-  // Without the radar the IMU must be still for longer: a robot that glides evenly is, for moments.
+  // Without the radar the IMU must be still for longer: in a smooth glide it is still for moments.
   verdict.standing = radar_still || (wheel_still && longer.quiet && !longer.turns());
   verdict.wheel_contradicted = radar_still && !wheel_still;
   return verdict;
 }
 
-std::optional<Vector3d> BiasWatch::moved(const StandstillVerdict& verdict, double dt_s) {
+std::optional<Vector3d> BiasWatch::new_bias(const StandstillVerdict& verdict, double dt_s) {
   if (!verdict.steady_rate) {
     *this = {};
     return std::nullopt;

@@ -1,4 +1,4 @@
-// Does the robot stand? From IMU, wheel and what the radar said.
+// Does the robot stand? Decided from IMU, wheel and radar.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,43 +20,44 @@ struct StandstillVerdict {
   };
 
   bool standing = false;
-  bool wheel_contradicted = false;  // it stands although the wheel turns
-  // Of the gyro, where all else says standstill: more than its bias accounts for.
+  bool wheel_contradicted = false;  // the robot stands although the wheel turns
+  // Mean rate of the gyro, if it differs from the bias although all other sensors show a
+  // standstill.
   std::optional<Rate> steady_rate;
 };
 
-// What is known of this robot at rest, and of the gyro.
+// What is known about this robot's sensors at rest.
 struct AtRest {
   ImuNoise noise;
-  double wheel_mps = 0.0;  // unsigned, that the wheel shows nevertheless
+  double wheel_mps = 0.0;  // unsigned speed that the wheel shows at rest
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   double bias_sigma = 0.0;  // rad/s, per axis
-  double unseen_mps = 0.0;  // motion slower than that may pass the radar unseen
+  double unseen_mps = 0.0;  // the radar may miss motion slower than this
 };
 
-// Over [from, to], the interval between two states.
-//  - The IMU is still: noise within imu_ratio of the reference, no turning beyond it.
-//  - Either the wheel stands as well, or the radar saw standing ground over the whole interval and
-//    the wheel, if it is heard, does not turn so slowly that this could have passed unseen.
-// The wheel alone proves nothing.
+// Over [from, to], the interval between two states. The robot stands if both hold:
+//  - The IMU is still: noise within imu_ratio of the reference, and no rate beyond that noise.
+//  - Either the wheel stands, or the radar saw a standstill over the whole interval. The radar does
+//    not count if the wheel turns more slowly than the radar can detect.
+// A standing wheel alone is not enough.
 StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
                                    const ImuHistory& imu, const WheelHistory& wheel,
                                    const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to);
 
-// A gyro bias that has moved by more than its walk is seen at the next standstill, where a steady
-// rate is the bias. Until then the heading went off unseen.
+// Detects a gyro bias that has changed by more than its random walk: at the next standstill, the
+// steady rate is the new bias. Until then the error of the heading cannot be noticed.
 class BiasWatch {
  public:
-  // Of each state interval in turn. The bias (rad/s, body), once all but a steady rate said
-  // standstill for long enough.
-  std::optional<Eigen::Vector3d> moved(const StandstillVerdict& verdict, double dt_s);
+  // Call for each state interval in turn. Returns the new bias (rad/s, body) once the rate was
+  // steady for long enough while all else showed a standstill.
+  std::optional<Eigen::Vector3d> new_bias(const StandstillVerdict& verdict, double dt_s);
 
  private:
   static constexpr double kPatience_s = 1.0;
 
-  double still_s_ = 0.0;                              // so far
-  Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // in it, rad
+  double still_s_ = 0.0;                              // duration of the steady rate so far
+  Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // its integral, rad
 };
 
 }  // namespace gprodom

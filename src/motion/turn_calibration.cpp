@@ -7,16 +7,17 @@ namespace gprodom {
 
 namespace {
 
-// Slip goes on for a second or so. Over windows of this length its variance grows with the way.
+// Slip lasts for about a second. From window to window of this length it is independent, so its
+// variance grows with the path.
 constexpr double kWindow_s = 2.0;
 constexpr double kRadiiSigma = 0.02;  // of tyres of one kind
 constexpr double kRadiiWalk = 1e-4;   // 1/sqrt(m): load and pressure
 constexpr double kRadiiBetweenRuns = 1e-3;
-constexpr double kDelaySigma_s = 0.2;     // of values that come a few times a second
-constexpr double kPriorPath_m = 3.0;      // of both sides, that the drive's own noise stands for
-constexpr double kEnoughPath_m = 20.0;    // likewise, beyond which what was seen tells it alone
+constexpr double kDelaySigma_s = 0.2;     // of drivers that send a few times a second
+constexpr double kPriorPath_m = 3.0;      // of both sides, that the prior of the noise counts for
+constexpr double kEnoughPath_m = 20.0;    // likewise; beyond, the noise is known without the prior
 constexpr double kNoiseMemory_m = 200.0;  // of both sides
-// Standard deviations beyond which a window counts for less: a side that spins is not the ground's
+// Standard deviations beyond which a window gets less weight: a side that spins does not show the
 // usual slip.
 constexpr double kRobust = 3.0;
 
@@ -66,16 +67,16 @@ void TurnCalibration::interrupt() {
 
 void TurnCalibration::update(const Window& window) {
   const double path = window.motion.path_m;
-  if (path * path < floor_variance_) return;  // it stood
+  if (path * path < floor_variance_) return;  // standing
   P_(0, 0) += traits_.track_walk_m * traits_.track_walk_m * path;
   P_(1, 1) += kRadiiWalk * kRadiiWalk * path;
-  const Eigen::Vector3d h(window.turn.rad, window.motion.middle_m, -window.turn.faster);
+  const Eigen::Vector3d h(window.turn.rad, window.motion.middle_m, -window.turn.rate_change);
   const double error = window.motion.difference_m - h.dot(x_);
   const double slip = slip_variance(path), known = h.dot(P_ * h);
   const double deviation2 = error * error / (known + slip);
   const double weight = std::min(1.0, kRobust / std::sqrt(std::max(deviation2, 1e-12)));
 
-  // The expected square of the slip itself, given the error, of which it is only a part.
+  // Posterior mean of the squared slip, which is only a part of the error.
   const double share = slip / (known + slip);
   const double bounded = std::min(error * error, kRobust * kRobust * (known + slip));
   const double slipped2 = share * share * bounded + share * known;
@@ -101,7 +102,7 @@ double TurnCalibration::noise() const {
   return std::sqrt((expected + noise_sum_) / (kPriorPath_m + noise_path_m_));
 }
 
-double TurnCalibration::noise_seen_by_middle() const {
+double TurnCalibration::measured_noise_per_middle() const {
   return noise_path_m_ < kEnoughPath_m ? 0.0 : std::sqrt(2.0 * noise_sum_ / noise_path_m_);
 }
 
@@ -114,11 +115,11 @@ double TurnCalibration::turn_variance(const PairMotion& motion) const {
 }
 
 double TurnCalibration::expected_difference(double middle_m, const GyroTurn& turn) const {
-  return x_.dot(Eigen::Vector3d(turn.rad, middle_m, -turn.faster));
+  return x_.dot(Eigen::Vector3d(turn.rad, middle_m, -turn.rate_change));
 }
 
 double TurnCalibration::difference_variance(const PairMotion& motion, const GyroTurn& turn) const {
-  const Eigen::Vector3d h(turn.rad, motion.middle_m, -turn.faster);
+  const Eigen::Vector3d h(turn.rad, motion.middle_m, -turn.rate_change);
   return h.dot(P_ * h) + slip_variance(motion.path_m);
 }
 

@@ -1,13 +1,13 @@
-// What left and right wheels say of the robot's turning, learnt against the gyro.
+// The robot's turn from left and right wheels, calibrated against the gyro.
 //
 // Over a stretch on which the body turns by psi and its middle moves by m, right less left is
 //   D = B (psi - tau w) + d m + n,
-// with B the effective track (of a skid steer wider than the geometric one), d the difference of
-// the radii, right over left less one, tau the time by which the wheels come behind the gyro, w the
-// change of the turn rate from the stretch's beginning to its end, and n the slip of the two sides.
-// A Kalman filter holds B, d and B tau; the variance of n is learnt beside them, per metre that the
-// sides go. The gyro is the regressor, since its error is the smaller one: regressed the other way
-// round, slip would make the track look wider. What the motion does not show stays as it is.
+// with B the effective track (wider than the geometric one on a skid steer), d the difference of
+// the radii (right over left, less one), tau the delay of the wheels against the gyro, w the change
+// of the turn rate from the stretch's beginning to its end, and n the slip of the two sides. A
+// Kalman filter estimates B, d and B tau. The variance of n per metre of both sides is learnt with
+// them. The gyro is the regressor, since its error is the smaller one: the other way round, slip
+// would bias the track towards larger values. What the motion does not excite keeps its value.
 // docs/estimation.md, "Two wheels".
 #pragma once
 
@@ -23,7 +23,7 @@ namespace gprodom {
 struct PairMotion {
   double middle_m = 0.0;      // mean of left and right, signed
   double difference_m = 0.0;  // right less left
-  double path_m = 0.0;        // unsigned, of both sides together
+  double path_m = 0.0;        // unsigned, sum of both sides
 
   PairMotion& operator+=(const PairMotion& next) {
     middle_m += next.middle_m;
@@ -33,19 +33,19 @@ struct PairMotion {
   }
 };
 
-// What the gyro, less its bias, has of the same stretch.
+// What the gyro, less its bias, measures over the same stretch.
 struct GyroTurn {
   double rad = 0.0;
-  double faster = 0.0;  // rad/s: the rate at its end less that at its beginning
+  double rate_change = 0.0;  // rad/s: the rate at its end less that at its beginning
 
   GyroTurn& operator+=(const GyroTurn& next) {
     rad += next.rad;
-    faster += next.faster;
+    rate_change += next.rate_change;
     return *this;
   }
 };
 
-// What one run leaves to the next; standard deviations beside the values.
+// What is saved for the next run; standard deviations beside the values.
 struct LearntTurn {
   double track_m = 0.0, track_sigma_m = 0.0;
   double radii_difference = 0.0, radii_difference_sigma = 0.0;
@@ -56,19 +56,19 @@ class TurnCalibration {
   // floor_m: error of one side's distance over any stretch.
   TurnCalibration(const DriveTraits& traits, double floor_m);
 
-  // A stretch of dt_s that follows the one before; turned_rad as the gyro has it, less its bias.
+  // A stretch of dt_s that follows the last one; turned_rad by the gyro, less its bias.
   void learn(const PairMotion& motion, double turned_rad, double dt_s);
-  // What an earlier run has learnt, with the room for what has changed since. What it has not
-  // learnt better than is known of such a drive at first stays as it is.
+  // Takes over what an earlier run has learnt, with a variance for changes since then. A value less
+  // certain than the prior of such a drive is not taken over.
   void resume(const LearntTurn& learnt);
   LearntTurn learnt() const;
-  // What comes next does not follow what was learnt from last.
+  // The next stretch does not follow the last one.
   void interrupt();
 
-  // The body's turn (rad) that the wheels tell, and its variance.
+  // The body's turn (rad) by the wheels, and its variance.
   double turn(const PairMotion& motion) const;
   double turn_variance(const PairMotion& motion) const;
-  // Of right less left, as the wheels report it, about what is expected where the body turns so.
+  // Right less left, as the wheels report it, that is expected for a turn; and its variance.
   double expected_difference(double middle_m, const GyroTurn& turn) const;
   double difference_variance(const PairMotion& motion, const GyroTurn& turn) const;
 
@@ -76,14 +76,14 @@ class TurnCalibration {
   double track_sigma_m() const { return std::sqrt(P_(0, 0)); }
   double radii_difference() const { return x_[1]; }
   double radii_difference_sigma() const { return std::sqrt(P_(1, 1)); }
-  // s; the wheels come behind the gyro.
+  // s; the delay of the wheels against the gyro.
   double delay_s() const { return x_[2] / x_[0]; }
   double delay_sigma_s() const { return std::sqrt(P_(2, 2)) / x_[0]; }
-  // Of D, m/sqrt(m) of the way of both sides together; what the drive lets expect is in it.
+  // Noise of D, m/sqrt(m) of the path of both sides together; includes the prior of the drive.
   double noise() const;
-  // The same by what was seen alone, per metre of the middle's way, which is half of that of both
-  // sides; 0 where that is too little yet.
-  double noise_seen_by_middle() const;
+  // The same without the prior, per metre of the middle's path, which is half of that of both
+  // sides; 0 while there is too little data.
+  double measured_noise_per_middle() const;
 
  private:
   struct Window {
@@ -99,9 +99,9 @@ class TurnCalibration {
   double floor_variance_;  // of a difference, m^2
   Eigen::Vector3d x_;      // B (m), d, B tau (m s)
   Eigen::Matrix3d P_;
-  double noise_sum_ = 0.0, noise_path_m_ = 0.0;  // seen, m^2 over m
+  double noise_sum_ = 0.0, noise_path_m_ = 0.0;  // measured, m^2 over m
   Window window_;
-  std::optional<double> rate_;  // rad/s, of the stretch learnt from last
+  std::optional<double> rate_;  // rad/s, of the last stretch
 };
 
 }  // namespace gprodom

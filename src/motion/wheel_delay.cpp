@@ -7,14 +7,15 @@ namespace gprodom {
 
 namespace {
 
-// Second differences over so many intervals, twice: free of a constant bias and tilt, and short
-// enough that accelerations are known better than the wheel's delay changes them.
-constexpr std::size_t kOver = 3;
+// Half the span of a second difference, in intervals. A constant bias or tilt cancels in it, and it
+// is so short that the IMU's error is smaller than the effect of a delay.
+constexpr std::size_t kHalfSpan = 3;
 
-constexpr double kForget = 1.0 / 600;  // of the sums, per interval: two minutes of driving
-// A delay is told after so many squares, where those without it are so many times those with it.
-// At a constant speed there are only the noises of wheel and IMU to compare. Over two minutes of
-// those, chance passes both limits in 0.2 % of drives at most (40 squares and 1.5 times: 29 %).
+constexpr double kForget = 1.0 / 600;  // share of the sums, per interval: two minutes of driving
+// A delay is reported after kFewest squares, if the sum of squares without the delay is
+// kSignificant times that with it. At a constant speed only the noises of wheel and IMU are
+// compared. Then at most 0.2 % of two-minute drives pass both limits by chance (with 40 squares
+// and 1.5 times: 29 %).
 constexpr double kFewest = 100;
 constexpr double kSignificant = 2.0;
 
@@ -23,24 +24,24 @@ constexpr double kSignificant = 2.0;
 void WheelDelay::add(double by_imu_mps, double by_wheel_mps, double dt) {
   const Speeds last = speeds_.empty() ? Speeds{} : speeds_.back();
   speeds_.push_back({last.imu_mps + by_imu_mps, last.wheel_mps + by_wheel_mps});
-  constexpr std::size_t kNeeded = 2 * kOver + kLags;
+  constexpr std::size_t kNeeded = 2 * kHalfSpan + kLags;
   if (speeds_.size() < kNeeded) return;
   while (speeds_.size() > kNeeded) speeds_.pop_front();
   const auto second_difference = [this](double Speeds::*speed, std::size_t newest) {
-    return speeds_[newest].*speed - 2 * speeds_[newest - kOver].*speed +
-           speeds_[newest - 2 * kOver].*speed;
+    return speeds_[newest].*speed - 2 * speeds_[newest - kHalfSpan].*speed +
+           speeds_[newest - 2 * kHalfSpan].*speed;
   };
   const double by_wheel = second_difference(&Speeds::wheel_mps, kNeeded - 1);
   for (std::size_t lag = 0; lag < kLags; ++lag) {
-    const double apart = by_wheel - second_difference(&Speeds::imu_mps, kNeeded - 1 - lag);
-    squares_[lag] += apart * apart - kForget * squares_[lag];
+    const double difference = by_wheel - second_difference(&Speeds::imu_mps, kNeeded - 1 - lag);
+    squares_[lag] += difference * difference - kForget * squares_[lag];
   }
   count_ += 1 - kForget * count_;
   dt_ = dt;
 }
 
-// The least of a parabola through the smallest sum and its neighbours. At the longest lag there is
-// no parabola, and the delay is that at least.
+// Minimum of the parabola through the smallest sum and its neighbours. At the longest lag there is
+// no parabola; the delay is then at least this lag.
 double WheelDelay::delay_s() const {
   if (count_ < kFewest) return 0.0;
   const auto least = std::min_element(squares_.begin(), squares_.end());

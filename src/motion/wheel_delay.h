@@ -1,8 +1,8 @@
-// How late the wheel is against the IMU.
+// Measures the delay of the wheel against the IMU.
 //
-// Some drivers hold a wheel's values, smooth them, or stamp them when they are sent. Such a wheel
-// seems to slip wherever the speed changes, and its scale cannot be learnt from accelerations. The
-// delay is the one at which changes of speed by IMU and wheel agree best.
+// Some drivers hold the wheel's values, smooth them, or stamp them only when they are sent. Such a
+// wheel seems to slip whenever the speed changes, and its scale cannot be learnt from
+// accelerations. The delay is the one at which the changes of speed by IMU and by wheel agree best.
 #pragma once
 
 #include <array>
@@ -12,13 +12,12 @@ namespace gprodom {
 
 class WheelDelay {
  public:
-  // By how much the mean speed of a state interval differs from that of the last one, m/s, by the
-  // IMU and by the wheel. dt: of the interval, s. In turn; interrupt() where an interval is
-  // missing.
+  // The mean speed of a state interval less that of the last one, m/s, by the IMU and by the wheel.
+  // dt: of the interval, s. Call for each interval in turn, and interrupt() if one is missing.
   void add(double by_imu_mps, double by_wheel_mps, double dt);
   void interrupt() { speeds_.clear(); }
 
-  // s; 0 where none shows.
+  // s; 0 if none is significant.
   double delay_s() const;
 
  private:
@@ -27,9 +26,9 @@ class WheelDelay {
   struct Speeds {
     double imu_mps, wheel_mps;
   };
-  std::deque<Speeds> speeds_;  // since the sequence began, each but for a constant
-  // Of the second differences of the wheel's speed less those of the IMU's so many intervals
-  // before.
+  std::deque<Speeds> speeds_;  // of the newest intervals; an offset is common to all
+  // For each lag, in intervals: squared difference of the wheel's second difference and that of the
+  // IMU's speed before the lag.
   std::array<double, kLags> squares_{};
   double count_ = 0.0, dt_ = 0.0;
 };

@@ -7,11 +7,12 @@ namespace gprodom {
 
 namespace {
 
-// Of the slipping side's error against the published velocity: the other side's is less than this.
-constexpr double kOther = 0.5;
+// The other side's error against the published velocity must be less than this share of the
+// slipping side's.
+constexpr double kOtherSide = 0.5;
 
-constexpr std::size_t kWitnesses = 5;          // intervals that are looked at together
-constexpr double kAgrees = 2.0, kShows = 3.0;  // standard deviations
+constexpr std::size_t kRecent = 5;                // intervals tested together for common slip
+constexpr double kAgrees = 2.0, kDetected = 3.0;  // standard deviations
 
 }  // namespace
 
@@ -21,18 +22,18 @@ WheelPair::WheelPair(const WheelConfig& config)
       calibration_(drive_traits(config), config.noise_floor) {}
 
 bool WheelPair::insert(const WheelsSample& sample) {
-  heard_ = true;
+  received_ = true;
   return difference_.insert({sample.time, sample.right_m - sample.left_m});
 }
 
-// The mean of two sides has a quarter of the variance that their difference has.
+// The mean of two sides has a quarter of the variance of their difference.
 double WheelPair::middle_noise() const {
-  const bool learnt = heard_ && drive_traits(config_).turns_by_difference;
-  return learnt ? 0.5 * calibration_.noise_seen_by_middle() : 0.0;
+  const bool learnt = received_ && drive_traits(config_).turns_by_difference;
+  return learnt ? 0.5 * calibration_.measured_noise_per_middle() : 0.0;
 }
 
 std::optional<LearntTurn> WheelPair::learnt() const {
-  if (!heard_ || !drive_traits(config_).turns_by_difference) return std::nullopt;
+  if (!received_ || !drive_traits(config_).turns_by_difference) return std::nullopt;
   return calibration_.learnt();
 }
 
@@ -74,7 +75,7 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
   if (!steps || !drive_traits(config_).turns_by_difference) return interrupt();
   if (in_gap) {
     interrupt();
-    return stand_in(input, *steps);
+    return replace_gyro(input, *steps);
   }
   Stretch whole;
   whole.seconds = to_seconds(input.time - from);
@@ -84,7 +85,7 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
   }
   if (!recent_.empty()) {
     const Stretch& last = recent_.back();
-    whole.turn.faster = whole.turn.rad / whole.seconds - last.turn.rad / last.seconds;
+    whole.turn.rate_change = whole.turn.rad / whole.seconds - last.turn.rad / last.seconds;
   }
   if (ground_m) {
     whole.ground_m = *ground_m * newest.wheel_scale;
@@ -92,12 +93,13 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
   }
   if (slipping_ != SlippingSide::kNone) {
     interrupt();
-    return go_by_the_other(input, *steps);
+    return use_other_side(input, *steps);
   }
   calibration_.learn(whole.motion, whole.turn.rad, whole.seconds);
   recent_.push_back(whole);
-  if (recent_.size() > kWitnesses) recent_.pop_front();
-  if (input.wheel_contradicted && ground_m && vouches()) input.wheel_contradicted = false;
+  if (recent_.size() > kRecent) recent_.pop_front();
+  if (input.wheel_contradicted && ground_m && rules_out_common_slip())
+    input.wheel_contradicted = false;
 }
 
 void WheelPair::interrupt() {
@@ -105,8 +107,8 @@ void WheelPair::interrupt() {
   recent_.clear();
 }
 
-// The other side goes where the body goes: with the turn that the gyro has, so does the middle.
-void WheelPair::go_by_the_other(StateInput& input, const std::vector<Step>& steps) const {
+// The other side does not slip: its distance and the gyro's turn give that of the middle.
+void WheelPair::use_other_side(StateInput& input, const std::vector<Step>& steps) const {
   const double side = slipping_ == SlippingSide::kLeft ? 1.0 : -1.0;  // the other is right, or left
   for (size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
@@ -118,8 +120,9 @@ void WheelPair::go_by_the_other(StateInput& input, const std::vector<Step>& step
   input.wheel_contradicted = false;
 }
 
-// The errors of track and radii are the same all through a gap: its variance is that of the whole.
-void WheelPair::stand_in(StateInput& input, const std::vector<Step>& steps) {
+// The errors of track and radii are constant through a gap. So the variance is computed for the
+// whole gap, and each interval adds the growth.
+void WheelPair::replace_gyro(StateInput& input, const std::vector<Step>& steps) {
   const double before = in_gap_.path_m > 0 ? calibration_.turn_variance(in_gap_) : 0.0;
   for (size_t i = 0; i < steps.size(); ++i) {
     if (!input.steps[i].long_gap) continue;
@@ -130,8 +133,8 @@ void WheelPair::stand_in(StateInput& input, const std::vector<Step>& steps) {
   input.turn_variance = std::max(0.0, after - before);
 }
 
-// One side slips where left, right and gyro do not go together, and the other side goes as the
-// robot does.
+// One side slips if left, right and gyro disagree, and the other side agrees with the published
+// velocity.
 SlippingSide WheelPair::judge(const Stretch& whole) const {
   const PairMotion& motion = whole.motion;
   const double error =
@@ -143,13 +146,13 @@ SlippingSide WheelPair::judge(const Stretch& whole) const {
   const double rolled = 0.5 * calibration_.expected_difference(whole.ground_m, whole.turn);
   const double left = std::abs(motion.middle_m - half - (whole.ground_m - rolled));
   const double right = std::abs(motion.middle_m + half - (whole.ground_m + rolled));
-  if (std::min(left, right) > kOther * std::max(left, right)) return SlippingSide::kNone;
+  if (std::min(left, right) > kOtherSide * std::max(left, right)) return SlippingSide::kNone;
   return left > right ? SlippingSide::kLeft : SlippingSide::kRight;
 }
 
-// Both sides slip by the same share, the published velocity says. In a bend the difference of left
-// and right would show it against the gyro. Where it shows none, it is the velocity that is wrong.
-bool WheelPair::vouches() const {
+// By the published velocity both sides slip by the same share. In a bend their difference would
+// then disagree with the gyro. If it would be detected but is not there, the velocity is wrong.
+bool WheelPair::rules_out_common_slip() const {
   Stretch last;
   for (const Stretch& each : recent_) {
     last.motion += each.motion;
@@ -163,7 +166,7 @@ bool WheelPair::vouches() const {
   const double larger = std::max(std::abs(motion.middle_m), std::abs(last.ground_m));
   const double share = larger > 0 ? std::abs(motion.middle_m - last.ground_m) / larger : 0.0;
   return std::abs(error) < kAgrees * sigma &&
-         share * std::abs(motion.difference_m) > (kAgrees + kShows) * sigma;
+         share * std::abs(motion.difference_m) > (kAgrees + kDetected) * sigma;
 }
 
 }  // namespace gprodom

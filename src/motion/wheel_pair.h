@@ -1,5 +1,5 @@
-// Left and right wheels over the intervals between states: they learn from the gyro, stand in for
-// it while it is silent, and tell which side slips.
+// Left and right wheels over the intervals between states. They are calibrated against the gyro,
+// replace it in a gap of the IMU, and show which side slips.
 #pragma once
 
 #include <deque>
@@ -20,26 +20,27 @@ class WheelPair {
  public:
   explicit WheelPair(const WheelConfig& config);
 
-  // false where the difference of the sides jumped further than wheel.max_speed allows.
+  // false: the difference of the sides jumped further than wheel.max_speed allows.
   bool insert(const WheelsSample& sample);
   void forget_before(TimeNs time);
-  bool heard() const { return heard_; }
-  // Unsigned way (m) of each side about the middle; 0 where there are no samples.
+  bool received() const { return received_; }  // any sample so far
+  // Unsigned path (m) of each side relative to the middle; 0 without samples.
   double path(TimeNs from, TimeNs to) const { return 0.5 * difference_.path(from, to); }
-  // m/sqrt(m), of the sides' mean; 0 where they have not shown it.
+  // m/sqrt(m), noise of the sides' mean; 0 while it has not been learnt.
   double middle_noise() const;
 
-  // Completes what is known of the interval from `from` to a new state; intervals come in time
-  // order. `newest`: the newest state that is solved. `wheel`: the history of the mean. ground_m:
-  // how far the robot came by the published velocity, where that is known (m, signed).
+  // Adds to `input` what both sides show about the interval from `from` to a new state. Call in
+  // time order. `newest`: the newest solved state. `wheel`: the history of the mean. ground_m:
+  // signed distance by the published velocity, if that is known.
   void complete(StateInput& input, TimeNs from, const NavState& newest, const WheelHistory& wheel,
                 std::optional<double> ground_m);
 
-  SlippingSide slipping() const { return slipping_; }  // over the last interval completed
+  SlippingSide slipping() const { return slipping_; }  // in the last interval
   const TurnCalibration& calibration() const { return calibration_; }
   // Before the first sample.
   void resume(const LearntTurn& learnt) { calibration_.resume(learnt); }
-  std::optional<LearntTurn> learnt() const;  // where it is heard, and its sides turn the robot
+  // Nothing without samples, or if the difference of the sides does not turn the robot.
+  std::optional<LearntTurn> learnt() const;
 
  private:
   struct Step {
@@ -50,8 +51,8 @@ class WheelPair {
   std::optional<std::vector<Step>> steps_of(const StateInput& input, TimeNs from,
                                             const Eigen::Vector3d& gyro_bias,
                                             const WheelHistory& wheel, bool across_gaps) const;
-  void stand_in(StateInput& input, const std::vector<Step>& steps);
-  // An interval, or some in a row; ground_m by the published velocity, as the wheels report it.
+  void replace_gyro(StateInput& input, const std::vector<Step>& steps);
+  // One interval or several in a row; ground_m by the published velocity, in the wheels' units.
   struct Stretch {
     PairMotion motion;
     GyroTurn turn;
@@ -60,16 +61,16 @@ class WheelPair {
 
   void interrupt();
   SlippingSide judge(const Stretch& whole) const;
-  bool vouches() const;
-  void go_by_the_other(StateInput& input, const std::vector<Step>& steps) const;
+  bool rules_out_common_slip() const;
+  void use_other_side(StateInput& input, const std::vector<Step>& steps) const;
 
   WheelConfig config_;
   WheelHistory difference_;
   TurnCalibration calibration_;
-  std::deque<Stretch> recent_;  // without a break, oldest first
+  std::deque<Stretch> recent_;  // intervals in a row, oldest first
   SlippingSide slipping_ = SlippingSide::kNone;
-  bool heard_ = false;
-  PairMotion in_gap_;  // since the IMU fell silent
+  bool received_ = false;
+  PairMotion in_gap_;  // since the gap of the IMU began
 };
 
 }  // namespace gprodom

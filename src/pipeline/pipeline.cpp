@@ -282,7 +282,7 @@ Displacement Pipeline::stamped(Displacement displacement) const {
 
 // What left and right wheels have taught, once they are heard.
 void Pipeline::tell_of_pair() {
-  if (!motion_.pair().heard()) return;
+  if (!motion_.pair().received()) return;
   const TurnCalibration& found = motion_.pair().calibration();
   health_.value("wheels.track_m", found.track_m());
   health_.value("wheels.track_sigma_m", found.track_sigma_m());

@@ -29,7 +29,7 @@ class SlipBelief {
   void restart();
 
   // One state interval. newest: in effect, to begin with. rest: the IMU's noise at standstill.
-  // driving_accel_density: as half a second of driving shows it, m/s^2/sqrt(Hz); 0: not known yet.
+  // driving_accel_density: as one second of driving shows it, m/s^2/sqrt(Hz); 0: not known yet.
   void advance(const StateInput& input, const StateResult& newest, const ImuNoise& rest,
                double driving_accel_density);
 

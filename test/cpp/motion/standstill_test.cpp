@@ -66,7 +66,7 @@ Judged judge(const Robot& robot, const Config& config = {}) {
         wheel, radar, from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
     judged.standing &= verdict.standing;
     judged.steady &= verdict.steady_rate.has_value();
-    const auto bias = watch.moved(verdict, kInterval_s);
+    const auto bias = watch.new_bias(verdict, kInterval_s);
     if (bias && !judged.bias) judged.bias = *bias - known_bias;
   }
   return judged;

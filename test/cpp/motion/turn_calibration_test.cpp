@@ -81,11 +81,12 @@ TEST(TurnCalibration, FindsTrackAndRadiiWithinItsSigmas) {
     std::normal_distribution<double> noise;
     const Robot robot{0.5 * (1 + 0.05 * noise(random)), 0.02 * noise(random)};
     TurnCalibration calibration(traits(WheelDrive::kDifferential), kFloor);
-    EXPECT_EQ(calibration.noise_seen_by_middle(), 0.0);
+    EXPECT_EQ(calibration.measured_noise_per_middle(), 0.0);
     drive(robot, 1000, 0.6, calibration, random);
     EXPECT_NEAR(calibration.track_m(), robot.track, 0.02 * robot.track) << seed;
     EXPECT_NEAR(calibration.noise(), robot.slip, 0.3 * robot.slip) << seed;
-    EXPECT_NEAR(calibration.noise_seen_by_middle() / std::sqrt(2.0), robot.slip, 0.3 * robot.slip);
+    EXPECT_NEAR(calibration.measured_noise_per_middle() / std::sqrt(2.0), robot.slip,
+                0.3 * robot.slip);
     track_nees += std::pow((calibration.track_m() - robot.track) / calibration.track_sigma_m(), 2);
     radii_nees += std::pow(
         (calibration.radii_difference() - robot.radii) / calibration.radii_difference_sigma(), 2);
