@@ -122,7 +122,7 @@ ROOMS = {
     "python": Room(
         "the Python module of the same classes and functions",
         "LCM, ROS",
-        ["base", "config", "gpr", *GPR, "estimation", "pipeline"],
+        ["base", "config", "gpr", *GPR, "estimation", "map", "pipeline"],
     ),
 }
 

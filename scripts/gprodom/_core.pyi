@@ -20,6 +20,7 @@ __all__: list[str] = [
     "GlobalSearch",
     "GlobalSearchOptions",
     "GprTrace",
+    "GroundMap",
     "Odometry",
     "Outputs",
     "PatchFilter",
@@ -899,6 +900,71 @@ class Odometry:
         Time, position and orientation of every state from one solution over all data so far.
         """
     def step(self) -> Outputs: ...
+
+class GroundMap:
+    """
+    A map file: docs/map_format.md. Columns are numbered from the first, times in ns.
+    """
+    def __init__(self, name: str, content: bytes) -> None:
+        """
+        name: of the file, for errors. Raises FileError where the bytes are not a whole map.
+        """
+    def columns(self, reach: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> dict:
+        """
+        x, y (m) of the body and number of the map at each column, from places within `reach`
+        m along the track; NaN and -1 where there is none.
+        """
+    def part(
+        self,
+        ranges: collections.abc.Sequence[
+            tuple[
+                typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex
+            ]
+        ],
+    ) -> GroundMap:
+        """
+        The ground of these columns, [first, end), in ascending order; in the same maps.
+        """
+    def places(self) -> dict:
+        """
+        Poses known: column, time, distance along the track (m), pose of
+        the body (x, y in m, yaw in rad) in the frame of the map `map`.
+        """
+    def runs(self) -> dict:
+        """
+        Stretches driven one way without a gap: columns [first, end), direction
+        (-1: backwards), distance along the track at the first column, m.
+        """
+    def times(self) -> numpy.typing.NDArray[numpy.int64]:
+        """
+        Of each column.
+        """
+    def to_bytes(self) -> bytes: ...
+    @property
+    def centre_frequency(self) -> float:
+        """
+        Hz, of the received spectrum
+        """
+    @property
+    def rows(self) -> int:
+        """
+        features of a column; 0: there is no ground
+        """
+    @property
+    def sample_interval(self) -> float:
+        """
+        s
+        """
+    @property
+    def samples(self) -> int:
+        """
+        of a trace; 0: no trace was seen
+        """
+    @property
+    def spacing(self) -> float:
+        """
+        m
+        """
 
 def align_bscan(
     a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],

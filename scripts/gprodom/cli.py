@@ -37,6 +37,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.calibrate.command",
     "gprodom.export.command",
     "gprodom.plot.command",
+    "gprodom.map.command",
     "gprodom.status.command",
 )
 

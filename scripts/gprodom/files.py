@@ -19,8 +19,11 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # of the members
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A new file beside `path`: renamed to it when all went well, removed when not."""
+def replacing(path: Path, mode: int | None = None) -> Iterator[Path]:
+    """A new file beside `path`: renamed to it when all went well, removed when not.
+
+    mode: of the file; by default what the umask leaves.
+    """
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     except FileNotFoundError:
@@ -29,17 +32,19 @@ def replacing(path: Path) -> Iterator[Path]:
     part = Path(name)
     try:
         yield part
-        umask = os.umask(0)
-        os.umask(umask)
-        part.chmod(0o666 & ~umask)
+        if mode is None:
+            umask = os.umask(0)
+            os.umask(umask)
+            mode = 0o666 & ~umask
+        part.chmod(mode)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
 
 
-def write_bytes(path: Path, data: bytes) -> None:
+def write_bytes(path: Path, data: bytes, mode: int | None = None) -> None:
     """Writes a file entirely or not at all."""
-    with replacing(path) as part:
+    with replacing(path, mode) as part:
         part.write_bytes(data)
 
 

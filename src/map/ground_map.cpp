@@ -40,6 +40,29 @@ std::optional<GroundMap::At> GroundMap::at(double column, double reach_m) const 
   return At{compose(near->pose, along_arc(distance - near->distance_m, curvature)), near->map};
 }
 
+GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
+  GroundMap part(memory.options());
+  part.format = format;
+  std::size_t before = 0;  // columns of the part so far
+  for (const gpr::MemoryRange& range : ranges) {
+    for (std::size_t first = range.first, end = first; first < range.end; first = end) {
+      end = std::min(range.end, memory.run_of(first).end);
+      const gpr::MemoryColumn begin = memory.column(first);
+      std::vector<TimeNs> times;
+      for (std::size_t i = first; i < end; ++i) times.push_back(memory.column(i).time);
+      part.memory.restore_run(*memory.filter(), times, begin.distance_m, begin.direction,
+                              memory.patch({first, end}));
+    }
+    for (KnownPlace place : places) {
+      if (place.column < range.first || place.column >= range.end) continue;
+      place.column += before - range.first;
+      part.places.push_back(place);
+    }
+    before += range.size();
+  }
+  return part;
+}
+
 int GroundMap::unused_map() const {
   int highest = -1;
   for (const KnownPlace& place : places) highest = std::max(highest, place.map);

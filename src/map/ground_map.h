@@ -34,6 +34,10 @@ struct GroundMap {
   // if these are further than `reach_m` along the track.
   std::optional<At> at(double column, double reach_m) const;
 
+  // The ground of these columns alone, with its places, in the same maps. The ranges are of stored
+  // columns, in ascending order, and do not overlap. Throws std::out_of_range.
+  GroundMap part(const std::vector<gpr::MemoryRange>& ranges) const;
+
   // A map number that no place has yet.
   int unused_map() const;
 };

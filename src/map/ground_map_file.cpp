@@ -1,11 +1,13 @@
 #include "map/ground_map_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <vector>
 
 #include "base/sealed_bytes.h"
+#include "gprodom/error.h"
 
 namespace gprodom {
 namespace {
@@ -16,7 +18,9 @@ using gpr::MemoryRange;
 using gpr::PatchFilter;
 using gpr::TraceMemory;
 
-const char* const kTitle = "gprodom ground map 1";
+const std::string kKind = "gprodom ground map ";
+const std::string kVersion = "1";
+const std::string kTitle = kKind + kVersion;
 
 // Limit for the samples of a trace and the rows of a column; no radar has more.
 constexpr std::uint32_t kMostSamples = 1U << 20U;
@@ -63,6 +67,7 @@ void get_run(ByteReader& in, const PatchFilter& filter, TraceMemory& memory) {
   in.need(columns, sizeof(TimeNs));
   std::vector<TimeNs> times(columns);
   in.get_all(times.data(), times.size());
+  if (!std::is_sorted(times.begin(), times.end())) in.refuse("the times of a run go back");
   const auto rows = static_cast<std::size_t>(filter.rows());
   in.need(columns, rows);
   std::vector<std::int8_t> levels(columns * rows);
@@ -94,6 +99,18 @@ void get_places(ByteReader& in, GroundMap& ground) {
   }
 }
 
+// A file of a later program is whole, and must not be called damaged.
+void refuse_other_version(const std::string& name, std::string_view bytes) {
+  if (bytes.substr(0, kKind.size()) != kKind) return;
+  bytes.remove_prefix(kKind.size());
+  const std::string version(bytes.substr(0, bytes.find('\n')));
+  const bool number = !version.empty() && version.size() < 10 &&
+                      version.find_first_not_of("0123456789") == std::string::npos;
+  if (number && version != kVersion)
+    throw FileError(name + ": cannot be used: it is a ground map of version " + version +
+                    "; this program reads version " + kVersion);
+}
+
 }  // namespace
 
 std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& places) {
@@ -123,11 +140,15 @@ std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& pla
 
 GroundMap ground_map_from(const std::string& name, std::string_view bytes,
                           const gpr::TraceMemoryOptions& options) {
+  refuse_other_version(name, bytes);
   ByteReader in(name, bytes, kTitle);
   GroundMap ground(options);
   if (in.get<double>() != options.spacing_m) in.refuse("its columns have another spacing");
   ground.format.samples = in.get<std::uint64_t>();
   ground.format.sample_interval_s = in.get<double>();
+  if (ground.format.samples > kMostSamples) in.refuse("its traces are too long");
+  if (!std::isfinite(ground.format.sample_interval_s) || ground.format.sample_interval_s < 0)
+    in.refuse("its sample interval makes no sense");
   if (in.get<std::uint8_t>() == 0) return ground;
   try {
     const PatchFilter filter = get_filter(in);

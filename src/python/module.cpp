@@ -7,6 +7,7 @@ void bind_gpr_sfm(pybind11::module_& module);
 void bind_gpr_revisit(pybind11::module_& module);
 void bind_front_end(pybind11::module_& module);
 void bind_odometry(pybind11::module_& module);
+void bind_map(pybind11::module_& module);
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "Compiled parts of gprodom.";
@@ -16,4 +17,5 @@ PYBIND11_MODULE(_core, module) {
   bind_gpr_revisit(module);
   bind_front_end(module);
   bind_odometry(module);
+  bind_map(module);
 }

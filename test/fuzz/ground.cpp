@@ -1,4 +1,4 @@
-// A ground map; what is accepted is looked up and written again.
+// A ground map; what is accepted is looked up, cut and written again.
 #include "map/ground_map_file.h"
 #include "sealed.h"
 
@@ -10,5 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         gprodom::ground_map_from("ground", bytes, gprodom::gpr::TraceMemoryOptions());
     ground.at(0.5 * static_cast<double>(ground.memory.kept().end), 1.0);
     gprodom::to_bytes(ground, ground.places);
+    const gprodom::gpr::MemoryRange kept = ground.memory.kept();
+    if (kept.size() > 2) ground.part({{kept.first + 1, kept.end - 1}});
   });
 }

@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
     trajectory = read_estimate(args.log, args.frame, channels).trajectory
     facts: dict[str, object] = {"poses": len(trajectory)}
     if args.geojson:
-        write_geojson(args.geojson, trajectory, args.datum, args.log.stem)
+        write_geojson(args.geojson, {args.log.stem: trajectory}, args.datum)
     if args.gpx:
         write_gpx(args.gpx, trajectory, args.datum, args.log.stem)
     if args.csv:

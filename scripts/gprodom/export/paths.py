@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -29,10 +29,16 @@ def position_sigma(trajectory: Trajectory) -> Floats:
     return np.asarray(np.sqrt(np.maximum(variance, 0)))
 
 
-def write_geojson(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> None:
-    """One line of longitude, latitude, height (RFC 7946), with the times of its points."""
+def write_geojson(path: Path, trajectories: Mapping[str, Trajectory], datum: Datum) -> None:
+    """A line of longitude, latitude, height (RFC 7946) for each, with the times of its points."""
+    features = [_feature(name, one, datum) for name, one in trajectories.items()]
+    content = {"type": "FeatureCollection", "features": features}
+    write_bytes(path, (json.dumps(content) + "\n").encode())
+
+
+def _feature(name: str, trajectory: Trajectory, datum: Datum) -> dict[str, object]:
     fixes = datum.to_geographic(trajectory.position)
-    feature = {
+    return {
         "type": "Feature",
         "geometry": {
             "type": "LineString",
@@ -45,8 +51,6 @@ def write_geojson(path: Path, trajectory: Trajectory, datum: Datum, name: str) -
             "times": [moment(t).isoformat() for t in trajectory.time.tolist()],
         },
     }
-    content = {"type": "FeatureCollection", "features": [feature]}
-    write_bytes(path, (json.dumps(content) + "\n").encode())
 
 
 def write_gpx(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> None:
@@ -67,9 +71,11 @@ def write_gpx(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> No
     write_bytes(path, document.to_xml().encode())
 
 
-def write_csv(path: Path, trajectory: Trajectory, datum: Datum | None) -> None:
-    """Time (s), position (m), quaternion w x y z, sigma (m), and with a datum latitude, longitude
-    (degrees) and height (m)."""
+def write_csv(
+    path: Path, trajectory: Trajectory, datum: Datum | None, piece: Ints | None = None
+) -> None:
+    """Time (s), position (m), quaternion w x y z, sigma (m), with a datum latitude, longitude
+    (degrees) and height (m), and where `piece` is given the number of the path."""
     q = trajectory.orientation
     if q is None:
         q = np.full((len(trajectory), 4), np.nan)
@@ -78,6 +84,9 @@ def write_csv(path: Path, trajectory: Trajectory, datum: Datum | None) -> None:
     if datum is not None:
         columns.append(datum.to_geographic(trajectory.position))
         header += ",latitude,longitude,height"
+    if piece is not None:
+        columns.append(piece[:, None].astype(float))
+        header += ",path"
     _write_rows(path, header, trajectory.time, np.hstack(columns))
 
 

@@ -72,6 +72,7 @@ class TraceMemory {
 
   // Empty until enough ground was seen.
   const std::optional<PatchFilter>& filter() const { return filter_; }
+  const TraceMemoryOptions& options() const { return options_; }
   double spacing() const { return options_.spacing_m; }
 
   // The stored columns. The newest ground, some 1.5 m behind the antenna, is not yet among them,

@@ -1,0 +1,311 @@
+"""``gprodom map``: map files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import canvas
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.errors import Error, UsageError
+from gprodom.export.command import parse_datum
+from gprodom.export.paths import write_csv, write_geojson
+from gprodom.files import write_bytes
+from gprodom.map import cut, service
+from gprodom.map.ground import NOT_IN_FILE, MapFile, facts, map_from, read_map
+from gprodom.map.picture import map_figure
+from gprodom.options import Subparsers, add_command
+from gprodom.trajectory import Trajectory
+
+DESCRIPTION = """\
+Works on map files: the ground driven over with the poses along it, as gprodomd leaves it in
+state.directory (ground.map, and NAME.map by the command save_map). A file is checked entirely
+before anything of it is used. Its format: docs/map_format.md.
+"""
+
+INFO = """\
+Prints what is in map files. What the file's version does not hold reads `not in this version`. The
+maps of a file are tracks that were never tied to each other: their frames are not related.
+"""
+
+PLOT = """\
+Draws the paths of a map and, as a band, the ground that is stored along them: on ground that was
+driven over twice the second pass is not stored again.
+"""
+
+EXPORT = """\
+Writes the paths of a map, with the writers of `gprodom export`:
+
+  --geojson  a line of longitude, latitude and height for each path; needs --datum and pyproj
+  --csv      a row for each known pose; with --datum latitude, longitude and height, too
+
+The datum is the position of the map's origin, in degrees and metres, and the angle from east to
+its x axis, in degrees.
+"""
+
+CUT = """\
+Writes the part of a map that all of the given options name. The poses stay as they are. Ground
+along which no pose is known is found by --runs and --distance alone. Where a value begins with a
+minus, write it behind an equals sign: --area=-2,-2,3,3.
+"""
+
+INSTALL = """\
+Copies map files into the folder of the service, as its user and readable by its group, each
+entirely or not at all. Afterwards the command load_map NAME takes it up. The service itself writes
+ground.map: stop it before that one is replaced. Needs root.
+"""
+
+FETCH = """\
+Copies maps out of the folder of the service. Needs root.
+"""
+
+EXAMPLES = """\
+  gprodom map info ground.map
+  gprodom map plot ground.map -o map.png
+  gprodom map export ground.map --datum 52.3906,13.0645,40 --geojson paths.geojson
+  gprodom map cut ground.map --area 0,-5,40,25 -o yard.map
+  sudo gprodom map fetch ground -o .
+  sudo gprodom map install yard.map
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``map`` and what can be done with one."""
+    parser = add_command(subparsers, "map", "look into map files", DESCRIPTION, EXAMPLES)
+    works = parser.add_subparsers(metavar="WHAT", required=True)
+    _add_info(works)
+    _add_plot(works)
+    _add_export(works)
+    _add_cut(works)
+    _add_install(works)
+    _add_fetch(works)
+
+
+def _add_file(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", type=Path, help="map file")
+
+
+def _add_number(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--map", metavar="N", type=int, help="number of the map, where the file holds several"
+    )
+
+
+def _add_folder(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--folder",
+        metavar="DIR",
+        type=Path,
+        default=service.FOLDER,
+        help="state.directory of the service (default %(default)s)",
+    )
+
+
+def _add_info(works: Subparsers) -> None:
+    parser = add_command(works, "info", "what is in map files", INFO, EXAMPLES)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
+    parser.add_argument("--runs", action="store_true", help="list the runs, too (for cut --runs)")
+    add_json_flag(parser)
+    parser.set_defaults(run=run_info)
+
+
+def _add_plot(works: Subparsers) -> None:
+    parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES)
+    _add_file(parser)
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.set_defaults(run=run_plot)
+
+
+def _add_export(works: Subparsers) -> None:
+    parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES)
+    _add_file(parser)
+    for name in ("geojson", "csv"):
+        parser.add_argument(f"--{name}", metavar="OUT", type=Path, help="see above")
+    parser.add_argument(
+        "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
+    )
+    _add_number(parser)
+    parser.set_defaults(run=run_export)
+
+
+def _add_cut(works: Subparsers) -> None:
+    parser = add_command(works, "cut", "keep a part of a map", CUT, EXAMPLES)
+    _add_file(parser)
+    parser.add_argument(
+        "--runs", metavar="LIST", type=cut.parse_runs, help="runs by number: 0,2-4 (map info)"
+    )
+    parser.add_argument(
+        "--distance",
+        metavar="FROM:TO",
+        type=cut.parse_distance,
+        help="m of stored ground from the file's beginning",
+    )
+    parser.add_argument(
+        "--area",
+        metavar="XMIN,YMIN,XMAX,YMAX",
+        type=cut.parse_area,
+        help="rectangle in the map's frame, m",
+    )
+    _add_number(parser)
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="map file")
+    add_json_flag(parser)
+    parser.set_defaults(run=run_cut)
+
+
+def _add_install(works: Subparsers) -> None:
+    parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
+    parser.add_argument("--as", metavar="NAME", dest="name", help="its name there (default FILE's)")
+    _add_folder(parser)
+    parser.set_defaults(run=run_install)
+
+
+def _add_fetch(works: Subparsers) -> None:
+    parser = add_command(works, "fetch", "a map of the service", FETCH, EXAMPLES)
+    parser.add_argument("names", metavar="NAME", nargs="+", help="map, such as ground")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path(),
+        metavar="OUT",
+        help="file or folder (default .)",
+    )
+    _add_folder(parser)
+    parser.set_defaults(run=run_fetch)
+
+
+def run_info(args: argparse.Namespace) -> int:
+    """Prints what is in the files."""
+    found = [facts(read_map(path)) for path in args.files]
+    if args.json:
+        print_json(found)
+        return 0
+    for one in found:
+        print(_as_text(one, args.runs))
+    return 0
+
+
+def _as_text(found: dict[str, Any], with_runs: bool) -> str:
+    metres = found["kb_per_m"]
+    interval_ns = 1e9 * found["sample_interval_s"]
+    centre = found["centre_frequency_hz"]
+    rows = {
+        "file": found["file"],
+        "version": found["version"],
+        "identity": f"sha256 {found['sha256']}",
+        "antenna": f"{found['samples']} samples, {interval_ns:.4g} ns apart"
+        + (f", {centre / 1e6:.0f} MHz received" if centre else ""),
+        "ground": f"{found['length_m']:.1f} m in {len(found['runs'])} runs, a column every "
+        f"{1000 * found['spacing_m']:.0f} mm of {found['features']} features",
+        "size": f"{found['bytes']} bytes" + (f", {metres:.2f} kB/m" if metres else ""),
+        "frame": "as the first track started; its place on Earth: not in this version",
+    } | {name: "not in this version" for name in NOT_IN_FILE if name != "datum"}
+    width = max(map(len, rows))
+    text = "\n".join(f"{name.ljust(width)}  {value}" for name, value in rows.items()) + "\n"
+    if found["maps"]:
+        header = ["map", "from", "to", "paths", "metres", "x (m)", "y (m)"]
+        text += "\n" + format_table(header, [_map_row(one) for one in found["maps"]]) + "\n"
+    if with_runs and found["runs"]:
+        header = list(found["runs"][0])
+        text += "\n" + format_table(header, [list(one.values()) for one in found["runs"]]) + "\n"
+    return text
+
+
+def _map_row(one: dict[str, Any]) -> list[object]:
+    spans = ["{:.1f} to {:.1f}".format(*one[name]) for name in ("x_m", "y_m")]
+    times = [one[name][:19] for name in ("from", "to")]
+    return [one["map"], *times, one["paths"], f"{one['length_m']:.1f}", *spans]
+
+
+def run_plot(args: argparse.Namespace) -> int:
+    """Draws a map."""
+    file = read_map(args.file)
+    file.one_map(file.maps[0] if file.maps else None)
+    canvas.save(map_figure(file), args.output)
+    return 0
+
+
+def run_export(args: argparse.Namespace) -> int:
+    """Writes the paths of a map."""
+    if not (args.geojson or args.csv):
+        raise UsageError("nothing to do: give --geojson or --csv")
+    if args.geojson and args.datum is None:
+        raise UsageError("--geojson wants --datum LAT,LON: where the map's origin lies")
+    file = read_map(args.file)
+    number = file.one_map(args.map)
+    paths = file.paths(number)
+    if args.geojson:
+        named = {f"{args.file.stem} {i}": path for i, path in enumerate(paths)}
+        write_geojson(args.geojson, named, args.datum)
+    if args.csv:
+        piece = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
+        write_csv(args.csv, _joined(paths), args.datum, piece)
+    print(f"{len(paths)} paths, {sum(map(len, paths))} poses of map {number}")
+    return 0
+
+
+def _joined(paths: list[Trajectory]) -> Trajectory:
+    return Trajectory(
+        np.concatenate([path.time for path in paths]),
+        np.concatenate([path.position for path in paths]),
+        np.concatenate([path.orientation for path in paths if path.orientation is not None]),
+    )
+
+
+def run_cut(args: argparse.Namespace) -> int:
+    """Writes a part of a map."""
+    if all(each is None for each in (args.runs, args.distance, args.area, args.map)):
+        raise UsageError("nothing to cut: give some of --runs, --distance, --area and --map")
+    file = read_map(args.file)
+    chosen = np.ones(len(file.columns["x"]), dtype=bool)
+    if args.runs is not None:
+        chosen &= cut.of_runs(file, args.runs)
+    if args.distance is not None:
+        chosen &= cut.of_distance(file, args.distance)
+    if args.area is not None:
+        chosen &= cut.of_area(file, file.one_map(args.map), args.area)
+    elif args.map is not None:
+        chosen &= np.asarray(file.columns["map"] == file.one_map(args.map))
+    write_bytes(args.output, cut.cut(file, chosen))
+    kept = read_map(args.output).length_m
+    if args.json:
+        print_json({"length_m": file.length_m, "kept_m": kept})
+    else:
+        print(f"{kept:.1f} of {file.length_m:.1f} m kept")
+    return 0
+
+
+def run_install(args: argparse.Namespace) -> int:
+    """Copies maps into the folder of the service."""
+    if args.name and len(args.files) > 1:
+        raise UsageError("--as: gives a name to one file only")
+    files: list[tuple[MapFile, Path]] = [
+        (read_map(path), service.path_in(args.folder, args.name or path.name))
+        for path in args.files
+    ]
+    for file, path in files:
+        service.install(file.data, path)
+        print(f"{path}: {file.length_m:.1f} m of ground")
+    return 0
+
+
+def run_fetch(args: argparse.Namespace) -> int:
+    """Copies maps out of the folder of the service."""
+    into_folder = args.output.is_dir()
+    if len(args.names) > 1 and not into_folder:
+        raise UsageError(f"-o: {args.output} is not a folder, as several maps want")
+    for name in args.names:
+        path = service.path_in(args.folder, name)
+        try:
+            data = service.fetch(path)
+        except FileNotFoundError:
+            raise Error(f"{path}: no such file") from None
+        file = map_from(path, data)
+        output = args.output / path.name if into_folder else args.output
+        write_bytes(output, data)
+        print(f"{output}: {file.length_m:.1f} m of ground")
+    return 0

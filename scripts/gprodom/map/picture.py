@@ -1,0 +1,43 @@
+"""A map seen from above."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gprodom import canvas
+from gprodom.map.ground import MapFile, stored_positions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 20_000  # of a map's ground that are drawn
+
+
+def map_figure(file: MapFile) -> Figure:
+    """Paths and, as a band, the ground that is stored; an axis for each map, as their frames are
+    not related."""
+    figure, axes = canvas.new_figure(1, len(file.maps), width=6.0 * len(file.maps), height=5.5)
+    for axis, number in zip(axes, file.maps, strict=True):
+        stored = stored_positions(file, number)
+        thinned = stored[:: 1 + len(stored) // MOST_POINTS]
+        label = f"ground stored: {len(stored) * file.ground.spacing:.1f} m"
+        axis.plot(*thinned.T, "o", color=canvas.COLOURS[5], ms=7, alpha=0.3, mew=0, label=label)
+        paths = file.paths(number)
+        for i, path in enumerate(paths):
+            axis.plot(
+                *path.position[:, :2].T,
+                color=canvas.COLOURS[0],
+                lw=1.0,
+                label=f"paths: {len(paths)}" if i == 0 else None,
+            )
+            axis.plot(*path.position[0, :2], ".", color=canvas.COLOURS[1], ms=5)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_xlabel("x (m)")
+        axis.set_ylabel("y (m)")
+        begin = np.datetime64(int(file.places["time"][file.places["map"] == number].min()), "ns")
+        axis.set_title(f"map {number}, from {np.datetime_as_string(begin, 'm')} UTC")
+        axis.legend(loc="best", frameon=False)
+    figure.suptitle(file.path.name)
+    return figure

@@ -1,0 +1,134 @@
+// gprodom._core.GroundMap: a map file, checked and read, for `gprodom map`.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gprodom/config.h"
+#include "map/ground_map_file.h"
+#include "map/mapper.h"
+
+namespace py = pybind11;
+using namespace py::literals;
+using namespace gprodom;
+
+namespace {
+
+// One array per figure of the items.
+template <typename T, typename Items, typename Get>
+py::array_t<T> column_of(const Items& items, Get get) {
+  py::array_t<T> column(static_cast<py::ssize_t>(items.size()));
+  T* out = column.mutable_data();
+  for (const auto& item : items) *out++ = get(item);
+  return column;
+}
+
+py::dict runs(const GroundMap& ground) {
+  std::vector<gpr::MemoryRange> runs;
+  const gpr::MemoryRange kept = ground.memory.kept();
+  for (std::size_t first = kept.first; first < kept.end; first = runs.back().end)
+    runs.push_back(ground.memory.run_of(first));
+  const auto begin = [&](const gpr::MemoryRange& run) { return ground.memory.column(run.first); };
+  return py::dict(
+      "first"_a = column_of<std::int64_t>(runs, [](const auto& run) { return run.first; }),
+      "end"_a = column_of<std::int64_t>(runs, [](const auto& run) { return run.end; }),
+      "direction"_a = column_of<int>(runs, [&](const auto& run) { return begin(run).direction; }),
+      "distance"_a =
+          column_of<double>(runs, [&](const auto& run) { return begin(run).distance_m; }));
+}
+
+py::dict places(const GroundMap& ground) {
+  const std::vector<KnownPlace>& places = ground.places;
+  using Place = KnownPlace;
+  return py::dict(
+      "column"_a = column_of<std::int64_t>(places, [](const Place& p) { return p.column; }),
+      "time"_a = column_of<std::int64_t>(
+          places, [&](const Place& p) { return ground.memory.column(p.column).time; }),
+      "distance"_a = column_of<double>(places, [](const Place& p) { return p.distance_m; }),
+      "x"_a = column_of<double>(places, [](const Place& p) { return p.pose.p.x(); }),
+      "y"_a = column_of<double>(places, [](const Place& p) { return p.pose.p.y(); }),
+      "yaw"_a = column_of<double>(places, [](const Place& p) { return p.pose.yaw; }),
+      "map"_a = column_of<int>(places, [](const Place& p) { return p.map; }));
+}
+
+// Where each column lies; NaN and -1 where no place is within reach.
+py::dict columns(const GroundMap& ground, double reach_m) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<GroundMap::At> at;
+  const gpr::MemoryRange kept = ground.memory.kept();
+  for (std::size_t i = kept.first; i < kept.end; ++i)
+    at.push_back(ground.at(static_cast<double>(i), reach_m)
+                     .value_or(GroundMap::At{{{kNone, kNone}, kNone}, -1}));
+  using At = GroundMap::At;
+  return py::dict("x"_a = column_of<double>(at, [](const At& a) { return a.pose.p.x(); }),
+                  "y"_a = column_of<double>(at, [](const At& a) { return a.pose.p.y(); }),
+                  "map"_a = column_of<int>(at, [](const At& a) { return a.map; }));
+}
+
+py::array_t<std::int64_t> times(const GroundMap& ground) {
+  std::vector<std::int64_t> times;
+  const gpr::MemoryRange kept = ground.memory.kept();
+  for (std::size_t i = kept.first; i < kept.end; ++i) times.push_back(ground.memory.column(i).time);
+  return column_of<std::int64_t>(times, [](std::int64_t time) { return time; });
+}
+
+GroundMap part(const GroundMap& ground,
+               const std::vector<std::pair<std::size_t, std::size_t>>& ranges) {
+  std::vector<gpr::MemoryRange> kept;
+  std::size_t last = ground.memory.kept().first;
+  for (const auto& [first, end] : ranges) {
+    if (first < last || end <= first || end > ground.memory.kept().end)
+      throw py::value_error("ranges: expected stored columns, in ascending order");
+    kept.push_back({first, last = end});
+  }
+  return ground.part(kept);
+}
+
+}  // namespace
+
+void bind_map(py::module_& module) {
+  const double reach_m = 2 * default_config().graph.node_spacing;
+  py::class_<GroundMap>(module, "GroundMap",
+                        "A map file: docs/map_format.md. Columns are numbered "
+                        "from the first, times in ns.")
+      .def(py::init([](const std::string& name, const py::bytes& content) {
+             return ground_map_from(name, std::string(content), memory_options(default_config()));
+           }),
+           py::arg("name"), py::arg("content"),
+           "name: of the file, for errors. Raises FileError where the bytes are not a whole map.")
+      .def("to_bytes",
+           [](const GroundMap& ground) { return py::bytes(to_bytes(ground, ground.places)); })
+      .def("part", &part, py::arg("ranges"),
+           "The ground of these columns, [first, end), in ascending order; in the same maps.")
+      .def("runs", &runs,
+           "Stretches driven one way without a gap: columns [first, end), direction\n"
+           "(-1: backwards), distance along the track at the first column, m.")
+      .def("places", &places,
+           "Poses known: column, time, distance along the track (m), pose of\n"
+           "the body (x, y in m, yaw in rad) in the frame of the map `map`.")
+      .def("columns", &columns, py::arg("reach") = reach_m,
+           "x, y (m) of the body and number of the map at each column, from places within `reach`\n"
+           "m along the track; NaN and -1 where there is none.")
+      .def("times", &times, "Of each column.")
+      .def_property_readonly(
+          "spacing", [](const GroundMap& g) { return g.memory.spacing(); }, "m")
+      .def_property_readonly(
+          "samples", [](const GroundMap& g) { return g.format.samples; },
+          "of a trace; 0: no trace was seen")
+      .def_property_readonly(
+          "sample_interval", [](const GroundMap& g) { return g.format.sample_interval_s; }, "s")
+      .def_property_readonly(
+          "rows",
+          [](const GroundMap& g) { return g.memory.filter() ? g.memory.filter()->rows() : 0; },
+          "features of a column; 0: there is no ground")
+      .def_property_readonly(
+          "centre_frequency",
+          [](const GroundMap& g) {
+            return g.memory.filter() ? g.memory.filter()->centre_frequency() : 0.0;
+          },
+          "Hz, of the received spectrum");
+}
