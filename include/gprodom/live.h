@@ -1,6 +1,5 @@
-// The estimator on threads of its own: inputs are queued from any thread, estimated on one thread
-// and handed out on another, so that neither a slow solver nor a slow network makes a receiver
-// wait.
+// The estimator with its own threads. Inputs can be queued from any thread. One thread estimates,
+// and another one publishes, so that a receiver never waits for a slow solver or a slow network.
 #pragma once
 
 #include <functional>
@@ -17,12 +16,12 @@ namespace gprodom {
 class LiveThreads;
 
 struct LiveOptions {
-  // Called on the estimator thread, before each input and once a second without any: for a
-  // watchdog. Empty: nothing is called.
+  // For a watchdog: called on the estimator thread before each input, and once a second without
+  // input. May be empty.
   std::function<void()> alive;
-  // Told in each Status as the value kInstance; 0: none.
+  // Published in each Status as the value kInstance; 0: not published.
   double instance = 0.0;
-  // A radar front end of your own (gprodom/front_end.h) in place of gpr.front_end.
+  // A radar front end of your own (gprodom/front_end.h) instead of gpr.front_end.
   gpr::FrontEndFactory front_end;
 };
 
@@ -31,20 +30,20 @@ class GPRODOM_EXPORT Live {
   // Called on the publish thread, in order.
   using Handler = std::function<void(const Outputs&)>;
 
-  // Starts the threads. Throws ConfigError where settings contradict each other.
+  // Starts the threads. Throws ConfigError if settings contradict each other.
   Live(const Config& config, Handler handler, LiveOptions options = {});
   ~Live();  // stop()
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
-  // Any thread; never waits. What does not fit is dropped and counted in the status.
+  // Any thread; never waits. If the queue is full, the input is dropped and the status counts it.
   void push(Input input);
 
-  // Any thread: a Status of this instance was heard on our own channel. Another one than ours means
-  // that two publish there, which is degraded health for as long as it lasts.
+  // Any thread. A Status with this instance was received on our own channel. If the instance is not
+  // ours, two estimators publish there, and health is degraded while that lasts.
   void heard_status(double instance);
 
-  // Takes no more input, works off and hands out what is inside, and ends the threads.
+  // Takes no more input, processes and publishes what is queued, and ends the threads.
   void stop();
 
  private:

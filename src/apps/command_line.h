@@ -15,7 +15,7 @@ struct UsageError : std::runtime_error {
 
 struct Option {
   std::string name;      // "--set"; with a short form, "-c, --config"
-  std::string argument;  // "KEY=VALUE"; empty where it takes none
+  std::string argument;  // "KEY=VALUE"; empty if it takes none
   std::string help;
   std::function<void(const std::string&)> apply;  // gets the argument
 };
@@ -27,14 +27,14 @@ Option set_option(std::vector<std::string>& overrides);
 
 class CommandLine {
  public:
-  // `usage` and `purpose` head the help text; --help and --version are added to the options.
+  // The help text begins with `usage` and `purpose`. --help and --version are added to the options.
   CommandLine(std::string program, std::string usage, std::string purpose,
               std::vector<Option> options);
 
   // Calls `apply` of each option in order and returns the other arguments. Throws UsageError.
   std::vector<std::string> parse(int argc, char** argv) const;
 
-  // Whether --help or --version stands on the line; what they ask for is then printed.
+  // Prints the help or the version if --help or --version is given, and returns whether it was.
   bool answer(int argc, char** argv) const;
 
   // Runs `work` and turns an exception into one line and an exit code: 1 failed, 2 bad usage. It is

@@ -1,4 +1,4 @@
-// The daemon: LCM in, estimator, LCM out, until a signal ends it.
+// The daemon: receives messages over LCM, estimates and publishes over LCM, until a signal ends it.
 #pragma once
 
 #include <spdlog/logger.h>
@@ -18,18 +18,18 @@
 namespace gprodom {
 
 struct DaemonOptions {
-  std::vector<std::string> config_paths;  // later ones over those before
+  std::vector<std::string> config_paths;  // later ones override earlier ones
   std::vector<std::string> overrides;
   std::string lcm_url = kDefaultLcmUrl;
 };
 
 class Daemon {
  public:
-  // Throws ConfigError, or std::runtime_error where LCM cannot be used.
+  // Throws ConfigError, or std::runtime_error if LCM cannot be used.
   explicit Daemon(DaemonOptions options);
   ~Daemon();
 
-  // SIGINT and SIGTERM end it, with everything estimated published; SIGHUP rereads the config.
+  // SIGINT and SIGTERM end it after all estimates are published; SIGHUP rereads the config.
   void run();
 
  private:
@@ -51,8 +51,8 @@ class Daemon {
   HealthLevel health_ = HealthLevel::kOk;  // last logged; publish thread only
   LcmLink link_;                           // guards itself
   std::unique_ptr<Live> live_;             // main thread only
-  std::atomic<bool> receiving_{false};     // ends receiver_ where false
-  std::thread receiver_;                   // lends itself to link_; main thread only
+  std::atomic<bool> receiving_{false};     // receiver_ ends when it is false
+  std::thread receiver_;                   // receives for link_; main thread only
 };
 
 }  // namespace gprodom

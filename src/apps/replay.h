@@ -1,5 +1,5 @@
-// Replay: the estimator driven by a log, as fast as it goes. The same input gives the same output,
-// to the byte.
+// Replay: runs the estimator over a log, as fast as possible. The same input gives byte-identical
+// output.
 #pragma once
 
 #include <functional>
@@ -16,20 +16,20 @@ namespace gprodom {
 struct ReplayFiles {
   std::string input;
   std::string output;
-  std::string trajectory;  // TUM, in map as known at each time; empty: none
+  std::string trajectory;  // TUM, in map, as published at each time; empty: none
   std::string smoothed;    // TUM, in map from one solution over all data; empty: none
 };
 
-// What a replay was like. Times are wall-clock but for log_seconds.
+// Statistics of a replay. Times are wall-clock, except log_seconds.
 struct ReplayStats {
   std::map<std::string, long> read;       // messages by channel
   std::map<std::string, long> published;  // messages by channel
-  long unused = 0;                        // messages on channels that the daemon does not hear
+  long unused = 0;                        // messages on other channels
   long refused = 0;                       // messages that could not be decoded
-  std::vector<std::string> damage;        // what of the log could not be read
+  std::vector<std::string> damage;        // parts of the log that could not be read
   std::vector<std::string> warnings;
   long poses = 0;
-  std::string why_no_pose;   // empty where there is one
+  std::string why_no_pose;   // empty if there is one
   double log_seconds = 0.0;  // from the first event to the last
   double wall_seconds = 0.0;
   Timing timing;
@@ -37,11 +37,11 @@ struct ReplayStats {
 };
 
 struct ReplayHooks {
-  std::function<void(double)> progress;  // 0 to 1, now and then
-  std::function<bool()> is_interrupted;  // asked now and then
+  std::function<void(double)> progress;  // 0 to 1, called every few hundred messages
+  std::function<bool()> is_interrupted;  // likewise
 };
 
-// Writes the files whole, or none. Throws ConfigError, FileError, or std::runtime_error where
+// Writes all files completely, or none. Throws ConfigError, FileError, or std::runtime_error if
 // interrupted.
 ReplayStats replay(const Config& config, const ReplayFiles& files, const ReplayHooks& hooks);
 

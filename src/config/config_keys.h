@@ -18,23 +18,23 @@
 
 namespace gprodom {
 
-// What a number, or each component of a vector, may be. Bounds are inclusive but for
-// `above_minimum`. Never infinite or NaN.
+// Range of a number, or of each component of a vector. Bounds are inclusive, except with
+// `above_minimum`. Infinity and NaN are never allowed.
 struct Range {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   bool above_minimum = false;
-  const char* why = "";  // there is a bound, where the key's description does not tell
+  const char* why = "";  // reason for the bound, unless the description says it
 };
 
-// For strings: text of this length at most, never empty.
+// For strings: text of at most this length.
 struct Text {
   std::size_t max_length = 0;
   bool may_be_empty = false;
 };
 
 using Allowed = std::variant<Range, Text>;
-// The enums are those of gprodom/choices.h, which has the names that they go by.
+// gprodom/choices.h has the enums and the names of their values.
 using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, WheelDrive*,
                                   WheelForm*, FrontEndKind*, Fusion*, Background*, WaveletKind*,
                                   DistanceForm*, CoherenceUse*, SolverKind*, LogLevel*>;
@@ -42,7 +42,7 @@ using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vec
 struct ConfigKey {
   std::string name;  // "wheel.scale"
   FieldPointer field;
-  std::string unit;  // empty where there is none
+  std::string unit;  // empty if it has none
   Allowed allowed;
   std::string description;
 };
@@ -50,7 +50,7 @@ struct ConfigKey {
 // The table, bound to `config`: its fields are read and written through it.
 std::vector<ConfigKey> config_keys(Config& config);
 
-// What heads a section in config/gprodom.yaml; empty for a section that needs no words.
+// Heading of a section in config/gprodom.yaml; may be empty.
 std::string section_description(const std::string& section);
 
 }  // namespace gprodom

@@ -24,11 +24,11 @@ std::string to_text(const Eigen::Vector3d& v) {
 
 std::string quoted(const std::string& text) {
   YAML::Emitter emitter;
-  emitter << text;  // quotes where YAML needs it
+  emitter << text;  // with quotes if YAML needs them
   return emitter.c_str();
 }
 
-// The whole text is one number, in the C locale whatever the process has; no "1.0abc", no "nan".
+// The whole text must be one number; not "1.0abc", not "nan". Independent of the process's locale.
 template <class Number>
 std::optional<Number> parse_number(std::string text) {
   if (!text.empty() && text.front() == '+') text.erase(0, 1);
@@ -54,7 +54,7 @@ std::optional<Number> number_within(const ConfigKey& key, const YAML::Node& node
   return number;
 }
 
-// One overload per type of field: the value, or nothing where the node does not fit.
+// One overload for each type of field. Returns the value, or nothing if the node does not fit.
 std::optional<bool> parse(const ConfigKey&, const YAML::Node& node, const bool*) {
   bool value = false;
   if (!node.IsScalar() || !YAML::convert<bool>::decode(node, value)) return std::nullopt;

@@ -1,5 +1,5 @@
-// Keys of earlier versions, so that their configuration files are still read, and what a file says
-// that is no longer a setting is told.
+// Keys of earlier versions: their configuration files can still be read, and keys that are no
+// longer settings are reported.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace gprodom {
 
-// No longer a setting: the value is the same for every robot.
+// No longer a setting, since the value is the same for every robot.
 struct RemovedKey {
   std::string name;
-  std::string value;  // at which it is fixed
-  std::string why;    // nobody needs to set it
-  // Its default in 0.1, where that was another: a file may still have it.
+  std::string value;  // the fixed value
+  std::string why;    // reason why nobody needs to set it
+  // Its default in version 0.1 if that differs: a file may still have it.
   std::string before = {};
 };
 

@@ -32,9 +32,9 @@ void Batch::set_slip(size_t a, double l) {
 
 std::vector<NavState> Batch::solve(const Options& options) const {
   std::vector<StateParameters> x(states_.size());
-  // Places and speeds are additive here: with the chart of nav_state.h, which turns about the
-  // origin, a small turn would be a long way at the far end of a drive, and steps would have to be
-  // short.
+  // Positions and velocities are additive here. With the chart of nav_state.h, which rotates about
+  // the origin, a small rotation would be a long displacement far from the origin, and steps would
+  // have to be small.
   ceres::ProductManifold<ceres::QuaternionManifold, ceres::EuclideanManifold<ambient::kSize - 4>>
       manifold;
   ceres::Problem::Options ownership;

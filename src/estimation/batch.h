@@ -1,5 +1,5 @@
-// All states of a run solved together (Ceres): the `smoothed` figures, and what the fixed-lag
-// smoother is tested against.
+// Batch solution over all states of a run (Ceres). It gives the `smoothed` figures, and is the
+// reference for tests of the fixed-lag smoother.
 #pragma once
 
 #include <memory>
@@ -21,17 +21,17 @@ class Batch {
   void set_state(size_t i, const NavState& estimate) { states_.at(i) = estimate; }
   void add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor);
 
-  // The wheel's scale, constant from the first state on, with one standard deviation.
+  // Adds a prior on the wheel's scale at the first state.
   void hold_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
-  // What the wheel said between states a and a + 1, had the robot moved e^l times as far.
+  // Multiplies the wheel's distance between the states a and a + 1 by e^l.
   void set_slip(size_t a, double l);
 
   struct Options {
     bool robust = true;  // false: every row quadratic
     int max_iterations = 50;
   };
-  // Throws std::runtime_error where Ceres finds no usable solution.
+  // Throws std::runtime_error if Ceres finds no usable solution.
   std::vector<NavState> solve(const Options& options) const;
 
   const std::vector<NavState>& states() const { return states_; }

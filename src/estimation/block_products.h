@@ -1,6 +1,5 @@
-// Products of the small blocks that the smoother's normal equations are made of. Eigen sends
-// matrices of this size through its kernels for large ones, where packing costs more than the
-// product.
+// Products of the small blocks of the smoother's normal equations. For matrices of this size Eigen
+// uses its kernels for large ones, in which packing costs more than the product.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +8,7 @@
 
 namespace gprodom {
 
-// Which groups of four columns hold anything but zeros, bit by bit, in rows of 16 doubles.
+// Groups of four columns with values other than zero, one bit each, in rows of 16 doubles.
 using ColumnGroups = unsigned;
 constexpr ColumnGroups kAllColumns = 0xF;
 inline ColumnGroups column_groups(const double* rows, int count) {
@@ -26,7 +25,7 @@ inline ColumnGroups column_groups(const double* rows, int count) {
 
 // C += or -= sum over r of column_r(A) row_r(B) with A and B given by rows of 16 doubles each:
 // C(i, j) += sign sum_r A[r][i] B[r][j]. Tiles of 4 x 4 stay in registers. kLower: only those on
-// and below the diagonal, where C is symmetric. Columns outside the groups given are zero.
+// and below the diagonal, for a symmetric C. Columns outside the given groups must be zero.
 enum class Part { kAll, kLower };
 template <int kSign, Part kPart>
 inline void add_outer_products(const double* A, const double* B, int rows, StateMatrix& C,

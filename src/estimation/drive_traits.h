@@ -9,13 +9,13 @@ namespace gprodom {
 
 // The prior, before anything is learnt while driving. docs/estimation.md, "Two wheels".
 struct DriveTraits {
-  bool turns_by_difference = false;  // the difference of left and right is a turn of the body
+  bool turns_by_difference = false;  // the difference of left and right turns the body
   double track_m = 0.0;              // effective track
   double track_sigma_m = 0.0;
-  double track_walk_m = 0.0;          // m/sqrt(m), over the path of both sides: the ground changes
-  double difference_noise_m = 0.0;    // m/sqrt(m), likewise: of right less left
-  double side_slip_m_per_rad = 0.0;   // sideways, while the body turns: the centre of it wanders
-  double track_between_runs_m = 0.0;  // how far the effective track of the next run may be another
+  double track_walk_m = 0.0;          // m/sqrt(m), over the path of both sides (changes of ground)
+  double difference_noise_m = 0.0;    // m/sqrt(m), likewise: noise of right less left
+  double side_slip_m_per_rad = 0.0;   // in a turn, since the centre of rotation wanders
+  double track_between_runs_m = 0.0;  // change of the effective track from run to run
 };
 
 inline DriveTraits drive_traits(const WheelConfig& config) {

@@ -30,7 +30,7 @@ struct BodyPoint {
   Matrix3d d_theta() const { return -skew(c); }
 };
 
-// The norm with a defined derivative everywhere: sqrt(x^2 + eps^2), eps 0.1 mm.
+// A norm with a derivative everywhere: sqrt(x^2 + eps^2), eps 0.1 mm.
 double smooth_norm(const Vector3d& x) { return std::sqrt(x.squaredNorm() + 1e-8); }
 
 // Cauchy: rho(r) = c^2/2 log(1 + (r/c)^2), and its weight rho'(r) / r.
@@ -99,7 +99,8 @@ void ImuFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jaco
   r = whitening_ * raw;
   if (!Ja) return;
 
-  // By blocks of three rows; whitening, a triangular matrix, mixes a block with those above it.
+  // In blocks of three rows. The whitening is triangular: it mixes a block only with those above
+  // it.
   Ja->setZero(9, kStateDim);
   Jb->setZero(9, kStateDim);
   const auto add = [this](Jacobian& J, int block, int column, const Matrix3d& d) {
@@ -110,12 +111,14 @@ void ImuFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jaco
   const Matrix3d theta = Jr_inv * b.R_odom_body().transpose();
   add(*Ja, 0, row::kTheta, -theta);
   add(*Jb, 0, row::kTheta, theta);
-  // The correction Exp(dq_dbg dbg) sits on the right of dq, so on the left of the error, inverted.
+  // The correction Exp(dq_dbg dbg) is on the right of dq; so its inverse is on the left of the
+  // error.
   add(*Ja, 0, row::kBg,
       -Jr_inv * error.conjugate().toRotationMatrix() *
           so3::right_jacobian(preintegration_.dq_dbg() * dbg) * preintegration_.dq_dbg());
 
-  // Turning the state a turns what is measured in its frame; v and p turn with theta (the chart).
+  // A rotation of state a rotates what is measured in its frame. In the chart, theta also rotates v
+  // and p.
   add(*Ja, 1, row::kTheta, RaT * skew(b.v_odom - g * dt));
   add(*Ja, 1, row::kV, -RaT);
   add(*Ja, 1, row::kBg, -preintegration_.dv_dbg());
@@ -170,12 +173,12 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   Vector3d variance = variance_;
   if (slip_) variance[0] += std::pow(slip_->sigma * stretch * increment_.distance(), 2);
   const Vector3d weight = variance.cwiseSqrt().cwiseInverse();
-  // The forward row in distance as reported, the others in true distance.
+  // The forward row is in reported distance, the others are in true distance.
   const Vector3d moved = RaT * (cb.c - ca.c), unit(s, 1, 1);
   r = weight.cwiseProduct(unit).cwiseProduct(moved - measured / s);
   if (!Ja) return;
   const Matrix3d W = weight.cwiseProduct(unit).asDiagonal();
-  // d/dtheta_a of R_a^T (c_b - c_a): the frame turns, and c_a with it: R_a^T skew(c_b).
+  // d/dtheta_a of R_a^T (c_b - c_a) is R_a^T skew(c_b), since c_a rotates with the frame.
   Ja->block<3, 3>(0, row::kTheta) = W * RaT * skew(cb.c);
   Ja->block<3, 3>(0, row::kP) = -W * RaT;
   Ja->block<3, 3>(0, row::kBg) = -W * d_dbg / s;
@@ -230,7 +233,7 @@ void StandstillFactor::evaluate(const NavState& a, const NavState& b, Residual& 
   Jb->block<3, 3>(0, row::kTheta) = theta;
   Jb->block<3, 3>(3, row::kTheta) = -wp * RaT * skew(b.p_odom);
   Jb->block<3, 3>(3, row::kP) = wp * RaT;
-  Jb->block<3, 3>(6, row::kV) = wv * RbT;  // the velocity in body does not turn with theta
+  Jb->block<3, 3>(6, row::kV) = wv * RbT;  // theta does not change the velocity in body
 }
 
 void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
@@ -238,12 +241,12 @@ void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual
   resize(r, Ja, Jb, 1);
   const auto& m = measurement_;
   const BodyPoint pa(a, lever_arm_), pb(b, lever_arm_);
-  // Position at the measurement's own time, by the state's velocity; it turns with theta as c does.
+  // Position at the measurement's own time, by the state's velocity. theta rotates it like c.
   const Vector3d ca = pa.c + m.offset_a_s * a.v_odom, cb = pb.c + m.offset_b_s * b.v_odom;
   const Vector3d d = cb - ca;
   const double w = 1 / m.sigma_m;
   Eigen::RowVector3d u;  // d r / d d
-  Vector3d pivot;        // a's theta moves d as skew(pivot): frame and point together
+  Vector3d pivot;        // derivative of d by theta of a is skew(pivot), frame and point together
   if (m.form == Form::kSigned) {
     const Vector3d axis = a.q_odom_body * Vector3d::UnitX();
     r[0] = w * (axis.dot(d) - m.distance_m);
@@ -280,7 +283,7 @@ void RevisitFactor::evaluate(const NavState& a, const NavState& b, Residual& r, 
   r = weight.cwiseProduct((QT * (cb.c - ca.c)).head<2>() - measured);
   if (!Ja) return;
   const Eigen::Matrix<double, 2, 3> W = weight.asDiagonal() * QT.topRows<2>();
-  // As for the wheel: a's frame turns with its point.
+  // As for the wheel: the frame of a rotates with its point.
   Ja->block<2, 3>(0, row::kTheta) = W * skew(cb.c);
   Ja->block<2, 3>(0, row::kP) = -W;
   Jb->block<2, 3>(0, row::kTheta) = W * cb.d_theta();

@@ -1,7 +1,7 @@
 // Residuals between states, each with analytic Jacobians in the chart of nav_state.h.
 //
-// Every factor returns its residual whitened (unit variance per row). The comment of each states
-// residual, order, units and weighting; derivations stand in docs/estimation.md.
+// Every factor returns its residual whitened (unit variance per row). Its comment gives residual,
+// order, units and weighting; docs/estimation.md has the derivations.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,37 +23,37 @@ using Residual = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxResidual, 1>;
 using Jacobian =
     Eigen::Matrix<double, Eigen::Dynamic, kStateDim, Eigen::RowMajor, kMaxResidual, kStateDim>;
 
-// Ties an earlier state a to a later state b.
+// A constraint between an earlier state a and a later state b.
 class Factor {
  public:
   virtual ~Factor() = default;
   virtual int dimension() const = 0;
-  // Jacobians are skipped where Ja is null (Jb then is, too).
+  // Ja and Jb may be null (both): then no Jacobians are computed.
   virtual void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                         Jacobian* Jb) const = 0;
   // Cauchy threshold of a row in standard deviations: weight 1 / (1 + (r / threshold)^2). 0: the
   // row is quadratic.
   virtual double robust_threshold(int /*row*/) const { return 0.0; }
-  // The same, had the robot moved e^l times as far as the wheel says; null: it rests on no wheel.
+  // The same factor with the wheel's distance multiplied by e^l; null if it does not use the wheel.
   virtual std::shared_ptr<const Factor> with_slip(double /*l*/) const { return nullptr; }
-  // It measures where the robot is in odom, or where it heads: no sensor of the robot's own does.
+  // Whether it measures the position in odom or the heading, which the robot's own sensors do not.
   virtual bool measures_place() const { return false; }
-  // In place of thresholds: a loss on the squared norm of all rows; null: none.
+  // Replaces the thresholds: a loss on the squared norm of all rows; null: none.
   virtual const ceres::LossFunction* loss() const { return nullptr; }
 };
 
 // Half the sum of the squared residuals, under the factor's losses.
 double robust_cost(const Factor& factor, const Residual& r);
 
-// Rows scaled by the square root of their weights: what is left to solve is quadratic.
+// Scales the rows by the square root of their robust weights. The remaining problem is quadratic.
 void weight_rows(const Factor& factor, Residual& r, Jacobian& Ja, Jacobian& Jb);
 
 // [Log(dq^-1 q_a^-1 q_b); R_a^T (v_b - v_a - g dt) - dv; R_a^T (p_b - p_a - v_a dt - g dt^2/2) -
 // dp] rad, m/s, m; whitened by the preintegrated covariance. Forster et al. 2017, eq. 45.
 class ImuFactor final : public Factor {
  public:
-  // gravity_odom: m/s^2, pointing down. Throws std::invalid_argument where the covariance is
-  // singular (no duration).
+  // gravity_odom: m/s^2, pointing down. Throws std::invalid_argument if the covariance is singular
+  // (no duration).
   ImuFactor(const ImuPreintegration& preintegration, const Eigen::Vector3d& gravity_odom);
   int dimension() const override { return 9; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
@@ -78,20 +78,21 @@ class RandomWalkFactor final : public Factor {
   Eigen::Matrix<double, 7, 1> weight_;
 };
 
-// What is believed of a wheel's slip in an interval, l = ln(true distance / distance by the wheel).
+// Estimate of a wheel's slip in an interval, l = ln(true distance / distance by the wheel).
 struct WheelSlipTerm {
   double l = 0.0, sigma = 0.0;
 };
 
 // U (R_a^T (c_b - c_a) - e^l dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical,
-// metres. U = diag(s, 1, 1): the wheel's error is on the distance that it reports, side slip on the
-// true one. The wheel's increment turned by the gyro; the last two rows are the non-holonomic
-// constraint. Wu et al. 2017; The forward row is robust (Cauchy), since wheels slip forwards.
+// metres, with dp the wheel's increments rotated by the gyro. U = diag(s, 1, 1), since the wheel's
+// error is on the distance that it reports, and side slip on the true one. The last two rows are
+// the non-holonomic constraint (Wu et al. 2017). The forward row is robust (Cauchy), since wheels
+// slip forwards.
 class WheelFactor final : public Factor {
  public:
-  // variance: forward, lateral, vertical, m^2; forward is added what l is not known of.
-  // robust_threshold: standard deviations; 0: quadratic. slip: as it is at each evaluation; null:
-  // 0.
+  // variance: forward, lateral, vertical, m^2; the variance of l is added to the forward one.
+  // robust_threshold: standard deviations; 0: quadratic. slip: read at each evaluation; null: no
+  // slip.
   WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,
               const Eigen::Vector3d& variance, double robust_threshold,
               std::shared_ptr<const WheelSlipTerm> slip = nullptr);
@@ -109,8 +110,8 @@ class WheelFactor final : public Factor {
   std::shared_ptr<const WheelSlipTerm> slip_;
 };
 
-// |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. Where the two points
-// coincide the norm has no derivative; it is smoothed below 0.1 mm.
+// |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. The norm is smoothed
+// below 0.1 mm, since it has no derivative at 0.
 class WheelDistanceFactor final : public Factor {
  public:
   WheelDistanceFactor(double distance_m, double sigma_m, const Eigen::Vector3d& lever_arm,
@@ -133,7 +134,7 @@ struct StandstillSigmas {
 };
 
 // [Log(q_a^-1 q_b); R_a^T (p_b - p_a); R_b^T v_b]; rad, m, m/s: the robot stood from a to b.
-// In body axes, so that nothing global is observed.
+// In body axes, so that it does not observe the global position or heading.
 class StandstillFactor final : public Factor {
  public:
   explicit StandstillFactor(const StandstillSigmas& sigmas) : sigmas_(sigmas) {}
@@ -169,9 +170,10 @@ class DisplacementFactor final : public Factor {
   Eigen::Vector3d lever_arm_;
 };
 
-// Ground seen again: the antenna at b lies where it was at a. With c = p + R (place, 0) and Q =
-// R_a Rz(yaw of the memory's place): [e1^T Q^T (c_b - c_a) - offset; e2^T Q^T (c_b - c_a) -
-// lateral], m. The first row is robust (Cauchy).
+// Revisit (loop closure): the antenna at b is above ground that it saw at a. With c = p + R (place,
+// 0) and Q = R_a Rz(yaw of the memory's place):
+//   [e1^T Q^T (c_b - c_a) - offset; e2^T Q^T (c_b - c_a) - lateral], m.
+// The first row is robust (Cauchy).
 class RevisitFactor final : public Factor {
  public:
   // The edge's places are in the frames of a and b.

@@ -21,13 +21,13 @@ struct RadarAnswer {
 
 class RadarTask {
  public:
-  // front_end: in place of config.front_end; empty: that one.
+  // front_end: replaces config.front_end unless it is empty.
   explicit RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end = {});
 
   bool enabled() const { return front_end_ != nullptr; }
 
-  // traces: those since the last tick, in time order. Traces of another length or sample interval
-  // than the last, or after a gap, start the front end afresh.
+  // traces: those since the last tick, in time order. The front end is reset if a trace has another
+  // length or sample interval than the last, or follows a gap.
   RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick);
 
  private:

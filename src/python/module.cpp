@@ -1,4 +1,4 @@
-// Module gprodom._core: what Python reaches of the C++ library, one bind function per part.
+// Module gprodom._core: the Python bindings of the C++ library, one bind function per part.
 #include <pybind11/pybind11.h>
 
 void bind_gpr_filter(pybind11::module_& module);

@@ -11,9 +11,10 @@
 namespace gprodom {
 namespace {
 
-// A wheel's scale that is held still needs a finite weight: 0.1 ppm.
+// A fixed wheel scale needs a finite weight too: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
-// A slip that changes by more than so many standard deviations of its walk begins or ends.
+// Cauchy threshold, standard deviations of the random walk: a larger change is a slip that begins
+// or ends.
 constexpr double kSlipBegins = 2.0;
 constexpr double kLeastSeconds = 1e-3;  // s
 
@@ -81,7 +82,7 @@ void GraphProblem::add_gaussian_slip_priors(const std::vector<WhitenedStep>& ste
   }
 }
 
-// nullptr: the place lies at the node, or beyond the track.
+// nullptr if the place lies at the node or beyond the track.
 double* GraphProblem::slip_of(std::size_t node, const WheelWay& way) {
   const std::size_t step = way.step(node);
   return way.p.isZero() || step >= slips_.size() ? nullptr : &slips_[step];
@@ -91,7 +92,8 @@ void GraphProblem::add_revisit(const RevisitEdge& edge, bool robust) {
   const bool in_map = edge.memory == kInMap;
   double* memory_slip = slip_of(edge.memory, edge.memory_way);
   double* query_slip = slip_of(edge.query, edge.query_way);
-  // Ceres takes a parameter once only. On one and the same step the two places nearly agree.
+  // A Ceres residual must not have the same parameter twice. If both places lie on the same step,
+  // the slip has hardly any effect between them.
   if (!memory_slip || memory_slip == query_slip) memory_slip = &no_slip_[0];
   if (!query_slip) query_slip = &no_slip_[1];
   if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
@@ -107,8 +109,8 @@ void GraphProblem::solve(double width) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = options_.max_iterations;
-  // A chain is stiff step by step and soft as a whole: what Ceres starts with would damp the
-  // whole.
+  // Single steps of a chain are stiff, but the whole chain is soft. The default trust region would
+  // damp the motion of the whole chain.
   options.initial_trust_region_radius = 1e12;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -128,7 +130,7 @@ Matrix5d GraphProblem::newest_covariance() {
   const auto take = [&](double* block) {
     if (!problem_.IsParameterBlockConstant(block)) options.parameter_blocks.push_back(block);
   };
-  // What is asked of comes last.
+  // The parameters whose covariance is computed come last.
   const bool slips = !problem_.IsParameterBlockConstant(&slips_.back());
   for (std::size_t i = 0; i + 1 < slips_.size(); ++i) take(&slips_[i]);
   for (auto& node : nodes_) take(node.data());

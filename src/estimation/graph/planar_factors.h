@@ -31,8 +31,8 @@ struct RelativePose {
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// W ([x, y, yaw](a to b) - [e^l measured (x, y); measured yaw] - d_scale (s - s_measured)), s the
-// wheel's scale, l the step's slip. m, rad.
+// W ([x, y, yaw](a to b) - [e^l measured (x, y); measured yaw] - d_scale (s - s_measured)), with s
+// the wheel's scale and l the slip of the step. m, rad.
 class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
  public:
   PlanarStepFactor(const PlanarStep& step, const Eigen::Matrix3d& whitening)
@@ -61,8 +61,8 @@ class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
   Eigen::Matrix3d whitening_;
 };
 
-// A place in the frame of a node, in map, with its derivatives by the node's pose and by the slip
-// of the step that it lies on.
+// The pose in map of a place given in the frame of a node, with its derivatives by the node's pose
+// and by the slip of the step on which it lies.
 struct PlaceAtNode {
   Eigen::Vector3d place;  // x, y, yaw
   Eigen::Matrix3d d_node = Eigen::Matrix3d::Identity();
@@ -77,8 +77,9 @@ struct PlaceAtNode {
   }
 };
 
-// [x - offset; y - lateral; yaw - (mirrored ? pi : 0)] over their standard deviations, from the
-// place at the memory's node to the place at the query's. Of the two nodes and the two slips.
+// [x - offset; y - lateral; yaw - (mirrored ? pi : 0)] over their standard deviations, with (x, y,
+// yaw) the pose of the query's place in the frame of the memory's. Parameters: the two nodes and
+// the two slips.
 class PlanarRevisitFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
  public:
   PlanarRevisitFactor(const RevisitEdge& edge, double yaw_sigma)

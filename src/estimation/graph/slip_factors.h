@@ -1,5 +1,5 @@
-// What is asked of the slips of the pose graph's steps, as Ceres takes it. slip_model.h has the
-// quantities, docs/estimation.md ("Slip of a step") the derivation.
+// Residuals and robust kernels of the prior on the slips of the pose graph's steps. slip_model.h
+// has the quantities, docs/estimation.md ("Slip of a step") the derivation.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -8,7 +8,7 @@
 
 namespace gprodom {
 
-// weight l, of one slip l.
+// weight l, for one slip l.
 class SlipFactor final : public ceres::SizedCostFunction<1, 1> {
  public:
   explicit SlipFactor(double weight) : weight_(weight) {}
@@ -23,7 +23,7 @@ class SlipFactor final : public ceres::SizedCostFunction<1, 1> {
   double weight_;
 };
 
-// weight (l_b - kept l_a), of the slips of two steps in a row.
+// weight (l_b - kept l_a), for the slips of two steps in a row.
 class SlipChangeFactor final : public ceres::SizedCostFunction<1, 1, 1> {
  public:
   SlipChangeFactor(double kept, double weight) : kept_(kept), weight_(weight) {}
@@ -40,8 +40,9 @@ class SlipChangeFactor final : public ceres::SizedCostFunction<1, 1, 1> {
   double kept_, weight_;
 };
 
-// Cauchy's kernel, rho(s) = c^2 log(1 + s / c^2), with c = threshold * width. The width is the
-// problem's: a kernel begins wide, where the problem is convex, and ends at 1.
+// Cauchy's kernel, rho(s) = c^2 log(1 + s / c^2), with c = threshold * width. The width belongs to
+// the problem (graduated non-convexity): it begins large, where the problem is convex, and ends at
+// 1.
 class WideCauchyLoss final : public ceres::LossFunction {
  public:
   WideCauchyLoss(double threshold, const double& width) : threshold_(threshold), width_(width) {}
@@ -57,7 +58,7 @@ class WideCauchyLoss final : public ceres::LossFunction {
   const double& width_;
 };
 
-// Geman and McClure's kernel, rho(s) = s / (1 + s / c^2): what is far out costs c^2 and no more.
+// Geman and McClure's kernel, rho(s) = s / (1 + s / c^2): an outlier costs at most c^2.
 class WideGemanMcClureLoss final : public ceres::LossFunction {
  public:
   WideGemanMcClureLoss(double threshold, const double& width)

@@ -1,6 +1,6 @@
-// What is known of a wheel's slip before anything is measured: usually none, sometimes much, and
-// then for seconds. The slip of a step is l = ln(true distance / distance by the odometry), beside
-// the wheel's scale. docs/estimation.md, "Slip of a step".
+// Prior of a wheel's slip: usually none, sometimes much, and then for seconds. The slip of a step
+// is l = ln(true distance / distance by the odometry); the wheel's scale is separate.
+// docs/estimation.md, "Slip of a step".
 #pragma once
 
 #include <cmath>
@@ -10,20 +10,19 @@
 namespace gprodom {
 
 struct SlipModel {
-  double share = 0.3;     // of the way on which a wheel slips
-  double size = 0.5;      // standard deviation of l where it does
-  double lasts_s = 20.0;  // that a slip is held
-  double surface = 0.02;  // standard deviation of l where it does not: the ground under the wheel
-  double change = 0.02;   // 1/sqrt(s): random walk of l while a slip is held
+  double share = 0.3;     // share of the path on which a wheel slips
+  double size = 0.5;      // standard deviation of l while it slips
+  double lasts_s = 20.0;  // how long a slip lasts
+  double surface = 0.02;  // standard deviation of l without slip, due to the ground under the wheel
+  double change = 0.02;   // 1/sqrt(s): random walk of l while a slip lasts
 
-  // Standard deviation of l, not knowing whether the wheel slips.
+  // Standard deviation of l if it is not known whether the wheel slips.
   double sigma() const { return std::sqrt(share * size * size + surface * surface); }
 
   // Correlation of l over a time.
   double correlation(double seconds) const { return std::exp(-seconds / lasts_s); }
 };
 
-// What the configuration says of it.
 inline SlipModel slip_model(const WheelConfig& config) {
   SlipModel model;
   model.share = config.slip_share;
