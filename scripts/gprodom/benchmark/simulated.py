@@ -39,7 +39,7 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """As the dataset names sequences."""
+        """Its name, in the form of the dataset."""
         return f"{1_700_000_000 + self.seed}-0-{self.ground}-cmu-gpr"
 
     def make(self, folder: Path) -> Path:
@@ -71,7 +71,7 @@ def drives(
     distance: float,
     channels: Channels = STANDARD,
 ) -> list[Drive]:
-    """`count` of them from `first_seed` on."""
+    """`count` drives from `first_seed` on."""
     known = (*shipped(), RAYS)
     for ground in grounds:
         if ground not in known:
