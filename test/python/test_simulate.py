@@ -22,11 +22,12 @@ from gprodom.simulate import Spec, make_route, radar, simulate, stream
 from gprodom.simulate.drive import Drive
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuSpec, rotation_from_rpy
+from gprodom.simulate.lasting import KINDS
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import ROUTES
 from gprodom.simulate.sequence import SurveySpec
-from gprodom.simulate.wheel import Slip, WheelSpec
+from gprodom.simulate.wheel import Slip, Stuck, WheelSpec
 
 NO_NOISE = ImuSpec(
     gyro_noise_density=0,
@@ -99,6 +100,35 @@ def test_slip_multiplies_and_spins() -> None:
     assert np.diff(after) == pytest.approx(1.5 * np.diff(before), rel=0.02)
     assert np.interp(1.9, t, slipped.wheel.ticks * 1e-9) == pytest.approx(0.3, rel=0.03)
     assert np.interp(1.9, t, clean.wheel.ticks * 1e-9) == 0
+
+
+def test_a_stuck_robot_stands_while_its_wheel_turns_and_shakes_it() -> None:
+    stuck = Stuck(0.8, 1.0, 0.4)
+    imu = replace(NO_NOISE, accel_vibration=0.25)
+    spec = Spec(route("line"), imu=imu, wheel=replace(NO_WHEEL_NOISE, stuck=(stuck,)), ground=None)
+    data = simulate(spec, 1)
+    t = (data.wheel_utime - spec.start_utime) * 1e-6
+    assert np.interp(1.9, t, data.wheel.ticks * 1e-9) == pytest.approx(0.4 * 0.7, rel=0.03)
+    assert np.interp(1.9, data.truth_utime * 1e-6 - spec.start_utime * 1e-6, data.truth.s) == 0
+    shaken = data.imu.acceleration[:, 0]
+    imu_t = (data.imu_utime - spec.start_utime) * 1e-6
+    during, before = (imu_t > 1.1) & (imu_t < 1.5), imu_t < 0.8
+    assert shaken[during].std() == pytest.approx(0.4 * 0.25, rel=0.3)
+    assert shaken[before].std() < 0.01 * shaken[during].std()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slip_that_lasts(kind: str) -> None:
+    """The wheel's excess over the way is the slip that was drawn; no kind is none, or wild."""
+    drive = route("random", 60.0)
+    spec = Spec(drive, wheel=replace(NO_WHEEL_NOISE, lasting=kind), ground=None)
+    excess = []
+    for seed in range(6):
+        data = simulate(spec, seed)
+        rolled = np.abs(np.diff(data.wheel.ticks)).sum() * NO_WHEEL_NOISE.quantum
+        excess.append(rolled / data.truth.travelled[-1] - 1)
+    assert 0.005 < np.mean(excess) < 0.6, excess
+    assert np.ptp(excess) > 0.002, excess
 
 
 def test_errors_have_the_size_they_claim() -> None:

@@ -1,4 +1,4 @@
-"""Identifies the code that made a result."""
+"""Which code made a result."""
 
 from __future__ import annotations
 

@@ -23,6 +23,7 @@ from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.record import scene_of, sequence_name
 from gprodom.score.sources import kind_of
+from gprodom.simulate.lasting import KINDS
 
 DESCRIPTION = f"""\
 Runs methods on sequences (CMU-GPR directories or zips, or LCM logs), scores them against the
@@ -42,8 +43,8 @@ again. A failure leaves the other rows going and ends with exit code 1. From {MI
 sequences on every two methods are compared by paired differences with bootstrap intervals.
 
 --simulate N makes N sequences, kept in DIR/simulated (some 4 MB each): sequence i from seed S + i
-alone, grounds and routes taking turns. The same arguments give the same sequences, and a larger N
-adds to them.
+alone, grounds, routes and the kinds of --lasting taking turns. The same arguments give the same
+sequences, and a larger N adds to them.
 
 methods:
 {describe_methods()}
@@ -53,6 +54,7 @@ EXAMPLES = """\
   gprodom benchmark data/*.zip -o out
   gprodom benchmark data/*.zip --methods sfm,trace_count -o out --sample-interval beach=3.125e-10
   gprodom benchmark --simulate 200 --methods wheel,imu_wheel,gprodom -o out
+  gprodom benchmark --simulate 20 --distance 100 --lasting ramps,steps,turns,ice -o out
 """
 
 
@@ -102,6 +104,12 @@ def add_parser(subparsers: Subparsers) -> None:
         default=30.0,
         help="distance of --simulate, +-30 %% (default %(default)s)",
     )
+    parser.add_argument(
+        "--lasting",
+        metavar="A,B",
+        default="",
+        help=f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
+    )
     add_config_options(parser)
     parser.add_argument(
         "--align",
@@ -144,7 +152,7 @@ def parse_interval(text: str) -> tuple[str, float]:
 def name_sequences(
     sources: list[Path], output: Path, intervals: dict[str, float]
 ) -> list[Sequence]:
-    """The sequences by name. Names must differ, since results are kept in folders of that name."""
+    """The sequences by name; their names must differ, since their results go side by side."""
     sequences: dict[str, Sequence] = {}
     for source in sources:
         kind_of(source)  # a missing file ends the command before any work
@@ -167,7 +175,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("nothing to do: give sequences, or --simulate N")
     channels = read_channels(args.configs, args.overrides)
     grounds = tuple(args.grounds.split(","))
-    made = drives(args.simulate, args.seed, grounds, args.distance, channels)
+    made = drives(
+        args.simulate, args.seed, grounds, args.distance, channels, tuple(args.lasting.split(","))
+    )
     sources = [*args.sources, *make_all(made, output / "simulated", args.jobs)]
     sequences = name_sequences(sources, output, dict(args.sample_interval))
     settings = Settings(tuple(args.configs), tuple(args.overrides), args.align, args.first_m)

@@ -14,6 +14,7 @@ from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.log_writer import write_log
 from gprodom.random_streams import stream
 from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.lasting import KINDS
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import make_route
@@ -31,6 +32,7 @@ class Drive:
     grounds: tuple[str, ...]
     distance: float  # m
     channels: Channels = STANDARD  # of its log
+    lasting: str = ""  # slip that lasts: of `lasting.KINDS`
 
     @property
     def ground(self) -> str:
@@ -39,7 +41,7 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """Its name, in the form of the dataset."""
+        """As the dataset names sequences."""
         return f"{1_700_000_000 + self.seed}-0-{self.ground}-cmu-gpr"
 
     def make(self, folder: Path) -> Path:
@@ -56,7 +58,7 @@ class Drive:
         length = None if self.ground == RAYS else find_survey(self.ground).length
         drive = make_route(route, distance, speed, 6.0, stream(self.seed, "route"), length)
         ground = GroundSpec() if self.ground == RAYS else SurveySpec(self.ground)
-        simulated = simulate(robot(drive, ground, route, slips), self.seed)
+        simulated = simulate(robot(drive, ground, route, slips, self.lasting), self.seed)
         assert simulated.sample_interval is not None
         recording = as_recording(simulated)
         write_log(path, streams(recording, simulated.sample_interval, self.channels))
@@ -70,10 +72,17 @@ def drives(
     grounds: tuple[str, ...],
     distance: float,
     channels: Channels = STANDARD,
+    kinds: tuple[str, ...] = ("",),
 ) -> list[Drive]:
-    """`count` drives from `first_seed` on."""
+    """`count` of them from `first_seed` on. `kinds` of slip that lasts take turns; empty: none."""
     known = (*shipped(), RAYS)
+    for kind in kinds:
+        if kind and kind not in KINDS:
+            raise UsageError(f"--lasting {kind}: expected some of {', '.join(KINDS)}")
     for ground in grounds:
         if ground not in known:
             raise UsageError(f"--grounds {ground}: expected some of {', '.join(known)}")
-    return [Drive(first_seed + i, grounds, distance, channels) for i in range(count)]
+    return [
+        Drive(seed, grounds, distance, channels, kinds[seed % len(kinds)])
+        for seed in range(first_seed, first_seed + count)
+    ]

@@ -10,6 +10,7 @@ from gprodom.errors import UsageError
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.options import Subparsers, add_command
 from gprodom.random_streams import stream
+from gprodom.simulate import lasting
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
@@ -17,6 +18,7 @@ from gprodom.simulate.robot import KINDS, Point, of_kind, robot
 from gprodom.simulate.routes import ROUTES, make_route
 from gprodom.simulate.sequence import Spec, SurveySpec, simulate
 from gprodom.simulate.surface import SURFACES
+from gprodom.simulate.wheel import WheelSpec
 
 EXAMPLES = """\
   gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
@@ -46,6 +48,10 @@ default configuration.
 a rover with differential drive, a skid steer (20 Hz; wheel values held at 4 Hz and late), or a car
 (with a running engine). --surface sets how it slips, rumbles and tilts. --slips are then moments in
 which one side spins.
+
+--lasting adds slip of both sides, or of the one wheel, that lasts: ramps (sets in and ends over 2
+to 8 s, 5 to 35 %, on half of the way), steps (another level every 10 to 60 s), turns (grows with
+curvature and acceleration), or as recorded on gravel or ice.
 """
 
 
@@ -90,6 +96,13 @@ def add_parser(subparsers: Subparsers) -> None:
         "--slips", metavar="N", type=int, default=0, help="slip or skid episodes (default: 0)"
     )
     parser.add_argument(
+        "--lasting",
+        metavar="KIND",
+        choices=lasting.KINDS,
+        default="",
+        help=f"slip that lasts for seconds to minutes: {', '.join(lasting.KINDS)} (default: none)",
+    )
+    parser.add_argument(
         "--ground",
         metavar="NAME|FILE",
         default=RAYS,
@@ -123,7 +136,7 @@ def parse_point(text: str) -> Point:
 
 
 def make_spec(args: argparse.Namespace) -> Spec:
-    """The specification given by the arguments."""
+    """What the arguments ask for."""
     speed = args.speed or (KINDS[args.robot].speed if args.robot else SPEED)
     ground: GroundSpec | SurveySpec | None = GroundSpec() if args.ground == RAYS else None
     length = None
@@ -135,12 +148,14 @@ def make_spec(args: argparse.Namespace) -> Spec:
     if args.plain:
         if args.antenna != (0, 0) or args.contact != (0, 0) or args.prism != (0, 0):
             raise UsageError("--plain: takes no --antenna, --contact or --prism")
-        return Spec(drive, ground=ground, slips=args.slips, kind=args.route)
+        wheel = WheelSpec(lasting=args.lasting)
+        return Spec(drive, ground=ground, wheel=wheel, slips=args.slips, kind=args.route)
     spec = robot(
         drive,
         ground,
         kind=args.route,
         slips=args.slips,
+        lasting=args.lasting,
         antenna=args.antenna,
         contact=args.contact,
         prism=args.prism,
@@ -149,7 +164,7 @@ def make_spec(args: argparse.Namespace) -> Spec:
 
 
 def check(args: argparse.Namespace) -> None:
-    """Raises `UsageError` if the arguments contradict each other."""
+    """Raises `UsageError` where the arguments do not go together."""
     for name, low, high in (
         ("seed", 0, 2**63),
         ("distance", 1, 5000),

@@ -175,6 +175,16 @@ class Drive:
         y = self._grid_y[index] + 0.5 * rest * (y0 + dy)
         return Motion(x=x, y=y, **motion)
 
+    def standstills(self) -> list[tuple[float, float, float]]:
+        """Of each: when the robot begins to brake, stands, and moves again (s)."""
+        found = []
+        for before, phase in zip((None, *self._phases), self._phases, strict=False):
+            if phase.v0 == phase.v1 == 0.0:
+                braking = before is not None and before.v1 == 0.0 != before.v0
+                began = before.start if before is not None and braking else phase.start
+                found.append((began, phase.start, phase.start + phase.duration))
+        return found
+
     def beside_track(self, s: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Where (x, y) (n,), m, lie along the middle of the track and to the left of it, m.
 
@@ -224,7 +234,7 @@ class Drive:
         return result[0], result[1]
 
     def _local(self, t: Floats) -> tuple[dict[str, Floats], Floats, Floats]:
-        """Values that need no integration, and the velocity in the world."""
+        """What needs no integration, and the velocity in the world."""
         s, travelled, v, a = self._law(t)
         heading, curvature = self._spec.track.heading(s)
         swing, swing_rate = self._swing(travelled)
@@ -248,9 +258,8 @@ class Drive:
         return motion, v * cos - lateral * sin, v * sin + lateral * cos
 
     def _aside(self, t: Floats) -> tuple[Floats, Floats]:
-        """Sideways speed (m/s) of a body that rotates about another point than its origin, plus the
-        creep of its tyres, and the derivative (m/s^2).
-        """
+        """Sideways speed of a body that turns round another point than its origin, and of its
+        tyres' creep (m/s), and the derivative (m/s^2)."""
         spec = self._spec
         if not (spec.centre_offset or spec.centre_wander or spec.cornering_stiffness):
             return np.zeros_like(t), np.zeros_like(t)

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 
 from gprodom.random_streams import stream
+from gprodom.simulate.drive import Bend, Drive, DriveSpec, Move, Stop, Track
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.lasting import KINDS as KINDS_OF_SLIP
 from gprodom.simulate.pair import PairSpec
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.routes import make_route
-from gprodom.simulate.sequence import Simulated, Spec, simulate
+from gprodom.simulate.sequence import Simulated, Spec, SurveySpec, simulate
+from gprodom.simulate.wheel import Stuck
 
 PLAIN_M = 12.0  # a drive without ground
 ROBOT_M = 60.0  # of a robot with two sides of wheels
@@ -37,6 +41,68 @@ def robot_drive(
     return simulate(replace(spec, pair=pair) if pair else spec, seed)
 
 
+def _shaken(spec: Spec, draw: np.random.RandomState) -> Spec:
+    """With the IMU, the vibration and the tilt of another robot, or as it is."""
+    kind = draw.choice(["", "cart", "rover"])
+    return replace(spec, imu=KINDS[kind].imu) if kind else spec
+
+
+def immobilised_drive(seed: int, ground: GroundSpec | SurveySpec, speed: float) -> Simulated:
+    """A line to and fro, on which the robot is immobilised at two of five stops, its wheel turning
+    at `speed` (m/s) for 4 to 10 s and 0.4 m at least: at one it digs itself in while it drives, at
+    the other it stands and does not get going. At the others it rests."""
+    draw = stream(seed, "immobilised")
+    steps: list[Move | Stop] = [Stop(STANDSTILL_S)]
+    longest = max(4.0, 0.4 / speed)
+    place = 0.0
+    for turn in range(5):
+        way = draw.uniform(2.0, 4.0) if turn % 2 == 0 else -draw.uniform(1.0, place - 0.5)
+        place += way
+        steps += [Move(way, draw.uniform(0.3, 0.7))]
+        steps += [Stop(draw.uniform(4.0, 10.0) + longest)]
+    route = DriveSpec(Track((Bend(5.0),), weave=0.04), tuple(steps))
+    spec = _shaken(robot(route, ground), draw)
+    rests = Drive(spec.drive, stream(seed, "drive")).standstills()[1:]
+    digs_in, gets_off = draw.choice(len(rests), 2, replace=False)
+    stuck = []
+    for rest, from_rest in ((digs_in, False), (gets_off, True)):
+        braking, stands, moves = rests[rest]
+        sign = 1.0 if rest % 2 == 0 else -1.0  # on as it drove; from rest, back
+        begin = stands + draw.uniform(1.0, 2.0) if from_rest else braking
+        end = min(begin + longest + draw.uniform(0.0, 6.0), moves - 0.5)
+        stuck.append(Stuck(begin, end - begin, -sign * speed if from_rest else sign * speed))
+    stuck.sort(key=lambda s: s.start)
+    return simulate(replace(spec, wheel=replace(spec.wheel, stuck=tuple(stuck))), seed)
+
+
+def creeping_drive(seed: int, distance_m: float) -> Simulated:
+    """To and fro on a line: 3 to 12 m at driving speed, then 0.3 to 1.5 m creeping, then a rest or
+    not; slip of any kind. The ground is as uneven as seldom, or hardly, or not at all, and shows
+    many, few or no scatterers."""
+    draw = stream(seed, "creeping")
+    steps: list[Move | Stop] = [Stop(STANDSTILL_S)]
+    length, left, place, ahead = 15.0, distance_m, 0.0, True
+    while left > 0:
+        for way, speed in (
+            (draw.uniform(3.0, 12.0), draw.uniform(0.3, 0.8)),
+            (draw.uniform(0.3, 1.5), math.exp(draw.uniform(math.log(0.02), math.log(0.2)))),
+        ):
+            way = min(way, length - place if ahead else place)
+            if way < 0.1:
+                ahead = not ahead
+                continue
+            steps.append(Move(way if ahead else -way, speed))
+            place, left = place + (way if ahead else -way), left - way
+        if draw.uniform() < 0.5:
+            steps.append(Stop(draw.uniform(1.0, 4.0)))
+    ground = GroundSpec(
+        scatterers=draw.choice([8.0, 1.0, 0.1, 0.0]), waviness=draw.choice([1.0, 0.1, 0.01, 0.0])
+    )
+    route = DriveSpec(Track((Bend(length),), weave=0.04), tuple(steps))
+    lasting = draw.choice(["", *KINDS_OF_SLIP])
+    return simulate(_shaken(robot(route, ground, lasting=lasting), draw), seed)
+
+
 def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
     """A line to and fro (even seeds) or laps, over scatterers and layers, with slips."""
     name = ("line", "loop")[seed % 2]
@@ -48,8 +114,8 @@ def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
 def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
     """Revisits that did not take place, as arguments of `gprodom.Odometry.add_displacement`.
 
-    Every 20 m one that is wrong by 0.3 to 3 m, and three, a metre apart, that agree with each other
-    and are wrong by a pitch of 0.5 m.
+    Every 20 m one that is 0.3 to 3 m off, and three a metre apart that agree with each other, one
+    pitch of 0.5 m off.
     """
     random = stream(run.seed, "wrong")
     travelled, time = run.truth.travelled, run.truth_utime * 1000

@@ -1,6 +1,6 @@
-"""Radar traces over synthetic ground: point scatterers and wavy layers, by travel time.
+"""Radar traces over made-up ground: point scatterers and wavy layers, by travel time.
 
-The trace depends on the position of the antenna only: over the same spot it is the same, up to
+What the antenna sees depends on where it is alone: over the same spot it is the same trace up to
 noise. No wave physics beyond travel time, spreading and attenuation.
 """
 
@@ -28,6 +28,7 @@ class GroundSpec:
     scatterers: float = 8.0  # per m^2
     depth: tuple[float, float] = (0.08, 1.5)  # m, of scatterers
     layers: tuple[float, ...] = (0.45, 1.1)  # m, mean depths
+    waviness: float = 1.0  # of the layers, along the ground; 0: even, alike everywhere
     attenuation: float = 1.2  # 1/m, of amplitude over depth
     amplitude: float = 12000.0  # counts, of a scatterer near the surface
     direct: float = 14000.0  # counts, of the wave that goes straight across
@@ -85,6 +86,7 @@ class Ground:
         for layer, mean in enumerate(spec.layers):
             kx, ky = self._waves[:, layer]
             wave = np.sin(np.outer(x, kx) + np.outer(y, ky) + self._phase[layer]).sum(axis=1)
+            wave = spec.waviness * wave
             reflectivity = 0.35 + 0.1 * np.sin(1.7 * wave + layer)
             echoes.append((np.arange(len(x)), mean * (1 + 0.04 * wave), reflectivity))
         rows, distances, strengths = (np.concatenate(parts) for parts in zip(*echoes, strict=True))

@@ -66,7 +66,7 @@ MTI30 = ImuSpec(
 
 @dataclass(frozen=True)
 class ImuData:
-    """The IMU's samples in its own frame, and the biases in them: each (n, 3)."""
+    """What the IMU says, in its own frame, and the biases in it: each (n, 3)."""
 
     acceleration: Floats  # m/s^2, specific force
     angular_velocity: Floats  # rad/s
@@ -87,8 +87,16 @@ def rotation_from_rpy(rpy: tuple[float, float, float]) -> Floats:
     )
 
 
-def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> ImuData:
-    """IMU samples of `motion`, whose times are 1 / `spec.rate` apart."""
+def measure(
+    motion: Motion, spec: ImuSpec, random: np.random.RandomState, wheel_speed: Floats | None = None
+) -> ImuData:
+    """IMU samples of `motion`, whose times are 1 / `spec.rate` apart.
+
+    `wheel_speed` (n,), m/s: of wheels that turn although the robot stands; they shake it as well.
+    """
+    shaking = np.abs(motion.v)
+    if wheel_speed is not None:
+        shaking = np.maximum(shaking, np.abs(wheel_speed))
     n, step = len(motion.s), 1.0 / spec.rate
     body_imu = rotation_from_rpy(spec.rpy_body_imu)
     force, rate = _body_motion(motion, spec, random)
@@ -110,11 +118,11 @@ def measure(motion: Motion, spec: ImuSpec, random: np.random.RandomState) -> Imu
         gyro_bias = gyro_bias + spec.gyro_instability * _wandering(n, step, random)
         accel_bias = accel_bias + spec.accel_instability * _wandering(n, step, random)
     if spec.gyro_vibration or spec.accel_vibration:
-        speed = np.abs(motion.v)[:, None]
+        speed = shaking[:, None]
         measured_rate = measured_rate + spec.gyro_vibration * speed * _rattle(n, step, random)
         measured_force = measured_force + spec.accel_vibration * speed * _rattle(n, step, random)
     if spec.gyro_rumble or spec.accel_rumble:
-        speed = np.abs(motion.v)[:, None] / np.sqrt(step)
+        speed = shaking[:, None] / np.sqrt(step)
         measured_rate = measured_rate + spec.gyro_rumble * speed * _rumble(n, step, random)
         measured_force = measured_force + spec.accel_rumble * speed * _rumble(n, step, random)
     if spec.gyro_idle or spec.accel_idle:

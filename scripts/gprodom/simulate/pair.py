@@ -8,6 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.simulate.drive import Drive
+from gprodom.simulate.lasting import draw_slip
 from gprodom.simulate.surface import PIECE_S, SURFACES, draw_grip, draw_widening
 
 _FINE = 200.0  # Hz, at which the sides are integrated
@@ -32,6 +33,7 @@ class PairSpec:
     quantum: float = 1.82e-4  # m
     held: float = 0.0  # s for which a value is repeated; 0: each is new
     late: float = 0.0  # s between a value's time and its stamp
+    lasting: str = ""  # slip of both sides that lasts: of `lasting.KINDS`
     side_slips: int = 0  # times that one side spins for a moment
 
 
@@ -53,6 +55,8 @@ def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomSta
     motion = drive.at(fine)
     knots = np.arange(int(np.ceil(drive.duration / PIECE_S)) + 2) * PIECE_S
     grip = np.interp(fine, knots, draw_grip(surface, drive.duration, random))
+    if spec.lasting:
+        grip = grip / (1 + draw_slip(spec.lasting, fine, motion, random))
     track = spec.track * (1 + spec.track_sigma * random.standard_normal())
     width = np.full(len(fine), track)
     if spec.skids:
@@ -74,7 +78,7 @@ def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomSta
 def _told(t: Floats, fine: Floats, distance: Floats, spec: PairSpec) -> Floats:
     """The distance (m) that is reported at `t`, of `distance` at `fine`.
 
-    A held value is the mean speed of the last whole interval. Its integral consists of straight
+    A held value is the mean speed of the last whole interval: what adds it up goes in straight
     lines, and lags by an interval.
     """
     if spec.held > 0:

@@ -15,7 +15,7 @@ from gprodom.simulate.sequence import Simulated
 
 
 def as_recording(simulated: Simulated) -> Recording:
-    """The result of converting the written sequence, apart from rounding."""
+    """What converting the written sequence would give, but for rounding."""
     imu = simulated.imu
     return Recording(
         imu_utime=simulated.imu_utime,

@@ -29,6 +29,7 @@ def robot(
     ground: GroundSpec | SurveySpec | None,
     kind: str = "",
     slips: int = 0,
+    lasting: str = "",
     antenna: Point = (0.0, 0.0),
     contact: Point = (0.0, 0.0),
     prism: Point = (0.0, 0.0),
@@ -37,7 +38,7 @@ def robot(
     return Spec(
         replace(drive, wander=WANDER),
         imu=IMU,
-        wheel=replace(WHEEL, lever_arm=contact),
+        wheel=replace(WHEEL, lever_arm=contact, lasting=lasting),
         radar=replace(RADAR, lever_arm=antenna),
         ground=ground,
         station=StationSpec(prism=prism),
@@ -62,7 +63,7 @@ class Kind:
 
     @property
     def settings(self) -> list[str]:
-        """The settings of the estimator for it."""
+        """What its user tells the estimator."""
         return [f"wheel.drive={self.drive}", f"wheel.track={self.pair.track}"]
 
 
@@ -121,6 +122,6 @@ def of_kind(name: str, surface: str, spec: Spec) -> Spec:
             gyro_rumble=rough * kind.imu.gyro_rumble,
             tilt=rough * kind.imu.tilt,
         ),
-        pair=replace(kind.pair, surface=surface, side_slips=spec.slips),
+        pair=replace(kind.pair, surface=surface, side_slips=spec.slips, lasting=spec.wheel.lasting),
         slips=0,
     )

@@ -102,6 +102,7 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         return np.arange(phase, int(drive.duration * 1e6), period, dtype=np.int64)
 
     imu_time = ticks(spec.imu.rate)
+    imu_t = imu_time * 1e-6
     wheel_time = ticks(spec.pair.rate if spec.pair else spec.wheel.rate)
     wheel_t = wheel_time * 1e-6
     wheel_motion = drive.at(wheel_t)
@@ -124,7 +125,7 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         spec=spec,
         seed=seed,
         imu_utime=spec.start_utime + imu_time,
-        imu=imu.measure(drive.at(imu_time * 1e-6), spec.imu, stream(seed, "imu")),
+        imu=imu.measure(drive.at(imu_t), spec.imu, stream(seed, "imu"), _turning(spec, imu_t)),
         wheel_utime=spec.start_utime + wheel_time,
         wheel=counted,
         pair=sides,
@@ -139,10 +140,16 @@ def simulate(spec: Spec, seed: int) -> Simulated:
     )
 
 
+def _turning(spec: Spec, t: Floats) -> Floats:
+    """Speed of the wheel (m/s) at the times `t` (s) where the robot is stuck, else 0."""
+    speeds = [stuck.wheel_speed(t) for stuck in spec.wheel.stuck]
+    return np.asarray(sum(speeds, np.zeros(len(t))))
+
+
 def _count(
     drive: Drive, t: Floats, motion: Motion, spec: Spec, seed: int
 ) -> tuple[PairData | None, WheelData]:
-    """Counts at `t` (s) of the two sides, if there are any, and of the wheel."""
+    """What the two sides count at `t` (s), where there are any, and the wheel."""
     if spec.pair is None:
         return None, wheel.measure(t, motion, spec.wheel, stream(seed, "wheel"))
     sides = pair.measure(t, drive, spec.pair, stream(seed, "pair"))

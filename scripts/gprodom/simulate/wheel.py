@@ -11,6 +11,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.simulate.drive import Motion
+from gprodom.simulate.lasting import draw_slip
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,23 @@ class Slip:
 
 
 @dataclass(frozen=True)
+class Stuck:
+    """From `start` (s) for `duration` (s) the robot is immobilised: its wheel turns at `speed` (m/s
+    of its rim, backwards negative) at least, whatever the robot does. It takes `rise` (s) to come
+    to that speed and to stop."""
+
+    start: float
+    duration: float
+    speed: float
+    rise: float = 0.3
+
+    def wheel_speed(self, t: Floats) -> Floats:
+        """Signed, m/s, at the times `t` (s)."""
+        end = self.start + self.duration
+        return self.speed * np.clip(np.minimum(t - self.start, end - t) / self.rise, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
 class WheelSpec:
     """The scale, reported over true distance, is drawn from `scale_sigma` around `scale`."""
 
@@ -38,6 +56,8 @@ class WheelSpec:
     quantum: float = 0.0005  # m, of the encoder
     lever_arm: tuple[float, float] = (0.0, 0.0)  # m; the wheel's contact point in body
     slips: tuple[Slip, ...] = ()
+    lasting: str = ""  # slip that lasts: of `lasting.KINDS`
+    stuck: tuple[Stuck, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -59,6 +79,12 @@ def measure(t: Floats, motion: Motion, spec: WheelSpec, random: np.random.Random
     error = random.standard_normal(len(steps)) * (spec.noise * np.sqrt(np.abs(true)))
     reported = scale[1:] * (true + error)
     middle = 0.5 * (t[1:] + t[:-1])
+    if spec.lasting:
+        lasting = draw_slip(spec.lasting, t, motion, random)
+        reported = reported * (1 + 0.5 * (lasting[1:] + lasting[:-1]))
+    for stuck in spec.stuck:
+        turned = scale[1:] * stuck.wheel_speed(middle) * steps
+        reported = np.where(np.abs(turned) > np.abs(reported), turned, reported)
     for slip in spec.slips:
         during = (middle >= slip.start) & (middle < slip.start + slip.duration)
         reported = np.where(during, reported * slip.factor + slip.spin * steps, reported)
