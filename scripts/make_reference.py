@@ -175,7 +175,7 @@ def status_part(code: str, meanings: dict[str, dict[str, str]], faults: list[str
     """Health, reasons, values and counted events."""
     texts, known = meanings["texts"], constants(code)
     silence = re.sub(r'" \+\s*std::to_string\(\w+\) \+\s*"', "N", code)
-    reasons = set(reasons_in(code, known))
+    reasons = set(reasons_in(silence, known))
     reasons |= {("failed", t) for t in re.findall(rf"reasons\.push_back\({STRING}\)", silence)}
     reasons |= {("degraded", t) for t in re.findall(rf"string reason = {STRING};", code)}
     mounting = mounting_texts()

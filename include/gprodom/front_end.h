@@ -40,6 +40,9 @@ struct Standstill {
   std::string source;    // name of the method, for displacement_t.source
   double sigma_m = 0.0;  // motion that the test may have missed
   double score = 0.0;    // defined by the method
+  // The antenna is where it was at this time, which may be earlier than `from`: the traces of then
+  // and now were compared and are equal. 0: they were not compared.
+  TimeNs since = 0;
 };
 
 // Unsigned distance that the antenna moved, in decorrelation lengths of the ground. The front end

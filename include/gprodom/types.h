@@ -91,7 +91,8 @@ enum OdometryFlags : std::int32_t {
   kWheelFast = 64,     // slip: the wheel is faster than the ground (it spins)
   kWheelSlow = 128,    // slip: the wheel is slower than the ground (it skids)
   kLeftSlips = 256,    // the left wheels slip; only the right ones are used
-  kRightSlips = 512    // the right wheels slip; only the left ones are used
+  kRightSlips = 512,   // the right wheels slip; only the left ones are used
+  kImmobilised = 1024  // the wheels turn, and the ground under the antenna stands
 };
 
 // Covariances: pose as [position (m), rotation vector (rad)], both in `odom` axes, of the error

@@ -663,7 +663,7 @@ class GprTrace:
 
 class Standstill:
     """
-    The antenna stood between two times (ns). sigma: motion that may have passed unseen, m.
+    The antenna stood between two times (ns). sigma: motion that may have passed unseen, m. since: it is where it was then, because the traces of then and now are equal; 0: they were not compared.
     """
     def __init__(
         self,
@@ -672,6 +672,7 @@ class Standstill:
         sigma: typing.SupportsFloat | typing.SupportsIndex,
         source: str = "python",
         score: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        since: typing.SupportsInt | typing.SupportsIndex = 0,
     ) -> None: ...
 
 class PathLength:

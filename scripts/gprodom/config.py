@@ -1,6 +1,6 @@
-"""The part of the configuration that Python reads: its file, and the names of the channels.
+"""The part of the configuration that Python reads: where it lies, and the names of the channels.
 
-The C++ programs check the whole configuration; here only the keys that are needed are read.
+The programs check a configuration in full; here only what is asked for is looked at.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TRUTH_CHANNEL = "TOTAL_STATION"  # position_truth_t in logs; the estimator knows
 class Channels:
     """Names of the LCM channels: the configuration's section ``channels``, key by key.
 
-    A key is also the channel's role, by which the data of a log are found.
+    A key is also the channel's role: what is read of a log is told apart by it.
     """
 
     gpr_trace: str = "GPR_TRACE"
@@ -37,9 +37,8 @@ class Channels:
     sfm: str = "SFM"
 
     def of(self, *roles: str) -> dict[str, str]:
-        """Names by role. With the wheel's role the pair of wheels is returned too, since one can
-        replace the other.
-        """
+        """Names by role. Who asks for the wheel gets the pair of wheels as well: one stands in for
+        the other."""
         if "wheel" in roles:
             roles = (*roles, "wheels")
         return {role: getattr(self, role) for role in roles}
@@ -72,7 +71,7 @@ def config_arguments(configs: Configs) -> list[str]:
 
 
 def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Channels:
-    """The channels' names from configurations and KEY=VALUE overrides."""
+    """The channels' names by configurations and KEY=VALUE over them."""
     try:
         files = config_files(configs)
     except Error:  # the package alone, without the programs

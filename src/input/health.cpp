@@ -32,7 +32,10 @@ void Health::set(const std::string& topic, HealthLevel level, const std::string&
 }
 
 void Health::await(const std::string& topic, HealthLevel level, const std::string& text) {
-  conditions_[topic] = {level, text, false};
+  if (text.empty())
+    conditions_.erase(topic);
+  else
+    conditions_[topic] = {level, text, false};
 }
 
 Status Health::status(TimeNs now) const {

@@ -26,7 +26,7 @@ class Health {
   void set(const std::string& topic, HealthLevel level, const std::string& text);
 
   // A condition that is normal for now, such as waiting for the start: in the status, but without a
-  // warning until it is set().
+  // warning until it is set(). An empty text ends it.
   void await(const std::string& topic, HealthLevel level, const std::string& text);
 
   void value(const std::string& name, double value) { values_[name] = value; }

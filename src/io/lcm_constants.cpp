@@ -28,6 +28,7 @@ static_assert(is(kWheelFast, odometry_t::WHEEL_FAST));
 static_assert(is(kWheelSlow, odometry_t::WHEEL_SLOW));
 static_assert(is(kLeftSlips, odometry_t::LEFT_SLIPS));
 static_assert(is(kRightSlips, odometry_t::RIGHT_SLIPS));
+static_assert(is(kImmobilised, odometry_t::IMMOBILISED));
 
 static_assert(is(kMaxFeatureLevel, sfm_t::MAX_LEVEL));
 

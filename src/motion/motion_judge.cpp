@@ -42,6 +42,7 @@ MotionJudge::MotionJudge(const Config& config)
       drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
       slip_belief_(config),
+      immobilised_(config.initializer.gravity),
       coherence_(config.gpr.coherence),
       sight_(config.gpr.coherence) {}
 
@@ -79,6 +80,9 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   if (const auto* standstill = std::get_if<gpr::Standstill>(&finding)) {
     radar_standing_.push_back(*standstill);
     forget_old_standing();
+    const double density = std::max(noise(standstill->to - kSecond, standstill->to).accel_density,
+                                    drive_noise_.accel_density());
+    immobilised_.add(*standstill, wheel_, imu_, newest_.state.wheel_scale, density);
     return;
   }
   if (std::holds_alternative<gpr::PathLength>(finding)) {
@@ -94,6 +98,8 @@ void MotionJudge::add_sight(const gpr::Sight& sight) {
   path.to = sight.to;
   path.lengths = sight.times_least * to_seconds(sight.to - sight.from);
   sight_.learn_from(path);
+  const auto from = wheel_.distance(sight.from), to = wheel_.distance(sight.to);
+  if (from && to) immobilised_.add(sight, *to - *from);
 }
 
 std::optional<double> MotionJudge::unseen_speed() const {
@@ -105,8 +111,9 @@ std::optional<double> MotionJudge::unseen_speed() const {
 void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
   constexpr TimeNs kMargin = 400'000'000;
   const auto from = wheel_.distance(path.from), to = wheel_.distance(path.to);
-  if (from && to && !slip_.between(path.from - kMargin, path.to + kMargin))
-    slip_belief_.compare(path, *to - *from);
+  if (!from || !to || slip_.between(path.from - kMargin, path.to + kMargin)) return;
+  slip_belief_.compare(path, *to - *from);
+  compared_to_ = path.to;
 }
 
 Initialization MotionJudge::initialize() {
@@ -141,7 +148,8 @@ void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
 
 void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
-  imu_.forget_before(std::min(judged_to_, newest.state.time) - kSecond);
+  immobilised_.add(newest);
+  imu_.forget_before(std::min(judged_to_, newest.state.time) - ImmobilisedWatch::kMemory);
   wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
   pair_.forget_before(judged_to_ - SlipWatch::kMemory);
 }
@@ -219,13 +227,29 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
   if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
+  const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
+  input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
   slip_belief_.advance(input, newest_, noise_at_standstill_,
                        drive_noise_.accel_density_of_one_second());
   input.slips = slip_belief_.recent();
   input.displacements = take_displacements(to);
+  if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
+}
+
+// Of an immobilised robot that its wheels shake: the IMU does not see the standstill, only the
+// radar.
+Displacement MotionJudge::no_displacement(TimeNs from, TimeNs to) const {
+  Displacement none;
+  none.time = none.to = to;
+  none.from = from;
+  none.source = "immobilised";
+  none.kind = DisplacementKind::kSequential;
+  none.valid = true;
+  none.sigma_m = config_.standstill.position_sigma;
+  return none;
 }
 
 bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
@@ -278,6 +302,7 @@ std::int32_t MotionJudge::flags() const {
   if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
   if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
   if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
+  if (immobilised_.at(wheel_now_, wheel_) == Immobilised::kYes) flags |= kImmobilised;
   if (newest_.no_wheel) flags |= kNoWheel;
   if (newest_.bridged) flags |= kImuGap;
   if (!newest_.solve.usable) flags |= kSolverFailed;

@@ -16,6 +16,7 @@
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
+#include "motion/immobilised.h"
 #include "motion/sensor_history.h"
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
@@ -53,6 +54,12 @@ class MotionJudge {
   // nothing while it is not known.
   std::optional<double> unseen_speed() const;
   static constexpr double kUnseenAtFirst = 0.05;  // m/s; above that of most grounds
+
+  // Do the wheels turn although the ground stands?
+  Immobilised immobilised() const { return immobilised_.at(wheel_now_, wheel_); }
+
+  // Is the wheel compared with the radar's coherence, at present?
+  bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
 
   // The first state and its noise, from the last initializer.duration of standstill, or of driving
   // if the robot has been on the move for some seconds; otherwise the reason why there is none.
@@ -99,7 +106,10 @@ class MotionJudge {
   std::vector<Displacement> take_displacements(TimeNs to);
   bool enters_estimate(const Displacement& displacement) const;
   void forget_old_standing();
+  Displacement no_displacement(TimeNs from, TimeNs to) const;
   std::int32_t flags() const;
+
+  static constexpr TimeNs kComparedFor = 5'000'000'000;
 
   const Config config_;
   const TimeNs state_period_, imu_gap_, lag_;
@@ -121,6 +131,8 @@ class MotionJudge {
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;
   SlipBelief slip_belief_;
+  TimeNs compared_to_ = -kComparedFor;  // end of the last distance by coherence
+  ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
   CoherenceScale sight_;          // m/s, the detection limit of the radar

@@ -269,6 +269,7 @@ void Pipeline::publish() {
     input_.watch_silence(radar_.enabled());
     tell_of_pair();
     tell_of_sight();
+    tell_of_slip();
     out_.status.push_back(stamped(health_.status(imu_now_)));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
@@ -300,6 +301,26 @@ void Pipeline::tell_of_sight() {
   health_.count(config_.channels.gpr_trace,
                 "slow motion changes the traces too little to be seen (coarse, smooth or weak "
                 "ground): the wheel decides what is a standstill");
+}
+
+// The wheel is wrong, or it may be without that any sensor shows it.
+void Pipeline::tell_of_slip() {
+  const Immobilised stands = motion_.immobilised();
+  health_.set("robot", HealthLevel::kDegraded,
+              stands == Immobilised::kYes
+                  ? "immobilised: the wheels turn, and the ground under the antenna stands"
+                  : "");
+  health_.await("standstill", HealthLevel::kOk,
+                stands == Immobilised::kCannotTell
+                    ? "cannot be told from slow motion: the ground looks alike along the way"
+                    : "");
+  const bool unwitnessed = slip_drift_.unwitnessed() && !motion_.wheel_compared();
+  const auto centimetres = static_cast<int>(std::lround(100 * slip_drift_.sigma()));
+  health_.await("wheel", HealthLevel::kOk,
+                unwitnessed ? "unwitnessed: neither the IMU nor the radar would show gradual slip; "
+                              "a metre may be off by " +
+                                  std::to_string(centimetres) + " cm"
+                            : "");
 }
 
 void Pipeline::publish_pose(OdometryEstimate estimate) {

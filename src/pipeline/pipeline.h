@@ -113,6 +113,7 @@ class Pipeline {
   void publish();
   void tell_of_pair();
   void tell_of_sight();
+  void tell_of_slip();
   void publish_pose(OdometryEstimate estimate);
   // What goes out, with the sensors' own stamps.
   template <typename T>

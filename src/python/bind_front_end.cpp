@@ -88,11 +88,15 @@ void bind_front_end(py::module_& module) {
           "(samples,) float32, a copy");
   py::class_<gpr::Standstill>(
       module, "Standstill",
-      "The antenna stood between two times (ns). sigma: motion that may have passed unseen, m.")
-      .def(py::init([](TimeNs from, TimeNs to, double sigma, std::string source, double score) {
-             return gpr::Standstill{from, to, std::move(source), sigma, score};
+      "The antenna stood between two times (ns). sigma: motion that may have passed unseen, m. "
+      "since: it is where it was then, because the traces of then and now are equal; 0: they were "
+      "not compared.")
+      .def(py::init([](TimeNs from, TimeNs to, double sigma, std::string source, double score,
+                       TimeNs since) {
+             return gpr::Standstill{from, to, std::move(source), sigma, score, since};
            }),
-           "time_from"_a, "time_to"_a, "sigma"_a, "source"_a = "python", "score"_a = 0.0);
+           "time_from"_a, "time_to"_a, "sigma"_a, "source"_a = "python", "score"_a = 0.0,
+           "since"_a = 0);
   py::class_<gpr::PathLength>(module, "PathLength",
                               "How far the antenna moved, whichever way, in a unit of the ground's "
                               "that the estimator turns "

@@ -106,6 +106,16 @@ def test_a_wrong_mounting_is_told() -> None:
     assert all(changes[0] < 80 for changes in found.values()), found
 
 
+def test_immobilised_robots_are_told() -> None:
+    """The short form of bench/immobilised.py."""
+    drives = json.loads(run(BENCH / "immobilised.py", "--cases", 8, "--json"))
+    cases = [case for drive in drives for case in drive["cases"]]
+    assert len(cases) == 8
+    assert sum(case["in_time"] for case in cases) >= 7, cases
+    assert all(case["moved_m"] < 0.3 * case["turned_in_all_m"] for case in cases), cases
+    assert sum(len(drive["false_alarms"]) for drive in drives) == 0, drives
+
+
 def test_consistency_of_robots() -> None:
     command = [BENCH / "consistency.py", "--runs", 2, "--robot", "cart", "--surface", "grass"]
     ((name, drives),) = json.loads(run(*command, "--json", codes=(0, 1))).items()

@@ -9,7 +9,7 @@ from gprodom.lcm.messages import NAMES, fingerprint, message
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.status.heard import flags
 
-ALL = 0x3FF
+ALL = (1 << 11) - 1
 
 # Fingerprints of the released types. Constants and comments do not change them. A changed field
 # would make older logs unreadable, so it needs a new type.
@@ -35,7 +35,7 @@ def test_released_types_keep_their_fingerprints() -> None:
 
 def test_every_flag_of_the_type_has_a_name() -> None:
     bits = set(flag_bits().values())
-    assert bits == set(constants("odometry_t").values()) == {1 << i for i in range(10)}
+    assert bits == set(constants("odometry_t").values()) == {1 << i for i in range(11)}
     assert flag("SLIPPING") == message("odometry_t").SLIPPING
 
 
@@ -52,11 +52,11 @@ def test_status_and_pictures_know_the_same_flags() -> None:
         }
     }
     names = flags(sent)
-    assert len(names) == 10
+    assert len(names) == 11
     assert flag_shares(log) == dict.fromkeys(names, 1.0)
     rows = log_figure(log, "all").axes[2]
     assert [label.get_text() for label in rows.get_yticklabels()] == names
-    assert len(rows.collections) == 10  # a bar for each
+    assert len(rows.collections) == 11  # a bar for each
 
 
 def test_kinds_and_health_are_those_of_the_types() -> None:

@@ -25,7 +25,7 @@ class Table:
 
 
 def is_number(text: bytes) -> bool:
-    """Whether Python can read it as a number."""
+    """Whether Python reads it as one."""
     try:
         float(text)
     except ValueError:

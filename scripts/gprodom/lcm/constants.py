@@ -1,7 +1,6 @@
 """Flags, kinds and health by name. Their numbers are defined in ``lcmtypes/*.lcm`` only.
 
-The generated classes are loaded only when a number is needed, not on import: help texts need no
-build.
+The generated classes are asked when a number is wanted, not on import: help texts need no build.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ _FLAGS = {
     "WHEEL_SLOW": "wheel slow",
     "LEFT_SLIPS": "left slips",
     "RIGHT_SLIPS": "right slips",
+    "IMMOBILISED": "immobilised",
 }
 
 
@@ -32,7 +32,7 @@ def constants(name: str) -> dict[str, int]:
 
 
 def flag_bits() -> dict[str, int]:
-    """The bits of odometry_t.flags by name, the lowest first."""
+    """The bits of odometry_t.flags by what they are called, the lowest first."""
     bits = constants("odometry_t")
     return {text: bits[key] for key, text in sorted(_FLAGS.items(), key=lambda item: bits[item[0]])}
 
@@ -48,5 +48,5 @@ def kind(name: str) -> int:
 
 
 def health(value: int) -> str:
-    """The name of a value of status_t.health."""
+    """What status_t.health says, in a word."""
     return {number: key.lower() for key, number in constants("status_t").items()}[value]

@@ -1,1 +1,1 @@
-"""``gprodom status``: the state of a running gprodomd."""
+"""``gprodom status``: what a running gprodomd says about itself."""

@@ -14,6 +14,9 @@ constexpr double kMinSignal = 10.0;         // mean trace over noise of that mea
 constexpr double kLearningRate = 1.0 / 64;  // per window, of the noise level
 constexpr int kRunToRaise = 5 * kBins;  // windows that must agree before a higher noise is believed
 constexpr int kClippingMargin = 4;      // samples: reach of the smoothing and of the derivatives
+// Of the difference of two mean traces over the noise's: gain and time zero that have drifted are
+// taken out, what is left of them after seconds must not pass for motion.
+constexpr double kSlack = 4.0;
 constexpr double kSigma = 1e-3;  // m; motion that is not detected, bounded by tests on real ground
 
 }  // namespace
@@ -29,6 +32,7 @@ void StationarityFrontEnd::reset() {
   times_.assign(kBins, 0);
   noise_ = noise_samples_ = 0.0;
   run_ = 0;
+  anchor_ = {};
   spans_.clear();
   told_ = 0;
   sights_.clear();
@@ -142,7 +146,21 @@ void StationarityFrontEnd::test_window() {
   if (noise_ <= 0.0 || s.variance > noise_ * variance_limit(s)) return;
   span.score = s.variance / noise_;
   if (run_ > 0) span.from = std::min(span.from, std::max(run_from_, told_));
+  span.since = standing_since();
   claim(span);
+}
+
+// Of the window that has just passed.
+TimeNs StationarityFrontEnd::standing_since() {
+  const double weight = weight_.head(bins_).sum();
+  if (anchor_.weight > 0.0) {
+    const Eigen::VectorXf used = anchor_.used.cwiseProduct(window_used_);
+    const double share = 1.0 / weight + 1.0 / anchor_.weight;
+    const double limit = 1.0 + kSigmas * std::sqrt(2.0 / noise_samples_) + kSlack;
+    if (analyser_.difference(anchor_.mean, used) < limit * share * noise_) return anchor_.time;
+  }
+  anchor_ = {analyser_.mean(), window_used_, weight, times_[0]};
+  return anchor_.time;
 }
 
 void StationarityFrontEnd::learn_noise(const WindowStatistics& s, const Span& span) {
@@ -186,6 +204,7 @@ void StationarityFrontEnd::claim(const Span& span) {
     spans_.back().from = std::min(spans_.back().from, span.from);
     spans_.back().to = span.to;
     spans_.back().score = span.score;
+    spans_.back().since = span.since;
   } else {
     spans_.push_back(span);
   }
@@ -199,7 +218,8 @@ std::vector<Finding> StationarityFrontEnd::tick(TimeNs tick) {
     if (span.to > told_) {
       const TimeNs from = std::max(span.from, std::min(told_, span.to) - window_);
       const TimeNs to = std::min(span.to, tick);
-      if (to > from) result.push_back(Standstill{from, to, "stationarity", kSigma, span.score});
+      if (to > from)
+        result.push_back(Standstill{from, to, "stationarity", kSigma, span.score, span.since});
       told_ = to;
     }
     if (spans_.size() == 1) break;  // may still grow

@@ -34,6 +34,11 @@ namespace gprodom::gpr {
 // the residual's variance, 1 + x^2 n (n + 1) / 12. The latter is more precise for slow motion, but
 // too small for fast motion, since the difference of traces is bounded. So the larger x is taken.
 //
+// A motion too slow for the window shows over a longer time: the mean trace of each window that
+// passes is compared with that of an earlier one, the anchor. As long as they are equal within
+// their noise, the antenna has not moved since then (Standstill::since), whatever lies between;
+// otherwise the window becomes the anchor.
+//
 // A dead antenna shows no ground: windows whose mean trace is not above the noise are ignored. A
 // single spiked trace is found by its share of the residual and left out.
 class StationarityFrontEnd : public FrontEnd {
@@ -54,6 +59,12 @@ class StationarityFrontEnd : public FrontEnd {
   struct Span {
     TimeNs from = 0, to = 0;
     double score = 0.0;
+    TimeNs since = 0;
+  };
+  struct Anchor {
+    Eigen::VectorXf mean, used;  // of the window's traces; samples not clipped
+    double weight = 0.0;         // traces; 0: none
+    TimeNs time = 0;             // begin of its window
   };
 
   void close_bin();
@@ -64,6 +75,7 @@ class StationarityFrontEnd : public FrontEnd {
   double variance_limit(const WindowStatistics& s) const;
   void learn_noise(const WindowStatistics& s, const Span& claim);
   void claim(const Span& span);
+  TimeNs standing_since();
   void see(const WindowStatistics& s);
 
   TimeNs window_;
@@ -90,6 +102,7 @@ class StationarityFrontEnd : public FrontEnd {
   int run_ = 0;
   TimeNs run_from_ = 0;
 
+  Anchor anchor_;
   std::vector<Span> spans_;  // not yet reported, oldest first; the last may still grow
   TimeNs told_ = 0;          // end of what has been reported of the last span
 

@@ -139,6 +139,15 @@ double WindowAnalyser::whiteness(int n) const {
   return 1.0 / sum;
 }
 
+double WindowAnalyser::difference(const Eigen::VectorXf& other,
+                                  const Eigen::Ref<const Eigen::VectorXf>& used) {
+  const int nuisances = build_nuisances(used);
+  contrast_ = (mean_ - other).cwiseProduct(used);
+  for (int j = 0; j < nuisances; ++j)
+    contrast_ -= nuisances_.col(j).dot(contrast_) * nuisances_.col(j);
+  return contrast_.squaredNorm() / std::max(1.0, static_cast<double>(used.sum()) - nuisances);
+}
+
 WindowStatistics WindowAnalyser::analyse(const Eigen::Ref<const Eigen::MatrixXf>& traces,
                                          const Eigen::Ref<const Eigen::VectorXf>& weight,
                                          const Eigen::Ref<const Eigen::VectorXf>& used,

@@ -43,6 +43,13 @@ class WindowAnalyser {
                            const Eigen::Ref<const Eigen::VectorXf>& weight,
                            const Eigen::Ref<const Eigen::VectorXf>& used, bool autocorrelation);
 
+  // Of the window analysed last: its mean trace (samples), counts.
+  const Eigen::VectorXf& mean() const { return mean_; }
+
+  // Mean square of the difference of that mean and another trace (samples), counts^2 per degree of
+  // freedom, without what may change while the antenna stands.
+  double difference(const Eigen::VectorXf& other, const Eigen::Ref<const Eigen::VectorXf>& used);
+
  private:
   static constexpr int kPolynomials = 4;
   static constexpr int kNuisances = kPolynomials + 4;

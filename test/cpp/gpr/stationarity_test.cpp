@@ -106,6 +106,29 @@ TEST(Stationarity, ReportsStandstillsOnly) {
   EXPECT_LT(outcome.unseen_motion, 2e-3);
 }
 
+// Over the length of a window the antenna creeps by less than can be seen, and is claimed to stand;
+// over seconds the traces become different, and the claims do not say that it stood for so long.
+TEST(Stationarity, ComparesTracesOverLongerThanItsWindow) {
+  constexpr double kCreep_mps = 1.5e-3;
+  Scene creeping;
+  creeping.position = [](double t) { return 1.0 + kCreep_mps * std::max(0.0, t - 5.0); };
+  StationarityFrontEnd front_end(kWindow);
+  double claimed_s = 0.0, longest_m = 0.0, longest_at_rest_s = 0.0;
+  for (const Standstill& d : run(creeping, front_end)) {
+    EXPECT_GT(d.since, 0);
+    const double since = to_seconds(d.since), to = to_seconds(d.to);
+    if (since > 5.0) {
+      claimed_s += to - to_seconds(d.from);
+      longest_m = std::max(longest_m, kCreep_mps * (to - since));
+    } else if (to < 5.0) {
+      longest_at_rest_s = std::max(longest_at_rest_s, to - since);
+    }
+  }
+  EXPECT_GT(longest_at_rest_s, 3.0);
+  EXPECT_GT(claimed_s, 1.0);
+  EXPECT_LT(longest_m, 0.02);
+}
+
 // The noise of smoothed traces: 6/16 of that of the samples.
 TEST(Stationarity, LearnsTheNoiseLevelWhateverTheGain) {
   for (const double gain : {0.05, 1.0, 40.0}) {

@@ -44,6 +44,7 @@ class Robot {
   double speed = 0.0, wheel_speed = 0.0;  // m/s
   double vibration = 1.0;                 // of the noise at standstill
   double extra_rate = 0.0;                // rad/s about z, beyond the bias
+  double acceleration = 0.0;              // m/s^2, forwards
   bool imu_speaks = true, wheel_speaks = true;
   StateResult newest;  // in effect; its time and standing are set here
   int slips_told = 0;
@@ -71,6 +72,7 @@ class Robot {
     if (wheel_speaks) judge.add(WheelSample{from_seconds(now()), wheel_m_});
     const StateInput input = judge.judge(from_seconds(now()));
     newest.state.time = input.time;
+    newest.state.v_odom.x() = speed;
     newest.standing = input.standing;
     judge.adopt(newest);
     return input;
@@ -84,7 +86,7 @@ class Robot {
 
  private:
   ImuSample sample(TimeNs time) {
-    ImuSample s{time, {0, 0, 9.80665}, kBias};
+    ImuSample s{time, {acceleration, 0, 9.80665}, kBias};
     s.angular_velocity.z() += extra_rate;
     const double scale = vibration * std::sqrt(kImuRate);
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,0 +1,81 @@
+// Immobilised: the wheels turn and the ground under the antenna stands (Ward and Iagnemma 2007 call
+// it so; they have no radar and ask the IMU alone).
+//
+// The radar sees the standstill. But ground that is alike along the way looks the same while the
+// robot creeps over it, so the radar alone is not believed:
+//  - Since the standstill began the wheel must have turned by 0.1 to 0.15 m. Its radar trace must
+//  still be
+//    that of the beginning (gpr::Standstill::since).
+//  - The share of the recent way on which that travel would not have been seen says how much such a
+//    standstill is worth on this ground.
+//  - The IMU's change of speed up to now tells a robot that stands from one that rolls as the wheel
+//    says.
+// docs/estimation.md, "Immobilised".
+#pragma once
+
+#include <deque>
+
+#include "estimation/state_estimator.h"
+#include "gprodom/front_end.h"
+#include "gprodom/types.h"
+#include "motion/sensor_history.h"
+
+namespace gprodom {
+
+enum class Immobilised {
+  kNo,
+  kCannotTell,  // the ground looks alike along the way: standing and slow motion are the same
+  kYes
+};
+
+class ImmobilisedWatch {
+ public:
+  // ns; for which the IMU's history is needed.
+  static constexpr TimeNs kMemory = 10'000'000'000;
+
+  explicit ImmobilisedWatch(double gravity_mps2) : gravity_(gravity_mps2) {}
+
+  // A state in effect, with what it is known to. Call for each in time order.
+  void add(const StateResult& state);
+
+  // How well the radar saw motion over some time, in which the wheel turned by `wheel_m` (signed).
+  void add(const gpr::Sight& sight, double wheel_m);
+
+  // The radar says that the antenna stands. `scale`: wheel, reported over true distance.
+  // `accel_density`: of driving, m/s^2/sqrt(Hz).
+  void add(const gpr::Standstill& standstill, const WheelHistory& wheel, const ImuHistory& imu,
+           double scale, double accel_density);
+
+  // What holds at `now`. kYes ends when the wheel stops, or the radar no longer says standstill.
+  Immobilised at(TimeNs now, const WheelHistory& wheel) const;
+
+ private:
+  struct Known {  // of a state
+    TimeNs time;
+    Eigen::Quaterniond q;
+    Eigen::Vector3d gyro_bias, accel_bias;
+    double speed, speed_variance, accel_error_variance;  // m/s along the track; (m/s^2)^2
+    bool standing;
+  };
+  struct Seen {
+    TimeNs from, to;
+    double way_m, least_m;  // that the wheel turned; that it takes to be seen
+  };
+
+  struct Share {
+    double blind, way_m;
+  };
+  Share blind_share(TimeNs before, double travel_m) const;
+  const Known* reference(TimeNs since, TimeNs wheel_turns) const;
+  double log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps, const ImuHistory& imu,
+                         double accel_density) const;
+
+  double gravity_;
+  std::deque<Known> states_;
+  std::deque<Seen> seen_;  // of the last kRecent_m of way, oldest first
+  double seen_m_ = 0.0;
+  Immobilised now_ = Immobilised::kNo;
+  TimeNs told_at_ = 0;  // end of the standstill that now_ is of
+};
+
+}  // namespace gprodom

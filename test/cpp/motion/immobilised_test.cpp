@@ -1,0 +1,116 @@
+#include "motion/immobilised.h"
+
+#include <gtest/gtest.h>
+
+#include "motion/judged_robot.h"
+
+namespace gprodom {
+namespace {
+
+constexpr double kDug_mps = 0.4, kCreeps_mps = 0.08;
+
+// Has driven 4 m, on which the radar saw motion `times_least` times as fast as the slowest that it
+// sees; then it rests. Sudden slip is not looked for, so that the flag has this cause alone.
+struct Rested : Robot {
+  explicit Rested(double times_least = 50.0) : Robot(config()) {
+    speed = wheel_speed = kSpeed;
+    vibration = 20.0;
+    for (int i = 0; i < 40; ++i) {
+      next();
+      if (i % 3 == 2)
+        judge.add_sight({from_seconds(now() - 0.6), from_seconds(now()), times_least});
+    }
+    speed = wheel_speed = 0.0;
+    vibration = 1.0;
+    for (int i = 0; i < 25; ++i) standing();
+    vibration = 20.0;  // as soon as the wheel turns
+  }
+
+  static Config config() {
+    Config config;
+    config.wheel.slip_threshold = 0;
+    return config;
+  }
+
+  // The next interval, the radar seeing a standstill as late as it does.
+  StateInput standing() {
+    const double since = std::max(now() - 5.0, kStart);
+    gpr::Standstill said = stood(now() - 0.4, now() - 0.2);
+    said.since = from_seconds(since);
+    hear(said);
+    return next();
+  }
+
+  bool told() const { return (flags & kImmobilised) != 0; }
+};
+
+TEST(Immobilised, IsToldWhileTheWheelTurnsAndTheGroundStands) {
+  for (const double wheel : {kDug_mps, -kDug_mps, kCreeps_mps}) {
+    Rested robot;
+    EXPECT_FALSE(robot.told());
+    robot.wheel_speed = wheel;
+    const double begin = robot.now();
+    while (!robot.told() && robot.now() < begin + 5) robot.standing();
+    const double late = robot.now() - begin;
+    EXPECT_TRUE(late < 1.0 || late * std::abs(wheel) < 0.3) << wheel << " m/s: " << late << " s";
+
+    const StateInput held = robot.standing();
+    EXPECT_TRUE(held.wheel_contradicted);
+    EXPECT_TRUE(held.standing || !held.displacements.empty());
+
+    robot.wheel_speed = 0.0;
+    for (int i = 0; i < 4; ++i) robot.standing();
+    EXPECT_FALSE(robot.told()) << "the wheel has stopped";
+  }
+}
+
+TEST(Immobilised, EndsWhenTheRadarNoLongerSeesAStandstill) {
+  Rested robot;
+  robot.wheel_speed = kDug_mps;
+  for (int i = 0; i < 8; ++i) robot.standing();
+  ASSERT_TRUE(robot.told());
+  robot.speed = kDug_mps;
+  robot.drive(8);
+  EXPECT_FALSE(robot.told());
+}
+
+// Ground alike everywhere: the radar sees a standstill, the IMU how the robot gathers speed.
+TEST(Immobilised, IsNotToldWhereTheImuFeelsTheRobotMove) {
+  Rested robot;
+  robot.acceleration = kDug_mps;  // for a second
+  for (int i = 0; i < 5; ++i) {
+    robot.wheel_speed += 0.2 * kDug_mps;
+    robot.standing();
+  }
+  robot.acceleration = 0.0;
+  for (int i = 0; i < 10; ++i) {
+    robot.standing();
+    EXPECT_FALSE(robot.told());
+    EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
+  }
+}
+
+// At a creep the IMU cannot tell, and on such ground the radar saw no motion before either.
+TEST(Immobilised, IsNotToldOnGroundThatLooksAlike) {
+  Rested robot(1.0);
+  robot.vibration = 200.0;
+  robot.wheel_speed = kCreeps_mps;
+  for (int i = 0; i < 25; ++i) {
+    robot.standing();
+    EXPECT_FALSE(robot.told());
+  }
+  EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
+}
+
+TEST(Immobilised, IsNotToldOfARobotThatTurnsOnTheSpot) {
+  Rested robot;
+  robot.wheel_speed = kDug_mps;
+  robot.extra_rate = 0.3;
+  for (int i = 0; i < 10; ++i) {
+    robot.standing();
+    EXPECT_FALSE(robot.told());
+  }
+}
+
+}  // namespace
+}  // namespace gprodom
