@@ -29,10 +29,10 @@ MARKERS = ("o", "s", "^", "D", "v", "x", "P")
 
 
 def line_style(i: int, count: int) -> dict[str, Any]:
-    """How the i-th of `count` lines is drawn, for `Axes.plot`.
+    """Style of the i-th of `count` lines, for `Axes.plot`.
 
-    Each has a colour and dashes, and each is thinner than the one before: what is equal to a line
-    drawn earlier lies on it, and both are seen.
+    Each has its own colour and dashes, and is thinner than the one before. So two equal lines lie
+    on each other and can both be seen.
     """
     share = i / max(count - 1, 1)
     return {
@@ -109,7 +109,7 @@ def picture(data: bytes, caption: str) -> str:
 
 
 def is_prose(text: str) -> bool:
-    """Whether a cell holds words: two or more, the first no figure."""
+    """Whether a cell has text: two words or more, of which the first is no figure."""
     words = text.split()
     return len(words) > 1 and not any(c.isdigit() for c in words[0]) and words[0] not in "-±"
 
@@ -117,8 +117,8 @@ def is_prose(text: str) -> bool:
 def table(
     header: Sequence[str], rows: Sequence[Sequence[str]], emphasised: Sequence[int] = ()
 ) -> str:
-    """A table of ready-made texts; rows listed in `emphasised` stand out. Figures stand to the
-    right, prose to the left."""
+    """A table of texts; rows listed in `emphasised` are highlighted. Figures are aligned to the
+    right, text to the left."""
 
     def line(cells: Sequence[str], tag: str) -> str:
         kinds = [" class=prose" if tag == "td" and is_prose(cell) else "" for cell in cells]

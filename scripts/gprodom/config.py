@@ -1,6 +1,6 @@
-"""The part of the configuration that Python reads: where it lies, and the names of the channels.
+"""The part of the configuration that Python reads: its file, and the names of the channels.
 
-The programs check a configuration in full; here only what is asked for is looked at.
+The C++ programs check the whole configuration; here only the keys that are needed are read.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TRUTH_CHANNEL = "TOTAL_STATION"  # position_truth_t in logs; the estimator knows
 class Channels:
     """Names of the LCM channels: the configuration's section ``channels``, key by key.
 
-    A key is also the channel's role: what is read of a log is told apart by it.
+    A key is also the channel's role, by which the data of a log are found.
     """
 
     gpr_trace: str = "GPR_TRACE"
@@ -37,8 +37,9 @@ class Channels:
     sfm: str = "SFM"
 
     def of(self, *roles: str) -> dict[str, str]:
-        """Names by role. Who asks for the wheel gets the pair of wheels as well: one stands in for
-        the other."""
+        """Names by role. With the wheel's role the pair of wheels is returned too, since one can
+        replace the other.
+        """
         if "wheel" in roles:
             roles = (*roles, "wheels")
         return {role: getattr(self, role) for role in roles}
@@ -71,7 +72,7 @@ def config_arguments(configs: Configs) -> list[str]:
 
 
 def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Channels:
-    """The channels' names by configurations and KEY=VALUE over them."""
+    """The channels' names from configurations and KEY=VALUE overrides."""
     try:
         files = config_files(configs)
     except Error:  # the package alone, without the programs

@@ -1,4 +1,4 @@
-"""What the parsers of several commands share."""
+"""Common parts of the commands' parsers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def add_command(
 
 
 def add_config_option(parser: argparse.ArgumentParser) -> None:
-    """``-c``, as every program has it that takes a configuration: to `args.configs`."""
+    """``-c``, the same in every program that takes a configuration: to `args.configs`."""
     parser.add_argument(
         "-c",
         "--config",

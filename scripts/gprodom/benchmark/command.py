@@ -152,7 +152,7 @@ def parse_interval(text: str) -> tuple[str, float]:
 def name_sequences(
     sources: list[Path], output: Path, intervals: dict[str, float]
 ) -> list[Sequence]:
-    """The sequences by name; their names must differ, since their results go side by side."""
+    """The sequences by name. Names must differ, since results are kept in folders of that name."""
     sequences: dict[str, Sequence] = {}
     for source in sources:
         kind_of(source)  # a missing file ends the command before any work

@@ -1,4 +1,4 @@
-"""The curves that the report draws for one method on one sequence, kept with the scores."""
+"""Curves of one method on one sequence for the report, kept with the scores."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Curves:
 
     @classmethod
     def from_json(cls, content: dict[str, Any] | None) -> Curves | None:
-        """What ``asdict`` made."""
+        """Reads what ``asdict`` has written."""
         return None if content is None else cls(**content)
 
 
@@ -64,7 +64,7 @@ def measure_curves(comparison: Comparison) -> Curves:
 
 
 def _travelled(path: Trajectory) -> tuple[Array, Array]:
-    """Times (s) and distance travelled until then (m), in treads of `TREAD_S`."""
+    """Times (s) and distance travelled until then (m), at steps of `TREAD_S`."""
     seconds = path.seconds()
     grid = np.arange(0.0, seconds[-1] + 1e-9, TREAD_S)
     points = np.column_stack([np.interp(grid, seconds, path.position[:, k]) for k in (0, 1)])

@@ -46,7 +46,7 @@ class Sequence:
 
     @property
     def scene(self) -> str:
-        """The scene in the name; sequences without one are a scene together."""
+        """The scene in the name; all sequences without one form one scene."""
         return scene_of(self.name)
 
     @property
@@ -72,7 +72,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one job: records, causal first, and the causal one's curves (none without
+    """Result of one job: records, causal first, and curves of the causal one (none without
     truth), or a failure."""
 
     sequence: str
@@ -108,7 +108,7 @@ def _stamp(path: Path) -> list[tuple[str, int, int]]:
 def convert(sequence: Sequence, channels: Channels) -> None:
     """Makes the sequence's log, of `channels`, unless it is there.
 
-    Of several jobs that need it one does.
+    If several jobs need it, one of them makes it.
     """
     with (sequence.folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -123,13 +123,13 @@ def convert(sequence: Sequence, channels: Channels) -> None:
 
 
 def clean(sequence: Sequence) -> None:
-    """Removes what only the jobs needed."""
+    """Removes files that only the jobs needed."""
     for name in (sequence.log.name, ".lock"):
         (sequence.folder / name).unlink(missing_ok=True)
 
 
 def read_sequence_truth(sequence: Sequence) -> Trajectory | None:
-    """The sequence's truth; None where it was recorded without."""
+    """The sequence's truth; None if it has none."""
     try:
         return read_truth(sequence.source, frame=None).trajectory
     except NoTruthError:
@@ -142,7 +142,7 @@ def shifts_path(sequence: Sequence, front_end: str) -> Path:
 
 
 def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
-    """Measures the shifts of the method's front end, unless they are kept from before."""
+    """Measures the shifts of the method's front end, unless they are already stored."""
     path = shifts_path(sequence, method.front_end)
     key = fingerprint(sequence, method, settings)
     if path.exists() and str(np.load(path)["key"]) == key:
@@ -159,7 +159,7 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
 
 
 def load_shifts(sequence: Sequence, front_end: str) -> Shifts:
-    """What `save_shifts` kept."""
+    """Reads what `save_shifts` has stored."""
     path = shifts_path(sequence, front_end)
     if not path.exists():
         raise Error(f"the shifts of {front_end} on {sequence.name} could not be measured")
@@ -181,9 +181,9 @@ def fit_on_others(sequence: Sequence, method: Method, others: list[Sequence]) ->
 def run_job(
     sequence: Sequence, method: Method, settings: Settings, others: list[Sequence]
 ) -> Outcome:
-    """Runs and scores one method on one sequence, or reuses what an earlier run left.
+    """Runs and scores one method on one sequence, or reuses the result of an earlier run.
 
-    Never raises: what goes wrong is the outcome's `failure`, so that other jobs go on.
+    Never raises: an error becomes the outcome's `failure`, so that other jobs continue.
     """
     try:
         fit = fit_on_others(sequence, method, others) if method.k_key else None

@@ -1,4 +1,4 @@
-"""The estimator in-process on simulated drives: its errors, and whether its covariance is true."""
+"""The estimator in-process on simulated drives: its errors, and whether its covariance is right."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class End:
 def end_of_drive(
     seed: int, overrides: Sequence[str] = (), kind: str | None = None, surface: str = "floor"
 ) -> End:
-    """Of a plain drive, or of one of `KINDS` on a surface; the truth placed by its first pose."""
+    """End of a plain drive, or of one of `KINDS` on a surface, with the first poses made equal."""
     simulated = robot_drive(seed, kind, surface) if kind else plain_drive(seed)
     sensors, settings = as_recording(simulated).messages(), list(overrides)
     if kind:
@@ -96,7 +96,7 @@ def _rmse(simulated: Simulated, found: Trajectory) -> float:
 
 
 def judge(nees: Sequence[float], freedom: int) -> dict[str, Any]:
-    """Mean of `nees` of so many degrees of freedom, and the band it lies in where it is true."""
+    """Mean of `nees` with these degrees of freedom, and the band of a right covariance."""
     from scipy.stats import chi2
 
     count = len(nees)
@@ -110,7 +110,7 @@ def judge(nees: Sequence[float], freedom: int) -> dict[str, Any]:
 def estimate_told(
     run: Simulated, overrides: Sequence[str] = (), told: Sequence[dict[str, Any]] = ()
 ) -> list[Any]:
-    """The outputs up to each time at which the estimator is told something, and to the end.
+    """The outputs up to each time of a displacement from outside, and to the end.
 
     told: arguments of `gprodom.Odometry.add_displacement`, in time order.
     """

@@ -1,4 +1,4 @@
-"""Standstill, slip and coherence against the truth beside a sequence, by replay.
+"""Scores standstill, slip and coherence of a replay against the truth beside the sequence.
 
 A sequence needs `.json` (slip episodes: start s, duration s, wheel factor) and `.truth.npz` (t, s
 along the track, v) beside it, as `gprodom simulate` writes them; the estimator sees neither.
@@ -37,7 +37,9 @@ LEAST = 0.1  # m over which the coherence is scored
 
 @dataclass(frozen=True)
 class Truth:
-    """Times (s), way along the track (m), speed (m/s); slip episodes (n, 2), from and to (s)."""
+    """Times (s), distance along the track (m), speed (m/s); slip episodes (n, 2), begin and end
+    (s).
+    """
 
     t: Floats
     s: Floats
@@ -45,14 +47,14 @@ class Truth:
     slips: Floats
 
     def path(self, times: Floats) -> Floats:
-        """Unsigned way (m) up to `times` (s)."""
+        """Unsigned distance (m) up to `times` (s)."""
         steps = np.abs(np.diff(self.s, prepend=self.s[0]))
         return np.asarray(np.interp(times, self.t, np.cumsum(steps)))
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Standstill: shares, and metres moved within a claim."""
+    """Figures of standstill: shares, and metres moved within a detection."""
 
     recall: float
     flagged: float
@@ -78,7 +80,7 @@ class Outcome:
 
 
 def joined(spans: Floats) -> Floats:
-    """Spans (n, 2) in time order, overlapping ones as one."""
+    """Spans (n, 2) in time order, with overlapping ones merged."""
     result: list[list[float]] = []
     for start, end in sorted(spans.tolist()):
         if result and start <= result[-1][1]:
@@ -100,7 +102,7 @@ def read_beside(sequence: Path) -> tuple[Truth, float]:
 
 
 def runs(mask: Bools) -> Ints:
-    """(n, 2): first and past-the-last index of each run of True."""
+    """(n, 2): first index and index after the last of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return edges.reshape(-1, 2)
 
@@ -114,7 +116,7 @@ def covered(t: Floats, spans: Floats) -> Bools:
 
 
 def judge_standing(claims: Floats, flagged: Bools, alive: Bools, truth: Truth) -> Standing:
-    """Scores radar claims (n, 2), s, and the published flag at the truth's times."""
+    """Scores the radar's standstills (n, 2), s, and the published flag at the truth's times."""
     t, standing = truth.t, truth.speed < STANDING
     inner = np.zeros(len(t), bool)
     for first, end in runs(standing):
@@ -139,7 +141,9 @@ def judge_slips(t: Floats, flagged: Bools, slips: Floats) -> tuple[int, int]:
 
 
 def coherence_spans(content: logs.Channel, truth: Truth) -> Floats:
-    """(n, 3): true way, coherence's distance and its standard deviation, m, of each span told."""
+    """(n, 3): true distance, coherence's distance and its standard deviation, m, of each published
+    span.
+    """
     told = content["valid"] & (content["source"] == "coherence")
     start, end = content["utime_from"][told] * 1e-6, content["utime_to"][told] * 1e-6
     moved = truth.path(end) - truth.path(start)

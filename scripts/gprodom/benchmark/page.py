@@ -65,7 +65,7 @@ def _failures(outcomes: Items[Outcome]) -> list[str]:
 
 
 def _published(sequences: Items[Sequence], records: Items[Record]) -> list[str]:
-    """These results beside what was published on CMU-GPR, and how far they may be compared."""
+    """These results beside those published on CMU-GPR, and whether they can be compared."""
     real = [each.name for each in sequences if is_of_dataset(each.source)]
     if len(real) == len(sequences):
         note = (

@@ -1,4 +1,4 @@
-"""Methods against each other on the same sequences: paired differences with bootstrap intervals."""
+"""Compares methods on the same sequences: paired differences with bootstrap intervals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Pair:
     """ate_rmse_m of `method` less that of `other`, over the sequences that both were scored on.
 
     low, high: 95 % interval of the mean difference, by the percentile bootstrap over sequences.
-    better: share of the sequences on which `method` had the lesser error.
+    better: share of the sequences on which `method` had the smaller error.
     """
 
     method: str

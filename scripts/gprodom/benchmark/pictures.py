@@ -102,7 +102,9 @@ def interval_values(curves: Items[Curves]) -> list[float]:
 def time_figure(
     curves: Mapping[str, ByMethod], scenes: Items[str], methods: Items[str]
 ) -> Figure | None:
-    """RMS position error so far against time, over the sequences of each scene that last."""
+    """RMS position error so far against time, over those sequences of each scene that are long
+    enough.
+    """
     if not curves:
         return None
     figure, axes = _panels(len(scenes), 4.2, 3.2)

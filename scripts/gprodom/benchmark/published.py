@@ -37,7 +37,7 @@ GPR_ONLY = (
 
 
 def is_of_dataset(source: Path) -> bool:
-    """Whether a sequence is CMU-GPR's own: it alone comes with the pictures of a camera."""
+    """Whether a sequence is from CMU-GPR: only that dataset has pictures of a camera."""
     if source.is_dir():
         return (source / "camera").is_dir()
     if not zipfile.is_zipfile(source):

@@ -28,7 +28,7 @@ def write_csv(path: Path, records: Sequence[Record]) -> None:
 
 
 def mean_of(records: Sequence[Record], figure: str) -> float | None:
-    """Mean over the records that have the figure; None where none has."""
+    """Mean over the records that have the figure; None if none has."""
     values = [getattr(record, figure) for record in records]
     known = [value for value in values if value is not None]
     return fmean(known) if known else None
@@ -43,8 +43,8 @@ def weighted_mean(records: Sequence[Record]) -> float | None:
 
 
 def summarise(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Means by method and mode: of every figure, and of ate_rmse_m by scene. Over sequences alike,
-    whatever their length. `sequences` says over how many."""
+    """Means by method and mode: of every figure, and of ate_rmse_m by scene. Every sequence has the
+    same weight, whatever its length. `sequences` is their number."""
     groups: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         groups.setdefault((record.method, record.mode), []).append(record)
@@ -115,7 +115,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 def describe(records: Sequence[Record], align: str) -> str:
-    """The table as text, and the methods compared where there are sequences enough."""
+    """The table as text, and the comparison of methods if there are enough sequences."""
     header, rows = table_cells(summarise(records))
     note = (
         f"ATE and end after alignment {align}; means over sequences (by length: weighted by the "

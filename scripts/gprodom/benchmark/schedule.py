@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 
 
 def make_all(drives: list[Drive], folder: Path, workers: int) -> list[Path]:
-    """The logs of simulated drives in `folder`; those that are there are left as they are."""
+    """Makes the logs of simulated drives in `folder`; existing ones are kept."""
     folder.mkdir(parents=True, exist_ok=True)
     with (
         Progress("simulating", len(drives)) as progress,
@@ -37,10 +37,10 @@ def make_all(drives: list[Drive], folder: Path, workers: int) -> list[Path]:
 def run_all(
     sequences: list[Sequence], methods: list[Method], settings: Settings, workers: int
 ) -> list[Outcome]:
-    """All methods on all sequences; a failure leaves the others going.
+    """Runs all methods on all sequences; a failure does not stop the others.
 
-    First the shifts that K is fitted on, then everything. Jobs of different sequences stand next to
-    each other, so that workers seldom wait for the same conversion.
+    First the shifts on which K is fitted, then everything. Consecutive jobs are of different
+    sequences, so that workers seldom wait for the same conversion.
     """
     front_ends = dict.fromkeys(method.front_end for method in methods if method.k_key)
     total = len(sequences) * (len(front_ends) + len(methods))
@@ -87,14 +87,15 @@ def run_all(
 
 
 def others_of(sequence: Sequence, sequences: list[Sequence]) -> list[Sequence]:
-    """Those that K is fitted on for `sequence`: of its scene, or of any where its scene has no
-    other."""
+    """Sequences on which K is fitted for `sequence`: the others of its scene, or of any scene if it
+    has no other.
+    """
     others = [other for other in sequences if other != sequence]
     return [other for other in others if other.scene == sequence.scene] or others
 
 
 class _Measure:
-    """Measures the shifts of one front end on one sequence; says why it could not, or nothing."""
+    """Measures the shifts of one front end on one sequence; returns the error, or nothing."""
 
     def __init__(self, sequence: Sequence, method: Method, settings: Settings) -> None:
         self._arguments = (sequence, method, settings)
@@ -112,7 +113,7 @@ class _Measure:
 
 
 class _Run:
-    """One method on one sequence; fails at once where the shifts that it needs are missing."""
+    """Runs one method on one sequence; fails at once if the shifts that it needs are missing."""
 
     def __init__(
         self,

@@ -41,7 +41,7 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """As the dataset names sequences."""
+        """Its name, in the form of the dataset."""
         return f"{1_700_000_000 + self.seed}-0-{self.ground}-cmu-gpr"
 
     def make(self, folder: Path) -> Path:
@@ -74,7 +74,7 @@ def drives(
     channels: Channels = STANDARD,
     kinds: tuple[str, ...] = ("",),
 ) -> list[Drive]:
-    """`count` of them from `first_seed` on. `kinds` of slip that lasts take turns; empty: none."""
+    """`count` drives from `first_seed` on. `kinds` of lasting slip take turns; empty: none."""
     known = (*shipped(), RAYS)
     for kind in kinds:
         if kind and kind not in KINDS:

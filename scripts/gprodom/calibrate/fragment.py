@@ -14,8 +14,8 @@ from gprodom.files import replacing
 class Found:
     """A configuration key, its value as YAML, and its uncertainty in words.
 
-    significant: the data tell it from nothing; else it is written as a comment, which changes no
-    configuration.
+    significant: it differs significantly from no effect; otherwise it is written as a comment,
+    which changes no configuration.
     """
 
     key: str
@@ -36,7 +36,7 @@ def add_output_option(parser: argparse.ArgumentParser) -> None:
 
 
 def fragment(found: Sequence[Found]) -> str:
-    """YAML of one nesting; sections in the order they come, what is not significant as comments."""
+    """YAML with one level of sections, in the given order; insignificant values as comments."""
     sections: dict[str, list[str]] = {}
     lines = ["# Found by gprodom calibrate."]
     for item in found:

@@ -46,7 +46,7 @@ record a robot that stands with its motors on.
 
 @dataclass(frozen=True)
 class Noise:
-    """Of one sensor, root mean square over its axes.
+    """Noise of one sensor, root mean square over its axes.
 
     density: per sqrt(Hz). walk: of the bias, per s sqrt(Hz); an upper bound where `walk_is_bound`.
     instability: of the bias, in the sensor's unit. sigmas: one standard deviation, relative.
@@ -81,7 +81,7 @@ def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
 
 
 def measure_noise(values: Array, rate: float) -> Noise:
-    """Of samples (n, 3) at rest, at `rate` (Hz)."""
+    """Noise of samples (n, 3) at rest, at `rate` (Hz)."""
     curves = [allan(column, rate) for column in values.T]
     tau = curves[0][0]
     deviation = np.sqrt(np.mean([each[1] ** 2 for each in curves], axis=0))

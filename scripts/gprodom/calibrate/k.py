@@ -58,7 +58,7 @@ class Shifts:
 
 @dataclass(frozen=True)
 class Fit:
-    """K in metres per unit of shift, over n windows; robust spread of the residuals, metres."""
+    """K in metres per unit of shift, from n windows; robust spread of the residuals, metres."""
 
     k: float
     n: int

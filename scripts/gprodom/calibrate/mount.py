@@ -40,7 +40,7 @@ Uncertainties are the spread over parts of the recording.
 @dataclass(frozen=True)
 class Mount:
     """rpy: roll, pitch, yaw of the IMU's axes in the body, rad; sigma of each. explained: share of
-    the horizontal accelerations that the wheel and the gyro explain."""
+    the horizontal accelerations that wheel and gyro explain."""
 
     rpy: tuple[float, float, float]
     sigma: tuple[float, float, float]

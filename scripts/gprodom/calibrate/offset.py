@@ -1,4 +1,4 @@
-"""Shared by the searches for a time offset between two sensors."""
+"""Common parts of the searches for a time offset between two sensors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Offset:
 
 
 def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:
-    """Index of the greatest share, with its fraction by a parabola, and that share."""
+    """Index of the largest share, with its fraction by a parabola, and that share."""
     best = int(np.clip(np.argmax(shares), 1, len(shares) - 2))
     a, b, c = (float(share) for share in shares[best - 1 : best + 2])
     bend = a - 2 * b + c
@@ -35,9 +35,9 @@ def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]
 
 
 def spread(parts: Sequence[float], whole: float) -> float:
-    """Standard deviation of `whole`, s, from the same of parts of the recording.
+    """Standard deviation of `whole`, s, from the offsets of parts of the recording.
 
-    By the median deviation: a part with hardly a start or stop is far off.
+    By the median deviation, since a part with hardly any start or stop has a large error.
     """
     deviation = np.median(np.abs(np.array(parts) - whole))
     return 1.4826 * float(deviation) / float(np.sqrt(len(parts)))

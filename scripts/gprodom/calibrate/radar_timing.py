@@ -19,14 +19,14 @@ QUIET = 10  # percentile of the changes between traces that is their noise
 
 
 def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
-    """What is to be added to the stamps of the traces for them to agree with those of the wheel.
+    """The offset to be added to the stamps of the traces so that they agree with the wheel's.
 
-    Let q be the energy of the difference of two neighbouring traces over theirs, with what gain
-    and time zero change taken out and noise subtracted: sqrt(q) goes with the distance between
+    Let q be the energy of the difference of two neighbouring traces over their own energy, without
+    changes of gain and time zero, less the noise: sqrt(q) is proportional to the distance between
     them. Its logarithm is compared with that of the distance that the wheel rolled in the same
-    interval, at each of many lags, and the lag at which a line explains most is the offset. The
-    logarithm makes the error, which is relative, the same at all speeds, and starts and stops
-    sharp; any slower than `FLOOR` of the usual speed is one standstill.
+    interval, at each of many lags. The lag with the best fit of a line is the offset. The error is
+    relative, so with the logarithm it is the same at all speeds, and starts and stops become
+    sharp. All speeds below `FLOOR` of the usual speed count as standstill.
     """
     start, end, change = _changes(logs.need(log, "gpr_trace"))
     utime, distance = wheel_distance(log)
@@ -61,12 +61,14 @@ def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
 
 
 def _usual(speed: Array) -> float:
-    """The median of what moves."""
+    """Median of the values that belong to motion."""
     return float(np.median(speed[speed > 0.1 * speed.max()]))
 
 
 def _changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
-    """Times (s) of neighbouring traces and the change q between them, noise off: (n - 1,) each."""
+    """Times (s) of neighbouring traces and the change q between them, less the noise: (n - 1,)
+    each.
+    """
     from gprodom.gpr import band_pass, check_traces
 
     samples = np.asarray(traces["samples"], np.float64)

@@ -82,7 +82,7 @@ def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
 
 
 def _twice_integrated(values: Array) -> Array:
-    """Such that its second difference about each place is `values`; a grid step counts as 1."""
+    """Values whose second difference about each place is `values`; the step of the grid is 1."""
     whole = np.cumsum(np.cumsum(values - values.mean()))
     return np.concatenate([[0.0], whole[:-1]])
 

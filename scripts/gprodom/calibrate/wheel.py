@@ -49,9 +49,9 @@ compared with the truth before and after the calibration.
 
 @dataclass(frozen=True)
 class Window:
-    """Points of the truth (n, 2), m, with what wheel and gyro say of the same times.
+    """Points of the truth (n, 2), m, with the path by wheel and gyro at the same times.
 
-    The path of the truth's point is, but for a rotation and a shift,
+    The path of the truth's point, apart from a rotation and a shift, is
     rolled / scale + turned * lever + R(yaw) prism.
     """
 
@@ -63,8 +63,9 @@ class Window:
 
 @dataclass(frozen=True)
 class WheelFit:
-    """scale: reported over true; lever_m: of the contact point to the left, None where bends are
-    too few; sigmas by jackknife; residual_m: RMS of what is left, robust."""
+    """scale: reported over true distance; lever_m: of the contact point to the left, None if there
+    are too few bends; sigmas by jackknife; residual_m: robust RMS of the residuals.
+    """
 
     scale: float
     scale_sigma: float
@@ -192,7 +193,7 @@ def _misfit(window: Window, inverse: float, lever: float, prism: tuple[float, fl
 def check_rest(
     log: dict[str, logs.Channel], truth: Trajectory, share: float, scale: float
 ) -> Check:
-    """The distance of what follows the first `share` of the recording."""
+    """Checks the distance of the rest of the recording, after the first `share`."""
     time, distance = wheel_distance(log)
     first = truth.time[0] + int(share * (truth.time[-1] - truth.time[0]))
     rest = truth.select((truth.time >= first) & (truth.time <= time[-1]))

@@ -67,8 +67,8 @@ def _cells(line: bytes, delimiter: bytes) -> list[bytes]:
 
 
 def _is_header(cells: list[bytes], iso: bool, where: str) -> bool:
-    """Whether the first line names columns. Refuses one that is partly numbers: some data would
-    be lost, or taken for data that are none."""
+    """Whether the first line names columns. Raises an error if it has numbers too: then it is not
+    clear whether it is data."""
     numbers = [is_number(cell) or (iso and _moment(cell) is not None) for cell in cells]
     if all(numbers):
         counted = [cell.decode() for cell in cells]

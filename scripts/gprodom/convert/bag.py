@@ -76,7 +76,7 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
 
 
 def _stamp(message: Any, logged: int) -> int:
-    """Microseconds: the header's stamp, where it has one, else the time of recording."""
+    """Microseconds: the header's stamp if it has one, otherwise the time of recording."""
     header = getattr(message, "header", None)
     if header is None or not header.stamp.sec:
         return logged // 1000
@@ -121,7 +121,7 @@ def _truth(message: Any, kind: str, _topics: Topics) -> Any:
 
 
 def _gpr(message: Any, _kind: str, _topics: Topics) -> Any:
-    """Samples, and what the message says of them as our own GprTrace.msg does; NaN: nothing."""
+    """Samples, and the fields of our GprTrace.msg that the message has; NaN: not in the message."""
     facts = [float(getattr(message, name, np.nan)) for name in _RADAR_FACTS]
     for name in TRACE_FIELDS:
         if hasattr(message, name):
@@ -138,7 +138,7 @@ _VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
 
 
 def imu_stream(channel: str, time: Ints, acceleration: Floats, rate: Floats) -> Stream:
-    """IMU messages without orientation, of (n, 3) m/s^2 and (n, 3) rad/s."""
+    """IMU messages without orientation, from (n, 3) m/s^2 and (n, 3) rad/s."""
     none = np.zeros((len(time), 4))
     unknown = np.zeros(len(time), bool)
     return _imu_stream(channel, time, acceleration, rate, unknown, none)
@@ -165,7 +165,9 @@ def gpr_stream(
     time_zero: npt.ArrayLike,
     volts_per_count: npt.ArrayLike = 0.0,
 ) -> Stream:
-    """Radar messages of traces (n, samples), counts; the rest (n,) or one for all, s and V."""
+    """Radar messages from traces (n, samples), counts; the other values (n,) or one for all, s and
+    V.
+    """
     fields: dict[str, npt.ArrayLike] = {
         "utime": time,
         "seq": np.arange(len(time)),
@@ -179,7 +181,7 @@ def gpr_stream(
 
 
 def truth_stream(time: Ints, position: Floats) -> Stream:
-    """The truth, of positions (n, 3), m."""
+    """Truth messages from positions (n, 3), m."""
     fields = {"utime": time, "position": position}
     return Stream(TRUTH_CHANNEL, time, encode("position_truth_t", fields, len(time)))
 

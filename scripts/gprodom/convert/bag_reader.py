@@ -51,7 +51,7 @@ class Bag:
         self.topics: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
 
     def count(self, topics: Collection[str]) -> int:
-        """How many messages the bag says it has on them."""
+        """Number of messages on these topics, according to the bag."""
         return sum(c.msgcount for c in self._reader.connections if c.topic in topics)
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
@@ -115,7 +115,7 @@ def _damage_told(path: Path) -> Iterator[None]:
 
 
 def choose_topics(path: Path, bag: Bag, asked: dict[str, str | None]) -> dict[str, str]:
-    """The topic of each of imu, wheel, truth and gpr: as asked for, or the only one that fits."""
+    """The topics of imu, wheel, truth and gpr: as given, or the only one of a fitting type."""
     chosen: dict[str, str] = {}
     for what in (*KINDS, "gpr"):
         topic = asked[what]

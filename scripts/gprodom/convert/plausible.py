@@ -1,9 +1,9 @@
 """Checks a conversion's result against what the sensors of a ground robot can measure.
 
-A table in milliseconds, an accelerometer in g or counts taken for a speed make a log that looks
-like any other, and an estimate that is far off. What is plainly wrong ends the conversion with what
-to do about it; what is only doubtful is said. The bounds are far from what robots do, so that no
-robot is refused: they tell units apart, which differ by ten or more.
+A table in milliseconds, an accelerometer in g, or counts taken for a speed give a log that looks
+like any other, and a wrong estimate. A clear mistake ends the conversion with advice; a doubtful
+value gives a warning. The bounds are far from what robots do, so that no robot is refused: they
+only detect wrong units, which differ by a factor of ten or more.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class _Findings:
 
 
 def check_streams(streams: Sequence[Stream]) -> None:
-    """Raises `Error` where the streams are plainly wrong, warns where they are doubtful."""
+    """Raises `Error` if the streams are clearly wrong, and warns if they are doubtful."""
     found = _Findings()
     times: dict[str, Ints] = {}
     content = {}
@@ -100,7 +100,7 @@ def _check_stamps(kind: str, utime: Ints, found: _Findings) -> None:
 
 
 def _check_spans(times: dict[str, Ints], found: _Findings) -> None:
-    """IMU and wheel must be there together; a radar may be switched on late."""
+    """IMU and wheel must overlap in time; a radar may be switched on later."""
     spans = {kind: (int(t[0]) * 1e-6, int(t[-1]) * 1e-6) for kind, t in times.items() if len(t)}
     if not {"imu_t", "wheel_t"} <= spans.keys():
         return
@@ -180,7 +180,7 @@ def _check_wheel(
 
 
 def _means(utime: Ints, values: Floats, seconds: float) -> Floats:
-    """(m, 3): means of values (n, 3) over stretches of `seconds`, those with samples."""
+    """(m, 3): means of values (n, 3) over stretches of `seconds` that have samples."""
     stretch = ((utime - utime[0]) * 1e-6 / seconds).astype(np.int64)
     _, first = np.unique(stretch, return_index=True)
     counts = np.diff(np.append(first, len(stretch)))

@@ -35,7 +35,7 @@ def find_quantum(distances: npt.ArrayLike, decimals: int) -> float | None:
 
 
 def _refine(guess: float, magnitudes: Floats) -> float:
-    """Least squares over ever longer distances, so that no tick count is off by one."""
+    """Least squares over longer and longer distances, so that no tick count is wrong by one."""
     quantum, span = guess, guess
     while span < magnitudes[-1]:
         span = min(4 * span, float(magnitudes[-1]))

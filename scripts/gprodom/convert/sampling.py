@@ -1,7 +1,7 @@
 """The time between a sequence's radar samples, which its CSV files do not contain.
 
-A simulated sequence holds it in a small file of its own (`RADAR_FACTS`). Older ones have it in the
-JSON beside them, which else holds the truth: of that file nothing else is looked at.
+A simulated sequence has it in a small file (`RADAR_FACTS`). Older ones have it in the JSON file
+beside them, which also has the truth; nothing else is read from that file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ def radar_facts(sample_interval: float) -> bytes:
 
 
 def find_sample_interval(sequence: Path, facts: File | None) -> float:
-    """Seconds: as `facts` says, else the file beside the sequence (with a word), else 0.2 ns."""
+    """Seconds: from `facts`, otherwise from the file beside the sequence (with a notice), otherwise
+    0.2 ns."""
     if facts is not None:
         return _interval(facts.data, _KEY, facts.label)
     beside = sequence.with_name(sequence.name.removesuffix(".zip") + ".json")

@@ -1,7 +1,7 @@
 """A CMU-GPR sequence as files that are read by name: a directory or the dataset's zip.
 
-Nothing is ever extracted from a zip. A file in it that says to have more than `MAX_BYTES` is not
-begun with; of one that says less than it has, no more than that is read.
+Nothing is extracted from a zip to disk. A file in it whose stated size is above `MAX_BYTES` is not
+read, and never more than the stated size is read.
 """
 
 from __future__ import annotations

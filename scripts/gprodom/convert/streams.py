@@ -1,4 +1,4 @@
-"""A recording's LCM messages, as every log of ours holds them."""
+"""A recording's LCM messages, in the form of our logs."""
 
 from __future__ import annotations
 

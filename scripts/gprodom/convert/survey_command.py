@@ -120,8 +120,8 @@ def join(
 
 
 def wavelength_m(lines: Ints, sample_interval: float) -> float:
-    """Of the echoes of (k, n, samples): the mean trace taken out, at their mean frequency by
-    energy, at the speed of a wave in dry ground."""
+    """Wavelength of the echoes in (k, n, samples): without the mean trace, at the mean frequency by
+    energy, with the wave speed of dry ground."""
     echoes = lines - lines.mean(axis=1, keepdims=True)
     energy = (np.abs(np.fft.rfft(echoes, axis=2)) ** 2).mean(axis=(0, 1))
     frequency = np.fft.rfftfreq(lines.shape[2], sample_interval)
@@ -130,7 +130,7 @@ def wavelength_m(lines: Ints, sample_interval: float) -> float:
 
 
 def _as_int16(traces: np.ndarray) -> Ints:
-    """As they are where they fit, else scaled so that all but glitches (0.1 %) do."""
+    """Unchanged if they fit, otherwise scaled so that all but 0.1 % (glitches) fit."""
     reach = float(np.quantile(np.abs(traces).max(axis=2), 0.999))
     scale = min(1.0, FULL_SCALE / max(reach, 1.0))
     return np.clip(np.rint(traces * scale), -32768, 32767).astype(np.int16)

@@ -1,9 +1,9 @@
 """Survey files of radar makers: lines of traces at even spacing.
 
 Read here: Sensors & Software (DT1 with HD), GSSI (DZT), MALA (RD3 or RD7 with RAD) and Impulse
-(IPRB with IPRH); the layouts are the makers' published ones. Headers are taken at their word. A
-file that holds fewer traces than its header counts, or a part of one, was cut short and is refused;
-one that holds more was written on after its header, and all of it is read.
+(IPRB with IPRH); the layouts are the makers' published ones. Headers are trusted. A file
+with fewer traces than its header states, or with a part of one, was cut short and is refused. One
+with more was extended after its header was written, and is read completely.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Line:
 
 
 def read_line(path: Path) -> Line:
-    """Reads a line by what its name ends in; headers are looked for beside it."""
+    """Reads a line in the format of its file name's ending; the header is expected beside it."""
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         known = ", ".join(sorted(_READERS)).upper()
@@ -101,7 +101,7 @@ class _Header:
 
 
 def _whole_traces(path: Path, size: int, width: int, counted: float = 0) -> int:
-    """How many traces of `width` bytes lie in `size` bytes, of which the header counts `counted`.
+    """Number of traces of `width` bytes in `size` bytes; the header states `counted`.
 
     Refuses a file that ends before its last trace does.
     """

@@ -25,7 +25,7 @@ class Table:
 
 
 def is_number(text: bytes) -> bool:
-    """Whether Python reads it as one."""
+    """Whether Python can read it as a number."""
     try:
         float(text)
     except ValueError:

@@ -168,7 +168,7 @@ def _imu(layout: Layout, channels: Channels) -> Stream:
 
 
 def covered(time: Ints, by: Ints) -> Floats:
-    """Which of `time` (n,) lie between two stamps of `by` (m,) that are no gap apart."""
+    """Which of `time` (n,) lie between two stamps of `by` (m,) without a gap between them."""
     right = np.searchsorted(by, time, side="left")
     exact = (right < len(by)) & (by[np.minimum(right, len(by) - 1)] == time)
     inside = (right > 0) & (right < len(by))
@@ -213,7 +213,7 @@ def _wheel_numbers(text: str) -> list[int]:
 
 
 def _check_speed(source: Source, table: Table) -> None:
-    """A speed that never falls is a distance, or counts."""
+    """Detects a column of speed that is a distance or a count: it never falls."""
     lasts = float(table.utime[-1] - table.utime[0]) * 1e-6
     for column in table.values.T:
         steps = np.diff(column)

@@ -20,7 +20,7 @@ Row = tuple[str, float, float, float, float]  # what it is of, and its numbers
 
 @dataclass(frozen=True)
 class WheelSpec:
-    """What of a bag's messages is the wheel, or the two sides."""
+    """Which fields of a bag's messages are the wheel, or the two sides."""
 
     radius: float = 0.0  # m, of a joint's wheel
     joint: str | None = None  # its name; None: the message's first
@@ -77,7 +77,7 @@ def wheel_streams(
 def along_poses(poses: Floats) -> Floats:
     """Signed cumulative distance (n,), m, of poses x, y, yaw (n, 3).
 
-    A step counts along the heading in its middle.
+    Each step is projected on the heading in its middle.
     """
     yaw = np.unwrap(poses[:, 2])
     middle = 0.5 * (yaw[1:] + yaw[:-1])

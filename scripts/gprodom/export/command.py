@@ -77,7 +77,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Writes what is asked for."""
+    """Writes the requested files."""
     wanted = [name for name in OUTPUTS if getattr(args, name) is not None]
     if not wanted:
         raise UsageError(f"nothing to do: give some of {', '.join('--' + n for n in OUTPUTS)}")
@@ -123,7 +123,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def poses_of_traces(trajectory: Trajectory, radar: logs.Channel) -> tuple[Trajectory, Bools]:
-    """Poses at the traces' times, and which traces have one: those within the estimate's time."""
+    """Poses at the traces' times, and which traces have one (those within the time of the
+    estimate).
+    """
     time = radar["utime"]
     kept = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
     if not kept.any():

@@ -28,7 +28,7 @@ Entry = tuple[int, str, str, Any]  # time (us), topic, type, message
 
 
 class _Messages:
-    """ROS messages of what a log holds; `one`: ROS 1, whose headers have a number."""
+    """ROS messages of what a log holds; `one`: for ROS 1, whose headers have a sequence number."""
 
     def __init__(self, types: Any, one: bool) -> None:
         self._types, self._one = types, one
@@ -101,7 +101,7 @@ class _Messages:
             yield utime, "/tf", TRANSFORMS, self._make(TRANSFORMS, transforms=[stamped])
 
     def path(self, content: Channel, frame: str) -> Iterator[Entry]:
-        """The whole way in one nav_msgs/Path, at its end."""
+        """The whole path as one nav_msgs/Path, stamped at its end."""
         poses = [
             self._make(
                 "geometry_msgs/msg/PoseStamped",
@@ -139,7 +139,7 @@ class _Messages:
             )
 
     def scans(self, radar: Channel) -> Iterator[Entry]:
-        """sensor_msgs/Image, mono8: a column a trace, the mean trace of each picture taken out."""
+        """sensor_msgs/Image, mono8: a column for each trace, less the mean trace of the picture."""
         samples = np.stack(list(radar["samples"])).astype(np.float64)
         for end in range(SCAN_TRACES, len(samples) + 1, SCAN_EVERY):
             grey = as_grey(samples[end - SCAN_TRACES : end])
@@ -158,7 +158,7 @@ class _Messages:
 
 
 def as_grey(traces: Any) -> Ints:
-    """(samples, n) uint8 of traces (n, samples): 128 is none, the strongest hundredth is full."""
+    """(samples, n) uint8 of traces (n, samples): 128 is 0, and the strongest 1 % are clipped."""
     echoes = (traces - traces.mean(axis=0)).T
     reach = max(float(np.quantile(np.abs(echoes), 0.99)), 1e-9)
     return np.asarray(np.clip(np.rint(127.5 + 127.5 * echoes / reach), 0, 255), np.uint8)

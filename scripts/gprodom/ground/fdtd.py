@@ -1,7 +1,7 @@
 """Survey lines of a scene by gprMax: 2-D FDTD, one model for each trace, round the antenna.
 
-A node of gprMax's grid is of the cell that follows it. So the ground lies half a cell back along
-the line, and its surface half a cell below the plane that `Antenna.height` counts from.
+A node of gprMax's grid belongs to the cell that follows it. So the ground is shifted back by half a
+cell along the line, and its surface is half a cell below the plane of `Antenna.height`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""LCM: messages and logs as classes and arrays, and here the one place that decides whose LCM runs.
+"""LCM: messages and logs as classes and arrays. This module decides which LCM binding is used.
 
 The PyPI module ``lcm`` where it is installed (a checkout's virtual environment); else our own thin
 binding over Debian's liblcm, `gprodom.lcm.binding`, which has the same API. GPRODOM_LCM=pypi or

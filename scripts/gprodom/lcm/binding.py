@@ -80,7 +80,7 @@ _libc = _load("libc.so.6", {"fseeko": (_int, [_p, _i64, _int]), "ftello": (_i64,
 
 
 class LCMSubscription:
-    """What `LCM.subscribe` returns."""
+    """The result of `LCM.subscribe`."""
 
     def __init__(self) -> None:
         self._pointer: int | None = None
@@ -146,7 +146,7 @@ class LCM:
             raise OSError("lcm_handle() returned -1")
 
     def handle_timeout(self, timeout_millis: int) -> int:
-        """The same with a limit; 0 where no message came in time, else positive."""
+        """The same with a time limit; 0 if no message arrived in time, otherwise positive."""
         if timeout_millis < 0:
             raise ValueError("invalid timeout")
         status = _lcm.lcm_handle_timeout(self._pointer, timeout_millis)

@@ -1,6 +1,7 @@
 """Flags, kinds and health by name. Their numbers are defined in ``lcmtypes/*.lcm`` only.
 
-The generated classes are asked when a number is wanted, not on import: help texts need no build.
+The generated classes are loaded only when a number is needed, not on import: help texts need no
+build.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def constants(name: str) -> dict[str, int]:
 
 
 def flag_bits() -> dict[str, int]:
-    """The bits of odometry_t.flags by what they are called, the lowest first."""
+    """The bits of odometry_t.flags by name, the lowest first."""
     bits = constants("odometry_t")
     return {text: bits[key] for key, text in sorted(_FLAGS.items(), key=lambda item: bits[item[0]])}
 
@@ -48,5 +49,5 @@ def kind(name: str) -> int:
 
 
 def health(value: int) -> str:
-    """What status_t.health says, in a word."""
+    """The name of a value of status_t.health."""
     return {number: key.lower() for key, number in constants("status_t").items()}[value]

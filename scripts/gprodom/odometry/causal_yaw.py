@@ -1,9 +1,9 @@
 """Causal gyro yaw: bias and gravity come from the standstills so far.
 
-Time is cut into bins of `BIN_S`. A bin stands where over `WINDOW_S` up to it the wheel turned no
-faster than its rest noise may show, and the gyro's means were steady: a robot that turns on the
-spot has a mean wheel speed of zero, too. What a bin's samples are corrected with comes from bins
-before it.
+Time is divided into bins of `BIN_S`. In a bin the robot stands if over `WINDOW_S` up to it the
+wheel was no faster than its noise at rest, and the gyro's means were steady (a robot that turns on
+the spot has a mean wheel speed of zero, too). The samples of a bin are corrected with values from
+earlier bins only.
 """
 
 from __future__ import annotations
@@ -46,8 +46,9 @@ def _sums(bins: Ints, values: Floats) -> Floats:
 
 
 def _so_far(count: Ints, rates: Floats, forces: Floats, moved: Floats) -> tuple[Floats, Floats]:
-    """Bias (k, 3) and the unit vector upwards (k, 3) known at the beginning of each of k bins; in
-    the first bins, where nothing is known, upwards is what their own accelerations say."""
+    """Bias (k, 3) and unit vector upwards (k, 3) as known at the beginning of each of k bins. In
+    the first bins, where nothing is known, the vector comes from their own accelerations.
+    """
     wide = round(WINDOW_S / BIN_S)
     bias, up = np.zeros((len(count), 3)), np.zeros((len(count), 3))
     known: Floats | None = None

@@ -1,4 +1,4 @@
-"""Plain dead reckoning: distance along the track and gyro yaw less its bias, nothing else.
+"""Plain dead reckoning: distance along the track, and gyro yaw less its bias.
 
 Logs are as `gprodom.lcm.logs.read_roles` gives them.
 """
@@ -27,7 +27,7 @@ def yaw_from_gyro(imu_time: Times, acceleration: Array, gyro: Array, still: Span
 
     imu_time (n,) microseconds; acceleration (n, 3) m/s^2 and gyro (n, 3) rad/s in the IMU's axes,
     at whatever rotation it is mounted. Gravity and bias are means over the standstill `still`
-    (microseconds); a floor level enough that gravity stays put in the robot is taken for granted.
+    (microseconds). The floor must be so level that gravity keeps its direction in the robot.
     """
     seconds = (imu_time - imu_time[0]) * 1e-6
     during = (imu_time >= still[0]) & (imu_time <= still[1])
@@ -52,9 +52,9 @@ def first_motion(wheel_time: Times, distance: Array) -> int:
 
 
 def standstill(wheel_time: Times, distance: Array) -> Span:
-    """The standstill at the start, or where the robot moves from the start, the longest on the way.
+    """The standstill at the start; if the robot moves from the start, the longest one later.
 
-    Start and end (microseconds); equal where there is none.
+    Start and end (microseconds); equal if there is none.
     """
     first = first_motion(wheel_time, distance)
     if (first - wheel_time[0]) * 1e-6 >= MIN_STANDSTILL_S:
@@ -75,7 +75,8 @@ def standstill(wheel_time: Times, distance: Array) -> Span:
 def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Trajectory:
     """Trajectory at `time` (m,) from signed cumulative distance (m,) and yaw (n,) at `yaw_time`.
 
-    Each step goes along the yaw at its middle. Starts at the origin with the yaw of time[0] as 0.
+    Each step has the direction of the yaw at its middle. Starts at the origin, with yaw 0 at
+    time[0].
     """
     origin = time[0]
     stamps, clock = (time - origin) * 1e-6, (yaw_time - origin) * 1e-6
@@ -107,7 +108,7 @@ def has_wheel(log: dict[str, logs.Channel]) -> bool:
 
 
 def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
-    """Times (n,) and yaw (n,), rad, of a log's IMU as known on the way (`causal_yaw`)."""
+    """Times (n,) and causal yaw (n,), rad, of a log's IMU (`causal_yaw`)."""
     imu = logs.need(log, "imu")
     time, acceleration, rate = (
         imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
@@ -117,8 +118,8 @@ def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
 
 def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array]:
     """Times (n,) and yaw (n,), rad, with the bias of a given standstill (`yaw_from_gyro`);
-    where it is none, gravity is the mean over the whole log and the gyro keeps its bias: good for
-    stretches of some seconds."""
+    without one, gravity is the mean over the whole log and the bias is not removed, which is good
+    enough for some seconds."""
     imu = logs.need(log, "imu")
     time, acceleration, rate = (
         imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")

@@ -29,7 +29,7 @@ class Displacements:
 
 
 def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
-    """Those that `source` (a front end's name) published as sequential and valid."""
+    """The valid sequential displacements of `source` (a front end's name)."""
     if "displacement" not in log:
         raise Error("the replay published no displacements: is the radar in use?")
     content = log["displacement"]
@@ -54,8 +54,8 @@ def reckon(log: dict[str, logs.Channel], displacements: Displacements) -> Trajec
     """Dead reckoning on radar distance: its size from the radar, its sign from the wheel, gyro yaw.
 
     Windows may overlap, so each displacement counts as a mean speed at the middle of its window;
-    between windows, and over those without a valid one, the speed is interpolated. Where the wheel
-    stands the robot does.
+    between windows, and over invalid ones, the speed is interpolated. The robot stands while the
+    wheel does.
     """
     time, wheel = wheel_distance(log)
     span = (displacements.end - displacements.start) * 1e-6

@@ -31,8 +31,8 @@ class Estimate:
     """The result of a method on a log.
 
     trajectory: as published (causal).
-    jumps: of `map`, where a replay tells of them.
-    smoothed: from one solution over all data, where it was asked for and the method has one.
+    jumps: of `map`, if a replay has them.
+    smoothed: from one solution over all data, if requested and if the method has one.
     """
 
     trajectory: Trajectory
@@ -89,7 +89,7 @@ def estimate(
     """Runs `method` on `log`. A replay writes its log to `output`; `wheel` needs none.
 
     `smooth`: solve over all data, too. Dead reckoning has no such solution.
-    `on_warning` is told what the estimator warns of.
+    `on_warning` is called with each warning of the estimator.
     """
     channels = read_channels(configs, [*method.overrides, *overrides])
     sensors = channels.of("imu", "wheel")

@@ -41,10 +41,10 @@ def run_replay(
 ) -> None:
     """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
 
-    `on_progress` is told the share of the log that is done, from 0 to 1.
+    `on_progress` is called with the share of the log that is done, from 0 to 1.
     `smoothed`: a TUM file for the solution over all data, where given.
-    `on_warning` is told the estimator's warnings.
-    `poses_needed`: without a pose it has failed; else what was published besides is enough.
+    `on_warning` is called with each warning of the estimator.
+    `poses_needed`: a replay without a pose counts as failed.
     """
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         stats = Path(folder) / "stats.json"

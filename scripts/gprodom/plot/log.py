@@ -1,4 +1,4 @@
-"""What a replayed or recorded log says along time: speed, standing, slipping, uncertainty."""
+"""A replayed or recorded log against time: speed, standing, slipping, uncertainty."""
 
 from __future__ import annotations
 

@@ -36,11 +36,11 @@ class Observed:
 class Observability:
     """Figures of one front end.
 
-    windows: with truth. commonest_shift: the whole number most often seen; commonest_share: in what
-    share of the windows. correlation: of shift and signed displacement; correlation_size: of their
+    windows: with truth. commonest_shift: the most frequent integer; commonest_share: its share of
+    the windows. correlation: of shift and signed displacement; correlation_size: of their
     sizes; None where one of them never changes. k: metres per unit, fitted on the same windows;
     residual_rms_m: what it leaves; constant_rms_m: what one constant displacement for all leaves.
-    displacement_min_m, displacement_max_m: range of what took place.
+    displacement_min_m, displacement_max_m: range of the true displacements.
     """
 
     windows: int

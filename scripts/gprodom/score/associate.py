@@ -68,7 +68,7 @@ def associate(estimate: Trajectory, truth: Trajectory, max_gap_s: float = MAX_GA
 
 
 def warn_of_uncovered(pairs: Pairs) -> None:
-    """Where the estimate leaves out a metre of the truth or more: it is scored on the rest."""
+    """Warns if the estimate does not cover a metre of the truth or more: the rest is scored."""
     if pairs.excluded_m < UNCOVERED_M:
         return
     warn(

@@ -116,7 +116,7 @@ def add_truth_error(parser: argparse.ArgumentParser) -> None:
 
 
 def truth_error_of(args: argparse.Namespace) -> TruthError:
-    """What these options say."""
+    """The values of these options."""
     if args.truth_sigma < 0 or args.truth_delay_sigma < 0:
         raise UsageError("--truth-sigma, --truth-delay-sigma: expected 0 or more")
     return TruthError(args.truth_sigma, args.truth_delay_sigma)

@@ -3,7 +3,7 @@
 The estimate's pose error, as a turn theta and a shift rho of its whole frame (x and y; the error of
 a position p is rho + theta J p with J a quarter turn), grows by what the odometry adds, and shrinks
 where a place is seen again. So errors at two times are correlated, and how much follows from the
-published covariances: what is in the earlier error is in the later one, less what was taken out.
+published covariances: the later error has the earlier one in it, less the part that was removed.
 With the truth's noise (white) and the error of its clock (one for the run) that gives C, the
 covariance of all position errors together. The truth's start pose is not known; it is estimated
 from all points by least squares weighted with C, and its covariance enters the errors left over.
@@ -27,8 +27,8 @@ LEAST_VARIANCE = 1e-12  # m^2, rad^2; keeps a pose that is known exactly inverti
 
 @dataclass(frozen=True)
 class TruthError:
-    """What is known of the truth's own error: noise of a coordinate (m), offset of its clock (s),
-    one standard deviation each."""
+    """The truth's own error: noise of a coordinate (m) and offset of its clock (s), one standard
+    deviation each."""
 
     sigma_m: float = 0.002
     delay_sigma_s: float = 0.0
@@ -36,8 +36,9 @@ class TruthError:
 
 def nees_xy(pairs: Pairs, truth_error: TruthError) -> float | None:
     """Mean of e^T S^-1 e over the points, e what is left of the error of x and y once the truth is
-    placed, S its covariance: 2 where the published covariance is right. None where that cannot be
-    told: no covariance, or one that is not positive."""
+    placed, S its covariance: 2 if the published covariance is right. None if there is no
+    covariance, or one that is not positive.
+    """
     if pairs.estimate.covariance is None:
         return None
     planar = pairs.estimate.covariance[:, [[0], [1], [5]], [0, 1, 5]]

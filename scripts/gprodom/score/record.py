@@ -20,9 +20,9 @@ Mode = str  # causal: as published, never rewritten; smoothed: the final solutio
 class Record:
     """One row of results. The fields are the columns of results.csv and the keys of --json.
 
-    Figures as in `figures.Figures`; None (an empty cell, JSON null) where the data cannot say.
+    Figures as in `figures.Figures`; None (an empty cell, JSON null) if the data do not give them.
     map_jumps, map_jump_mean_m, map_jump_max_m: corrections that moved the published pose in `map`,
-    None where no log tells.
+    None without a log.
     """
 
     sequence: str

@@ -71,7 +71,7 @@ def _first_data_line(head: bytes) -> str:
 
 
 def read_estimate(path: Path, frame: Frame = "map", channels: Channels = STANDARD) -> Source:
-    """The trajectory to be scored; of a log, that of `frame` as published."""
+    """The trajectory to be scored; from a log, that of `frame` as published."""
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
@@ -94,7 +94,7 @@ def read_estimate(path: Path, frame: Frame = "map", channels: Channels = STANDAR
 def read_truth(path: Path, frame: Frame | None = "map", channels: Channels = STANDARD) -> Source:
     """The trajectory to score against.
 
-    Of a log, TOTAL_STATION, or else the estimate in `frame`; with None, only what was measured.
+    From a log: TOTAL_STATION, otherwise the estimate in `frame`; with None only TOTAL_STATION.
     """
     kind = kind_of(path)
     if kind != "log":

@@ -136,7 +136,7 @@ def parse_point(text: str) -> Point:
 
 
 def make_spec(args: argparse.Namespace) -> Spec:
-    """What the arguments ask for."""
+    """The specification given by the arguments."""
     speed = args.speed or (KINDS[args.robot].speed if args.robot else SPEED)
     ground: GroundSpec | SurveySpec | None = GroundSpec() if args.ground == RAYS else None
     length = None
@@ -164,7 +164,7 @@ def make_spec(args: argparse.Namespace) -> Spec:
 
 
 def check(args: argparse.Namespace) -> None:
-    """Raises `UsageError` where the arguments do not go together."""
+    """Raises `UsageError` if the arguments contradict each other."""
     for name, low, high in (
         ("seed", 0, 2**63),
         ("distance", 1, 5000),

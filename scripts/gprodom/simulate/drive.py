@@ -234,7 +234,7 @@ class Drive:
         return result[0], result[1]
 
     def _local(self, t: Floats) -> tuple[dict[str, Floats], Floats, Floats]:
-        """What needs no integration, and the velocity in the world."""
+        """Values that need no integration, and the velocity in the world."""
         s, travelled, v, a = self._law(t)
         heading, curvature = self._spec.track.heading(s)
         swing, swing_rate = self._swing(travelled)
@@ -258,8 +258,9 @@ class Drive:
         return motion, v * cos - lateral * sin, v * sin + lateral * cos
 
     def _aside(self, t: Floats) -> tuple[Floats, Floats]:
-        """Sideways speed of a body that turns round another point than its origin, and of its
-        tyres' creep (m/s), and the derivative (m/s^2)."""
+        """Sideways speed (m/s) of a body that rotates about another point than its origin, plus the
+        creep of its tyres, and the derivative (m/s^2).
+        """
         spec = self._spec
         if not (spec.centre_offset or spec.centre_wander or spec.cornering_stiffness):
             return np.zeros_like(t), np.zeros_like(t)

@@ -114,8 +114,8 @@ def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
 def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
     """Revisits that did not take place, as arguments of `gprodom.Odometry.add_displacement`.
 
-    Every 20 m one that is 0.3 to 3 m off, and three a metre apart that agree with each other, one
-    pitch of 0.5 m off.
+    Every 20 m one that is wrong by 0.3 to 3 m, and three, a metre apart, that agree with each other
+    and are wrong by a pitch of 0.5 m.
     """
     random = stream(run.seed, "wrong")
     travelled, time = run.truth.travelled, run.truth_utime * 1000

@@ -1,6 +1,6 @@
-"""Radar traces over made-up ground: point scatterers and wavy layers, by travel time.
+"""Radar traces over synthetic ground: point scatterers and wavy layers, by travel time.
 
-What the antenna sees depends on where it is alone: over the same spot it is the same trace up to
+The trace depends on the position of the antenna only: over the same spot it is the same, up to
 noise. No wave physics beyond travel time, spreading and attenuation.
 """
 

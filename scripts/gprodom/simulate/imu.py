@@ -66,7 +66,7 @@ MTI30 = ImuSpec(
 
 @dataclass(frozen=True)
 class ImuData:
-    """What the IMU says, in its own frame, and the biases in it: each (n, 3)."""
+    """The IMU's samples in its own frame, and the biases in them: each (n, 3)."""
 
     acceleration: Floats  # m/s^2, specific force
     angular_velocity: Floats  # rad/s

@@ -78,7 +78,7 @@ def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomSta
 def _told(t: Floats, fine: Floats, distance: Floats, spec: PairSpec) -> Floats:
     """The distance (m) that is reported at `t`, of `distance` at `fine`.
 
-    A held value is the mean speed of the last whole interval: what adds it up goes in straight
+    A held value is the mean speed of the last whole interval. Its integral consists of straight
     lines, and lags by an interval.
     """
     if spec.held > 0:

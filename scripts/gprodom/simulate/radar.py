@@ -1,4 +1,4 @@
-"""What a radar adds to the traces of the ground: drifts, ringing, spikes, noise, counts."""
+"""Errors that a radar adds to the traces of the ground: drifts, ringing, spikes, noise, counts."""
 
 from __future__ import annotations
 

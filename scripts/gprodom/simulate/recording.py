@@ -15,7 +15,7 @@ from gprodom.simulate.sequence import Simulated
 
 
 def as_recording(simulated: Simulated) -> Recording:
-    """What converting the written sequence would give, but for rounding."""
+    """The result of converting the written sequence, apart from rounding."""
     imu = simulated.imu
     return Recording(
         imu_utime=simulated.imu_utime,

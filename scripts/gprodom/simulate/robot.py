@@ -63,7 +63,7 @@ class Kind:
 
     @property
     def settings(self) -> list[str]:
-        """What its user tells the estimator."""
+        """The settings of the estimator for it."""
         return [f"wheel.drive={self.drive}", f"wheel.track={self.pair.track}"]
 
 

@@ -120,8 +120,8 @@ def make_route(
 ) -> DriveSpec:
     """The route `name` of `ROUTES` over `distance` (m), after `standstill` (s).
 
-    `ground` (m): the ground repeats along the track after this; laps are made as long, lines
-    shorter by `_MARGIN`, so that no piece of it is met at two places.
+    `ground` (m): the ground repeats along the track after this length. Laps get this length, lines
+    are shorter by `_MARGIN`, so that no two places have the same ground.
     """
     longest = inf if ground is None else ground - _MARGIN
     if name == "line":

@@ -149,7 +149,7 @@ def _turning(spec: Spec, t: Floats) -> Floats:
 def _count(
     drive: Drive, t: Floats, motion: Motion, spec: Spec, seed: int
 ) -> tuple[PairData | None, WheelData]:
-    """What the two sides count at `t` (s), where there are any, and the wheel."""
+    """Counts at `t` (s) of the two sides, if there are any, and of the wheel."""
     if spec.pair is None:
         return None, wheel.measure(t, motion, spec.wheel, stream(seed, "wheel"))
     sides = pair.measure(t, drive, spec.pair, stream(seed, "pair"))

@@ -1,10 +1,10 @@
-"""What lies under the wheels: how far they slip on it, and how wide a skid steer turns on it.
+"""The surface under the wheels: their slip on it, and the effective track of a skid steer.
 
 The figures are of a Warthog (skid steer, 1.08 m between its sides), from recordings by the Norlab
 of Université Laval (repository norlab-ulaval/DRIVE, BSD-3-Clause) in pieces of 2 s with lidar
 positions. Those of constant command, with 1 m and more by the wheels, and turning by less than 0.6
-of what turning on the spot is: 119 on asphalt, 114 on gravel, 92 on ice. Asphalt hardly slips: what
-scatters there is the lidar and the turning, and is taken out of the others' scatter.
+of what turning on the spot is: 119 on asphalt, 114 on gravel, 92 on ice. On asphalt the wheels
+hardly slip: its scatter comes from lidar and turning, and is subtracted from that of the others.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""``gprodom status``: what a running gprodomd says about itself."""
+"""``gprodom status``: the state of a running gprodomd."""

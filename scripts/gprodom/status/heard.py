@@ -1,4 +1,4 @@
-"""What is heard on LCM of a running gprodomd: rates, delays, the newest of each message."""
+"""What a running gprodomd publishes on LCM: rates, delays, the newest of each message."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Heard:
         self._newest: dict[str, Any] = {}
 
     def take(self, channel: str, data: bytes) -> None:
-        """Counts a message of one of our types, by whatever name its channel goes."""
+        """Counts a message of one of our types, on any channel."""
         name = by_fingerprint().get(bytes(data[:8]))
         if name is None or len(data) < 16:
             return

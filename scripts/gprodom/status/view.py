@@ -1,4 +1,4 @@
-"""What is heard of a daemon, as a page for a terminal and as one line."""
+"""The state of a daemon, as a page for a terminal and as one line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CLOCKS_DIFFER_S = 3600.0  # a stamp further off is that of a replayed log, not l
 
 
 def line(heard: Heard) -> str:
-    """Health and the most telling figures."""
+    """Health and the most important figures."""
     now = figures(heard)
     rates = ", ".join(f"{name} {rate:.0f} Hz" for name, rate in now["rates_hz"].items())
     parts = [rates]
