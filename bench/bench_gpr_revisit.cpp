@@ -35,7 +35,7 @@ void gated_query(benchmark::State& state) {
   const double bound = 0.01 * static_cast<double>(state.range(0));
   for (auto _ : state) benchmark::DoNotOptimize(matcher.match(memory, query, -0.5, bound));
 }
-BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(330)->Unit(benchmark::kMillisecond);
+BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(330)->Arg(500)->Unit(benchmark::kMillisecond);
 
 // A question as the mapper asks it, one direction known, of a window in which the robot was not
 // found so far: the ground may be stretched by a slip of that standard deviation (ln).
@@ -54,7 +54,7 @@ void question(benchmark::State& state) {
 }
 BENCHMARK(question)
     ->ArgNames({"bound_cm", "slip_percent"})
-    ->ArgsProduct({{60, 330}, {0, 5, 38}})
+    ->ArgsProduct({{60, 330, 500}, {0, 5, 38}})
     ->Unit(benchmark::kMillisecond);
 
 // A trace every 1.5 cm, with `metres` of ground in memory already.

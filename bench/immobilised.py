@@ -72,17 +72,19 @@ class Result:
     km: float
     cases: list[Case]
     false_alarms: list[tuple[float, float]]  # s from the start, from and to
+    in_status_s: float  # STATUS says it, one message a second
     cannot_tell_s: float
 
 
 @dataclass(frozen=True)
 class Told:
-    """Poses: times (n,), s; flagged (n,); positions (n, 3), m. And the time in which STATUS says
-    that it cannot tell, s."""
+    """Poses: times (n,), s; flagged (n,); positions (n, 3), m. And for how long STATUS says that
+    the robot is immobilised, and that it cannot tell, s."""
 
     t: Floats
     flagged: Bools
     position: Floats
+    in_status_s: float
     cannot_tell_s: float
 
 
@@ -91,12 +93,12 @@ def replay(log: Path, output: Path) -> Told:
     estimate(log, find_method("gprodom"), (), (), output)
     said = logs.read(output, ["ODOMETRY", "STATUS"])
     odometry = said["ODOMETRY"]
-    cannot = sum(
-        any("cannot tell standstill" in reason for reason in message.reasons)
-        for message in said["STATUS"]["messages"]
+    said_so, cannot = (
+        float(sum(any(words in reason for reason in m.reasons) for m in said["STATUS"]["messages"]))
+        for words in ("immobilised:", "cannot be told from slow motion")
     )
     bits = (odometry["flags"] & flag("IMMOBILISED")) != 0
-    return Told(odometry["utime"] * 1e-6, bits, odometry["position"], float(cannot))
+    return Told(odometry["utime"] * 1e-6, bits, odometry["position"], said_so, cannot)
 
 
 def ground_of(seed: int, lines: tuple[str, ...]) -> tuple[str, GroundSpec | SurveySpec]:
@@ -150,7 +152,7 @@ def judge(simulated: Simulated, name: str, folder: Path) -> Result:
     ]
     cases = [case_of(simulated, name, stuck, t, told) for stuck in simulated.spec.wheel.stuck]
     km = float(simulated.truth.travelled[-1]) / 1000
-    return Result(name, km, cases, false, told.cannot_tell_s)
+    return Result(name, km, cases, false, told.in_status_s, told.cannot_tell_s)
 
 
 def run_case(seed: int, lines: tuple[str, ...]) -> Result:
@@ -182,7 +184,7 @@ def run_sequence(sequence: Path) -> Result:
         km = float(np.abs(np.diff(wheel["ticks"] * wheel["metres_per_tick"])).sum()) / 1000
     t = told.t - told.t[0]
     false = [(float(t[a]), float(t[b - 1])) for a, b in runs(told.flagged)]
-    return Result(sequence.stem, km, [], false, told.cannot_tell_s)
+    return Result(sequence.stem, km, [], false, told.in_status_s, told.cannot_tell_s)
 
 
 def table(results: list[Result]) -> str:

@@ -114,6 +114,7 @@ def test_immobilised_robots_are_told() -> None:
     assert sum(case["in_time"] for case in cases) >= 7, cases
     assert all(case["moved_m"] < 0.3 * case["turned_in_all_m"] for case in cases), cases
     assert sum(len(drive["false_alarms"]) for drive in drives) == 0, drives
+    assert all(drive["in_status_s"] >= 2 for drive in drives), drives
 
 
 def test_consistency_of_robots() -> None:
