@@ -33,8 +33,9 @@ enum class WaveletKind {
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
 enum class SolverKind { kCeres, kChain };  // of the fixed-lag window
+enum class MapUse { kExtend, kReadOnly };  // of the ground of earlier runs
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
-enum class CommandName { kReset, kSaveMap, kLoadMap };  // of command_t
+enum class CommandName { kReset, kSaveMap, kLoadMap, kLocateAt };  // of command_t
 
 // In the order of the enum. The argument selects the overload; its value is not used.
 constexpr std::array<const char*, 4> names_like(WheelDrive) {
@@ -57,11 +58,12 @@ constexpr std::array<const char*, 3> names_like(CoherenceUse) {
   return {"contradicted", "always", "never"};
 }
 constexpr std::array<const char*, 2> names_like(SolverKind) { return {"ceres", "chain"}; }
+constexpr std::array<const char*, 2> names_like(MapUse) { return {"extend", "read_only"}; }
 constexpr std::array<const char*, 4> names_like(LogLevel) {
   return {"debug", "info", "warning", "error"};
 }
-constexpr std::array<const char*, 3> names_like(CommandName) {
-  return {"reset", "save_map", "load_map"};
+constexpr std::array<const char*, 4> names_like(CommandName) {
+  return {"reset", "save_map", "load_map", "locate_at"};
 }
 
 static_assert(names_like(WheelDrive{}).size() == std::size_t(WheelDrive::kAckermann) + 1);
@@ -73,8 +75,9 @@ static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone
 static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
 static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);
 static_assert(names_like(SolverKind{}).size() == std::size_t(SolverKind::kChain) + 1);
+static_assert(names_like(MapUse{}).size() == std::size_t(MapUse::kReadOnly) + 1);
 static_assert(names_like(LogLevel{}).size() == std::size_t(LogLevel::kError) + 1);
-static_assert(names_like(CommandName{}).size() == std::size_t(CommandName::kLoadMap) + 1);
+static_assert(names_like(CommandName{}).size() == std::size_t(CommandName::kLocateAt) + 1);
 
 template <class Choice>
 std::string name_of(Choice choice) {

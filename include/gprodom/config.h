@@ -204,10 +204,10 @@ struct GraphConfig {
 
 // What one run leaves to the next.
 struct StateConfig {
-  std::string directory;           // where it is kept; empty: nothing is
-  double save_period = 1.0;        // s of data time, of pose and wheel scale
-  double map_save_period = 300.0;  // s of data time, of the ground driven over
-  double resume_within = 10.0;     // s; a saved pose not older than that is gone on from
+  std::string directory;         // where it is kept; empty: nothing is
+  MapUse map = MapUse::kExtend;  // whether new ground is written
+  double save_period = 1.0;     // s of data time, of pose and wheel scale; of ground 300 times that
+  double resume_within = 10.0;  // s; a saved pose not older than that is gone on from
 };
 
 struct LoggingConfig {

@@ -10,7 +10,8 @@
 namespace gprodom {
 
 // A command as received: `name` should be one of CommandName. Argument of reset: empty, or
-// kResetAll, which forgets the ground too; of save_map and load_map: the map's name.
+// kResetAll, which forgets the ground too; of save_map and load_map: the map's name; of locate_at:
+// "X Y YAW SIGMA", and the number of the map where there are several (RoughPlace).
 struct Command {
   TimeNs time = 0;
   std::string name;

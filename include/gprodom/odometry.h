@@ -84,7 +84,8 @@ class GPRODOM_EXPORT Odometry {
   void forget();
 
   // The ground driven over, with where it lies, as a file. Waits until it is written. Throws
-  // FileError; so do the next two where there is no map (gpr.enabled or graph.enabled is false).
+  // FileError; so do the next two where there is no map (gpr.enabled or graph.enabled is false),
+  // and this and the next where state.map is read_only.
   void save_map(const std::string& path);
 
   // The same in the background; a warning of a later step() tells how it ended.
@@ -95,11 +96,18 @@ class GPRODOM_EXPORT Odometry {
   // has changed.
   void load_map(const std::string& path);
 
+  // The robot is now about there in the map of earlier ground: that ground is searched first. A
+  // revisit must prove it before the pose in map changes; a track that is located already is not
+  // moved. Throws FileError where there is no map, std::invalid_argument where a figure is not
+  // finite or the sigma is beyond the reach of that search.
+  void locate_at(const RoughPlace& place);
+
  private:
   void start_afresh(StartingPoint start);
   void save_state();
   void begin_saving(const std::string& path);
   void expect_map(const std::string& path) const;
+  void expect_writable(const std::string& path) const;
   void keep(Outputs& out);
 
   std::unique_ptr<StateStore> store_;  // outlives the map's jobs, which write through it
@@ -110,6 +118,7 @@ class GPRODOM_EXPORT Odometry {
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<MapFrame> map_frame_;
   OdometryEstimate newest_;
+  OdometryEstimate here_;  // the newest of this track; the origin before its first
 };
 
 }  // namespace gprodom

@@ -134,6 +134,14 @@ struct SubsurfaceFeatureMatrix {
   double column_spacing_s = 0.0;  // in seconds where columns follow time, as in the paper
 };
 
+// About where the robot is, in a map of earlier ground.
+struct RoughPlace {
+  double x = 0.0, y = 0.0;  // m
+  double yaw = 0.0;         // rad
+  double sigma_m = 0.5;     // standard deviation of the position
+  int map = -1;             // number of the map; -1: the one with the most ground
+};
+
 enum class HealthLevel : std::int8_t { kOk = 0, kDegraded = 1, kFailed = 2 };
 
 // A value of a live Status: a number of the process that sends it, by which a second process on the

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <locale>
+#include <sstream>
 
 #include "ros1_io.h"
 
@@ -34,6 +36,21 @@ GprTrace to_trace(const gprodom_ros::GprTrace& message) {
   trace.volts_per_count = message.volts_per_count;
   trace.samples.assign(message.samples.begin(), message.samples.end());
   return trace;
+}
+
+Command to_command(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  const geometry_msgs::Pose& pose = message.pose.pose;
+  const Eigen::Vector3d ahead = rotation(pose.orientation) * Eigen::Vector3d::UnitX();
+  const auto& covariance = message.pose.covariance;
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << pose.position.x << " " << pose.position.y << " " << std::atan2(ahead.y(), ahead.x())
+       << " " << std::sqrt(std::max(covariance[0], covariance[7]));
+  Command command;
+  command.time = to_ns(message.header.stamp);
+  command.name = name_of(CommandName::kLocateAt);
+  command.argument = text.str();
+  return command;
 }
 
 WheelSample WheelOdometry::add(const nav_msgs::Odometry& message) {

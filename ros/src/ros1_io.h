@@ -3,6 +3,7 @@
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gprodom_ros/GprTrace.h>
 #include <nav_msgs/Odometry.h>
@@ -14,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "gprodom/input.h"
 #include "gprodom/types.h"
 
 namespace gprodom::ros1 {
@@ -23,6 +25,9 @@ ros::Time to_stamp(TimeNs time);
 
 ImuSample to_sample(const sensor_msgs::Imu& message);
 GprTrace to_trace(const gprodom_ros::GprTrace& message);
+
+// The command locate_at, with the larger of the standard deviations of x and y.
+Command to_command(const geometry_msgs::PoseWithCovarianceStamped& message);
 
 // The wheel's distance from the poses that its driver integrates: the chord of each step, projected
 // on the heading halfway.

@@ -79,6 +79,14 @@ void RosNode::on(const std::string& topic, std::function<void(const Message&)> t
 void RosNode::subscribe() {
   on<sensor_msgs::Imu>("imu", [this](const auto& m) { live_->push(ros1::to_sample(m)); });
   on<gprodom_ros::GprTrace>("gpr", [this](const auto& m) { live_->push(ros1::to_trace(m)); });
+  on<geometry_msgs::PoseWithCovarianceStamped>("initialpose", [this](const auto& m) {
+    const std::string& frame = m.header.frame_id;
+    if (frame == frames_.map || frame == "/" + frames_.map)
+      live_->push(ros1::to_command(m));
+    else
+      ROS_WARN_STREAM("initialpose: not used: it is in frame '" << frame << "', expected '"
+                                                                << frames_.map << "'");
+  });
   const auto wheel = private_.param<std::string>("wheel", "odometry");
   const auto track_m = private_.param<double>("track", 0.0);
   if (wheel == "odometry" && track_m > 0.0) {

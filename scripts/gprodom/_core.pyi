@@ -726,10 +726,13 @@ class CommandName:
       save_map
 
       load_map
+
+      locate_at
     """
 
     __members__: typing.ClassVar[dict[str, CommandName]]
     load_map: typing.ClassVar[CommandName]
+    locate_at: typing.ClassVar[CommandName]
     reset: typing.ClassVar[CommandName]
     save_map: typing.ClassVar[CommandName]
     @typing.overload
@@ -862,6 +865,20 @@ class Odometry:
         """
         Looks for the ground of a saved map from here on; where it is found, map becomes its
         frame. Raises FileError, and then nothing has changed.
+        """
+    def locate_at(
+        self,
+        x: typing.SupportsFloat | typing.SupportsIndex,
+        y: typing.SupportsFloat | typing.SupportsIndex,
+        yaw: typing.SupportsFloat | typing.SupportsIndex,
+        sigma: typing.SupportsFloat | typing.SupportsIndex,
+        map: typing.SupportsInt | typing.SupportsIndex = -1,
+    ) -> None:
+        """
+        The robot is now about there in the map of earlier ground (m, rad; sigma: of the
+        position, m; map: its number, -1: the one with the most ground). That ground is
+        searched first; map becomes its frame once a revisit has proved it. Raises FileError
+        where there is no map, ValueError on figures that make no sense.
         """
     def record(self) -> None:
         """

@@ -159,8 +159,8 @@ void add_graph(Keys& keys, GraphConfig& c) {
 void add_state(Keys& keys, StateConfig& c) {
   keys.insert(keys.end(), {
     {"state.directory", &c.directory, "", Text{4096, true}, "where pose, wheel scale and ground are kept for the next run; empty: nowhere"},
-    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of pose and wheel scale"},
-    {"state.map_save_period", &c.map_save_period, "s", kPositive, "of data time between two savings of the ground"},
+    {"state.map", &c.map, "", kAny, "whether ground.map is extended by the ground driven over; read_only: no ground is ever written"},
+    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of pose and wheel scale; the ground is saved every 300 times that"},
     {"state.resume_within", &c.resume_within, "s", kNotNegative, "a saved pose not older than that is gone on from; 0: never"},
   });
 }

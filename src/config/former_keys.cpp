@@ -78,6 +78,7 @@ const std::vector<RemovedKey>& removed_keys() {
       {"graph.memory_length", "10000",
        "older ground than that is forgotten, so that memory stays bounded"},
       {"graph.locate_every", "2", "a search costs the same on every robot"},
+      {"state.map_save_period", "300", "the ground is saved every 300 times state.save_period"},
       {"graph.locate_length", "10", "a search costs the same on every robot"},
   };
   return keys;

@@ -2,11 +2,30 @@
 
 #include <algorithm>
 #include <cctype>
+#include <locale>
+#include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "gprodom/error.h"
 
 namespace gprodom {
+namespace {
+
+// "X Y YAW SIGMA [MAP]"; whether the figures make sense is for the estimator.
+RoughPlace rough_place(const std::string& text) {
+  std::istringstream words(text);
+  words.imbue(std::locale::classic());
+  RoughPlace place;
+  const bool four = static_cast<bool>(words >> place.x >> place.y >> place.yaw >> place.sigma_m);
+  if (four && !(words >> std::ws).eof() && (!(words >> place.map) || place.map < 0))
+    words.setstate(std::ios::failbit | std::ios::badbit);
+  if (!four || words.bad() || !(words >> std::ws).eof())
+    throw std::invalid_argument("expected X Y YAW SIGMA in m and rad, and the map's number if any");
+  return place;
+}
+
+}  // namespace
 
 bool is_empty(const Outputs& outputs) {
   return outputs.odometry.empty() && outputs.displacements.empty() && outputs.corrections.empty() &&
@@ -85,8 +104,13 @@ void Runner::obey(const Command& command) {
         odometry_.load_map(map_path(command.argument));
         notices_.push_back("map " + command.argument + " loaded: its ground is looked for");
         break;
+      case CommandName::kLocateAt:
+        odometry_.locate_at(rough_place(command.argument));
+        break;
     }
   } catch (const FileError& error) {
+    reject(command_channel_, command.name + ": " + error.what());
+  } catch (const std::invalid_argument& error) {
     reject(command_channel_, command.name + ": " + error.what());
   }
 }

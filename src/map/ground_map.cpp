@@ -63,6 +63,11 @@ GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
   return part;
 }
 
+bool GroundMap::holds(int map) const {
+  return std::any_of(places.begin(), places.end(),
+                     [map](const KnownPlace& place) { return place.map == map; });
+}
+
 int GroundMap::unused_map() const {
   int highest = -1;
   for (const KnownPlace& place : places) highest = std::max(highest, place.map);

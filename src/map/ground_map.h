@@ -38,7 +38,8 @@ struct GroundMap {
   // columns, in ascending order, and do not overlap. Throws std::out_of_range.
   GroundMap part(const std::vector<gpr::MemoryRange>& ranges) const;
 
-  // A map number that no place has yet.
+  // Whether a place has that map number, and one that none has yet.
+  bool holds(int map) const;
   int unused_map() const;
 };
 

@@ -35,6 +35,9 @@ class MapTask {
   // Adds a state in effect. Every half second a job is submitted.
   void add(const StateResult& result, TimeNs effective);
 
+  // The robot is about there: the next job knows it.
+  void locate_at(const ToldPlace& place) { next_.told = place; }
+
   // The next answer that is due. Its pose is kept for the next correct().
   std::optional<MapAnswer> next_due(TimeNs now);
 

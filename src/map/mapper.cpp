@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +12,7 @@ namespace gprodom {
 namespace {
 
 constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
+constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
@@ -46,11 +48,12 @@ MapAnswer Mapper::run(const MapInput& input) {
   if (!graph_) return answer;
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
   take_external(answer);
+  if (input.told) suppose(*input.told, answer);
   for (const GprTrace& trace : input.traces) {
     remember(trace, answer);
     search_memory(answer);
   }
-  locate();
+  locate(answer);
   answer.located = located_ && !was_located;
   answer.map = map_;
   const bool tied = graph_->revisits().size() > trusted_.size();
@@ -64,6 +67,8 @@ MapAnswer Mapper::run(const MapInput& input) {
     answer.pose = MapPose{extend(newest_node_, path_.since_last_node(), slip_), path_.newest(),
                           trusted + merged_trusted_, refused + merged_refused_};
   }
+  answer.travelled_m = path_.travelled();
+  answer.sigma_m = sigma_m();
   return answer;
 }
 
@@ -77,6 +82,7 @@ void Mapper::follow(const std::vector<PathState>& states) {
       newest_node_.pose = state.pose;
       if (start_) {
         join_map(start_->at);
+        located_ = ground_.holds(map_);  // else its ground was never written
         newest_node_.covariance.topLeftCorner<3, 3>() = start_->covariance;
       }
     }
@@ -133,12 +139,49 @@ void Mapper::search_memory(MapAnswer& answer) {
   }
 }
 
+// A hypothesis as told, in place of a found one. Only a revisit proves it.
+void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
+  std::map<int, std::size_t> places;
+  for (const KnownPlace& place : ground_.places) ++places[place.map];
+  const auto most =
+      std::max_element(places.begin(), places.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const int map = told.map < 0 && most != places.end() ? most->first : told.map;
+  if (located_) {
+    answer.notes.emplace_back("locate_at: not used: the track is located already; reset first");
+    return;
+  }
+  if (places.count(map) == 0) {
+    answer.notes.emplace_back(
+        "locate_at: not used: there is no ground of before, or no map of that number");
+    return;
+  }
+  const PlanarPose in_map = compose(told.map_from_odom, path_.newest().pose);
+  hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map};
+  told_sigma_m_ = told.sigma_m;
+  hypothesis_from_m_ = path_.travelled();
+  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + config_.gate_sigmas * told.sigma_m;
+  if (search_) search_->forget();
+}
+
+// Standard deviation of the position now, in the frame of the hypothesis if there is one.
+double Mapper::sigma_m() const {
+  const double odometry = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
+  if (!hypothesis_ || told_sigma_m_ == 0.0) return odometry;
+  const double turned = kToldYawSigma * (path_.travelled() - hypothesis_from_m_);
+  return std::hypot(odometry, std::hypot(told_sigma_m_, turned));
+}
+
 // Until the track is located, searches all ground of earlier tracks.
-void Mapper::locate() {
+void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
   if (located_ || !locator_.is_due(travelled)) return;
   if (hypothesis_ && travelled < hypothesis_until_m_) return;
+  if (hypothesis_ && told_sigma_m_ > 0.0)
+    answer.notes.emplace_back(
+        "locate_at: the ground there is not the one driven over: not located");
   hypothesis_.reset();
+  told_sigma_m_ = 0.0;
   const gpr::TraceMemory& memory = ground_.memory;
   if (memory.kept().end <= end_of_before_) return;
   const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
@@ -157,7 +200,7 @@ void Mapper::join_map(const Hypothesis& at) {
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(at.map_from_track.yaw).toRotationMatrix();
   newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
   map_ = at.map;
-  located_ = true;
+  moved_ = located_ = true;
   hypothesis_.reset();
   next_solve_ = 0;
 }
@@ -268,7 +311,7 @@ void Mapper::take_external(MapAnswer& answer) {
 }
 
 PlanarPose Mapper::map_from_odom() const {
-  if (!located_) return {};
+  if (!moved_) return {};
   return compose(graph_->nodes().front(), between(path_.first().pose, {}));
 }
 

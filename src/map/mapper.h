@@ -23,10 +23,18 @@ namespace gprodom {
 // Options of the memory, from the configuration.
 gpr::TraceMemoryOptions memory_options(const Config& config);
 
+// About where the track lies in a map of earlier ground, as told by an operator.
+struct ToldPlace {
+  PlanarPose map_from_odom;
+  double sigma_m = 0.0;  // of the robot's position when it was told
+  int map = -1;          // its number; -1: the map with the most places
+};
+
 struct MapInput {
   std::vector<PathState> states;        // settled states since the last job
   std::vector<GprTrace> traces;         // up to the newest state
   std::vector<Displacement> revisits;   // from another process
+  std::optional<ToldPlace> told;        // since the last job
   double scale = 1.0, scale_sigma = 0;  // of the wheel, as estimated now
 };
 
@@ -44,6 +52,8 @@ struct MapAnswer {
   std::vector<std::string> notes;      // what was dropped or refused, and why
   bool located = false;                // this job has tied the track to an earlier map
   std::optional<int> map;              // number of the map that the track belongs to
+  double travelled_m = 0.0;            // of the track
+  double sigma_m = 0.0;                // standard deviation of the newest position in map
 };
 
 // A revisit between the states at two times.
@@ -100,7 +110,9 @@ class Mapper {
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void search_memory(MapAnswer& answer);
-  void locate();
+  void locate(MapAnswer& answer);
+  void suppose(const ToldPlace& told, MapAnswer& answer);
+  double sigma_m() const;
   void join_map(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
@@ -139,8 +151,10 @@ class Mapper {
   std::optional<Start> start_;            // until there is a state
   int map_ = 0;                           // number of this track's map
   bool located_ = false;                  // tied to an earlier map, whose frame is `map`
+  bool moved_ = false;                    // to a map, at the start or since
   std::optional<Hypothesis> hypothesis_;  // not confirmed yet
-  double hypothesis_until_m_ = 0.0;       // travelled
+  double hypothesis_from_m_ = 0.0, hypothesis_until_m_ = 0.0;  // travelled
+  double told_sigma_m_ = 0.0;  // of the hypothesis; 0: it was found, not told
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
   std::optional<gpr::MemoryColumn> last_query_;

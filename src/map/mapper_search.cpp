@@ -17,7 +17,7 @@ constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
   const MapPath::Place at = path_.place(query.time, query.distance_m);
   const PlanarPose here = compose(body_at(at), antenna_);
-  const double sigma = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
+  const double sigma = sigma_m();
   const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
   const double aside =
       config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);

@@ -20,6 +20,9 @@ constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, a
 // chance one in 16,000 is larger, so the scale is that of another wheel, or the prior is wrong.
 constexpr double kMostSigmas = 4.0;
 
+// The ground of an hour is some 10 MB, and what changes in it is its end.
+constexpr double kGroundEvery = 300.0;  // times state.save_period
+
 const char* const kWheelFile = "/wheel.state";
 const char* const kPairFile = "/wheels.state";
 const char* const kStateFile = "/pose.state";
@@ -45,7 +48,7 @@ StateStore::StateStore(const Config& config)
       wheel_setting_(gprodom::wheel_setting(config)),
       directory_(config.state.directory),
       state_period_(from_seconds(config.state.save_period)),
-      ground_period_(from_seconds(config.state.map_save_period)) {
+      ground_period_(from_seconds(kGroundEvery * config.state.save_period)) {
   if (enabled()) remove_abandoned(directory_);
 }
 

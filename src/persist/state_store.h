@@ -21,6 +21,8 @@ class StateStore {
   explicit StateStore(const Config& config);
 
   bool enabled() const { return !directory_.empty(); }
+  // state.map: read_only writes none, not by command either.
+  bool writes_ground() const { return config_.state.map != MapUse::kReadOnly; }
 
   // The configuration, with the scale of the last run as the prior of the wheel's scale. It is not
   // changed if there is no saved scale, if the scale is held or configured more precisely, if the
@@ -37,7 +39,9 @@ class StateStore {
 
   // Whether a saving is due at this data time. If it is, the next period begins now.
   bool state_is_due(TimeNs now) { return is_due(now, state_period_, last_state_); }
-  bool ground_is_due(TimeNs now) { return is_due(now, ground_period_, last_ground_); }
+  bool ground_is_due(TimeNs now) {
+    return writes_ground() && is_due(now, ground_period_, last_ground_);
+  }
 
   // In the background. estimate: whose scale is kept.
   void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);

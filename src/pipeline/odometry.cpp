@@ -1,6 +1,8 @@
 #include "gprodom/odometry.h"
 
+#include <cmath>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
 #include "base/atomic_file.h"
@@ -72,7 +74,7 @@ Outputs Odometry::finish() {
   if (store_->enabled()) {
     if (!out.odometry.empty()) newest_ = out.odometry.back();
     save_state();
-    begin_saving(store_->ground_path());
+    if (store_->writes_ground()) begin_saving(store_->ground_path());
     pipeline_->drain();
   }
   store_->writer().flush();  // also of what was asked for by command
@@ -83,7 +85,7 @@ Outputs Odometry::finish() {
 // Saves what is due, and tells how earlier savings went.
 void Odometry::keep(Outputs& out) {
   if (!out.odometry.empty()) {
-    newest_ = out.odometry.back();
+    here_ = newest_ = out.odometry.back();
     if (store_->state_is_due(newest_.time)) save_state();
     if (store_->ground_is_due(newest_.time)) begin_saving(store_->ground_path());
   }
@@ -108,12 +110,14 @@ void Odometry::begin_saving(const std::string& path) {
 
 void Odometry::begin_saving_map(const std::string& path) {
   expect_map(path);
+  expect_writable(path);
   store_->await(path);
   begin_saving(path);
 }
 
 void Odometry::save_map(const std::string& path) {
   expect_map(path);
+  expect_writable(path);
   const std::string bytes = pipeline_->ground_bytes();
   store_->writer().flush();
   write_whole(path, bytes);
@@ -130,10 +134,30 @@ void Odometry::load_map(const std::string& path) {
   map_frame_->reset();
 }
 
+void Odometry::locate_at(const RoughPlace& place) {
+  expect_map("the place told");
+  if (!std::isfinite(place.x) || !std::isfinite(place.y) || !std::isfinite(place.yaw))
+    throw std::invalid_argument("expected finite figures");
+  const double most_m = config_.graph.gate_max / config_.graph.gate_sigmas;
+  if (!(place.sigma_m > 0.0 && place.sigma_m <= most_m))
+    throw std::invalid_argument(
+        "expected a sigma above 0 and up to 1.6 m: where less is known, the robot searches all "
+        "ground by itself");
+  const Eigen::Vector3d ahead = here_.q_odom_body * Eigen::Vector3d::UnitX();
+  const PlanarPose in_odom{here_.p_odom_body.head<2>(), std::atan2(ahead.y(), ahead.x())};
+  const PlanarPose in_map{{place.x, place.y}, place.yaw};
+  pipeline_->locate_at({compose(in_map, between(in_odom, {})), place.sigma_m, place.map});
+}
+
 // Of what is asked with a map at that path.
 void Odometry::expect_map(const std::string& path) const {
   if (!pipeline_->has_map())
     throw FileError(path + ": there is no map: gpr.enabled or graph.enabled is false");
+}
+
+void Odometry::expect_writable(const std::string& path) const {
+  if (!store_->writes_ground())
+    throw FileError(path + ": state.map is read_only: no ground is written");
 }
 
 void Odometry::record() { pipeline_->record(); }
@@ -157,6 +181,7 @@ void Odometry::forget() { start_afresh({}); }
 void Odometry::start_afresh(StartingPoint start) {
   pipeline_ = std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
   map_frame_->reset();
+  here_ = {};
 }
 
 }  // namespace gprodom

@@ -78,6 +78,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       ground_from_before_(start.ground && !start.ground->places.empty()),
       map_(std::make_unique<MapTask>(config, execution, std::move(start.ground))) {
   check_consistency(config);
+  if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
   if (start.pair) motion_.resume_pair(*start.pair);
   saved_ = std::move(start.state);
   if (saved_ && saved_->wheel_m) motion_.resume_wheel({saved_->state.time, *saved_->wheel_m});
@@ -192,11 +193,28 @@ void Pipeline::take_map_answers() {
       located_ = true;
       out_.warnings.emplace_back("located on ground of before: map is its frame from here on");
     }
-    if (ground_from_before_) health_.value("map.located", located_ ? 1.0 : 0.0);
+    tell_of_place(*answer);
     if (!answer->pose) continue;
     health_.value("revisits.trusted", answer->pose->revisits);
     health_.value("revisits.refused", answer->pose->refused);
   }
+}
+
+// Whether the track is tied to the ground of before, and how surely.
+void Pipeline::tell_of_place(const MapAnswer& answer) {
+  if (!ground_from_before_) return;
+  const bool lost = located_ && answer.sigma_m > config_.graph.gate_max / config_.graph.gate_sigmas;
+  health_.value("map.located", located_ && !lost ? 1.0 : 0.0);
+  health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
+  if (located_) health_.value("map.sigma_m", answer.sigma_m);
+  if (lost)
+    health_.set("map", HealthLevel::kDegraded,
+                "lost: no known ground for so long that the position is less sure than the search "
+                "reaches");
+  else if (located_)
+    health_.set("map", HealthLevel::kOk, "");
+  else
+    health_.await("map", HealthLevel::kOk, "searching for the ground of before");
 }
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {

@@ -85,6 +85,7 @@ class Pipeline {
   // Goes on with that ground as the one from before, once the map's work is done; the track begins
   // anew in the map.
   void use_ground(GroundMap ground);
+  void locate_at(const ToldPlace& place) { map_->locate_at(place); }
   // Once the map's jobs so far are done, on their thread.
   void save_ground(std::function<void(std::string)> take) {
     map_->save_ground(imu_now_, std::move(take));
@@ -112,6 +113,7 @@ class Pipeline {
   void make_states();
   void publish();
   void tell_of_pair();
+  void tell_of_place(const MapAnswer& answer);
   void tell_of_sight();
   void tell_of_slip();
   void publish_pose(OdometryEstimate estimate);

@@ -360,6 +360,16 @@ void bind_odometry(py::module_& m) {
       .def("load_map", &Odometry::load_map, py::arg("path"),
            "Looks for the ground of a saved map from here on; where it is found, map becomes its\n"
            "frame. Raises FileError, and then nothing has changed.")
+      .def(
+          "locate_at",
+          [](PythonOdometry& o, double x, double y, double yaw, double sigma, int map) {
+            o.locate_at({x, y, yaw, sigma, map});
+          },
+          py::arg("x"), py::arg("y"), py::arg("yaw"), py::arg("sigma"), py::arg("map") = -1,
+          "The robot is now about there in the map of earlier ground (m, rad; sigma: of the\n"
+          "position, m; map: its number, -1: the one with the most ground). That ground is\n"
+          "searched first; map becomes its frame once a revisit has proved it. Raises FileError\n"
+          "where there is no map, ValueError on figures that make no sense.")
       .def("record", &Odometry::record,
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(

@@ -299,7 +299,7 @@ def ground(folder: Path) -> None:
 
     Each of the daemon's threads works and hands on here; scripts/check-sanitizers watches them.
     """
-    keep = f"state:\n  directory: {folder}\n  save_period: 0.2\n  map_save_period: 5\n"
+    keep = f"state:\n  directory: {folder}\n  save_period: 0.02\n"
     player = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", str(folder / "in.lcmlog")]
 
     def value(daemon: Daemon, name: str) -> float:

@@ -76,7 +76,7 @@ def test_the_page_of_settings_says_where_each_key_of_before_went() -> None:
         for path in ("test/package/gprodom-0.1.yaml", "config/gprodom.yaml")
     )
     gone = {key: value for key, value in before.items() if key not in now}
-    assert len(gone) == 69
+    assert len(gone) == 70
     for key, value in gone.items():
         row = re.search(rf"^\| `{re.escape(key)}` \| ([^|]+) \|", page, re.M)
         assert row, key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,96 @@ def test_after_a_reset_the_robot_is_located_on_known_ground(tmp_path: Path, seed
             for axis in (0, 1)
         ]
         assert np.hypot(*(placed["position"][-1, :2] - end)) < 0.2
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The ground of a line to and fro, as a run leaves it in its folder."""
+    folder = tmp_path_factory.mktemp("known")
+    drive(gprodom.Odometry(set=[f"state.directory={folder}"]), drive_on_known_ground(0))
+    return folder / "ground.map"
+
+
+def located_after_m(outputs: Any, run: Any, shift: int) -> float:
+    """Metres driven when the status first says so; infinite: never."""
+    when = [
+        status["time"] - shift
+        for status in outputs.status
+        if status["values"].get("map.located") == 1.0
+    ]
+    return (
+        float(np.interp(when[0] // 1000, run.truth_utime, run.truth.travelled)) if when else np.inf
+    )
+
+
+def test_a_rough_place_locates_sooner_and_right(known: Path) -> None:
+    run, shift = drive_on_known_ground(0), 10**13
+    found = []
+    for told in ((), (0.5, -0.3, 0.1, 0.5)):
+        estimator = gprodom.Odometry()
+        estimator.load_map(str(known))
+        if told:
+            estimator.locate_at(*told)
+        outputs = drive(estimator, run, shift, 1.01, 30.0)
+        found.append(located_after_m(outputs, run, shift))
+        values = outputs.status[-1]["values"]
+        assert 0.0 < values["map.sigma_m"] < 0.5 and values["map.searched_m"] == 0.0
+        assert not any(reason.startswith("map:") for reason in outputs.status[-1]["reasons"])
+        times = outputs.odometry_map["time"][[0, -1]] // 1000
+        truth = run.position_from(
+            (outputs.odometry["time"][0] - shift) // 1000, times - shift // 1000
+        )
+        assert np.hypot(*(outputs.odometry_map["position"][-1, :2] - truth[-1])) < 0.3
+    assert found[1] < found[0] - 2.0
+
+
+@pytest.mark.parametrize("where", ["other ground", "elsewhere on the map"])
+def test_a_wrong_rough_place_is_not_believed(known: Path, where: str) -> None:
+    other = where == "other ground"
+    run, shift = drive_on_known_ground(3 if other else 0), 10**13
+    estimator = gprodom.Odometry()
+    estimator.load_map(str(known))
+    estimator.locate_at(*((0.0, 0.0, 0.0) if other else (5.0, 0.0, np.pi)), 0.5)
+    outputs = drive(estimator, run, shift, 1.01, 30.0)
+    last = outputs.status[-1]
+    refused = "map: locate_at: the ground there is not the one driven over: not located"
+    if other:
+        assert last["values"]["map.located"] == 0.0 and last["values"][refused] == 1.0
+        assert last["values"]["map.searched_m"] > 30.0
+        assert "map: searching for the ground of before" in last["reasons"]
+        return
+    # Its own search finds it in the end, or nothing does; but not where it was told to be.
+    if last["values"]["map.located"] == 1.0:
+        times = outputs.odometry_map["time"][[0, -1]] // 1000
+        truth = run.position_from(
+            (outputs.odometry["time"][0] - shift) // 1000, times - shift // 1000
+        )
+        assert np.hypot(*(outputs.odometry_map["position"][-1, :2] - truth[-1])) < 0.3
+
+
+def test_a_rough_place_must_make_sense(known: Path) -> None:
+    estimator = gprodom.Odometry()
+    for bad in ((np.nan, 0, 0, 0.5), (0, np.inf, 0, 0.5), (0, 0, 0, 0.0), (0, 0, 0, 10.0)):
+        with pytest.raises(ValueError, match="expected"):
+            estimator.locate_at(*bad)
+    with pytest.raises(gprodom.FileError, match="there is no map"):
+        gprodom.Odometry(set=["graph.enabled=false"]).locate_at(0, 0, 0, 0.5)
+    estimator.locate_at(0, 0, 0, 0.5)  # without ground of before: counted
+    values = drive(estimator, drive_on_known_ground(1)).status[-1]["values"]
+    assert sum("locate_at: not used: there is no ground of before" in name for name in values) == 1
+
+
+def test_read_only_writes_no_ground(known: Path, tmp_path: Path) -> None:
+    shutil.copy(known, tmp_path / "ground.map")
+    kept = [f"state.directory={tmp_path}", "state.map=read_only"]
+    estimator = gprodom.Odometry(set=[*kept, "state.save_period=0.1"])
+    values = drive(estimator, drive_on_known_ground(0), 10**13).status[-1]["values"]
+    assert values["map.read_only"] == 1.0 and values["map.located"] == 1.0
+    with pytest.raises(gprodom.FileError, match=r"state\.map is read_only"):
+        estimator.save_map(str(tmp_path / "other.map"))
+    assert (tmp_path / "ground.map").read_bytes() == known.read_bytes()
+    assert not (tmp_path / "other.map").exists()
+    assert (tmp_path / "pose.state").exists()  # the rest is kept as ever
 
 
 def test_a_damaged_map_is_refused(tmp_path: Path) -> None:

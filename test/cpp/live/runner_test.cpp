@@ -58,7 +58,7 @@ class RunnerTest : public ::testing::Test {
 };
 
 TEST_F(RunnerTest, EveryCommandNameIsKnownAndAnotherIsRefusedWithThem) {
-  const std::string unknown = "unknown command, expected reset, save_map or load_map";
+  const std::string unknown = "unknown command, expected reset, save_map, load_map or locate_at";
   for (const char* name : names_like(CommandName{}))
     EXPECT_FALSE(has(told({}, {{0, name, ""}}), unknown)) << name;
   EXPECT_TRUE(has(told({}, {{0, "rset", ""}}), unknown));
@@ -100,6 +100,21 @@ TEST_F(RunnerTest, MapNameCannotReachOtherFolders) {
     }
   }
   EXPECT_EQ(files(), std::set<std::string>{"state/ground.map"});  // what each run leaves
+}
+
+TEST_F(RunnerTest, LocateAtWantsFourFiguresAndPerhapsAMap) {
+  for (const char* bad : {"", "1 2 3", "1 2 3 x", "1 2 3 0.5 x", "1 2 3 0.5 -1", "1 2 3 0.5 0 9",
+                          "1,2,3,0.5", "1 2 3 0", "1 2 3 -1", "1 2 3 5", "nan 2 3 0.5"}) {
+    EXPECT_TRUE(has(told({}, {{0, "locate_at", bad}}), "COMMAND: locate_at: expected ")) << bad;
+  }
+  for (const char* good : {"1 2 3 0.5", " -1.5e1 2 -3.1 0.5 0 "})
+    EXPECT_FALSE(has(told({}, {{0, "locate_at", good}}), "locate_at: expected")) << good;
+}
+
+TEST_F(RunnerTest, ReadOnlySavesNoMap) {
+  EXPECT_TRUE(has(told({kept_, "state.map=read_only"}, {{0, "save_map", "yard"}}),
+                  "state.map is read_only"));
+  EXPECT_FALSE(fs::exists(folder_ / "state" / "ground.map"));
 }
 
 TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAStateFolder) {
