@@ -20,80 +20,80 @@ class StateStore;
 struct StartingPoint;
 struct UserFactor;
 
-// Not thread-safe: one thread calls it. Same sequence of calls, same output, to the byte
-// (with kInline).
+// Not thread-safe: only one thread may call it. With kInline, the same sequence of calls gives
+// byte-identical output.
 class GPRODOM_EXPORT Odometry {
  public:
-  // Takes up what an earlier run has left in state.directory, and keeps it there: the wheel's
-  // scale, the pair's track, the ground driven over, and the pose, which is gone on from where it
-  // is state.resume_within old at most. front_end: a radar front end of your own
-  // (gprodom/front_end.h) in place of gpr.front_end. Throws ConfigError where settings contradict
-  // each other.
+  // Loads the state of an earlier run from state.directory, and saves it there: the wheel's scale,
+  // the calibration of left and right wheels, the ground driven over, and the pose. The pose is
+  // resumed if it is at most state.resume_within old. front_end: a radar front end of your own
+  // (gprodom/front_end.h) instead of gpr.front_end. Throws ConfigError if settings contradict each
+  // other.
   explicit Odometry(const Config& config, Execution execution = Execution::kInline,
                     gpr::FrontEndFactory front_end = {});
   ~Odometry();
   Odometry(const Odometry&) = delete;
   Odometry& operator=(const Odometry&) = delete;
 
-  // Bad samples (non-finite, out of range, out of time) are counted, warned of and dropped.
+  // Bad samples (not finite, out of range, with a wrong time) are counted and dropped with a
+  // warning.
   void add(const ImuSample& sample);
   void add(const WheelSample& sample);
-  void add(const WheelsSample& sample);  // once heard, a single wheel's samples are dropped
+  void add(const WheelsSample& sample);  // from then on, samples of a single wheel are dropped
   void add(const GprTrace& trace);
   void add(const Displacement& external);
 
-  // A measurement of your own (gprodom/user_factor.h), from the first moment in the window of
-  // smoother.lag on. Returns why it is refused; empty: it is not. What is refused later, since the
-  // window began afresh in the meantime, is told by a warning of a step() and counted in the
-  // status.
+  // A measurement of your own (gprodom/user_factor.h). Its moments must lie in the window of
+  // smoother.lag. Returns the reason if it is refused, otherwise an empty string. If it is refused
+  // later, because the window has been restarted since, a step() gives a warning, and the status
+  // counts it.
   std::string add_factor(const UserFactor& factor);
 
-  // Counts a message that could not be decoded, so that health tells of it.
+  // Counts a message that could not be decoded. The status reports it.
   void reject(const std::string& channel, const std::string& reason);
 
-  // Estimates as far as the data added so far allow.
+  // Computes the estimates for the data added so far.
   Outputs step();
 
-  // With Execution::kThreaded: the worker threads take up what step() has found for them to do,
-  // once its outputs are out. Without it they do so with the next step().
+  // With Execution::kThreaded: starts the jobs of the worker threads. Call it after the outputs of
+  // step() have been published. Otherwise the jobs start with the next step().
   void start_jobs();
 
-  // End of data: what still waits for its reorder window is worked off.
+  // End of data: processes the messages that still wait for the reorder window.
   Outputs finish();
 
   // Keeps all states, so that smoothed() can solve over the whole run. Memory grows with the run;
   // call it before the first add().
   void record();
 
-  // Every state as the fixed-lag window last held it: time and pose, the other fields are empty.
-  // Throws std::runtime_error where nothing was recorded.
+  // Every state as it was when it left the fixed-lag window: time and pose; the other fields are
+  // empty. Throws std::runtime_error if nothing was recorded.
   std::vector<OdometryEstimate> recorded() const;
 
-  // After finish(): time and pose in `map` of every state from one solution over all data since the
-  // start, revisits among them; the other fields are empty. Throws std::runtime_error where there
-  // is nothing recorded, or no solution.
+  // After finish(): time and pose in `map` of every state, from one solution over all data since
+  // the start, including revisits; the other fields are empty. Throws std::runtime_error if nothing
+  // was recorded, or if there is no solution.
   std::vector<OdometryEstimate> smoothed() const;
 
   Timing timing() const;
 
-  // Starts at the initialiser, with the configuration and the ground driven over so far: where that
-  // is found again, `map` becomes its frame.
+  // Restarts at the initialiser. Keeps the configuration and the ground driven over so far. When
+  // this ground is recognised, `map` becomes its frame.
   void reset();
 
   // The same without the ground.
   void forget();
 
-  // The ground driven over, with where it lies, as a file. Waits until it is written. Throws
-  // FileError; so do the next two where there is no map (gpr.enabled or graph.enabled is false),
-  // and this and the next where state.map is read_only.
+  // Saves the ground driven over, with its poses, to a file. Returns when it is written. Throws
+  // FileError, also if there is no map (gpr.enabled or graph.enabled is false); this holds for the
+  // next two as well. With state.map read_only, this and the next one throw.
   void save_map(const std::string& path);
 
-  // The same in the background; a warning of a later step() tells how it ended.
+  // The same in the background; a warning of a later step() reports the result.
   void begin_saving_map(const std::string& path);
 
-  // From here on looks for the ground of a saved map, in place of what was driven over so far;
-  // where it is found, `map` becomes its frame. `odom` goes on. Throws FileError, and then nothing
-  // has changed.
+  // Replaces the ground driven over so far by that of a saved map. When it is recognised, `map`
+  // becomes its frame. `odom` continues. After a FileError nothing has changed.
   void load_map(const std::string& path);
 
   // The robot is now about there in the map of earlier ground: that ground is searched first. A
@@ -103,15 +103,15 @@ class GPRODOM_EXPORT Odometry {
   void locate_at(const RoughPlace& place);
 
  private:
-  void start_afresh(StartingPoint start);
+  void restart(StartingPoint start);
   void save_state();
   void begin_saving(const std::string& path);
   void expect_map(const std::string& path) const;
   void expect_writable(const std::string& path) const;
-  void keep(Outputs& out);
+  void save_due(Outputs& out);
 
   std::unique_ptr<StateStore> store_;  // outlives the map's jobs, which write through it
-  std::vector<std::string> notices_;   // to go out with the next step
+  std::vector<std::string> notices_;   // for the warnings of the next step
   Config config_;
   Execution execution_;
   gpr::FrontEndFactory front_end_;

@@ -134,7 +134,7 @@ class DetailsRetention:
         numpy.typing.NDArray[numpy.float64],
     ]:
         """
-        Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN where bad), and for each its quality (0 good, 1 dead, 2 spiked), the delay taken out (samples) and the noise found (counts).
+        Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN where bad), and for each its quality (0 good, 1 dead, 2 spiked), the removed delay (samples) and the measured noise (counts).
         """
     def reset(self) -> None:
         """
@@ -227,7 +227,7 @@ class Peak:
 
 class PeakCounts:
     """
-    What became of the pulses seen so far.
+    Counts of all pulses so far, by result.
     """
     @property
     def accepted(self) -> int: ...
@@ -264,7 +264,7 @@ class PeakExtractor:
 
 class Alignment:
     """
-    Where one window lies on another; shifts in columns.
+    Result of aligning one window with another; shifts in columns.
     """
     @property
     def distance(self) -> float:
@@ -299,7 +299,7 @@ class Alignment:
 
 class RevisitMatch:
     """
-    Where a patch lies on remembered ground.
+    Place of a patch in the memory.
     """
     @property
     def accepted(self) -> bool:
@@ -314,7 +314,7 @@ class RevisitMatch:
     @property
     def half_sigmas(self) -> float:
         """
-        correlation of the weaker half over that of chance
+        correlation of the weaker half, in standard deviations of a random match
         """
     @property
     def mirrored(self) -> bool:
@@ -469,8 +469,8 @@ class PatchMatcher:
         bound: typing.SupportsFloat | typing.SupportsIndex,
     ) -> RevisitMatch:
         """
-        The RevisitMatch of features (columns, rows), the query's centre expected at
-        `expected` m from the memory's, give or take `bound` m.
+        The RevisitMatch of two sets of features (columns, rows). The query's centre is
+        expected within `bound` m of the place `expected` m from the memory's centre.
         """
 
 class RevisitSearchOptions:
@@ -519,7 +519,7 @@ class RevisitSearchOptions:
 
 class RevisitSearch:
     """
-    Places carried along the track; see gpr/revisit_search.h.
+    Bayes filter for revisits along the track; see gpr/revisit_search.h.
     """
     def __init__(
         self,
@@ -539,18 +539,18 @@ class RevisitSearch:
         stretch_change: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> tuple[float, float, RevisitMatch] | None:
         """
-        The newest features (columns, rows) in the order driven, `moved` m after the last; the
-        centre of their last patch is expected at the column `expected` of `memory`, give or
-        take `bound` m. The ground may be longer in the memory: standard deviation of the
-        logarithm of the ratio, and of its change since the last query. (column, certainty,
-        RevisitMatch), or None where nothing is certain.
+        newest: features (columns, rows) in the order driven, `moved` m after those of the last
+        call. The centre of their last patch is expected within `bound` m of the column
+        `expected` of `memory`. stretch_sigma, stretch_change: standard deviations of the
+        logarithm of the length ratio of memory and query, and of its change since the last
+        call. Returns (column, certainty, RevisitMatch), or None if no place is certain.
         """
     @property
     def patch_columns(self) -> int: ...
 
 class GlobalMatch:
     """
-    A place on all of the memory.
+    A place found in the whole memory.
     """
     @property
     def accepted(self) -> bool:
@@ -575,12 +575,12 @@ class GlobalMatch:
     @property
     def score(self) -> float:
         """
-        standard deviations of chance
+        in standard deviations of a random match
         """
     @property
     def valid(self) -> bool:
         """
-        something was compared
+        at least one place was compared
         """
 
 class GlobalSearchOptions:
@@ -663,7 +663,7 @@ class GprTrace:
 
 class Standstill:
     """
-    The antenna stood between two times (ns). sigma: motion that may have passed unseen, m. since: it is where it was then, because the traces of then and now are equal; 0: they were not compared.
+    The antenna stood between two times (ns). sigma: motion that the test may have missed, m. since: the antenna has not moved since this time, because the traces then and now are equal; 0: not compared.
     """
     def __init__(
         self,
@@ -677,7 +677,7 @@ class Standstill:
 
 class PathLength:
     """
-    How far the antenna moved, whichever way, in a unit of the ground's that the estimator turns into metres. valid: False where nothing can be said.
+    Unsigned distance that the antenna moved, in a unit of the ground that the estimator converts to metres. valid: False if the distance is not known.
     """
     def __init__(
         self,
@@ -691,7 +691,7 @@ class PathLength:
 
 class TrackDisplacement:
     """
-    How far the antenna moved along its track, m, forwards positive; sigma: standard deviation of that distance, m. valid: False where nothing can be said.
+    Signed distance that the antenna moved along its track, m, forwards positive; sigma: its standard deviation, m. valid: False if the distance is not known.
     """
     def __init__(
         self,
@@ -706,7 +706,7 @@ class TrackDisplacement:
 
 class Sight:
     """
-    The antenna moved at times_least times the slowest speed that the test of Standstill sees.
+    The antenna moved at times_least times the slowest speed that the Standstill test detects.
     """
     def __init__(
         self,
@@ -717,7 +717,7 @@ class Sight:
 
 class CommandName:
     """
-    Names of what command_t can ask for.
+    Names of the commands in command_t.
 
     Members:
 
@@ -764,17 +764,17 @@ class FileError(OSError):
 
 class Outputs:
     """
-    What one step produced, each in time order.
+    Results of one step, each list in time order.
     """
     @property
     def corrections(self) -> list[dict]:
         """
-        One dict per correction of map to odom, and the covariance of the pose in map then.
+        One dict per correction (map to odom), with the covariance of the pose in map.
         """
     @property
     def displacements(self) -> list[dict]:
         """
-        One dict per displacement measurement, as it took effect.
+        One dict per displacement measurement that took effect.
         """
     @property
     def odometry(self) -> dict[str, numpy.ndarray]:
@@ -784,7 +784,7 @@ class Outputs:
     @property
     def odometry_map(self) -> dict[str, numpy.ndarray]:
         """
-        The same, row for row, in map: with the correction then in force.
+        The same poses in map: with the correction in effect at that time.
         """
     @property
     def status(self) -> list[dict]:
@@ -805,11 +805,11 @@ class Odometry:
         front_end: typing.Any = None,
     ) -> None:
         """
-        config: path of a YAML file, or several, later ones over those before; empty for the
-        defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.
-        front_end: a radar front end of your own in place of gpr.front_end: a class, or another
-        callable without arguments, of whose objects add_trace(trace: GprTrace),
-        tick(time: int) -> list of findings and reset() are called.
+        config: path of a YAML file, or several, of which later ones override earlier ones;
+        empty for the defaults. set: overrides 'key=value'. Raises ConfigError with file, line
+        and key. front_end: a radar front end of your own instead of gpr.front_end: a class, or
+        another callable without arguments, whose objects have add_trace(trace: GprTrace),
+        tick(time: int) -> list of findings and reset().
         """
     def add_displacement(
         self,
@@ -822,8 +822,8 @@ class Odometry:
         mirrored: bool = False,
     ) -> None:
         """
-        How far along the track (m) between two times, told by another process; revisit: of a
-        place passed before, with any time between.
+        Displacement along the track (m) between two times, from another process. revisit: it
+        is relative to a place passed before, at any earlier time.
         """
     def add_gpr(
         self,
@@ -854,17 +854,17 @@ class Odometry:
         right: typing.SupportsFloat | typing.SupportsIndex,
     ) -> None:
         """
-        left, right: signed, cumulative, metres. In place of add_wheel.
+        left, right: signed, cumulative, metres. Instead of add_wheel.
         """
     def finish(self) -> Outputs: ...
     def forget(self) -> None:
         """
-        The same without the ground.
+        Restarts and forgets the ground too.
         """
     def load_map(self, path: str) -> None:
         """
-        Looks for the ground of a saved map from here on; where it is found, map becomes its
-        frame. Raises FileError, and then nothing has changed.
+        Loads the ground of a saved map; when it is recognised, map becomes its frame.
+        Raises FileError, and then nothing has changed.
         """
     def locate_at(
         self,
@@ -886,11 +886,11 @@ class Odometry:
         """
     def recorded(self) -> dict[str, numpy.ndarray]:
         """
-        Time, position and orientation of every state as the fixed-lag window last held it.
+        Time, position and orientation of every state as it left the fixed-lag window.
         """
     def reset(self) -> None:
         """
-        Starts at the initialiser; the ground driven over is kept, and where it is found again map becomes its frame.
+        Restarts at the initialiser. The ground driven over is kept; when it is recognised, map becomes its frame.
         """
     def run(
         self,
@@ -905,13 +905,13 @@ class Odometry:
         progress: collections.abc.Callable[[float], None] | None = None,
     ) -> Outputs:
         """
-        A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are integers,
-        nanoseconds; others raise ValueError.
+        Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times
+        are integers, nanoseconds; others raise ValueError.
         wheel_distance: (n,), or (n, 2) of left and right wheels.
         """
     def save_map(self, path: str) -> None:
         """
-        The ground driven over, with where it lies, as a file. Raises FileError.
+        Saves the ground driven over, with its poses, to a file. Raises FileError.
         """
     def smoothed(self) -> dict[str, numpy.ndarray]:
         """
@@ -1125,7 +1125,7 @@ def find_patch(
     filter_options: PatchFilterOptions = ...,
 ) -> RevisitMatch:
     """
-    The same with all that is known of the match, and with options.
+    The same with options; returns a RevisitMatch.
     """
 
 def gain_curve(
@@ -1166,9 +1166,9 @@ def match_patch(
     bound: typing.SupportsFloat | typing.SupportsIndex,
 ) -> tuple[float, bool, float]:
     """
-    Where the query, traces (columns, samples), lies on the memory, traces as well, both
-    `spacing` m apart: (position of its centre in m from the memory's start, mirrored,
-    score). Its centre is expected at `prior` m, give or take `bound` m.
+    Place of the query in the memory; both are traces (columns, samples), `spacing` m apart.
+    Returns (position of its centre in m from the memory's start, mirrored, score). The
+    centre is expected within `bound` m of `prior` m.
     """
 
 def remove_background(
@@ -1177,7 +1177,7 @@ def remove_background(
     memory: typing.SupportsInt | typing.SupportsIndex = 400,
 ) -> numpy.typing.NDArray[numpy.float32]:
     """
-    Traces (traces, samples) less their mean: of the whole 'sequence', or of those so far ('running', fading beyond `memory`; 'window', the last `memory`).
+    Traces (traces, samples) less their mean. mode: mean of the whole 'sequence'; 'running' mean with exponential forgetting over `memory` traces; or mean of the 'window' of the last `memory` traces.
     """
 
 def standstills(
@@ -1188,7 +1188,7 @@ def standstills(
     tick: typing.SupportsFloat | typing.SupportsIndex = 0.1,
 ) -> numpy.typing.NDArray[numpy.int64]:
     """
-    What the stationarity front end says of (traces, samples) at `times` (ns): (n, 2), from and to of each claim that the antenna stood, ns. They overlap.
+    Standstills that the stationarity front end detects in (traces, samples) at `times` (ns): (n, 2), begin and end of each, ns. They overlap.
     """
 
 def swt(
@@ -1206,7 +1206,7 @@ def track_time_zero(
     max_delay: typing.SupportsFloat | typing.SupportsIndex,
 ) -> tuple[numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float64]]:
     """
-    Traces (traces, samples) aligned on the direct wave, and the delay taken out of each, samples. period: of the antenna's centre frequency, samples.
+    Traces (traces, samples) aligned on the direct wave, and the delay removed from each, samples. period: of the antenna's centre frequency, samples.
     """
 
 def travel_time(

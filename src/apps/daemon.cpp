@@ -17,10 +17,10 @@
 namespace gprodom {
 namespace {
 
-// Between two attempts to receive where LCM fails.
+// Pause after LCM has failed to receive.
 constexpr std::chrono::milliseconds kReceiveAgain(100);
 
-// The level as the journal takes it, which stamps lines itself.
+// The level as a prefix for the journal, which adds times itself.
 class JournalLevel : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
@@ -55,7 +55,7 @@ std::shared_ptr<spdlog::logger> make_log(const LoggingConfig& config) {
   return log;
 }
 
-// Keys that are applied without a fresh start of the estimator.
+// Keys that do not need a restart of the estimator.
 bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
 }
@@ -66,7 +66,7 @@ std::string joined(const std::vector<std::string>& texts, const std::string& sep
   return all;
 }
 
-// A number that no other process has, but by a chance of 1 in 2^48; a double holds it exactly.
+// A random number, the same as another process's with a probability of 2^-48. Exact in a double.
 double new_instance() {
   std::random_device random;
   std::uniform_int_distribution<std::int64_t> numbers(1, std::int64_t{1} << 48);
@@ -142,12 +142,12 @@ void Daemon::reread_config() {
   Config config;
   std::unique_ptr<Live> live;
   std::vector<ConfigChange> changes;
-  bool afresh = false;
+  bool restarts = false;
   try {
     config = load_config(options_.config_paths, options_.overrides, &notices_);
     changes = differences(config_, config);
-    afresh = !std::all_of(changes.begin(), changes.end(), applies_while_running);
-    if (afresh) live = make_live(config);
+    restarts = !std::all_of(changes.begin(), changes.end(), applies_while_running);
+    if (restarts) live = make_live(config);
   } catch (const std::exception& error) {  // whatever it is, the old one runs
     log_->error("config not applied, the old one stays: {}", error.what());
     return;
@@ -159,8 +159,8 @@ void Daemon::reread_config() {
   for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);
   log_->set_level(level);
   config_ = config;
-  if (!afresh) return;
-  log_->warn("the estimator starts afresh with the new config");
+  if (!restarts) return;
+  log_->warn("the estimator restarts with the new config");
   stop();
   live_ = std::move(live);
   start();

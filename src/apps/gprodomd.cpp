@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
         [&](const std::string& text) { realtime = priority(text); }},
        {"--check-config", "", "check the config and end",
         [&](const std::string&) { check_config = true; }},
-       {"--print-config", "", "print all keys as they stand (-c is not needed) and end",
+       {"--print-config", "", "print all keys with their values (-c is not needed) and end",
         [&](const std::string&) { print_config = true; }}});
   return command_line.run([&] {
     if (command_line.answer(argc, argv)) return 0;

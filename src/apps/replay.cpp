@@ -16,14 +16,14 @@ namespace {
 
 constexpr long kEventsBetweenHooks = 500;
 
-// Why a whole log gave no pose.
+// The reason why a log gave no pose.
 std::string why_none(const ReplayStats& stats, const ChannelConfig& channels) {
   if (stats.read.count(channels.imu) == 0)
-    return "the log holds no message on channel " + channels.imu + " (channels.imu)";
+    return "the log has no message on channel " + channels.imu + " (channels.imu)";
   for (const auto& reason : stats.last_status.reasons)
     if (reason.rfind("start: ", 0) == 0) return reason;
   return stats.last_status.time > 0 ? "the log ends before the first one"
-                                    : "no message of the IMU could be used";
+                                    : "no IMU message could be used";
 }
 
 class Replay {
@@ -112,13 +112,13 @@ void Replay::write(const Outputs& outputs) {
   if (!outputs.status.empty()) stats_.last_status = outputs.status.back();
 }
 
-// A log must not be replaced by what is made of it.
+// The output must not replace the log that is being read.
 void check_distinct(const ReplayFiles& files) {
   namespace fs = std::filesystem;
   std::error_code missing;
   for (const auto& output : {files.output, files.trajectory, files.smoothed}) {
     if (!output.empty() && fs::equivalent(files.input, output, missing)) {
-      throw FileError(output + ": is the input itself; expected another file");
+      throw FileError(output + ": is the input file; expected another file");
     }
   }
 }

@@ -41,8 +41,8 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// The known key that the operator most likely meant: one spelt nearly so, or one of that very name
-// in another section. Empty where nothing is near.
+// The known key that the operator most likely meant: one with similar spelling, or one of the same
+// name in another section. Empty if there is none.
 std::string nearest_key(const std::vector<ConfigKey>& keys, const std::string& name) {
   std::string nearest;
   std::size_t best = std::max<std::size_t>(2, name.size() / 4) + 1;
@@ -75,25 +75,25 @@ const Former* find_former(const std::vector<Former>& keys, const std::string& na
   return found == keys.end() ? nullptr : &*found;
 }
 
-// Whether a node has that value, however it is written.
+// Whether a node has this value, in any notation.
 bool has_value(const YAML::Node& node, const std::string& value) {
   if (!node.IsScalar()) return false;
   if (node.Scalar() == value) return true;
-  bool given_bool = false, wanted_bool = false;
+  bool given_bool = false, expected_bool = false;
   if (YAML::convert<bool>::decode(node, given_bool) &&
-      YAML::convert<bool>::decode(YAML::Node(value), wanted_bool))
-    return given_bool == wanted_bool;
-  double given = 0.0, wanted = 0.0;
+      YAML::convert<bool>::decode(YAML::Node(value), expected_bool))
+    return given_bool == expected_bool;
+  double given = 0.0, expected = 0.0;
   return YAML::convert<double>::decode(node, given) &&
-         YAML::convert<double>::decode(YAML::Node(value), wanted) && given == wanted;
+         YAML::convert<double>::decode(YAML::Node(value), expected) && given == expected;
 }
 
-// Whether nobody chose the value of a removed key: it is fixed at that, or was by default.
+// Whether the value of a removed key has no effect: it is the fixed value, or the former default.
 bool is_default_value(const RemovedKey& key, const YAML::Node& node) {
   return has_value(node, key.value) || (!key.before.empty() && has_value(node, key.before));
 }
 
-// Writes YAML nodes into the configuration that its table is bound to.
+// Reads YAML into a configuration.
 class Loader {
  public:
   explicit Loader(Config& config) : keys_(config_keys(config)), sections_(sections(keys_)) {}
@@ -101,7 +101,7 @@ class Loader {
   void read_file(const std::string& path);
   void read_override(const std::string& text);
 
-  // What was read and is no longer a setting, or goes by another name; one line for each file.
+  // Reports keys that are no longer settings, or have a new name. `where`: the file.
   std::vector<std::string> take_notices(const std::string& where);
 
  private:
@@ -112,7 +112,7 @@ class Loader {
 
   std::vector<ConfigKey> keys_;
   std::set<std::string> sections_;
-  std::vector<std::string> removed_, moved_;  // names, to be told
+  std::vector<std::string> removed_, moved_;  // names, for the notices
 };
 
 const ConfigKey* Loader::find(const std::string& name) const {
@@ -147,8 +147,8 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-// The line, from 1, on which a second document begins; 0: none. YAML::LoadAll would tell too, but
-// on some text that is not YAML it never ends (yaml-cpp 0.7).
+// The line, from 1, on which a second document begins; 0: none. YAML::LoadAll would find it too,
+// but never returns for some text that is not YAML (yaml-cpp 0.7).
 int second_document(const std::string& text) {
   std::istringstream lines(text);
   bool in_document = false;
@@ -205,7 +205,7 @@ void Loader::read_section(const std::string& path, const YAML::Node& map,
   }
 }
 
-// `where` begins what is said of it.
+// where: beginning of the error message.
 void Loader::assign_key(const std::string& where, const std::string& name, const YAML::Node& node) {
   if (const RemovedKey* removed = find_former(removed_keys(), name)) {
     if (!is_default_value(*removed, node))
@@ -231,10 +231,10 @@ std::vector<std::string> Loader::take_notices(const std::string& where) {
   };
   std::vector<std::string> notices;
   if (!removed_.empty())
-    notices.push_back(where + ": no longer settings, and given with the values that they had by " +
-                      "default, so these keys can be deleted: " + listed(removed_));
-  if (!moved_.empty())
-    notices.push_back(where + ": keys that have another name now: " + listed(moved_));
+    notices.push_back(where +
+                      ": no longer settings; these keys have their default values and can be " +
+                      "deleted: " + listed(removed_));
+  if (!moved_.empty()) notices.push_back(where + ": keys with a new name: " + listed(moved_));
   removed_.clear();
   moved_.clear();
   return notices;
@@ -255,7 +255,7 @@ void Loader::read_override(const std::string& text) {
   assign_key(where, name, value);
 }
 
-// Before each name that is left at its default.
+// Puts the prefix before each name that has its default value.
 void put_prefix(ChannelConfig& channels) {
   if (channels.prefix.empty()) return;
   Config named, defaults;
@@ -269,7 +269,8 @@ void put_prefix(ChannelConfig& channels) {
   channels = named.channels;
 }
 
-// Two things under one channel name could not be told apart. `where`: the files, or empty.
+// Messages of two types on the same channel could not be distinguished. `where`: the files, or
+// empty.
 void check_channels(Config& config, const std::string& where) {
   std::map<std::string, std::string> owner;
   for (const auto& key : config_keys(config)) {
@@ -355,7 +356,7 @@ std::string describe_config(const Config& config) {
   std::string text =
       "# Every setting of gprodom with unit, range and meaning; written by `gprodomd\n"
       "# --print-config`. A file for -c needs only the keys that differ from the defaults, which\n"
-      "# config/gprodom.yaml holds; where several are given a later one goes over those before.\n";
+      "# config/gprodom.yaml has. If several files are given, later ones override earlier ones.\n";
   std::string open;
   for (const auto& key : config_keys(copy)) {
     write_section_heads(key.name, open, text);

@@ -10,15 +10,15 @@ using Keys = std::vector<ConfigKey>;
 const Range kAny{};
 const Range kPositive{0.0, std::numeric_limits<double>::infinity(), true, ""};
 const Range kNotNegative{0.0, std::numeric_limits<double>::infinity(), false, ""};
-const Text kChannel{63};  // LCM carries no longer names
+const Text kChannel{63};  // LCM allows no longer names
 
 Range between(double minimum, double maximum, const char* why = "") {
   return {minimum, maximum, false, why};
 }
 
-// At 0.35 s the estimate of a sample drive is 0.07 m off, at 3 s 0.12 m, at 10 s 0.84 m.
-const Range kReorderWindow =
-    between(0, 1, "every state waits for it, and a pose is predicted over it by the IMU alone");
+// Error on a sample drive: 0.07 m with 0.35 s, 0.12 m with 3 s, 0.84 m with 10 s.
+const Range kReorderWindow = between(
+    0, 1, "every state waits for this time, and poses are predicted over it by the IMU alone");
 
 // clang-format off
 void add_channels(Keys& keys, ChannelConfig& c) {
@@ -42,15 +42,15 @@ void add_channels(Keys& keys, ChannelConfig& c) {
 
 void add_time(Keys& keys, TimeConfig& c) {
   keys.insert(keys.end(), {
-    {"time.reorder_window", &c.reorder_window, "s", kReorderWindow, "data later than this behind the newest are dropped"},
+    {"time.reorder_window", &c.reorder_window, "s", kReorderWindow, "messages older than the newest one by more than this are dropped"},
   });
 }
 
 void add_imu(Keys& keys, ImuConfig& c) {
   keys.insert(keys.end(), {
     {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body"},
-    {"imu.gyro_noise_density", &c.gyro_noise_density, "rad/s/sqrt(Hz)", kPositive, "floor, raised by what a standstill shows"},
-    {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "floor, raised by what a standstill shows"},
+    {"imu.gyro_noise_density", &c.gyro_noise_density, "rad/s/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},
+    {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},
     {"imu.gyro_bias_walk", &c.gyro_bias_walk, "rad/s^2/sqrt(Hz)", kPositive, "random walk of the gyro bias"},
     {"imu.accel_bias_walk", &c.accel_bias_walk, "m/s^3/sqrt(Hz)", kPositive, "random walk of the accelerometer bias"},
     {"imu.max_acceleration", &c.max_acceleration, "m/s^2", kPositive, "samples beyond are dropped"},
@@ -62,18 +62,18 @@ void add_imu(Keys& keys, ImuConfig& c) {
 void add_wheel(Keys& keys, WheelConfig& c) {
   keys.insert(keys.end(), {
     {"wheel.enabled", &c.enabled, "", kAny, "use the wheel encoder"},
-    {"wheel.drive", &c.drive, "", kAny, "what turns the robot; all but single learn from left and right wheels"},
-    {"wheel.track", &c.track, "m", between(0.05, 10), "between left and right wheels, by tape; single has no use for it"},
+    {"wheel.drive", &c.drive, "", kAny, "kind of drive; all but single learn turns from left and right wheels"},
+    {"wheel.track", &c.track, "m", between(0.05, 10), "distance between left and right wheels, measured by tape; not used by single"},
     {"wheel.scale", &c.scale, "", between(0.1, 10), "reported distance over true distance"},
-    {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior of the scale; 0 holds it fixed"},
+    {"wheel.scale_sigma", &c.scale_sigma, "", between(0, 1), "prior standard deviation of the scale; 0: fixed"},
     {"wheel.lever_arm", &c.lever_arm, "m", between(-100, 100), "the wheel's contact point in body"},
     {"wheel.noise", &c.noise, "m/sqrt(m)", kPositive, "random error, growing with distance"},
-    {"wheel.noise_floor", &c.noise_floor, "m", kPositive, "of one increment, from the encoder's resolution"},
+    {"wheel.noise_floor", &c.noise_floor, "m", kPositive, "error of one increment, from the encoder's resolution"},
     {"wheel.lateral_noise", &c.lateral_noise, "m/sqrt(m)", kPositive, "side slip, growing with distance"},
     {"wheel.vertical_noise", &c.vertical_noise, "m/sqrt(m)", kPositive, "motion off the ground plane, growing with distance"},
-    {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond lose weight; 0: none do"},
-    {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "between wheel and IMU that are slip; 0: not watched"},
-    {"wheel.slip_share", &c.slip_share, "", between(0, 1), "of the way on which the wheel slips without a jump; 0: it never does"},
+    {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond get less weight; 0: none"},
+    {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "difference of wheel and IMU that counts as slip; 0: no detection"},
+    {"wheel.slip_share", &c.slip_share, "", between(0, 1), "share of the path on which the wheel slips gradually, without a jump; 0: never"},
     {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
   });
@@ -88,26 +88,26 @@ void add_standstill(Keys& keys, StandstillConfig& c) {
 void add_initializer(Keys& keys, InitializerConfig& c) {
   keys.insert(keys.end(), {
     {"initializer.duration", &c.duration, "s", between(0.1, 600), "standstill needed to start"},
-    {"initializer.wait_for_standstill", &c.wait_for_standstill, "", kAny, "start from such a standstill alone, never on the move"},
+    {"initializer.wait_for_standstill", &c.wait_for_standstill, "", kAny, "start only from a standstill, never on the move"},
   });
 }
 
 void add_smoother(Keys& keys, SmootherConfig& c) {
   keys.insert(keys.end(), {
     {"smoother.state_rate", &c.state_rate, "Hz", between(0.5, 50), "states per second"},
-    {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the window that is solved for"},
-    {"smoother.solver", &c.solver, "", kAny, "of the window; chain is its own, for slow processors and high rates"},
-    {"smoother.latency", &c.latency, "s", between(0, 1), "of data time, from a state to the effect of its solution"},
+    {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the sliding window"},
+    {"smoother.solver", &c.solver, "", kAny, "solver of the window; chain is our own, for slow processors and high rates"},
+    {"smoother.latency", &c.latency, "s", between(0, 1), "data time from a state until its solution takes effect"},
   });
 }
 
 void add_gpr(Keys& keys, GprConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
-    {"gpr.front_end", &c.front_end, "", kAny, "what makes displacements of traces"},
-    {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between answers of the front end"},
-    {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick to the effect of its answer"},
-    {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar in the ground"},
+    {"gpr.front_end", &c.front_end, "", kAny, "method that turns traces into displacements"},
+    {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between two answers of the front end"},
+    {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick until its answer takes effect"},
+    {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar waves in the ground"},
     {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
     {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
   });
@@ -117,58 +117,58 @@ void add_gpr_filter(Keys& keys, GprFilterConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.filter.band_low", &c.band_low, "Hz", kPositive, "lower edge of the band-pass"},
     {"gpr.filter.band_high", &c.band_high, "Hz", kPositive, "upper edge of the band-pass"},
-    {"gpr.filter.gain_rate", &c.gain_rate, "1/sample", between(-1, 1), "of the exponential gain"},
-    {"gpr.filter.gain_power", &c.gain_power, "", between(-5, 5), "of the sample number in the gain"},
-    {"gpr.filter.gain_flat_after", &c.gain_flat_after, "samples", between(0, 100000), "the gain grows no further"},
+    {"gpr.filter.gain_rate", &c.gain_rate, "1/sample", between(-1, 1), "rate of the exponential gain"},
+    {"gpr.filter.gain_power", &c.gain_power, "", between(-5, 5), "exponent of the sample number in the gain"},
+    {"gpr.filter.gain_flat_after", &c.gain_flat_after, "samples", between(0, 100000), "the gain is constant from this sample on"},
   });
 }
 
 void add_coherence(Keys& keys, CoherenceConfig& c) {
   keys.insert(keys.end(), {
-    {"gpr.coherence.use", &c.use, "", kAny, "enters the estimate where the wheel is contradicted or missing; always; never"},
+    {"gpr.coherence.use", &c.use, "", kAny, "when it enters the estimate: only if the wheel is contradicted or missing; always; never"},
   });
 }
 
-// Of the methods that compare one window of traces with the next.
+// For the methods that compare one window of traces with the next.
 void add_paper(Keys& keys, Config& config) {
   SequentialConfig& c = config.gpr.sequential;
   keys.insert(keys.end(), {
     {"paper.window_traces", &c.window_traces, "", between(4, 2000), "L, traces in a window"},
     {"paper.rows", &c.rows, "", between(1, 500), "D_S, rows of the feature matrix"},
     {"paper.columns", &c.columns, "", between(4, 500), "L_S, columns of the feature matrix, in which shifts are counted"},
-    {"paper.step", &c.step, "s", between(0.01, 60), "between the windows compared (Delta t); whole ticks"},
+    {"paper.step", &c.step, "s", between(0.01, 60), "time between the compared windows (Delta t), a multiple of gpr.tick"},
     {"paper.k", &c.k, "m", between(0, 10), "K, displacement per column of shift; gprodom calibrate k fits it"},
-    {"paper.sigma", &c.sigma, "m", between(0, 10), "error of K times the shift over one step"},
+    {"paper.sigma", &c.sigma, "m", between(0, 10), "standard deviation of K times the shift, over one step"},
     {"paper.distance", &c.distance, "", kAny, "cosine, or as the paper prints it (without the square root)"},
     {"paper.fit_peaks", &config.gpr.peaks.fit, "", kAny, "damped sinusoid per pulse; false: envelope maxima, much cheaper"},
     {"paper.publish_sfm", &c.publish_sfm, "", kAny, "publish each window's feature matrix beside the displacement"},
-    {"paper.fusion", &config.gpr.fusion, "", kAny, "how a displacement enters: with its sign, or as the paper's norm"},
-    {"paper.wheel_form", &config.wheel.form, "", kAny, "how the wheel enters: signed increment with the gyro, or the paper's distance norm"},
+    {"paper.fusion", &config.gpr.fusion, "", kAny, "how a displacement enters the estimate: signed, or as the paper's norm"},
+    {"paper.wheel_form", &config.wheel.form, "", kAny, "how the wheel enters the estimate: signed increment with the gyro, or the paper's distance norm"},
   });
 }
 
 void add_graph(Keys& keys, GraphConfig& c) {
   keys.insert(keys.end(), {
-    {"graph.enabled", &c.enabled, "", kAny, "look for ground seen before, and correct map by it"},
-    {"graph.latency", &c.latency, "s", between(0, 60), "of data time, from a question to its effect on map"},
-    {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "of ground compared"},
-    {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "of a revisit: the antenna's footprint"},
+    {"graph.enabled", &c.enabled, "", kAny, "recognise ground seen before (loop closure), and correct map"},
+    {"graph.latency", &c.latency, "s", between(0, 60), "data time from a search until its result takes effect on map"},
+    {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "length of ground that is compared as a whole"},
+    {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "lateral standard deviation of a revisit: the antenna's footprint"},
   });
 }
 
 void add_state(Keys& keys, StateConfig& c) {
   keys.insert(keys.end(), {
-    {"state.directory", &c.directory, "", Text{4096, true}, "where pose, wheel scale and ground are kept for the next run; empty: nowhere"},
-    {"state.map", &c.map, "", kAny, "whether ground.map is extended by the ground driven over; read_only: no ground is ever written"},
-    {"state.save_period", &c.save_period, "s", kPositive, "of data time between two savings of pose and wheel scale; the ground is saved every 300 times that"},
-    {"state.resume_within", &c.resume_within, "s", kNotNegative, "a saved pose not older than that is gone on from; 0: never"},
+    {"state.directory", &c.directory, "", Text{4096, true}, "folder where pose, wheel scale and ground are saved for the next run; empty: not saved"},
+    {"state.map", &c.map, "", kAny, "extend: new ground is added to ground.map; read_only: no ground is ever written"},
+    {"state.save_period", &c.save_period, "s", kPositive, "data time between two savings of pose and wheel scale; the ground is saved 300 times less often"},
+    {"state.resume_within", &c.resume_within, "s", kNotNegative, "resume from a saved pose if it is not older than this; 0: never"},
   });
 }
 
 void add_logging(Keys& keys, LoggingConfig& c) {
   keys.insert(keys.end(), {
     {"logging.level", &c.level, "", kAny, "what the daemon writes to its log"},
-    {"logging.warning_period", &c.warning_period, "s", kNotNegative, "between repeated warnings of one kind"},
+    {"logging.warning_period", &c.warning_period, "s", kNotNegative, "time between two warnings of the same kind"},
   });
 }
 // clang-format on
@@ -197,20 +197,20 @@ std::vector<ConfigKey> config_keys(Config& config) {
 std::string section_description(const std::string& section) {
   static const std::map<std::string, std::string> descriptions = {
       {"channels", "Names of the LCM channels."},
-      {"time", "What is asked of the time stamps of incoming data."},
+      {"time", "Time stamps of incoming messages."},
       {"imu", "Mounting and noise of the IMU."},
       {"wheel", "Scale, mounting and noise of the wheel encoder."},
       {"standstill", "Zero-velocity updates."},
-      {"initializer", "Start from a standstill."},
+      {"initializer", "Start of the estimator."},
       {"smoother", "The fixed-lag smoother."},
       {"gpr", "The ground-penetrating radar and its front end."},
-      {"gpr.filter", "Of what is done to each trace: the antenna's band, and the gain."},
+      {"gpr.filter", "Filter of each trace: the antenna's band, and the gain."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
-      {"graph", "Ground seen before: the trace memory, revisits and the track in map."},
-      {"state", "What one run leaves to the next."},
+      {"graph", "Loop closure: trace memory, revisits, and the track in map."},
+      {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",
-       "The paper's method and those compared with it: front ends sfm, bscan, dec and "
+       "The paper's method, and the methods it is compared with: front ends sfm, bscan, dec and "
        "trace_count."},
   };
   const auto found = descriptions.find(section);

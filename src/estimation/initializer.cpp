@@ -32,7 +32,7 @@ std::string refuse(const char* format, double value, double limit) {
 
 constexpr size_t kParts = 4;  // of the samples' time
 
-// Deviation of the means over the parts, the largest of the axes.
+// Standard deviation of the means over the parts, of the worst axis.
 double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*field) {
   std::vector<Vector3d> means;
   for (size_t i = 0; i < kParts; ++i) {
@@ -49,14 +49,15 @@ double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*
   return std::sqrt(square.maxCoeff());
 }
 
-// Speed at rest of a wheel without a sign, whose noise is rectified (0.011 for a gyro on a wheel).
+// Apparent speed at rest of a wheel whose signal has no sign, so that its noise is rectified (0.011
+// for a gyro on a wheel).
 constexpr double kRestingWheel = 0.02;  // m/s
-// Of the IMU's means over half a second, where the wheel stands: a robot that is pushed, or rolls,
-// turns or speeds up by more than this.
+// Limits for the IMU's means over half a second while the wheel stands. A robot that is pushed or
+// rolls exceeds them.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
 
-// Standard deviation of a mean: that of white noise or, if the parts differ by more than white
-// noise does in one of a thousand standstills, that of the parts.
+// Standard deviation of a mean: that of white noise. If the parts differ more than white noise lets
+// them in one of a thousand standstills, that of the parts.
 double sigma_of_mean(double white, double unsteady) {
   constexpr double kBeyondChance = 2.5;
   const double shown = unsteady / std::sqrt(static_cast<double>(kParts));
@@ -71,7 +72,7 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   if (wheel.path_m > limit)
     return refuse("the wheel turned %.3f m (limit %.3f): hold the robot still to start",
                   wheel.path_m, limit);
-  // Noise at rest is spread evenly over the time; the motion of a robot that sets off is not.
+  // Noise at rest is spread evenly over the time; the motion of a robot that starts is at its end.
   const double at_end = std::abs(wheel.end_mps) * WheelAtStart::kSpeedOver;
   const double even = (wheel.path_m - at_end) / (seconds / WheelAtStart::kSpeedOver - 1);
   if (seconds > 2 * WheelAtStart::kSpeedOver &&
@@ -82,10 +83,10 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   const bool quiet = gyro.deviation <= c.max_gyro_std && accel.deviation <= c.max_accel_std;
   const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
                       unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
-  if (gyro.deviation > c.max_gyro_std && !(wheel.heard && steady))
+  if (gyro.deviation > c.max_gyro_std && !(wheel.received && steady))
     return refuse("gyro deviation %.4f rad/s (limit %.4f): hold the robot still", gyro.deviation,
                   c.max_gyro_std);
-  if (!quiet && !(wheel.heard && steady))
+  if (!quiet && !(wheel.received && steady))
     return refuse(
         "accelerometer deviation %.3f m/s^2 (limit %.3f): hold the "
         "robot still",
@@ -108,7 +109,7 @@ struct FirstSigmas {
   double force;     // m/s^2: of the mean specific force, for tilt and accelerometer bias together
 };
 
-// Rows in the chart at the first state x, sigma apart: see docs/estimation.md, "Start".
+// Rows in the chart at the first state x; docs/estimation.md, "Start".
 MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSigmas& sigmas) {
   const InitializerConfig& c = config.initializer;
   const double scale_sigma = std::max(config.wheel.scale_sigma, 1e-7);
@@ -120,10 +121,11 @@ MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSi
   prior.A.block<3, 3>(1, row::kP).diagonal().setConstant(1 / c.position_sigma);
   prior.A.block<3, 3>(4, row::kV).diagonal().setConstant(1 / sigmas.velocity);
   prior.A.block<3, 3>(7, row::kBg).diagonal().setConstant(1 / sigmas.rate);
-  // The accelerometer's bias, zero-mean: x holds the part of it that gravity's size shows.
+  // The accelerometer's bias has a prior mean of 0; x has the part of it that the norm of gravity
+  // shows.
   prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / config.imu.accel_bias_sigma);
   prior.b.segment<3>(10) = x.accel_bias / config.imu.accel_bias_sigma;
-  // Mean specific force = R^T up + bias: only the sum of tilt and bias is known well.
+  // Mean specific force = R^T up + bias: it measures only the sum of tilt and bias.
   const Eigen::Matrix3d RT = x.R_odom_body().transpose();
   const Vector3d up(0, 0, c.gravity);
   Eigen::Matrix<double, 3, kStateDim> force = Eigen::Matrix<double, 3, kStateDim>::Zero();
@@ -159,9 +161,9 @@ std::string too_few(const Config& config, const std::vector<ImuSample>& samples)
   return {};
 }
 
-// Of a robot on the move.
-constexpr double kGyroBias = 0.002;  // rad/s; of a gyro of which nothing is known
-constexpr double kLeastForce = 0.2;  // m/s^2: ground of 0.02 rad
+// Standard deviations for a start on the move.
+constexpr double kGyroBias = 0.002;  // rad/s; of an uncalibrated gyro
+constexpr double kLeastForce = 0.2;  // m/s^2; a slope of 0.02 rad
 constexpr double kLeastSpeed = 0.1;  // m/s
 constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, side slip
 
@@ -198,16 +200,16 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
-  if (!wheel.heard) return {std::nullopt, "no wheel: hold the robot still to start"};
+  if (!wheel.received) return {std::nullopt, "no wheel: hold the robot still to start"};
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);
   const Moments accel = moments(samples, &ImuSample::acceleration);
   const double duration = to_seconds(samples.back().time - samples.front().time);
   const double scale = config.wheel.scale;
   const double sign = wheel.begin_mps + wheel.end_mps < 0 ? -1.0 : 1.0;
   const double speed = sign * wheel.path_m / scale / duration;
-  const double faster = (wheel.end_mps - wheel.begin_mps) / scale / duration;
+  const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / duration;
   const Vector3d force =
-      accel.mean - Vector3d(faster, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
+      accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
   const InitializerConfig& c = config.initializer;
   if (std::abs(force.norm() - c.gravity) > 0.1 * c.gravity)
     return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
@@ -216,7 +218,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   initial.on_the_move = true;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
   initial.state = level_state(config, samples.back().time, force);
-  initial.state.accel_bias.setZero();  // the size of the force is not known so well
+  initial.state.accel_bias.setZero();  // the norm of the force is not accurate enough for it
   initial.state.v_odom = initial.state.q_odom_body * Vector3d(wheel.end_mps / scale, 0, 0);
   const double spread = unsteadiness(samples, &ImuSample::acceleration);
   initial.prior = first_prior(config, initial.state,

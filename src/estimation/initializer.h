@@ -1,4 +1,4 @@
-// Gravity, gyro bias and noise from a standstill: the first state and its prior.
+// The first state and its prior: gravity, gyro bias and noise from a standstill, or from driving.
 #pragma once
 
 #include <optional>
@@ -13,15 +13,15 @@ namespace gprodom {
 
 struct Initialization {
   std::optional<InitialState> initial;
-  std::string refusal;  // why there is no initial state, so that an operator can act
+  std::string refusal;  // reason why there is no initial state, for the operator
 };
 
 // The wheel's data over the time of the IMU samples.
 struct WheelAtStart {
-  bool heard = false;
+  bool received = false;                     // the wheel has sent data in this time
   double path_m = 0.0;                       // unsigned
   double begin_mps = 0.0, end_mps = 0.0;     // signed speeds at the two ends
-  static constexpr double kSpeedOver = 0.5;  // s, that these are means over
+  static constexpr double kSpeedOver = 0.5;  // s; these are means over this time
 };
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration

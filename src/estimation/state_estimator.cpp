@@ -14,10 +14,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A scale held fixed still needs a finite weight: 0.1 ppm.
+// A fixed scale needs a finite weight too: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
-// Of biases that have moved by more than their walk: rad/s, m/s^2.
+// Random walk in an interval in which the biases have changed by more than usual; rad/s, m/s^2.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 
 SmootherOptions smoother_options(const SmootherConfig& c) {
@@ -28,15 +28,15 @@ SmootherOptions smoother_options(const SmootherConfig& c) {
   return options;
 }
 
-// Between two states, while the wheel says nothing of it: m.
+// m; between two states without a usable wheel.
 constexpr double kUnknownDistanceSigma = 100.0;
 
 StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
 }
 
-// Gravity shows more bias than the accelerometer is said to have: what else it says of speeds may
-// be off by its own scale, and a wheel's scale learnt from it would be that.
+// Gravity shows more bias than imu.accel_bias_sigma allows. The scale of the accelerometer may then
+// be wrong as well, and a wheel's scale learnt from accelerations would have the same error.
 bool out_of_calibration(const Config& config, const NavState& x) {
   constexpr double kRefuted = 3.0;  // standard deviations
   return config.wheel.scale_sigma > 0 &&
@@ -67,11 +67,12 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
       first_scale_sigma_(std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))),
       start_(initial.state.p_odom),
       last_covariance_(covariance(scale_held_ ? with_fixed_scale(initial.prior) : initial.prior)),
-      bias_known_(initial.state),
+      bias_confirmed_(initial.state),
       smoother_(smoother_options(config.smoother), initial.state,
                 scale_held_ ? with_fixed_scale(initial.prior) : initial.prior) {}
 
-// A scale that is off by a share shortens the way since the start, and the speed, by that share.
+// A relative error of the scale gives the path since the start, and the speed, the same relative
+// error.
 StateMatrix StateEstimator::covariance_of_held_scale() const {
   if (!scale_held_) return StateMatrix::Zero();
   const NavState& x = smoother_.newest();
@@ -82,7 +83,7 @@ StateMatrix StateEstimator::covariance_of_held_scale() const {
   return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
 }
 
-// What accelerations have told of it by now is taken back.
+// Returns to the first value: what accelerations have shown so far is wrong.
 void StateEstimator::hold_scale() {
   scale_held_ = true;
   CarriedState now{smoother_.newest(), last_covariance_};
@@ -90,14 +91,14 @@ void StateEstimator::hold_scale() {
   replace(now.covariance, row::kScale, 1,
           Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
   if (batch_) batch_->hold_scale(first_scale_, kFixedScaleSigma);
-  go_on_from(now);
+  continue_from(now);
 }
 
 StateResult StateEstimator::add(const StateInput& input) {
   if (input.wheel_late && !scale_held_ && config_.wheel.scale_sigma > 0) hold_scale();
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
-  if (input.gyro_bias) go_on_from(with_gyro_bias(now(), *input.gyro_bias, bias_known_));
-  if (input.speed_correction) go_on_from(with_speed_correction(now(), *input.speed_correction));
+  if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
+  if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;
@@ -110,26 +111,26 @@ StateResult StateEstimator::add(const StateInput& input) {
   NavState predicted = propagate(last, imu, config_.initializer.gravity);
   predicted.time = input.time;
 
-  learn_slips(input.slips);
+  update_slips(input.slips);
   motion_.add(last.time, input.noise, input.steps);
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
   if (batch_) batch_->add_state(predicted);
   const double root_dt = std::sqrt(imu.duration());
-  tie(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
+  add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
   const double scale_walk =
       config_.wheel.scale_sigma > 0 && !scale_held_ ? config_.wheel.scale_walk : 0.0;
   const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
                accel_walk = config_.imu.accel_bias_walk * root_dt;
-  tie(a, b,
-      std::make_shared<RandomWalkFactor>(input.gyro_bias ? kGyroBiasStep : gyro_walk,
-                                         input.gyro_bias ? kAccelBiasStep : accel_walk,
-                                         std::max(scale_walk * root_dt, kFixedScaleSigma)));
+  add_factor(a, b,
+             std::make_shared<RandomWalkFactor>(input.gyro_bias ? kGyroBiasStep : gyro_walk,
+                                                input.gyro_bias ? kAccelBiasStep : accel_walk,
+                                                std::max(scale_walk * root_dt, kFixedScaleSigma)));
   if (input.standing) {
     const auto& s = config_.standstill;
-    tie(a, b,
-        std::make_shared<StandstillFactor>(
-            StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
+    add_factor(a, b,
+               std::make_shared<StandstillFactor>(
+                   StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
   } else if (config_.wheel.enabled) {
     add_wheel_factor(input, a, b);
   }
@@ -152,7 +153,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   }
   result.state = smoother_.newest();
   result.covariance = last_covariance_ + covariance_of_held_scale();
-  if (input.standing) bias_known_ = result.state;
+  if (input.standing) bias_confirmed_ = result.state;
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;
   return result;
@@ -162,7 +163,7 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
                            StateResult& result) {
   result.solve = smoother_.solve();
   result.solve.usable = result.solve.usable && smoother_.newest().finite();
-  if (batch_)  // where the batch solution starts from
+  if (batch_)  // starting values of the batch solution
     for (auto id = smoother_.oldest_id(); id <= b; ++id)
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
   if (result.solve.usable) {
@@ -174,14 +175,14 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
     result.settled = smoother_.state(settled);
     if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
   } else {
-    give_up(predicted);
+    discard_window(predicted);
   }
 }
 
 void StateEstimator::record() { batch_.emplace(smoother_.newest(), smoother_.prior()); }
 
-bool StateEstimator::tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
-                         std::shared_ptr<const Factor> factor) {
+bool StateEstimator::add_factor(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
+                                std::shared_ptr<const Factor> factor) {
   if (!smoother_.add_factor(a, b, factor)) return false;
   if (batch_)
     batch_->add_factor(static_cast<size_t>(a + id_offset_), static_cast<size_t>(b + id_offset_),
@@ -189,8 +190,8 @@ bool StateEstimator::tie(FixedLagSmoother::StateId a, FixedLagSmoother::StateId 
   return true;
 }
 
-// A window that cannot be solved is given up: the prediction stands, less sure than before.
-void StateEstimator::give_up(const NavState& state) {
+// The window cannot be solved: restarts from the prediction, with a larger covariance.
+void StateEstimator::discard_window(const NavState& state) {
   StateVector growth;
   growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_held_ ? 0.0 : 1e-3;
@@ -198,24 +199,24 @@ void StateEstimator::give_up(const NavState& state) {
   restart(state);
 }
 
-// In a long gap of the IMU any attitude and speed are possible, too far for a linear solution.
+// After a long gap of the IMU the errors of attitude and speed are too large for a linear solution.
 void StateEstimator::carry_over(const StateInput& input) {
   const NavState& before = smoother_.state(smoother_.newest_id() - 1);
   const CarriedState carried = carry_on(config_, {before, last_covariance_}, input, gap_s_);
   if (batch_)
     batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
-  go_on_from(carried);
+  continue_from(carried);
 }
 
-void StateEstimator::go_on_from(const CarriedState& state) {
+void StateEstimator::continue_from(const CarriedState& state) {
   last_covariance_ = state.covariance;
   restart(state.state);
 }
 
-// A window of one state, known as last_covariance_ says. What is not known of place and heading is
-// one and the same error of all states from here on, which nothing observes. The window goes
-// without: beside so weak a knowledge of heading, what it is not linear in would pass for
-// information.
+// Starts a window of one state with last_covariance_. The error of its position and heading is
+// common to all later states, and nothing observes it. So it is kept apart in common_, and the
+// window starts with a small one. With a large variance of the heading, nonlinear terms would count
+// as information.
 void StateEstimator::restart(const NavState& state) {
   constexpr int kYaw = row::kTheta + 2;  // and the three of position beside it
   static_assert(row::kP == kYaw + 1);
@@ -236,8 +237,9 @@ void StateEstimator::restart(const NavState& state) {
   motion_.clear();
 }
 
-// What is believed of slip changes while its interval is in the window: it is seen seconds later.
-void StateEstimator::learn_slips(const std::vector<IntervalSlip>& slips) {
+// The estimates of slip change while their intervals are in the window, since slip shows only after
+// seconds.
+void StateEstimator::update_slips(const std::vector<IntervalSlip>& slips) {
   const TimeNs oldest = smoother_.state(smoother_.oldest_id()).time;
   while (!slips_.empty() && slips_.front().first <= oldest) slips_.pop_front();
   for (const IntervalSlip& slip : slips) {
@@ -266,8 +268,8 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   const WheelConfig& c = config_.wheel;
   const bool turns_with_ground = input.has_wheel && !input.wheel_contradicted;
   if (!turns_with_ground && c.form == WheelForm::kDistance) return;
-  // A wheel that slips, or says nothing, still does not move sideways or upwards. Along what path
-  // it does not is then told by the speed at the beginning.
+  // A wheel that slips, or has no data, still does not move sideways or upwards. The path for these
+  // rows is then predicted with the speed at the beginning.
   const NavState& x = smoother_.state(a);
   const double speed = (x.q_odom_body.conjugate() * x.v_odom).x() * x.wheel_scale;
   WheelIncrement increment(x.gyro_bias);
@@ -289,10 +291,10 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   else
     factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold,
                                            slip_of(input.time));
-  tie(a, b, std::move(factor));
+  add_factor(a, b, std::move(factor));
 }
 
-// The states nearest to the measurement's two ends; velocities bridge the rest.
+// Connects the states nearest to the measurement's two ends; velocities cover the remaining time.
 bool StateEstimator::add_displacement(const Displacement& d) {
   const TimeNs half_interval = from_seconds(0.5 / config_.smoother.state_rate);
   auto nearest = [&](TimeNs time) {
@@ -316,10 +318,10 @@ bool StateEstimator::add_displacement(const Displacement& d) {
       d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
   m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
   m.robust_threshold = config_.gpr.robust_threshold;
-  return tie(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
+  return add_factor(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
 }
 
-// Each moment belongs to the last state before it, carried there by the IMU.
+// Each moment belongs to the last state before it, and the IMU propagates that state to it.
 std::string StateEstimator::add_user_factor(const UserFactor& factor,
                                             Eigen::Matrix2d& place_information) {
   if (gap_s_ > kLongestBridge) return "the IMU is silent";
@@ -333,7 +335,7 @@ std::string StateEstimator::add_user_factor(const UserFactor& factor,
     while (smoother_.state(id).time > time) --id;
     from.push_back(id);
   }
-  // Where one state is enough, a neighbour stands in for the other.
+  // If both moments belong to the same state, its neighbour serves as the second one.
   auto a = from.front(), b = from.back();
   if (a == b) (a < smoother_.newest_id() ? ++b : --a);
   std::vector<CostFunctionFactor::Moment> moments;
@@ -346,10 +348,10 @@ std::string StateEstimator::add_user_factor(const UserFactor& factor,
   tied->evaluate(smoother_.state(a), smoother_.state(b), r, &Ja, &Jb);
   if (!r.allFinite() || !Ja.allFinite() || !Jb.allFinite())
     return "the cost function fails at the estimate";
-  tie(a, b, tied);
-  // Of a shift of both states. Beside an error of the place that the window does not know of, the
-  // residuals' variance is 1 plus what the window's own error adds, which is below 1 once it has
-  // the factor.
+  add_factor(a, b, tied);
+  // Information on a common shift of both states. Slip drift is not in the window, so relative to
+  // it the residuals' variance is 1 plus the part of the window's own error. That part is below 1
+  // once the window has the factor; hence 0.5.
   weight_rows(*tied, r, Ja, Jb);
   const Eigen::MatrixXd shift = (Ja + Jb).middleCols<2>(row::kP);
   place_information += 0.5 * shift.transpose() * shift;

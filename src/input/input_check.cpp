@@ -69,7 +69,7 @@ std::string InputCheck::refusal(InputMessage& message) {
       std::visit([&](auto& m) { return m.time += from_seconds(channel.offset_s); }, message);
   std::string reason = std::visit([&](const auto& m) { return fault(m, config_); }, message);
   if (reason.empty() && pair_heard_ && std::holds_alternative<WheelSample>(message))
-    reason = "not used: left and right wheels are heard";
+    reason = "not used: there are messages of left and right wheels";
   const auto* imu = std::get_if<ImuSample>(&message);
   const auto* trace = std::get_if<GprTrace>(&message);
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);

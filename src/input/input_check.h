@@ -32,13 +32,13 @@ class InputCheck {
   bool clock_moved() const { return time_guard_.moved(); }
 
   // The sensors' own stamp of a time of the estimator.
-  TimeNs told(TimeNs time) const { return time_guard_.told(time); }
+  TimeNs sensor_stamp(TimeNs time) const { return time_guard_.sensor_stamp(time); }
 
   // Newest stamp accepted of the IMU, which is the estimator's clock, and of the wheel.
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
-  // The channel of the wheel: that of left and right wheels, once they are heard.
+  // The channel of the wheel: that of left and right wheels, if they send.
   const std::string& wheel_channel() const;
 
   // No trace for a second.

@@ -159,8 +159,8 @@ std::string MountingWatch::judge() const {
   const Angle turned = turned_about_up();
   if (turned.beyond(limit, kSure))
     return tell(
-        "accelerations are turned by %.0f degrees about the up axis against what the wheel and "
-        "the gyro tell (or the wheel counts backwards)",
+        "accelerations are rotated by %.0f degrees about the up axis against wheel and "
+        "gyro (or the wheel counts backwards)",
         turned.value);
   return {};
 }

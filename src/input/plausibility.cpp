@@ -40,7 +40,7 @@ std::string fault(const GprTrace& s, const Config& config) {
 std::string fault(const Displacement& s, const Config& /*config*/) {
   if (!std::isfinite(s.distance_m) || !std::isfinite(s.sigma_m) || s.sigma_m <= 0)
     return "distance or sigma not finite and positive";
-  if (std::abs(s.distance_m) > 1e6 || s.sigma_m < 1e-6) return "distance or sigma that cannot be";
+  if (std::abs(s.distance_m) > 1e6 || s.sigma_m < 1e-6) return "impossible distance or sigma";
   if (!(std::abs(s.lateral_m) < 1e6) || !std::isfinite(s.lateral_sigma_m))
     return "lateral or its sigma not finite";
   if (!std::isfinite(s.scale) || !std::isfinite(s.score)) return "scale or score not finite";

@@ -11,15 +11,15 @@ TimeGuard::TimeGuard(const TimeConfig& config)
 std::string TimeGuard::check(Source source, TimeNs& time) {
   if (time <= 0) return "stamp not after 1970";
   Track& track = tracks_[source];
-  const TimeNs told = time, now = tracks_[kImu].newest;
+  const TimeNs stamp = time, now = tracks_[kImu].newest;
   // The other sensors may have a clock of their own.
-  if (source == kImu || std::abs(told + offset_ - now) < std::abs(told - now)) time += offset_;
+  if (source == kImu || std::abs(stamp + offset_ - now) < std::abs(stamp - now)) time += offset_;
   if (source != kImu && tracks_[kImu].newest == 0) {
     track.newest = time;
     return "before the first message of the IMU";
   }
   if (time == track.newest) return "stamp repeated";
-  std::string reason = source == kImu ? check_imu(time, told) : check_other(track, time);
+  std::string reason = source == kImu ? check_imu(time, stamp) : check_other(track, time);
   if (!reason.empty()) return reason;
   if (source == kImu) ++imu_accepted_;
   track.strays = 0;
@@ -31,26 +31,26 @@ std::string TimeGuard::check(Source source, TimeNs& time) {
   return {};
 }
 
-std::string TimeGuard::check_imu(TimeNs time, TimeNs told) {
+std::string TimeGuard::check_imu(TimeNs time, TimeNs stamp) {
   Track& imu = tracks_[kImu];
   if (imu.newest == 0) return {};
   const TimeNs ahead = time - imu.newest;
-  if (ahead < -(max_jump_ + reorder_)) return take_stray(time, told, "stamp jumped back");
+  if (ahead < -(max_jump_ + reorder_)) return take_stray(time, stamp, "stamp jumped back");
   if (ahead < -reorder_) return "later than time.reorder_window";
-  if (ahead <= reorder_ || (ahead <= kLongestGap && told_by_others(time))) return {};
-  if (ahead > max_jump_) return take_stray(time, told, "stamp jumped ahead");
+  if (ahead <= reorder_ || (ahead <= kLongestGap && confirmed_by_others(time))) return {};
+  if (ahead > max_jump_) return take_stray(time, stamp, "stamp jumped ahead");
   add_stray(imu, time);
   return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
 }
 
 // A stamp of the IMU out of reach. The clock was set, and is followed, if a few such stamps agree
 // with each other and with all other sensors, or if many agree and lie before the newest stamp.
-std::string TimeGuard::take_stray(TimeNs time, TimeNs told, const char* reason) {
+std::string TimeGuard::take_stray(TimeNs time, TimeNs stamp, const char* reason) {
   Track& imu = tracks_[kImu];
   add_stray(imu, time);
   if (imu.strays >= kStraysToFollow && all_are_ahead(time)) return step_ahead();
-  if (!moved() || told > imu.newest + ahead()) return reason;
-  offset_ = imu.newest + (time - imu.first_stray) - told;
+  if (!moved() || stamp > imu.newest + ahead()) return reason;
+  offset_ = imu.newest + (time - imu.first_stray) - stamp;
   imu.strays = 0;
   return "clock was set back: its stamps are carried on from where it was";
 }
@@ -81,7 +81,7 @@ std::string TimeGuard::step_ahead() {
   return "clock was set ahead with those of all sensors: its stamps are carried on, odom goes on";
 }
 
-TimeNs TimeGuard::told(TimeNs time) const {
+TimeNs TimeGuard::sensor_stamp(TimeNs time) const {
   const auto step = std::find_if(steps_.rbegin(), steps_.rend(),
                                  [time](const Step& each) { return time > each.from; });
   return step == steps_.rend() ? time : time + step->ahead;
@@ -113,7 +113,7 @@ void TimeGuard::add_stray(Track& track, TimeNs time) const {
   track.stray = time;
 }
 
-bool TimeGuard::told_by_others(TimeNs time) const {
+bool TimeGuard::confirmed_by_others(TimeNs time) const {
   return std::any_of(tracks_.begin() + 1, tracks_.end(), [&](const Track& other) {
     return other.newest > 0 && std::abs(time - other.newest) <= reorder_;
   });

@@ -24,7 +24,7 @@ class TimeGuard {
 
   // From the continued time to the sensors' own clock, for outputs. After the clock was set ahead
   // it is later; after it was set back it is the same, since no output may be earlier than before.
-  TimeNs told(TimeNs time) const;
+  TimeNs sensor_stamp(TimeNs time) const;
 
   // Newest stamp of any sensor other than the IMU; 0 before the first. Before the first message of
   // the IMU these stamps are neither checked nor used.
@@ -52,13 +52,13 @@ class TimeGuard {
     long at_first_stray = 0;  // imu_accepted_ when `first_stray` came
   };
 
-  std::string check_imu(TimeNs time, TimeNs told);
-  std::string take_stray(TimeNs time, TimeNs told, const char* reason);
+  std::string check_imu(TimeNs time, TimeNs stamp);
+  std::string take_stray(TimeNs time, TimeNs stamp, const char* reason);
   bool all_are_ahead(TimeNs time) const;
   std::string step_ahead();
   TimeNs ahead() const { return steps_.empty() ? 0 : steps_.back().ahead; }
   std::string check_other(Track& track, TimeNs time) const;
-  bool told_by_others(TimeNs time) const;
+  bool confirmed_by_others(TimeNs time) const;
   void add_stray(Track& track, TimeNs time) const;
 
   TimeNs reorder_, max_jump_;

@@ -47,7 +47,7 @@ std::size_t PacketLayout::count(const char* name, std::size_t max_elements) {
   if (!take(4, std::string("the count of ") + name)) return 0;
   const std::int32_t told = peek_int32();
   if (told < 0 || static_cast<std::size_t>(told) > max_elements) {
-    fault_ = std::string("announces a count of ") + name + " that cannot be";
+    fault_ = std::string("announces an impossible count of ") + name;
     return 0;
   }
   return static_cast<std::size_t>(told);
@@ -63,7 +63,7 @@ PacketLayout& PacketLayout::string(const char* name) {
   if (!take(4, std::string("the length of ") + name)) return *this;
   const std::int32_t length = peek_int32();
   if (length < 1 || static_cast<std::size_t>(length) > kMaxString) {
-    fault_ = std::string("announces a length of ") + name + " that cannot be";
+    fault_ = std::string("announces an impossible length of ") + name;
     return *this;
   }
   const std::uint8_t* text = next_;

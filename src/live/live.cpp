@@ -163,7 +163,7 @@ void LiveThreads::guarded(Work work) {
     runner_.forget();
     Outputs outputs;
     outputs.warnings.push_back(std::string("internal error: ") + error.what() +
-                               "; the estimator starts afresh");
+                               "; the estimator restarts");
     hand_out(std::move(outputs));
   }
 }

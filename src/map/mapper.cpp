@@ -101,7 +101,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     hypothesis_.reset();
     search_.reset();
     last_query_.reset();
-    answer.notes.push_back("traces of another length or interval: the ground seen is forgotten");
+    answer.notes.push_back("traces of another length or interval: the stored ground is deleted");
   }
   ground_.format = format;
   ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
@@ -298,14 +298,13 @@ void Mapper::take_external(MapAnswer& answer) {
     edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
     edge.mirrored = told.mirrored == (memory.direction == query.direction);
     if (told.from < path_.time_of(0)) {
-      answer.notes.push_back("a revisit told by another process begins before the track: not used");
+      answer.notes.push_back("a revisit of another process begins before the track: not used");
     } else if (path_.is_forgotten(told.from)) {
       answer.notes.push_back(
-          "a revisit told by another process begins on a pass that the map has merged with an "
+          "a revisit of another process begins on a pass that the map has merged with an "
           "earlier one: not used");
     } else if (!add_edge(end_at(memory), end_at(query), edge)) {
-      answer.notes.push_back(
-          "a revisit told by another process contradicts the headings: not used");
+      answer.notes.push_back("a revisit of another process contradicts the headings: not used");
     }
   }
 }

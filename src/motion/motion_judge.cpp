@@ -126,8 +126,8 @@ Initialization MotionJudge::initialize() {
     const auto a = wheel_.distance(since), b = wheel_.distance(to);
     return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
   };
-  const bool heard = wheel_now_ > from && config_.wheel.enabled;
-  const WheelAtStart wheel{heard, wheel_.path(from, imu_now_), speed(from), speed(imu_now_)};
+  const bool received = wheel_now_ > from && config_.wheel.enabled;
+  const WheelAtStart wheel{received, wheel_.path(from, imu_now_), speed(from), speed(imu_now_)};
   Initialization found = gprodom::initialize(config_, samples, wheel);
   if (found.initial) {
     const double duration = to_seconds(samples.back().time - samples.front().time);

@@ -19,7 +19,7 @@ namespace {
 std::vector<OdometryEstimate> poses(const std::vector<NavState>& states, const Pipeline& pipeline) {
   std::vector<OdometryEstimate> estimates(states.size());
   for (size_t i = 0; i < states.size(); ++i) {
-    estimates[i].time = pipeline.told(states[i].time);
+    estimates[i].time = pipeline.sensor_stamp(states[i].time);
     estimates[i].p_odom_body = states[i].p_odom;
     estimates[i].q_odom_body = states[i].q_odom_body;
   }
@@ -56,13 +56,13 @@ Outputs Odometry::step() {
   Outputs out = pipeline_->step();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);
-  keep(out);
+  save_due(out);
   if (pipeline_->must_restart()) {
     auto inbox = pipeline_->take_inbox();
     reset();
     for (auto& message : inbox) pipeline_->add(std::move(message));
-    pipeline_->reject(config_.channels.imu, "clock was set: started afresh");
-    out.warnings.push_back("the IMU's clock was set: starting afresh");
+    pipeline_->reject(config_.channels.imu, "clock was set: the estimator restarts");
+    out.warnings.push_back("the IMU's clock was set: the estimator restarts");
     out.restarted = true;
   }
   return out;
@@ -77,20 +77,20 @@ Outputs Odometry::finish() {
     if (store_->writes_ground()) begin_saving(store_->ground_path());
     pipeline_->drain();
   }
-  store_->writer().flush();  // also of what was asked for by command
-  keep(out);
+  store_->writer().flush();  // also what a command has asked for
+  save_due(out);
   return out;
 }
 
-// Saves what is due, and tells how earlier savings went.
-void Odometry::keep(Outputs& out) {
+// Saves what is due, and reports the results of earlier savings.
+void Odometry::save_due(Outputs& out) {
   if (!out.odometry.empty()) {
     here_ = newest_ = out.odometry.back();
     if (store_->state_is_due(newest_.time)) save_state();
     if (store_->ground_is_due(newest_.time)) begin_saving(store_->ground_path());
   }
   for (std::string& notice : store_->take_notices()) notices_.push_back(std::move(notice));
-  pipeline_->tell_of_files(store_->trouble());
+  pipeline_->report_files(store_->trouble());
   out.warnings.insert(out.warnings.begin(), std::make_move_iterator(notices_.begin()),
                       std::make_move_iterator(notices_.end()));
   notices_.clear();
@@ -125,12 +125,12 @@ void Odometry::save_map(const std::string& path) {
 
 void Odometry::load_map(const std::string& path) {
   expect_map(path);
-  // It may be one that is being saved.
+  // The file may be one that is just being saved.
   pipeline_->drain();
   store_->writer().flush();
   std::string bytes;
   if (!read_whole(path, bytes)) throw FileError(path + ": no such file");
-  pipeline_->use_ground(ground_map_from(path, bytes, memory_options(config_)));
+  pipeline_->set_ground(ground_map_from(path, bytes, memory_options(config_)));
   map_frame_->reset();
 }
 
@@ -149,7 +149,7 @@ void Odometry::locate_at(const RoughPlace& place) {
   pipeline_->locate_at({compose(in_map, between(in_odom, {})), place.sigma_m, place.map});
 }
 
-// Of what is asked with a map at that path.
+// Throws an error about the file unless there is a map.
 void Odometry::expect_map(const std::string& path) const {
   if (!pipeline_->has_map())
     throw FileError(path + ": there is no map: gpr.enabled or graph.enabled is false");
@@ -173,12 +173,12 @@ std::vector<OdometryEstimate> Odometry::smoothed() const {
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
-  start_afresh({pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair()});
+  restart({pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair()});
 }
 
-void Odometry::forget() { start_afresh({}); }
+void Odometry::forget() { restart({}); }
 
-void Odometry::start_afresh(StartingPoint start) {
+void Odometry::restart(StartingPoint start) {
   pipeline_ = std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
   map_frame_->reset();
   here_ = {};

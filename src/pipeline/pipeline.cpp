@@ -13,13 +13,14 @@ namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
 
-// Kept while the radar is not asked: before the first IMU sample, or without an IMU.
+// Traces kept while there are no ticks: before the first IMU sample, or without an IMU.
 constexpr std::size_t kMostTraces = 2000;
 
-// A solve takes milliseconds. On a machine that is busy beyond this the newest state waits.
+// A solve takes milliseconds. On a machine so busy that it takes longer than this, the newest state
+// is taken over later.
 constexpr std::chrono::milliseconds kSolverPatience(200);
 
-// The first multiple of the period after a time: radar ticks and states share such a grid.
+// The first multiple of the period after a time: the grid of radar ticks and of states.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
 
 void check_consistency(const Config& config) {
@@ -32,7 +33,7 @@ void check_consistency(const Config& config) {
 
 }  // namespace
 
-// The whole algorithm: the life of one message.
+// The whole algorithm, for each message.
 Outputs Pipeline::step() {
   while (!inbox_.empty() && !must_restart()) {
     Message message = std::move(inbox_.front());
@@ -47,10 +48,10 @@ Outputs Pipeline::step() {
     start();               // from a saved state, or a standstill: gravity, gyro bias and noise
     take_radar_answers();  // each at its tick + gpr.latency_budget
     take_states();         // each at its time + time.reorder_window + smoother.latency
-    take_map_answers();    // each at its question + graph.latency
+    take_map_answers();    // each at its query + graph.latency
     ask_radar();           // every gpr.tick
     make_states();         // every 1 / smoother.state_rate, once the reorder window has passed
-    publish();             // the newest state in effect, carried to now by the IMU
+    publish();             // the newest state in effect, propagated to now by the IMU
   }
   for (std::string& warning : health_.take_warnings()) out_.warnings.push_back(std::move(warning));
   return std::exchange(out_, {});
@@ -75,7 +76,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       radar_(config.gpr, front_end),
       solver_(execution),
       radar_worker_(execution),
-      ground_from_before_(start.ground && !start.ground->places.empty()),
+      has_earlier_ground_(start.ground && !start.ground->places.empty()),
       map_(std::make_unique<MapTask>(config, execution, std::move(start.ground))) {
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
@@ -104,7 +105,7 @@ void Pipeline::store(Message& message) {
       map_->add(displacement);
       return;
     }
-    displacement.kind = DisplacementKind::kExternal;  // whatever its sender calls it
+    displacement.kind = DisplacementKind::kExternal;  // whatever kind the sender has set
     motion_.add_external(std::move(displacement));
   }
 }
@@ -125,7 +126,7 @@ void Pipeline::count_jump(bool usable) {
 void Pipeline::start() {
   if (started_ || imu_now_ < next_start_try_) return;
   if (saved_ && resume()) return;
-  if (next_start_try_ == 0) {  // the first data: no use to ask before there can be enough
+  if (next_start_try_ == 0) {  // the first data: wait until there can be enough
     next_start_try_ = imu_now_ + from_seconds(0.9 * config_.initializer.duration);
     health_.await("start", HealthLevel::kDegraded, "collecting initializer.duration of standstill");
     return;
@@ -145,7 +146,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
   }
   motion_.begin(first, initial);
   prediction_.rebase(first, initial.noise, motion_.imu());
-  // The first interval is a half to one and a half periods long, or reaches to now.
+  // The first interval is 0.5 to 1.5 periods long, or ends now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
   next_state_ = next_multiple(newest + state_period_ / 2, state_period_);
 }
@@ -191,9 +192,10 @@ void Pipeline::take_map_answers() {
     if (answer->map) map_number_ = *answer->map;
     if (answer->located) {
       located_ = true;
-      out_.warnings.emplace_back("located on ground of before: map is its frame from here on");
+      out_.warnings.emplace_back(
+          "located on ground of an earlier track: map is its frame from now on");
     }
-    tell_of_place(*answer);
+    report_place(*answer);
     if (!answer->pose) continue;
     health_.value("revisits.trusted", answer->pose->revisits);
     health_.value("revisits.refused", answer->pose->refused);
@@ -201,8 +203,8 @@ void Pipeline::take_map_answers() {
 }
 
 // Whether the track is tied to the ground of before, and how surely.
-void Pipeline::tell_of_place(const MapAnswer& answer) {
-  if (!ground_from_before_) return;
+void Pipeline::report_place(const MapAnswer& answer) {
+  if (!has_earlier_ground_) return;
   const bool lost = located_ && answer.sigma_m > config_.graph.gate_max / config_.graph.gate_sigmas;
   health_.value("map.located", located_ && !lost ? 1.0 : 0.0);
   health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
@@ -238,10 +240,9 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   if (result.factors_used > 0) health_.add("factors.used", result.factors_used);
   for (const auto& [factor, reason] : result.refused) health_.count("factor " + factor, reason);
   health_.maximum("odom.largest_jump_m", (prediction_.position() - before).norm());
-  if (result.solve.unfounded)
-    health_.count("smoother", "information gained that no measurement could bring");
+  if (result.solve.unfounded) health_.count("smoother", "information gained without a measurement");
   health_.set("smoother", HealthLevel::kDegraded,
-              result.solve.usable ? "" : "the last solve failed; the last good state stands");
+              result.solve.usable ? "" : "the last solve failed; the last good state is kept");
 }
 
 void Pipeline::ask_radar() {
@@ -265,10 +266,10 @@ void Pipeline::make_states() {
   while (started_ && imu_now_ >= next_state_ + reorder_window_) {
     StateInput input = motion_.judge(next_state_);
     if (input.speed_correction)
-      health_.count(input_.wheel_channel(), "the speed held for right was not");
+      health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
-                    "gyro bias had moved: heading lost since the last standstill");
+                    "gyro bias has changed: heading uncertain since the last standstill");
     mounting_.add(input.steps, motion_.wheel().distance(next_state_),
                   prediction_.base().state.gyro_bias);
     health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());
@@ -285,9 +286,9 @@ void Pipeline::publish() {
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
-    tell_of_pair();
-    tell_of_sight();
-    tell_of_slip();
+    report_pair();
+    report_sight();
+    report_slip();
     out_.status.push_back(stamped(health_.status(imu_now_)));
   }
   next_status_ = next_multiple(imu_now_, kSecond);
@@ -295,12 +296,11 @@ void Pipeline::publish() {
 
 Displacement Pipeline::stamped(Displacement displacement) const {
   for (TimeNs* time : {&displacement.time, &displacement.from, &displacement.to})
-    *time = told(*time);
+    *time = sensor_stamp(*time);
   return displacement;
 }
 
-// What left and right wheels have taught, once they are heard.
-void Pipeline::tell_of_pair() {
+void Pipeline::report_pair() {
   if (!motion_.pair().received()) return;
   const TurnCalibration& found = motion_.pair().calibration();
   health_.value("wheels.track_m", found.track_m());
@@ -309,20 +309,19 @@ void Pipeline::tell_of_pair() {
   health_.value("wheels.difference_noise", found.noise());
 }
 
-// How slow a motion the radar does not see, once that is known.
-void Pipeline::tell_of_sight() {
+void Pipeline::report_sight() {
   const auto unseen = motion_.unseen_speed();
   if (!unseen) return;
   health_.value("standstill.unseen_mps", *unseen);
-  if (*unseen <= MotionJudge::kUnseenAtFirst || told_of_sight_) return;
-  told_of_sight_ = true;
+  if (*unseen <= MotionJudge::kUnseenAtFirst || sight_warned_) return;
+  sight_warned_ = true;
   health_.count(config_.channels.gpr_trace,
-                "slow motion changes the traces too little to be seen (coarse, smooth or weak "
-                "ground): the wheel decides what is a standstill");
+                "the radar cannot detect slow motion on this ground (coarse, smooth or weak): the "
+                "wheel decides what is a standstill");
 }
 
 // The wheel is wrong, or it may be without that any sensor shows it.
-void Pipeline::tell_of_slip() {
+void Pipeline::report_slip() {
   const Immobilised stands = motion_.immobilised();
   health_.set("robot", HealthLevel::kDegraded,
               stands == Immobilised::kYes
@@ -342,9 +341,9 @@ void Pipeline::tell_of_slip() {
 }
 
 void Pipeline::publish_pose(OdometryEstimate estimate) {
-  if (prediction_.lost()) return;  // until a state beyond the gap has been carried there
+  if (prediction_.lost()) return;  // until there is a state after the gap
   if (motion_.follow(estimate))
-    health_.count(input_.wheel_channel(), "turns otherwise than the robot moves");
+    health_.count(input_.wheel_channel(), "slip: the wheel disagrees with the robot's motion");
   if (input_.radar_silent()) estimate.flags |= kNoRadar;
   out_.odometry.push_back(stamped(estimate));
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(stamped(*correction));

@@ -1,5 +1,5 @@
-// From messages to poses: the estimator between two resets. Same sequence of calls, same output, to
-// the byte (with Execution::kInline).
+// The estimator between two resets, from messages to poses. With Execution::kInline, the same
+// sequence of calls gives byte-identical output.
 #pragma once
 
 #include <deque>
@@ -29,19 +29,19 @@
 
 namespace gprodom {
 
-// What a pipeline starts with: the ground and the state of the one before, or of a saved run.
+// What a pipeline takes over from the one before it, or from a saved run.
 struct StartingPoint {
   std::optional<GroundMap> ground;
-  std::optional<SavedState> state;  // gone on from where it is state.resume_within old at most
-  std::optional<LearntTurn> pair;   // of left and right wheels
+  std::optional<SavedState> state;  // used if it is at most state.resume_within old
+  std::optional<LearntTurn> pair;   // calibration of left and right wheels
 };
 
 class Pipeline {
  public:
   using Message = InputMessage;
 
-  // front_end: in place of gpr.front_end; empty: that one. Throws ConfigError where settings
-  // contradict each other.
+  // front_end: replaces gpr.front_end unless it is empty. Throws ConfigError if settings contradict
+  // each other.
   Pipeline(const Config& config, Execution execution, const gpr::FrontEndFactory& front_end,
            StartingPoint start);
 
@@ -49,53 +49,52 @@ class Pipeline {
   void reject(const std::string& channel, const std::string& reason) {
     health_.count(channel, reason);
   }
-  // Returns why it is refused; empty: it is not.
+  // Returns the reason if it is refused, otherwise an empty string.
   std::string add_factor(const UserFactor& factor);
   Outputs step();
   Outputs finish();
-  // The workers take up what step() has given them; else they do with the next one.
+  // Starts the jobs submitted by step(); otherwise they start with the next step().
   void start_jobs() {
     solver_.start();
     radar_worker_.start();
     map_->start_jobs();
   }
   void record() { record_ = true; }
-  const Batch& batch() const;  // throws where nothing was recorded
-  // The sensors' own stamp of a time of the batch: another where their clock was set ahead.
-  TimeNs told(TimeNs time) const { return input_.told(time); }
+  const Batch& batch() const;  // throws if nothing was recorded
+  // The sensors' own stamp for an internal time. They differ if the clock was set ahead.
+  TimeNs sensor_stamp(TimeNs time) const { return input_.sensor_stamp(time); }
   std::vector<NavState> smoothed() const;
   Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
-  // For the next pipeline, or run. What is known now; nothing before the start, or while no solve
-  // is usable. correction: in force.
+  // The current state, for the next pipeline or run. Nothing before the start, or if the last solve
+  // failed. correction: the one in effect.
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
-  // Likewise of left and right wheels; nothing where they are not heard, or turn nothing.
+  // Likewise the calibration of left and right wheels (WheelPair::learnt).
   std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
-  // Of the state gone on from, once after that.
+  // The correction of the resumed state; returned once.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
   }
-  // Whether there is one; only then save_ground().
+  // save_ground() needs a map.
   bool has_map() const { return map_->enabled(); }
-  // Waits for the map's work, and leaves the map without ground.
+  // Waits for the map's jobs, and leaves the map without ground.
   GroundMap take_ground() { return map_->take_ground(); }
-  // As a file's. Waits for the map's work.
+  // The content of a map file. Waits for the map's jobs.
   std::string ground_bytes() { return map_->ground_bytes(); }
   void drain();
-  // Goes on with that ground as the one from before, once the map's work is done; the track begins
-  // anew in the map.
-  void use_ground(GroundMap ground);
+  // Replaces the map by one that has this ground of an earlier run, and begins a new track in it.
+  void set_ground(GroundMap ground);
   void locate_at(const ToldPlace& place) { map_->locate_at(place); }
-  // Once the map's jobs so far are done, on their thread.
+  // Runs on the map's thread, after its current jobs.
   void save_ground(std::function<void(std::string)> take) {
     map_->save_ground(imu_now_, std::move(take));
   }
-  // Told in the status for as long as it holds; empty: it does not.
-  void tell_of_files(const std::string& trouble) {
+  // Keeps this trouble in the status until it is empty.
+  void report_files(const std::string& trouble) {
     health_.set("state files", HealthLevel::kDegraded, trouble);
   }
 
-  // The clock was set: what is known refers to another time. The inbox goes on in a new Impl.
+  // The clock was set, so the state refers to another time. The next pipeline takes the inbox.
   bool must_restart() const { return input_.clock_moved(); }
   std::deque<Message> take_inbox() { return std::exchange(inbox_, {}); }
 
@@ -112,15 +111,15 @@ class Pipeline {
   void ask_radar();
   void make_states();
   void publish();
-  void tell_of_pair();
-  void tell_of_place(const MapAnswer& answer);
-  void tell_of_sight();
-  void tell_of_slip();
+  void report_pair();
+  void report_place(const MapAnswer& answer);
+  void report_sight();
+  void report_slip();
   void publish_pose(OdometryEstimate estimate);
-  // What goes out, with the sensors' own stamps.
+  // An output with the sensors' own stamp.
   template <typename T>
   T stamped(T output) const {
-    output.time = told(output.time);
+    output.time = sensor_stamp(output.time);
     return output;
   }
   Displacement stamped(Displacement displacement) const;
@@ -144,21 +143,22 @@ class Pipeline {
   MountingWatch mounting_;
 
   std::optional<Correction> resumed_correction_;
-  std::optional<SavedState> saved_;  // to go on from, until the first start
+  std::optional<SavedState> saved_;  // to resume from; empty after the first attempt
   bool started_ = false, record_ = false;
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs next_state_ = 0;
   Prediction prediction_;
   SlipDrift slip_drift_;
 
-  // Used by the jobs of one worker alone; declared before the workers, which no job outlives.
+  // Each is used by the jobs of one worker only. Declared before the workers, so that it outlives
+  // their jobs.
   std::unique_ptr<StateEstimator> estimator_;
   RadarTask radar_;
   DatedWorker<StateResult> solver_;
   DatedWorker<RadarAnswer> radar_worker_;
   int map_number_ = 0;
-  bool ground_from_before_, located_ = false;
-  bool told_of_sight_ = false;
+  bool has_earlier_ground_, located_ = false;
+  bool sight_warned_ = false;
   std::unique_ptr<MapTask> map_;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 std::unique_ptr<gpr::FrontEnd> made(const gpr::FrontEndFactory& factory) {
   auto front_end = factory();
-  if (!front_end) throw std::invalid_argument("the factory of a radar front end has made none");
+  if (!front_end) throw std::invalid_argument("the factory has returned no radar front end");
   return front_end;
 }
 
@@ -35,7 +35,7 @@ void drop_unusable(TimeNs tick, RadarAnswer& answer) {
   const auto first = std::remove_if(findings.begin(), findings.end(), unusable);
   if (first == findings.end()) return;
   findings.erase(first, findings.end());
-  answer.notes.emplace_back("finding of the radar front end dropped: a value that cannot be");
+  answer.notes.emplace_back("finding of the radar front end dropped: impossible value");
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
     }
     if (!note.empty()) {
       front_end_->reset();
-      answer.notes.push_back(note + ": the radar front end starts afresh");
+      answer.notes.push_back(note + ": the radar front end is reset");
     }
     last_time_ = trace.time;
     format_ = format;

@@ -55,7 +55,8 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   if (!started_ || !base.solve.usable) return std::nullopt;
   SavedState saved;
   saved.state = base.state;
-  saved.state.time = told(base.state.time);  // the sensors' own stamp, which a later run will have
+  saved.state.time =
+      sensor_stamp(base.state.time);  // the sensors' own stamp, which a later run will have
   saved.covariance = base.covariance;
   saved.noise = motion_.noise_at_standstill();
   saved.wheel_m = motion_.wheel().reported(base.state.time);
@@ -71,8 +72,8 @@ void Pipeline::drain() {
   map_->drain();
 }
 
-void Pipeline::use_ground(GroundMap ground) {
-  ground_from_before_ = !ground.places.empty();
+void Pipeline::set_ground(GroundMap ground) {
+  has_earlier_ground_ = !ground.places.empty();
   located_ = false;
   map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
 }

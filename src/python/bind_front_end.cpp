@@ -1,4 +1,4 @@
-// gprodom.gpr: what a radar front end takes and says, for front ends written in Python.
+// gprodom.gpr: inputs and findings of a radar front end, for front ends written in Python.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -16,10 +16,10 @@ using namespace gprodom;
 
 namespace {
 
-// Calls come from within Odometry.step(), which holds no interpreter lock.
+// Its functions are called from Odometry.step(), which does not hold the interpreter lock.
 class PythonFrontEnd : public gpr::FrontEnd {
  public:
-  // With the lock held. Throws py::type_error where the object lacks a function.
+  // With the lock held. Throws py::type_error if the object lacks a function.
   explicit PythonFrontEnd(py::object object) : object_(std::move(object)) {
     for (const char* function : {"add_trace", "tick", "reset"})
       if (!py::hasattr(object_, function))
@@ -62,7 +62,7 @@ class PythonFrontEnd : public gpr::FrontEnd {
 
 gpr::FrontEndFactory python_front_end(const py::object& make) {
   if (make.is_none()) return {};
-  // Shared, as factories are copied where the lock is not held.
+  // Shared, since factories are copied without the lock.
   const std::shared_ptr<py::object> kept(new py::object(make), [](py::object* object) {
     const py::gil_scoped_acquire lock;
     delete object;
@@ -88,9 +88,10 @@ void bind_front_end(py::module_& module) {
           "(samples,) float32, a copy");
   py::class_<gpr::Standstill>(
       module, "Standstill",
-      "The antenna stood between two times (ns). sigma: motion that may have passed unseen, m. "
-      "since: it is where it was then, because the traces of then and now are equal; 0: they were "
-      "not compared.")
+      "The antenna stood between two times (ns). sigma: motion that the test may have missed, m. "
+      "since: the antenna has not moved since this time, because the traces then and now are "
+      "equal; "
+      "0: not compared.")
       .def(py::init([](TimeNs from, TimeNs to, double sigma, std::string source, double score,
                        TimeNs since) {
              return gpr::Standstill{from, to, std::move(source), sigma, score, since};
@@ -98,9 +99,9 @@ void bind_front_end(py::module_& module) {
            "time_from"_a, "time_to"_a, "sigma"_a, "source"_a = "python", "score"_a = 0.0,
            "since"_a = 0);
   py::class_<gpr::PathLength>(module, "PathLength",
-                              "How far the antenna moved, whichever way, in a unit of the ground's "
-                              "that the estimator turns "
-                              "into metres. valid: False where nothing can be said.")
+                              "Unsigned distance that the antenna moved, in a unit of the ground "
+                              "that the estimator converts to metres. valid: False if the distance "
+                              "is not known.")
       .def(py::init([](TimeNs from, TimeNs to, double lengths, bool valid, std::string source,
                        double score) {
              return gpr::PathLength{from, to, std::move(source), valid, lengths, score};
@@ -109,8 +110,8 @@ void bind_front_end(py::module_& module) {
            "score"_a = 0.0);
   py::class_<gpr::TrackDisplacement>(
       module, "TrackDisplacement",
-      "How far the antenna moved along its track, m, forwards positive; sigma: standard deviation "
-      "of that distance, m. valid: False where nothing can be said.")
+      "Signed distance that the antenna moved along its track, m, forwards positive; sigma: its "
+      "standard deviation, m. valid: False if the distance is not known.")
       .def(py::init([](TimeNs from, TimeNs to, double distance, double sigma, bool valid,
                        std::string source, double score) {
              return gpr::TrackDisplacement{from,  to,   std::move(source), valid, distance,
@@ -120,7 +121,7 @@ void bind_front_end(py::module_& module) {
            "source"_a = "python", "score"_a = 0.0);
   py::class_<gpr::Sight>(
       module, "Sight",
-      "The antenna moved at times_least times the slowest speed that the test of Standstill sees.")
+      "The antenna moved at times_least times the slowest speed that the Standstill test detects.")
       .def(py::init([](TimeNs from, TimeNs to, double times_least) {
              return gpr::Sight{from, to, times_least};
            }),

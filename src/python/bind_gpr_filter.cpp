@@ -224,10 +224,11 @@ void bind_steps(py::module_& module) {
              "max(i, 1)^power exp(rate i) for sample i, constant from flat_after on.");
   module.def("remove_background", &remove_background, "traces"_a, "mode"_a = "sequence",
              "memory"_a = 400,
-             "Traces (traces, samples) less their mean: of the whole 'sequence', or of those so "
-             "far ('running', fading beyond `memory`; 'window', the last `memory`).");
+             "Traces (traces, samples) less their mean. mode: mean of the whole 'sequence'; "
+             "'running' mean with exponential forgetting over `memory` traces; or mean of the "
+             "'window' of the last `memory` traces.");
   module.def("track_time_zero", &track_time_zero, "traces"_a, "period"_a, "max_delay"_a,
-             "Traces (traces, samples) aligned on the direct wave, and the delay taken out of "
+             "Traces (traces, samples) aligned on the direct wave, and the delay removed from "
              "each, samples. period: of the antenna's centre frequency, samples.");
   module.def("check_traces", &check_traces, "traces"_a,
              "For each of (traces, samples): 0 good, 1 dead, 2 spiked.");
@@ -274,11 +275,11 @@ void bind_gpr_filter(py::module_& module) {
            py::arg_v("config", GprFilterConfig(), "FilterConfig()"))
       .def("filter", &retain_details, "traces"_a, "sample_interval"_a, "standing"_a = false,
            "Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN "
-           "where bad), and for each its quality (0 good, 1 dead, 2 spiked), the delay taken out "
-           "(samples) and the noise found (counts).")
+           "where bad), and for each its quality (0 good, 1 dead, 2 spiked), the removed delay "
+           "(samples) and the measured noise (counts).")
       .def("reset", &DetailsRetention::reset, "Forgets all traces.");
   module.def("standstills", &standstills, "times"_a, "traces"_a, "sample_interval"_a,
              "window"_a = GprConfig().stationary_window, "tick"_a = GprConfig().tick,
-             "What the stationarity front end says of (traces, samples) at `times` (ns): (n, 2), "
-             "from and to of each claim that the antenna stood, ns. They overlap.");
+             "Standstills that the stationarity front end detects in (traces, samples) at `times` "
+             "(ns): (n, 2), begin and end of each, ns. They overlap.");
 }

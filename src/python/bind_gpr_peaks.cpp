@@ -96,7 +96,7 @@ void bind_gpr_peaks(py::module_& module) {
       .def_property_readonly("covariance", &covariance,
                              "7x7: sample, amplitude, alpha, beta, gamma, omega, phi");
 
-  py::class_<PeakCounts>(module, "PeakCounts", "What became of the pulses seen so far.")
+  py::class_<PeakCounts>(module, "PeakCounts", "Counts of all pulses so far, by result.")
       .def_readonly("traces", &PeakCounts::traces)
       .def_readonly("pulses", &PeakCounts::pulses)
       .def_readonly("accepted", &PeakCounts::accepted)

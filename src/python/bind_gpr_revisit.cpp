@@ -82,29 +82,29 @@ void bind_along_the_track(py::module_& module) {
       .def_readwrite("min_patches", &RevisitSearchOptions::min_patches)
       .def_readwrite("agree_m", &RevisitSearchOptions::agree_m);
   py::class_<RevisitSearch>(module, "RevisitSearch",
-                            "Places carried along the track; see gpr/revisit_search.h.")
+                            "Bayes filter for revisits along the track; see gpr/revisit_search.h.")
       .def(py::init<const PatchFilter&, double, RevisitSearchOptions>(), py::arg("filter"),
            py::arg("spacing"),
            py::arg_v("options", RevisitSearchOptions{}, "RevisitSearchOptions()"))
       .def_property_readonly("patch_columns", &RevisitSearch::patch_columns)
-      .def(
-          "look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
-          py::arg("expected"), py::arg("bound"), py::arg("stretch_sigma") = 0.0,
-          py::arg("stretch_change") = 0.0,
-          "The newest features (columns, rows) in the order driven, `moved` m after the last; the\n"
-          "centre of their last patch is expected at the column `expected` of `memory`, give or\n"
-          "take `bound` m. The ground may be longer in the memory: standard deviation of the\n"
-          "logarithm of the ratio, and of its change since the last query. (column, certainty,\n"
-          "RevisitMatch), or None where nothing is certain.")
+      .def("look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
+           py::arg("expected"), py::arg("bound"), py::arg("stretch_sigma") = 0.0,
+           py::arg("stretch_change") = 0.0,
+           "newest: features (columns, rows) in the order driven, `moved` m after those of the "
+           "last\n"
+           "call. The centre of their last patch is expected within `bound` m of the column\n"
+           "`expected` of `memory`. stretch_sigma, stretch_change: standard deviations of the\n"
+           "logarithm of the length ratio of memory and query, and of its change since the last\n"
+           "call. Returns (column, certainty, RevisitMatch), or None if no place is certain.")
       .def("forget", &RevisitSearch::forget);
 }
 
 void bind_anywhere(py::module_& module) {
-  py::class_<GlobalMatch>(module, "GlobalMatch", "A place on all of the memory.")
-      .def_readonly("valid", &GlobalMatch::valid, "something was compared")
+  py::class_<GlobalMatch>(module, "GlobalMatch", "A place found in the whole memory.")
+      .def_readonly("valid", &GlobalMatch::valid, "at least one place was compared")
       .def_readonly("column", &GlobalMatch::column, "of the memory, at the query's centre")
       .def_readonly("mirrored", &GlobalMatch::mirrored, "driven the other way")
-      .def_readonly("score", &GlobalMatch::score, "standard deviations of chance")
+      .def_readonly("score", &GlobalMatch::score, "in standard deviations of a random match")
       .def_readonly("margin", &GlobalMatch::margin, "over the second best place")
       .def_readonly("accepted", &GlobalMatch::accepted, "the margin suffices");
   py::class_<GlobalSearchOptions>(module, "GlobalSearchOptions", "See gpr/global_search.h.")
@@ -128,7 +128,7 @@ void bind_anywhere(py::module_& module) {
 }  // namespace
 
 void bind_gpr_revisit(py::module_& module) {
-  py::class_<RevisitMatch>(module, "RevisitMatch", "Where a patch lies on remembered ground.")
+  py::class_<RevisitMatch>(module, "RevisitMatch", "Place of a patch in the memory.")
       .def_readonly("valid", &RevisitMatch::valid, "the memory covers the query near the prior")
       .def_readonly("offset_m", &RevisitMatch::offset_m,
                     "query centre minus memory centre, along the memory's direction")
@@ -138,7 +138,7 @@ void bind_gpr_revisit(py::module_& module) {
       .def_readonly("score", &RevisitMatch::score, "evidence over the second best place")
       .def_readonly("correlation", &RevisitMatch::correlation, "at the place")
       .def_readonly("half_sigmas", &RevisitMatch::half_sigmas,
-                    "correlation of the weaker half over that of chance")
+                    "correlation of the weaker half, in standard deviations of a random match")
       .def_readonly("accepted", &RevisitMatch::accepted, "the evidence suffices");
 
   py::class_<RevisitOptions>(module, "RevisitOptions", "See gpr/revisit.h.")
@@ -177,8 +177,8 @@ void bind_gpr_revisit(py::module_& module) {
            py::arg("spacing"), py::arg_v("options", RevisitOptions{}, "RevisitOptions()"))
       .def("match", &PatchMatcher::match, py::arg("memory"), py::arg("query"), py::arg("expected"),
            py::arg("bound"), py::call_guard<py::gil_scoped_release>(),
-           "The RevisitMatch of features (columns, rows), the query's centre expected at\n"
-           "`expected` m from the memory's, give or take `bound` m.");
+           "The RevisitMatch of two sets of features (columns, rows). The query's centre is\n"
+           "expected within `bound` m of the place `expected` m from the memory's centre.");
 
   bind_along_the_track(module);
   bind_anywhere(module);
@@ -187,13 +187,13 @@ void bind_gpr_revisit(py::module_& module) {
       "match_patch", &match_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
       py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
 
-      "Where the query, traces (columns, samples), lies on the memory, traces as well, both\n"
-      "`spacing` m apart: (position of its centre in m from the memory's start, mirrored,\n"
-      "score). Its centre is expected at `prior` m, give or take `bound` m.");
+      "Place of the query in the memory; both are traces (columns, samples), `spacing` m apart.\n"
+      "Returns (position of its centre in m from the memory's start, mirrored, score). The\n"
+      "centre is expected within `bound` m of `prior` m.");
   module.def("find_patch", &find_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
              py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
              py::arg_v("options", RevisitOptions{}, "RevisitOptions()"),
              py::arg_v("filter_options", PatchFilterOptions{}, "PatchFilterOptions()"),
              py::call_guard<py::gil_scoped_release>(),
-             "The same with all that is known of the match, and with options.");
+             "The same with options; returns a RevisitMatch.");
 }

@@ -110,7 +110,8 @@ Eigen::VectorXd dominant_energy_curve(const Traces& traces, int half_width, int 
 }  // namespace
 
 void bind_gpr_sfm(py::module_& module) {
-  py::class_<Alignment>(module, "Alignment", "Where one window lies on another; shifts in columns.")
+  py::class_<Alignment>(module, "Alignment",
+                        "Result of aligning one window with another; shifts in columns.")
       .def_readonly("valid", &Alignment::valid, "a minimum inside the limits, with energy")
       .def_readonly("shift", &Alignment::shift, "of the minimum, negative as traces enter")
       .def_readonly("subcolumn", &Alignment::subcolumn, "shift with its fraction")

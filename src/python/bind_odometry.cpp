@@ -25,7 +25,7 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// One path, or several; an empty one is none.
+// One path or several; an empty string is no path.
 using Paths = std::variant<std::string, std::vector<std::string>>;
 
 std::vector<std::string> paths_of(const Paths& paths) {
@@ -49,7 +49,7 @@ void check_rows(const py::array& time, const Array& values, py::ssize_t columns,
 
 using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
-// Only whole numbers: seconds as floats would be cut off to whole nanoseconds without a word.
+// Only integers: float seconds would silently be truncated to nanoseconds.
 Times nanoseconds(const py::object& given, const std::string& name) {
   const py::array times = py::array::ensure(given);
   if (!times) throw py::value_error(name + ": expected an array of integers, nanoseconds");
@@ -62,8 +62,8 @@ Times nanoseconds(const py::object& given, const std::string& name) {
   return Times::ensure(times);
 }
 
-// The estimator, and whether what it is given can be nanoseconds: microseconds give no poses, and
-// each of them looks like a time.
+// The estimator with a check that times can be nanoseconds. With microseconds there would be no
+// poses and no error, since each of them is a valid time.
 class PythonOdometry : public Odometry {
  public:
   using Odometry::add;
@@ -90,19 +90,19 @@ class PythonOdometry : public Odometry {
   TimeNs first_ = 0, newest_ = 0;
 };
 
-// A sensor whose times lie apart from the IMU's has another unit, or another clock.
+// A sensor whose times do not overlap with the IMU's has another unit or another clock.
 void require_overlap(const Times& imu, const Times& other, const std::string& name) {
   if (imu.size() == 0 || other.size() == 0) return;
   const auto [imu_first, imu_last] = std::minmax_element(imu.data(), imu.data() + imu.size());
   const auto [first, last] = std::minmax_element(other.data(), other.data() + other.size());
   if (*last < *imu_first || *first > *imu_last)
     throw py::value_error(name + ": from " + std::to_string(*first) + " to " +
-                          std::to_string(*last) + " ns, all apart from imu_time (" +
+                          std::to_string(*last) + " ns, no overlap with imu_time (" +
                           std::to_string(*imu_first) + " to " + std::to_string(*imu_last) + ")");
 }
 
-// Everything a sequence holds, merged by stamp (IMU first, then wheel, then radar at equal stamps)
-// and stepped through: much faster than one call per message.
+// Runs a whole sequence, merged by stamp (at equal stamps IMU first, then wheel, then radar). Much
+// faster than one call per message.
 Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& acceleration,
             const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
             const py::object& gpr_times,
@@ -228,13 +228,13 @@ void bind_odometry(py::module_& m) {
       [](const std::vector<std::string>& set) { return describe_config(default_config(set)); },
       py::arg("set") = std::vector<std::string>{},
       "Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.");
-  py::enum_<CommandName> command(m, "CommandName", "Names of what command_t can ask for.");
+  py::enum_<CommandName> command(m, "CommandName", "Names of the commands in command_t.");
   for (const char* name : names_like(CommandName{}))
     command.value(name, *find_choice<CommandName>(name));
   m.attr("RESET_ALL") = kResetAll;
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
   py::register_exception<FileError>(m, "FileError", PyExc_OSError);
-  py::class_<Outputs>(m, "Outputs", "What one step produced, each in time order.")
+  py::class_<Outputs>(m, "Outputs", "Results of one step, each list in time order.")
       .def_property_readonly(
           "odometry", [](const Outputs& o) { return arrays(o.odometry); },
           "Arrays of one row per estimate: time (ns), position (m, odom), orientation (w x y z), "
@@ -242,7 +242,7 @@ void bind_odometry(py::module_& m) {
           "wheel_scale (value, sigma), flags.")
       .def_property_readonly(
           "odometry_map", [](const Outputs& o) { return arrays(o.odometry_in_map); },
-          "The same, row for row, in map: with the correction then in force.")
+          "The same poses in map: with the correction in effect at that time.")
       .def_property_readonly(
           "corrections",
           [](const Outputs& o) {
@@ -257,7 +257,7 @@ void bind_odometry(py::module_& m) {
             }
             return l;
           },
-          "One dict per correction of map to odom, and the covariance of the pose in map then.")
+          "One dict per correction (map to odom), with the covariance of the pose in map.")
       .def_property_readonly(
           "status",
           [](const Outputs& o) {
@@ -280,30 +280,31 @@ void bind_odometry(py::module_& m) {
             }
             return l;
           },
-          "One dict per displacement measurement, as it took effect.")
+          "One dict per displacement measurement that took effect.")
       .def_readonly("warnings", &Outputs::warnings);
 
   py::class_<PythonOdometry>(
       m, "Odometry",
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
-      .def(py::init([](const Paths& config, const std::vector<std::string>& set,
-                       const py::object& front_end) {
-             std::vector<std::string> notices;
-             const Config read = load_config(paths_of(config), set, &notices);
-             for (const std::string& notice : notices)
-               if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
-                 throw py::error_already_set();
-             return std::make_unique<PythonOdometry>(read, Execution::kInline,
-                                                     python_front_end(front_end));
-           }),
-           py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
-           py::arg("front_end") = py::none(),
-           "config: path of a YAML file, or several, later ones over those before; empty for the\n"
-           "defaults; set: overrides 'key=value'. Raises ConfigError with the file, line and key.\n"
-           "front_end: a radar front end of your own in place of gpr.front_end: a class, or "
-           "another\n"
-           "callable without arguments, of whose objects add_trace(trace: GprTrace),\n"
-           "tick(time: int) -> list of findings and reset() are called.")
+      .def(
+          py::init([](const Paths& config, const std::vector<std::string>& set,
+                      const py::object& front_end) {
+            std::vector<std::string> notices;
+            const Config read = load_config(paths_of(config), set, &notices);
+            for (const std::string& notice : notices)
+              if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
+                throw py::error_already_set();
+            return std::make_unique<PythonOdometry>(read, Execution::kInline,
+                                                    python_front_end(front_end));
+          }),
+          py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
+          py::arg("front_end") = py::none(),
+          "config: path of a YAML file, or several, of which later ones override earlier ones;\n"
+          "empty for the defaults. set: overrides 'key=value'. Raises ConfigError with file, line\n"
+          "and key. front_end: a radar front end of your own instead of gpr.front_end: a class, "
+          "or\n"
+          "another callable without arguments, whose objects have add_trace(trace: GprTrace),\n"
+          "tick(time: int) -> list of findings and reset().")
       .def(
           "add_imu",
           [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
@@ -323,7 +324,7 @@ void bind_odometry(py::module_& m) {
             o.add(WheelsSample{time, left, right});
           },
           py::arg("time"), py::arg("left"), py::arg("right"),
-          "left, right: signed, cumulative, metres. In place of add_wheel.")
+          "left, right: signed, cumulative, metres. Instead of add_wheel.")
       .def(
           "add_gpr",
           [](PythonOdometry& o, std::int64_t time, const std::vector<float>& samples,
@@ -347,19 +348,20 @@ void bind_odometry(py::module_& m) {
           },
           py::arg("time"), py::arg("time_from"), py::arg("time_to"), py::arg("distance"),
           py::arg("sigma"), py::arg("revisit") = false, py::arg("mirrored") = false,
-          "How far along the track (m) between two times, told by another process; revisit: of a\n"
-          "place passed before, with any time between.")
+          "Displacement along the track (m) between two times, from another process. revisit: it\n"
+          "is relative to a place passed before, at any earlier time.")
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
       .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
-      .def("reset", &Odometry::reset,
-           "Starts at the initialiser; the ground driven over is kept, and where it is found again "
-           "map becomes its frame.")
-      .def("forget", &Odometry::forget, "The same without the ground.")
+      .def(
+          "reset", &Odometry::reset,
+          "Restarts at the initialiser. The ground driven over is kept; when it is recognised, map "
+          "becomes its frame.")
+      .def("forget", &Odometry::forget, "Restarts and forgets the ground too.")
       .def("save_map", &Odometry::save_map, py::arg("path"),
-           "The ground driven over, with where it lies, as a file. Raises FileError.")
+           "Saves the ground driven over, with its poses, to a file. Raises FileError.")
       .def("load_map", &Odometry::load_map, py::arg("path"),
-           "Looks for the ground of a saved map from here on; where it is found, map becomes its\n"
-           "frame. Raises FileError, and then nothing has changed.")
+           "Loads the ground of a saved map; when it is recognised, map becomes its frame.\n"
+           "Raises FileError, and then nothing has changed.")
       .def(
           "locate_at",
           [](PythonOdometry& o, double x, double y, double yaw, double sigma, int map) {
@@ -374,15 +376,14 @@ void bind_odometry(py::module_& m) {
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(
           "recorded", [](const PythonOdometry& o) { return arrays(o.recorded()); },
-          "Time, position and orientation of every state as the fixed-lag window last held it.")
+          "Time, position and orientation of every state as it left the fixed-lag window.")
       .def(
           "smoothed", [](const PythonOdometry& o) { return arrays(o.smoothed()); },
           "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
-           "A whole sequence, merged by stamp. Empty arrays where a sensor is missing. Times are "
-           "integers,\n"
-           "nanoseconds; others raise ValueError.\n"
+           "Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times\n"
+           "are integers, nanoseconds; others raise ValueError.\n"
            "wheel_distance: (n,), or (n, 2) of left and right wheels.");
 }

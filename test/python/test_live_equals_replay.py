@@ -194,7 +194,7 @@ def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
         ([tmp_path / "none", "-o", tmp_path / "x"], 1, "none: cannot be read: No such file"),
         ([text, "-o", tmp_path / "x"], 1, "text: expected an LCM log"),
         ([log, "-o", tmp_path / "no" / "x"], 1, "cannot be written: No such file or directory"),
-        ([log, "-o", log], 1, "is the input itself"),
+        ([log, "-o", log], 1, "is the input file"),
         ([log, "-o", tmp_path / "x", "--set", "wheel.scale=no"], 1, "--set wheel.scale=no: expec"),
         ([log, "-o", "/dev/full"], 1, "/dev/full: cannot be written: No space left on device"),
     ]:
@@ -230,7 +230,7 @@ def test_no_pose_is_a_failure_with_its_reason_in_every_program(
     for log, settings, reason in [
         (in_g, [], "start: specific force 1.0"),
         (brief, [], "start: collecting initializer.duration of standstill"),
-        (deaf, ["--set", "channels.imu=OTHER"], "the log holds no message on channel OTHER"),
+        (deaf, ["--set", "channels.imu=OTHER"], "the log has no message on channel OTHER"),
     ]:
         outputs = ["-o", tmp_path / "out.lcmlog", "--smoothed", tmp_path / "out.tum"]
         replayed = replay(log, *outputs, *settings)

@@ -128,4 +128,5 @@ def test_single_uses_the_mean_and_a_pair_takes_precedence() -> None:
     estimator.add_imu(1_000_000_000, [0.0, 0.0, 9.8], [0.0, 0.0, 0.0])
     estimator.add_wheels(1_010_000_000, 0.0, 0.0)
     estimator.add_wheel(1_020_000_000, 0.0)
-    assert any("left and right wheels are heard" in text for text in estimator.step().warnings)
+    warnings = estimator.step().warnings
+    assert any("messages of left and right wheels" in text for text in warnings)

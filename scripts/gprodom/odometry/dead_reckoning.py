@@ -92,7 +92,7 @@ def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Traj
 def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
     """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel.
 
-    Where left and right wheels are heard, it is their mean, as for the estimator.
+    With left and right wheels it is their mean, as in the estimator.
     """
     if "wheels" in log:
         pair = log["wheels"]

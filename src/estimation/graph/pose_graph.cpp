@@ -16,14 +16,14 @@ using Eigen::Vector2d;
 
 namespace {
 
-// Steps that were joined are linear in their errors no further than this, rad.
+// rad; beyond this yaw error the linear combination of two steps is no longer valid.
 constexpr double kLooseYawSigma = 0.1;
 
-// Kernels begin so wide that the worst revisit lies within, this many times that at most, and are
-// made narrower by this factor from one solution to the next.
+// Kernels begin so wide that the worst revisit is inside, but at most kWidest times their final
+// width. From one solution to the next they become narrower by the factor kNarrower.
 constexpr double kWidest = 64.0, kNarrower = 4.0;
 
-// The pose that a step leads to, in the frame of the one it starts from.
+// The end of a step in the frame of its beginning.
 PlanarPose moved(const PlanarStep& step, double scale, double slip) {
   const Eigen::Vector3d change = step.d_scale * (scale - step.scale);
   return {std::exp(slip) * step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
@@ -43,10 +43,10 @@ PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step, const 
   const double slip = step.slip_sigma > 0 ? from.slip : 0.0;
   PlanarEstimate to{compose(from.pose, moved(step, from.scale, slip)), from.scale, slip,
                     Matrix5d::Zero()};
-  // The step is in the frame of the pose it starts from, whose yaw turns it.
+  // The step is given in the frame of the pose where it begins.
   Matrix3d turn = Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.pose.yaw).toRotationMatrix();
-  // The slip forgets what it was, and is then that of this step.
+  // Gauss-Markov prediction of the slip to this step.
   const double kept = step.slip_sigma > 0 ? model.correlation(step.seconds) : 0.0;
   Matrix5d forget = Matrix5d::Identity();
   forget(4, 4) = kept;
@@ -82,7 +82,7 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   step.believed_slip_sigma = std::max(first.believed_slip_sigma, second.believed_slip_sigma);
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
-    step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: anywhere
+    step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: no information
   }
   return step;
 }
@@ -119,7 +119,7 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   std::vector<std::size_t> number(nodes.size());  // of those that stay
   std::size_t left = 0;
   std::optional<PlanarStep> way;     // from the last node that stays
-  double slid_m = 0.0, way_m = 0.0;  // on it: slip times length, and length
+  double slid_m = 0.0, way_m = 0.0;  // of this step: slip times length, and length
   std::vector<WhitenedStep> steps;
   std::vector<double> slips;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -142,10 +142,10 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   nodes_.resize(left);
   steps_ = std::move(steps);
   slips_ = std::move(slips);
-  const auto goes = [&](const RevisitEdge& edge) {
+  const auto is_removed = [&](const RevisitEdge& edge) {
     return !nodes[edge.query] || (edge.memory != kInMap && !nodes[edge.memory]);
   };
-  revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), goes), revisits_.end());
+  revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), is_removed), revisits_.end());
   for (RevisitEdge& edge : revisits_) {
     edge.query = number[edge.query];
     if (edge.memory != kInMap) edge.memory = number[edge.memory];
@@ -175,7 +175,7 @@ PlanarPose PoseGraph::place(const std::vector<PlanarPose>& nodes, std::size_t no
   return compose(nodes[node], step < slips_.size() ? stretched(at, way, slips_[step]) : at);
 }
 
-// Deviations of each revisit along the track, in a solution.
+// Deviation of each revisit along the track, in standard deviations.
 std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) const {
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
@@ -186,7 +186,7 @@ std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) 
   return result;
 }
 
-// How wide the kernels begin, for all revisits to lie within.
+// Width at which the kernels begin.
 double PoseGraph::widest(const std::vector<double>& deviations) const {
   double worst = 0.0;
   for (double deviation : deviations) worst = std::max(worst, deviation);
@@ -212,8 +212,8 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
     return problem;
   };
   double width = widest(deviations(nodes_));
-  // A wrong revisit drags right ones with it: the worst go first, with a robust kernel, and what is
-  // right then comes back. What is left is solved without a kernel.
+  // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
+  // robust kernel; right ones among them are restored afterwards. The final solution has no kernel.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
     const auto problem = problem_of(SlipPrior::kUsuallyNone, stage != Stage::kFinal);

@@ -138,7 +138,7 @@ TEST(Config, ReorderWindowAboveOneSecondIsRefused) {
   EXPECT_EQ(default_config({"time.reorder_window=1"}).time.reorder_window, 1.0);
   EXPECT_EQ(error_of_override("time.reorder_window=1.1"),
             "--set time.reorder_window=1.1: expected a number from 0 to 1 (s), since every state "
-            "waits for it, and a pose is predicted over it by the IMU alone, got \"1.1\"");
+            "waits for this time, and poses are predicted over it by the IMU alone, got \"1.1\"");
 }
 
 TEST(Config, UnknownKeysAreErrorsWithSuggestion) {
@@ -200,8 +200,8 @@ TEST(Config, ARemovedKeyAtItsFixedValueIsANotice) {
   EXPECT_EQ(notices_of("wheel:\n  slip_lasts: 2e1\n  scale: 0.9\nimu: {adaptive_noise: yes}\n"
                        "gpr:\n  filter: {wavelet: sym4}\n  dec:\n    smoothing: 7.0\n"),
             std::vector<std::string>{
-                "FILE: no longer settings, and given with the values that they had by default, "
-                "so these keys can be deleted: wheel.slip_lasts, imu.adaptive_noise, "
+                "FILE: no longer settings; these keys have their default values and can be "
+                "deleted: wheel.slip_lasts, imu.adaptive_noise, "
                 "gpr.filter.wavelet, gpr.dec.smoothing"});
   EXPECT_TRUE(notices_of("wheel:\n  scale: 0.9\n").empty());
 }
@@ -209,8 +209,8 @@ TEST(Config, ARemovedKeyAtItsFixedValueIsANotice) {
 TEST(Config, ARemovedKeyAtAnotherValueIsAnErrorThatSaysWhatBecameOfIt) {
   EXPECT_EQ(
       error_of_file("wheel:\n  slip_lasts: 30\n"),
-      "FILE:2: wheel.slip_lasts: no longer a setting: it is fixed at 20, since slip is judged "
-      "alike on every ground; got \"30\". Delete this key");
+      "FILE:2: wheel.slip_lasts: no longer a setting: it is fixed at 20, since slip is detected "
+      "in the same way on every ground; got \"30\". Delete this key");
   EXPECT_EQ(
       error_of_file("gpr:\n  filter:\n    wavelet: none\n").rfind("FILE:3: gpr.filter.wavel", 0),
       0u);
@@ -224,7 +224,7 @@ TEST(Config, ARemovedKeyAtAnotherValueIsAnErrorThatSaysWhatBecameOfIt) {
 
 TEST(Config, AKeyWithAnotherNameIsReadByTheOldOne) {
   EXPECT_EQ(notices_of("gpr:\n  fusion: norm\n  sequential:\n    k: 0.05\n"),
-            std::vector<std::string>{"FILE: keys that have another name now: gpr.fusion (now "
+            std::vector<std::string>{"FILE: keys with a new name: gpr.fusion (now "
                                      "paper.fusion), gpr.sequential.k (now paper.k)"});
   EXPECT_EQ(default_config({"gpr.sequential.k=0.05"}).gpr.sequential.k, 0.05);
   EXPECT_EQ(error_of_file("gpr:\n  fusion: sum\n"),

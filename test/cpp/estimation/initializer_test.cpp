@@ -29,7 +29,7 @@ std::vector<ImuSample> samples(const Vector3d& force, const Vector3d& rate, doub
 TEST(Initializer, RunningEngineCountsAsStandstill) {
   const auto shaken = samples({0.1, -0.9, 9.75}, kBias, 0.7);
   WheelAtStart wheel;
-  wheel.heard = true;
+  wheel.received = true;
   wheel.path_m = 0.022;  // the noise of a wheel speed without a sign
   const Initialization start = initialize(Config{}, shaken, wheel);
   ASSERT_TRUE(start.initial) << start.refusal;
@@ -49,7 +49,7 @@ TEST(Initializer, ARobotThatSetsOffDoesNotStand) {
   for (ImuSample& s : going)
     if (s.time > from_seconds(1.75)) s.acceleration.x() += 0.3;
   WheelAtStart wheel;
-  wheel.heard = true;
+  wheel.received = true;
   wheel.path_m = 0.009;
   wheel.end_mps = wheel.path_m / WheelAtStart::kSpeedOver;
   const Initialization start = initialize(Config{}, going, wheel);
@@ -81,7 +81,7 @@ TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
   const double roll = 0.05, g = Config{}.initializer.gravity;
   const Vector3d gravity(0, g * std::sin(roll), g * std::cos(roll));
   WheelAtStart wheel;
-  wheel.heard = true;
+  wheel.received = true;
   wheel.begin_mps = 1.0;
   wheel.end_mps = 3.0;
   wheel.path_m = 4.0;

@@ -93,7 +93,7 @@ TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
 class TimeGuardOfWheels : public testing::TestWithParam<TimeGuard::Source> {};
 
 // All clocks are set ahead by an hour between two messages, several times. The time continues, and
-// told() gives the clock's own stamps.
+// sensor_stamp() gives the clock's own stamps.
 TEST_P(TimeGuardOfWheels, ClockSetAheadWithAllSensorsIsContinued) {
   Clock clock;
   clock.wheel_source = GetParam();
@@ -102,31 +102,31 @@ TEST_P(TimeGuardOfWheels, ClockSetAheadWithAllSensorsIsContinued) {
   for (int step = 1; step <= 3; ++step) {
     ahead += 3600'000 * kMs;
     const TimeNs before = newest;
-    const TimeNs was = clock.guard.told(before);
+    const TimeNs was = clock.guard.sensor_stamp(before);
     EXPECT_EQ(was, clock.now + ahead - 3600'000 * kMs);
     int taken = 0, reasons = 0;
     for (int i = 0; i < 200; ++i) {
       clock.now += 10 * kMs;
-      const TimeNs told = clock.now + ahead;
-      TimeNs imu = told, wheel = told + kMs;
+      const TimeNs stamp = clock.now + ahead;
+      TimeNs imu = stamp, wheel = stamp + kMs;
       const std::string reason = clock.guard.check(TimeGuard::kImu, imu);
       reasons += reason.rfind("clock was set ahead with those of all sensors", 0) == 0;
       const bool wheel_taken = i % 2 == 0 && clock.guard.check(GetParam(), wheel).empty();
       ASSERT_FALSE(clock.guard.moved());
       if (wheel_taken) {
-        EXPECT_EQ(clock.guard.told(wheel), told + kMs);
+        EXPECT_EQ(clock.guard.sensor_stamp(wheel), stamp + kMs);
       }
       if (!reason.empty()) continue;
       if (++taken == 1) {
         EXPECT_LT(to_seconds(imu - before), 0.1);
       }
       EXPECT_GT(imu, newest);
-      EXPECT_EQ(clock.guard.told(imu), told);
+      EXPECT_EQ(clock.guard.sensor_stamp(imu), stamp);
       newest = imu;
     }
     EXPECT_EQ(reasons, 1);
     EXPECT_GE(taken, 190);
-    EXPECT_EQ(clock.guard.told(before), was) << "what was, stays";
+    EXPECT_EQ(clock.guard.sensor_stamp(before), was) << "what was, stays";
   }
 }
 

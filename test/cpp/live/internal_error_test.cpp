@@ -53,8 +53,8 @@ TEST(Live, InternalErrorRestartsTheEstimator) {
   EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
                           [](const std::string& text) {
                             return text ==
-                                   "internal error: std::bad_alloc; the estimator starts "
-                                   "afresh";
+                                   "internal error: std::bad_alloc; the estimator "
+                                   "restarts";
                           }),
             1);
   ASSERT_FALSE(times.empty());

@@ -30,12 +30,12 @@ std::vector<std::string> notes_after(double seconds, std::size_t samples, double
 }
 
 TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
-  const std::string afresh = ": the radar front end starts afresh";
+  const std::string reset = ": the radar front end is reset";
   EXPECT_TRUE(notes_after(0.05, 201, 2e-10).empty());
   EXPECT_TRUE(notes_after(0.05, 201, 2.0000001e-10).empty()) << "rounding is no other setting";
-  EXPECT_EQ(notes_after(0.05, 181, 2e-10).at(0), "trace length changed" + afresh);
-  EXPECT_EQ(notes_after(0.05, 201, 3e-10).at(0), "sample interval changed" + afresh);
-  EXPECT_EQ(notes_after(1.05, 201, 2e-10).at(0), "gap in traces" + afresh);
+  EXPECT_EQ(notes_after(0.05, 181, 2e-10).at(0), "trace length changed" + reset);
+  EXPECT_EQ(notes_after(0.05, 201, 3e-10).at(0), "sample interval changed" + reset);
+  EXPECT_EQ(notes_after(1.05, 201, 2e-10).at(0), "gap in traces" + reset);
 }
 
 // Some traces over ground, enough for two windows. Throws what the front end throws.
