@@ -174,7 +174,7 @@ TEST(Config, ChoicesAreNamed) {
     EXPECT_EQ(error_of_override(key.name + "=nonsense"),
               "--set " + key.name + "=nonsense: expected one of " + names + ", got \"nonsense\"");
   }
-  EXPECT_EQ(choices, 8);
+  EXPECT_EQ(choices, 9);
 }
 
 TEST(Config, OverrideErrorsQuoteTheOverride) {
