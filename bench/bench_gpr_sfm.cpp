@@ -22,11 +22,10 @@ constexpr double kTracePeriod = 0.05;  // s
 // The front end's whole work per trace of 201 samples, filter, peaks,
 // a feature matrix and a match every tenth trace. Over ground with a reflector every 10 cm, at 0.4
 // m/s; `peaks` tells how many a trace has.
-void per_trace(benchmark::State& state, FrontEndKind method, bool fit, int max_joint) {
+void per_trace(benchmark::State& state, FrontEndKind method, bool fit) {
   GprConfig config;
   config.front_end = method;
   config.peaks.fit = fit;
-  config.peaks.max_joint = max_joint;
   config.sequential.publish_sfm = true;
   const SyntheticGround ground(1, 25.0);
   SyntheticRadar radar(2, 60.0);
@@ -36,7 +35,7 @@ void per_trace(benchmark::State& state, FrontEndKind method, bool fit, int max_j
   }
   PeakOptions options;
   options.fit = fit;
-  options.max_joint = max_joint;
+  options.max_joint = 1;  // as the front end
   DetailsRetention filter(config.filter);
   PeakExtractor extractor(options);
   for (const GprTrace& trace : traces) {
@@ -57,13 +56,10 @@ void per_trace(benchmark::State& state, FrontEndKind method, bool fit, int max_j
                               static_cast<double>(extractor.counts().traces);
   }
 }
-BENCHMARK_CAPTURE(per_trace, sfm_fit, FrontEndKind::kSfm, true, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, sfm_joint_fit, FrontEndKind::kSfm, true, 3)
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, sfm_no_fit, FrontEndKind::kSfm, false, 1)
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, bscan, FrontEndKind::kBscan, false, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(per_trace, dec, FrontEndKind::kDec, false, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_fit, FrontEndKind::kSfm, true)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, sfm_no_fit, FrontEndKind::kSfm, false)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, bscan, FrontEndKind::kBscan, false)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, dec, FrontEndKind::kDec, false)->Unit(benchmark::kMicrosecond);
 
 LevelMatrix random_levels(int rows, int columns) {
   std::mt19937 random(1);

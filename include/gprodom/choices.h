@@ -14,22 +14,6 @@ enum class WheelDrive { kSingle, kDifferential, kSkidSteer, kAckermann };
 enum class WheelForm { kIncrement, kDistance };
 enum class FrontEndKind { kMotion, kStationarity, kSfm, kBscan, kDec, kTraceCount, kNone };
 enum class Fusion { kSigned, kNorm };
-enum class Background { kRunning, kWindow, kNone };
-enum class WaveletKind {
-  kDb1,
-  kDb2,
-  kDb3,
-  kDb4,
-  kDb5,
-  kDb6,
-  kDb7,
-  kDb8,
-  kSym4,
-  kSym5,
-  kSym6,
-  kSym8,
-  kNone
-};
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
 enum class SolverKind { kCeres, kChain };  // of the fixed-lag window
@@ -46,13 +30,6 @@ constexpr std::array<const char*, 7> names_like(FrontEndKind) {
   return {"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"};
 }
 constexpr std::array<const char*, 2> names_like(Fusion) { return {"signed", "norm"}; }
-constexpr std::array<const char*, 3> names_like(Background) {
-  return {"running", "window", "none"};
-}
-constexpr std::array<const char*, 13> names_like(WaveletKind) {
-  return {"db1", "db2",  "db3",  "db4",  "db5",  "db6", "db7",
-          "db8", "sym4", "sym5", "sym6", "sym8", "none"};
-}
 constexpr std::array<const char*, 2> names_like(DistanceForm) { return {"cosine", "printed"}; }
 constexpr std::array<const char*, 3> names_like(CoherenceUse) {
   return {"contradicted", "always", "never"};
@@ -70,8 +47,6 @@ static_assert(names_like(WheelDrive{}).size() == std::size_t(WheelDrive::kAckerm
 static_assert(names_like(WheelForm{}).size() == std::size_t(WheelForm::kDistance) + 1);
 static_assert(names_like(FrontEndKind{}).size() == std::size_t(FrontEndKind::kNone) + 1);
 static_assert(names_like(Fusion{}).size() == std::size_t(Fusion::kNorm) + 1);
-static_assert(names_like(Background{}).size() == std::size_t(Background::kNone) + 1);
-static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone) + 1);
 static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
 static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);
 static_assert(names_like(SolverKind{}).size() == std::size_t(SolverKind::kChain) + 1);
@@ -84,7 +59,7 @@ std::string name_of(Choice choice) {
   return names_like(choice).at(static_cast<std::size_t>(choice));
 }
 
-// "running | window | none", or with other separators between names and before the last one.
+// "stationarity | sfm | none", or with other separators between names and before the last one.
 template <class Choice>
 std::string all_names(const char* between = " | ", const char* before_last = " | ") {
   constexpr auto names = names_like(Choice{});

@@ -36,8 +36,8 @@ struct Text {
 using Allowed = std::variant<Range, Text>;
 // gprodom/choices.h has the enums and the names of their values.
 using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, WheelDrive*,
-                                  WheelForm*, FrontEndKind*, Fusion*, Background*, WaveletKind*,
-                                  DistanceForm*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
+                                  WheelForm*, FrontEndKind*, Fusion*, DistanceForm*, CoherenceUse*,
+                                  SolverKind*, MapUse*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

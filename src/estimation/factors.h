@@ -127,6 +127,7 @@ class WheelDistanceFactor final : public Factor {
   double robust_threshold_;
 };
 
+// How far a standing robot moves between two states, as it sways and settles on its tyres.
 struct StandstillSigmas {
   double rotation = 1e-5;  // rad
   double position = 1e-4;  // m

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "estimation/factors.h"
+
 namespace gprodom {
 
 using Eigen::Vector3d;
@@ -56,6 +58,12 @@ constexpr double kRestingWheel = 0.02;  // m/s
 // rolls exceeds them.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
 
+// Of the samples of a robot that stands with its engine off. A MEMS IMU shows a tenth of both
+// deviations; the mean rate is what an uncalibrated gyro may be off by.
+constexpr double kMaxGyroDeviation = 0.02;  // rad/s
+constexpr double kMaxAccelDeviation = 0.2;  // m/s^2
+constexpr double kMaxMeanRate = 0.05;       // rad/s
+
 // Standard deviation of a mean: that of white noise. If the parts differ more than white noise lets
 // them in one of a thousand standstills, that of the parts.
 double sigma_of_mean(double white, double unsteady) {
@@ -66,7 +74,6 @@ double sigma_of_mean(double white, double unsteady) {
 
 std::string reason_against(const Config& config, const std::vector<ImuSample>& samples,
                            const Moments& gyro, const Moments& accel, const WheelAtStart& wheel) {
-  const InitializerConfig& c = config.initializer;
   const double seconds = to_seconds(samples.back().time - samples.front().time);
   const double limit = 2 * config.wheel.noise_floor + 1e-3 + kRestingWheel * seconds;
   if (wheel.path_m > limit)
@@ -80,25 +87,25 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
     return refuse(
         "the wheel begins to turn (%.3f m in the last %.1f s): hold the robot still to start",
         at_end, WheelAtStart::kSpeedOver);
-  const bool quiet = gyro.deviation <= c.max_gyro_std && accel.deviation <= c.max_accel_std;
+  const bool quiet = gyro.deviation <= kMaxGyroDeviation && accel.deviation <= kMaxAccelDeviation;
   const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
                       unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
-  if (gyro.deviation > c.max_gyro_std && !(wheel.received && steady))
+  if (gyro.deviation > kMaxGyroDeviation && !(wheel.received && steady))
     return refuse("gyro deviation %.4f rad/s (limit %.4f): hold the robot still", gyro.deviation,
-                  c.max_gyro_std);
+                  kMaxGyroDeviation);
   if (!quiet && !(wheel.received && steady))
     return refuse(
         "accelerometer deviation %.3f m/s^2 (limit %.3f): hold the "
         "robot still",
-        accel.deviation, c.max_accel_std);
-  if (gyro.mean.norm() > c.max_gyro_mean)
+        accel.deviation, kMaxAccelDeviation);
+  if (gyro.mean.norm() > kMaxMeanRate)
     return refuse(
         "mean rate %.4f rad/s (limit %.4f): turning, or a gyro out "
         "of calibration",
-        gyro.mean.norm(), c.max_gyro_mean);
-  if (std::abs(accel.mean.norm() - c.gravity) > 0.05 * c.gravity)
+        gyro.mean.norm(), kMaxMeanRate);
+  if (std::abs(accel.mean.norm() - kStandardGravity) > 0.05 * kStandardGravity)
     return refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU's units",
-                  accel.mean.norm(), c.gravity);
+                  accel.mean.norm(), kStandardGravity);
   return {};
 }
 
@@ -111,23 +118,22 @@ struct FirstSigmas {
 
 // Rows in the chart at the first state x; docs/estimation.md, "Start".
 MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSigmas& sigmas) {
-  const InitializerConfig& c = config.initializer;
   const double scale_sigma = std::max(config.wheel.scale_sigma, 1e-7);
   MarginalPrior prior;
   prior.x0 = {x};
   prior.A = Eigen::MatrixXd::Zero(17, kStateDim);
   prior.b = Eigen::VectorXd::Zero(17);
-  prior.A(0, row::kTheta + 2) = 1 / c.yaw_sigma;
-  prior.A.block<3, 3>(1, row::kP).diagonal().setConstant(1 / c.position_sigma);
+  prior.A(0, row::kTheta + 2) = 1 / kOriginYawSigma;
+  prior.A.block<3, 3>(1, row::kP).diagonal().setConstant(1 / kOriginPositionSigma);
   prior.A.block<3, 3>(4, row::kV).diagonal().setConstant(1 / sigmas.velocity);
   prior.A.block<3, 3>(7, row::kBg).diagonal().setConstant(1 / sigmas.rate);
   // The accelerometer's bias has a prior mean of 0; x has the part of it that the norm of gravity
   // shows.
-  prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / config.imu.accel_bias_sigma);
-  prior.b.segment<3>(10) = x.accel_bias / config.imu.accel_bias_sigma;
+  prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / kAccelBiasSigma);
+  prior.b.segment<3>(10) = x.accel_bias / kAccelBiasSigma;
   // Mean specific force = R^T up + bias: it measures only the sum of tilt and bias.
   const Eigen::Matrix3d RT = x.R_odom_body().transpose();
-  const Vector3d up(0, 0, c.gravity);
+  const Vector3d up(0, 0, kStandardGravity);
   Eigen::Matrix<double, 3, kStateDim> force = Eigen::Matrix<double, 3, kStateDim>::Zero();
   force.block<3, 3>(0, row::kTheta) = RT * so3::skew(up);
   force.block<3, 3>(0, row::kBa).setIdentity();
@@ -145,19 +151,19 @@ NavState level_state(const Config& config, TimeNs time, const Vector3d& force) {
   const double pitch = std::atan2(-up_body.x(), std::hypot(up_body.y(), up_body.z()));
   x.q_odom_body =
       Eigen::AngleAxisd(pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Vector3d::UnitX());
-  x.accel_bias = force - up_body * config.initializer.gravity;
+  x.accel_bias = force - up_body * kStandardGravity;
   x.wheel_scale = config.wheel.scale;
   return x;
 }
 
 std::string too_few(const Config& config, const std::vector<ImuSample>& samples) {
-  const double wanted = config.initializer.duration;
+  const double needed_s = config.initializer.duration;
   if (samples.size() < 10)
     return refuse("%.0f IMU samples in %.1f s: waiting for IMU data",
-                  static_cast<double>(samples.size()), wanted);
+                  static_cast<double>(samples.size()), needed_s);
   const double duration = to_seconds(samples.back().time - samples.front().time);
-  if (duration < 0.9 * wanted)
-    return refuse("%.2f s of standstill seen (initializer.duration %.2f)", duration, wanted);
+  if (duration < 0.9 * needed_s)
+    return refuse("%.2f s of standstill seen (initializer.duration %.2f)", duration, needed_s);
   return {};
 }
 
@@ -185,13 +191,13 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
   initial.state = level_state(config, samples.back().time, accel.mean);
   initial.state.gyro_bias = gyro.mean;
   const double root = std::sqrt(duration);
-  initial.prior = first_prior(config, initial.state,
-                              {std::max({config.standstill.velocity_sigma, wheel.path_m / duration,
-                                         std::abs(wheel.end_mps)}),
-                               sigma_of_mean(initial.noise.gyro_density / root,
-                                             unsteadiness(samples, &ImuSample::angular_velocity)),
-                               sigma_of_mean(initial.noise.accel_density / root,
-                                             unsteadiness(samples, &ImuSample::acceleration))});
+  initial.prior = first_prior(
+      config, initial.state,
+      {std::max({StandstillSigmas().velocity, wheel.path_m / duration, std::abs(wheel.end_mps)}),
+       sigma_of_mean(initial.noise.gyro_density / root,
+                     unsteadiness(samples, &ImuSample::angular_velocity)),
+       sigma_of_mean(initial.noise.accel_density / root,
+                     unsteadiness(samples, &ImuSample::acceleration))});
   return {initial, {}};
 }
 
@@ -210,10 +216,9 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / duration;
   const Vector3d force =
       accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
-  const InitializerConfig& c = config.initializer;
-  if (std::abs(force.norm() - c.gravity) > 0.1 * c.gravity)
+  if (std::abs(force.norm() - kStandardGravity) > 0.1 * kStandardGravity)
     return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
-                                 force.norm(), c.gravity)};
+                                 force.norm(), kStandardGravity)};
   InitialState initial;
   initial.on_the_move = true;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};

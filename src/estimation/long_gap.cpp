@@ -80,7 +80,7 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
       R * Vector3d(forward, sideways, sideways).asDiagonal() * R.transpose();
   P.diagonal().segment<3>(row::kBg).array() += std::pow(config.imu.gyro_bias_walk, 2) * dt;
   P.diagonal().segment<3>(row::kBa).array() += std::pow(config.imu.accel_bias_walk, 2) * dt;
-  const double scale_walk = w.scale_sigma > 0 ? w.scale_walk : 0.0;
+  const double scale_walk = w.scale_sigma > 0 ? kWheelScaleWalk : 0.0;
   P(row::kScale, row::kScale) += scale_walk * scale_walk * dt;
   P = (plain_position(y, -1) * P * plain_position(y, -1).transpose()).eval();
   // The velocity is known in body axes, whatever the heading. So in the chart it is independent of

@@ -19,6 +19,18 @@ constexpr int kStateDim = 16;
 using StateVector = Eigen::Matrix<double, kStateDim, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
 
+// m/s^2. Gravity differs from it by 0.03 at most, from the equator to the poles: the
+// accelerometer's bias takes that up.
+constexpr double kStandardGravity = 9.80665;
+
+// m/s^2, of the accelerometer's bias before anything is known of it: 3 mg, as of a calibrated MEMS
+// sensor. A larger bias shows in the size of the force at rest.
+constexpr double kAccelBiasSigma = 0.03;
+
+// 1/sqrt(s), random walk of the wheel's scale: 6e-5 in an hour, as tyres warm up and wear. What
+// changes faster is slip, which is modelled by itself.
+constexpr double kWheelScaleWalk = 1e-6;
+
 struct NavState {
   TimeNs time = 0;
   Eigen::Quaterniond q_odom_body = Eigen::Quaterniond::Identity();

@@ -23,10 +23,13 @@ constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 SmootherOptions smoother_options(const SmootherConfig& c) {
   SmootherOptions options;
   options.lag_s = c.lag;
-  options.solver.max_iterations = c.max_iterations;
   options.kind = c.solver;
   return options;
 }
+
+// Standard deviations at which a displacement of the radar loses weight: most of the errors that
+// its sigma covers keep theirs, and a wrong match has little.
+constexpr double kDisplacementRobustThreshold = 2.5;
 
 // m; between two states without a usable wheel.
 constexpr double kUnknownDistanceSigma = 100.0;
@@ -35,12 +38,11 @@ StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
 }
 
-// Gravity shows more bias than imu.accel_bias_sigma allows. The scale of the accelerometer may then
+// Gravity shows more bias than kAccelBiasSigma allows. The scale of the accelerometer may then
 // be wrong as well, and a wheel's scale learnt from accelerations would have the same error.
 bool out_of_calibration(const Config& config, const NavState& x) {
   constexpr double kRefuted = 3.0;  // standard deviations
-  return config.wheel.scale_sigma > 0 &&
-         x.accel_bias.norm() > kRefuted * config.imu.accel_bias_sigma;
+  return config.wheel.scale_sigma > 0 && x.accel_bias.norm() > kRefuted * kAccelBiasSigma;
 }
 
 MarginalPrior with_fixed_scale(MarginalPrior prior) {
@@ -61,7 +63,7 @@ MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covarianc
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
     : config_(config),
       drive_(drive_traits(config.wheel)),
-      gravity_odom_(0, 0, -config.initializer.gravity),
+      gravity_odom_(0, 0, -kStandardGravity),
       scale_held_(out_of_calibration(config, initial.state)),
       first_scale_(initial.state.wheel_scale),
       first_scale_sigma_(std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))),
@@ -108,7 +110,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     result.bridged |= step.bridged;
   }
   gap_s_ = result.bridged ? gap_s_ + imu.duration() : 0.0;
-  NavState predicted = propagate(last, imu, config_.initializer.gravity);
+  NavState predicted = propagate(last, imu, kStandardGravity);
   predicted.time = input.time;
 
   update_slips(input.slips);
@@ -118,8 +120,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (batch_) batch_->add_state(predicted);
   const double root_dt = std::sqrt(imu.duration());
   add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
-  const double scale_walk =
-      config_.wheel.scale_sigma > 0 && !scale_held_ ? config_.wheel.scale_walk : 0.0;
+  const double scale_walk = config_.wheel.scale_sigma > 0 && !scale_held_ ? kWheelScaleWalk : 0.0;
   const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
                accel_walk = config_.imu.accel_bias_walk * root_dt;
   add_factor(a, b,
@@ -127,10 +128,7 @@ StateResult StateEstimator::add(const StateInput& input) {
                                                 input.gyro_bias ? kAccelBiasStep : accel_walk,
                                                 std::max(scale_walk * root_dt, kFixedScaleSigma)));
   if (input.standing) {
-    const auto& s = config_.standstill;
-    add_factor(a, b,
-               std::make_shared<StandstillFactor>(
-                   StandstillSigmas{s.rotation_sigma, s.position_sigma, s.velocity_sigma}));
+    add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
   } else if (config_.wheel.enabled) {
     add_wheel_factor(input, a, b);
   }
@@ -170,7 +168,7 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
     smoother_.marginalise();
     motion_.forget_before(smoother_.state(smoother_.oldest_id()).time);
     last_covariance_ = smoother_.newest_covariance() + common_;
-    const auto since = std::lround(config_.graph.settle * config_.smoother.state_rate);
+    const auto since = std::lround(kSettledAfter * config_.smoother.state_rate);
     const auto settled = std::max(b - since, smoother_.oldest_id());
     result.settled = smoother_.state(settled);
     if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
@@ -226,9 +224,8 @@ void StateEstimator::restart(const NavState& state) {
   common_.block<4, 4>(kYaw, kYaw) = known.block<4, 4>(kYaw, kYaw);
   known.middleRows<4>(kYaw).setZero();
   known.middleCols<4>(kYaw).setZero();
-  const InitializerConfig& c = config_.initializer;
-  known(kYaw, kYaw) = c.yaw_sigma * c.yaw_sigma;
-  known.diagonal().segment<3>(row::kP).setConstant(c.position_sigma * c.position_sigma);
+  known(kYaw, kYaw) = kOriginYawSigma * kOriginYawSigma;
+  known.diagonal().segment<3>(row::kP).setConstant(kOriginPositionSigma * kOriginPositionSigma);
   known = (to_chart * known * to_chart.transpose()).eval();
   common_ = (to_chart * common_ * to_chart.transpose()).eval();
   id_offset_ += smoother_.newest_id();
@@ -317,7 +314,7 @@ bool StateEstimator::add_displacement(const Displacement& d) {
   const bool is_unsigned =
       d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
   m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
-  m.robust_threshold = config_.gpr.robust_threshold;
+  m.robust_threshold = kDisplacementRobustThreshold;
   return add_factor(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
 }
 
@@ -341,8 +338,8 @@ std::string StateEstimator::add_user_factor(const UserFactor& factor,
   std::vector<CostFunctionFactor::Moment> moments;
   for (size_t k = 0; k < from.size(); ++k)
     moments.push_back({from[k] == b, motion_.since(smoother_.state(from[k]), factor.times[k])});
-  const auto tied = std::make_shared<CostFunctionFactor>(
-      factor, std::move(moments), config_.initializer.gravity, smoother_.origin());
+  const auto tied = std::make_shared<CostFunctionFactor>(factor, std::move(moments),
+                                                         kStandardGravity, smoother_.origin());
   Residual r;
   Jacobian Ja, Jb;
   tied->evaluate(smoother_.state(a), smoother_.state(b), r, &Ja, &Jb);

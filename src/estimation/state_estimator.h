@@ -26,6 +26,11 @@ constexpr ImuNoise kBridgedImuNoise{0.03, 0.5};
 // The longest gap of the IMU that a solve bridges. Beyond, the wheel alone predicts the state.
 constexpr double kLongestBridge = 0.3;  // s
 
+// The prior of the origin, which is where the robot starts: small, but not so small that the solver
+// loses digits.
+constexpr double kOriginPositionSigma = 1e-3;  // m
+constexpr double kOriginYawSigma = 1e-3;       // rad
+
 struct CarriedState;
 
 // Replaces the velocity of a state that was found to be wrong, by wheel or radar.
@@ -58,6 +63,10 @@ struct StateInput {
   std::vector<Displacement> displacements;          // newly in effect, for any earlier time
   std::vector<UserFactor> factors;                  // likewise
 };
+
+// s after which the pose graph takes a state as it is: most slips have been seen by then, and have
+// changed the states within the window.
+constexpr double kSettledAfter = 4.0;
 
 struct StateResult {
   NavState state;  // the newest

@@ -11,7 +11,7 @@ std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config) {
     case FrontEndKind::kMotion:
       return std::make_unique<MotionFrontEnd>(config);
     case FrontEndKind::kStationarity:
-      return std::make_unique<StationarityFrontEnd>(config.stationary_window);
+      return std::make_unique<StationarityFrontEnd>();
     case FrontEndKind::kSfm:
     case FrontEndKind::kBscan:
     case FrontEndKind::kDec:

@@ -88,14 +88,14 @@ void MountingWatch::close_window(std::optional<double> wheel_m) {
 void MountingWatch::close_block() {
   Block block;
   Vector3d force = Vector3d::Zero();
-  std::vector<Vector2d> wanted, seen;  // horizontal accelerations
+  std::vector<Vector2d> by_wheel, by_imu;  // horizontal accelerations
   double driven = 0.0;
   bool wheel = true;
   for (std::size_t i = 1; i <= kWindows; ++i) {
     const Window &before = windows_[i - 1], &now = windows_[i], &after = windows_[i + 1];
     const double apart = 0.5 * (before.seconds + after.seconds) + now.seconds;
-    wanted.emplace_back((after.speed - before.speed) / apart, now.speed * now.rate.z());
-    seen.emplace_back(now.force.head<2>());
+    by_wheel.emplace_back((after.speed - before.speed) / apart, now.speed * now.rate.z());
+    by_imu.emplace_back(now.force.head<2>());
     force += now.force / kWindows;
     block.turned += now.rate.head<2>() * now.rate.z();
     block.turned_up += now.rate.z() * now.rate.z();
@@ -105,17 +105,17 @@ void MountingWatch::close_block() {
   gravity_off_ = std::atan2(force.head<2>().norm(), force.z());
   if (!wheel || driven < kDriven_m || gravity_off_ > kFallen) return;
   // Without their means, since a slope and a bias are constant over a block.
-  Vector2d mean_wanted = Vector2d::Zero(), mean_seen = Vector2d::Zero();
+  Vector2d mean_by_wheel = Vector2d::Zero(), mean_by_imu = Vector2d::Zero();
   for (std::size_t i = 0; i < kWindows; ++i) {
-    mean_wanted += wanted[i] / kWindows;
-    mean_seen += seen[i] / kWindows;
+    mean_by_wheel += by_wheel[i] / kWindows;
+    mean_by_imu += by_imu[i] / kWindows;
   }
   for (std::size_t i = 0; i < kWindows; ++i) {
-    const Vector2d a = wanted[i] - mean_wanted, b = seen[i] - mean_seen;
+    const Vector2d a = by_wheel[i] - mean_by_wheel, b = by_imu[i] - mean_by_imu;
     block.across += a.x() * b.y() - a.y() * b.x();
     block.along += a.dot(b);
   }
-  block.leaning = (mean_seen - mean_wanted) / force.z();
+  block.leaning = (mean_by_imu - mean_by_wheel) / force.z();
   blocks_.push_back(block);
   if (blocks_.size() > kMost) blocks_.pop_front();
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpr/filter/details_retention.h"
+
 namespace gprodom {
 
 std::string fault(const ImuSample& s, const Config& config) {
@@ -28,8 +30,7 @@ std::string fault(const GprTrace& s, const Config& config) {
   if (s.samples.size() > 16384) return "more than 16384 samples";
   if (!(s.sample_interval_s >= 1e-12 && s.sample_interval_s * config.gpr.filter.band_low < 0.5))
     return "sample interval not between 1 ps and half a period of gpr.filter.band_low";
-  if (config.gpr.filter.band_length > 0 &&
-      s.sample_interval_s > 0.5 * config.gpr.filter.band_length)
+  if (s.sample_interval_s > 0.5 * gpr::FilterOptions::kBandLength)
     return "sample interval longer than half of the band-pass filter";
   if (!(std::abs(s.time_zero_s) < 1e-3)) return "time zero not within 1 ms";
   const bool finite =

@@ -5,8 +5,7 @@
 
 namespace gprodom {
 
-TimeGuard::TimeGuard(const TimeConfig& config)
-    : reorder_(from_seconds(config.reorder_window)), max_jump_(from_seconds(config.max_jump)) {}
+TimeGuard::TimeGuard(const TimeConfig& config) : reorder_(from_seconds(config.reorder_window)) {}
 
 std::string TimeGuard::check(Source source, TimeNs& time) {
   if (time <= 0) return "stamp not after 1970";
@@ -35,10 +34,10 @@ std::string TimeGuard::check_imu(TimeNs time, TimeNs stamp) {
   Track& imu = tracks_[kImu];
   if (imu.newest == 0) return {};
   const TimeNs ahead = time - imu.newest;
-  if (ahead < -(max_jump_ + reorder_)) return take_stray(time, stamp, "stamp jumped back");
+  if (ahead < -(kMaxJump + reorder_)) return take_stray(time, stamp, "stamp jumped back");
   if (ahead < -reorder_) return "later than time.reorder_window";
   if (ahead <= reorder_ || (ahead <= kLongestGap && confirmed_by_others(time))) return {};
-  if (ahead > max_jump_) return take_stray(time, stamp, "stamp jumped ahead");
+  if (ahead > kMaxJump) return take_stray(time, stamp, "stamp jumped ahead");
   add_stray(imu, time);
   return imu.strays >= kStraysToFollow ? "" : "stamp ahead of all others";
 }
@@ -93,7 +92,7 @@ std::string TimeGuard::check_other(Track& track, TimeNs time) const {
   const TimeNs reference =
       imu_silent ? std::max(track.newest, tracks_[kImu].newest) : tracks_[kImu].newest;
   const TimeNs ahead = time - reference;
-  if (ahead < -(max_jump_ + reorder_)) return "stamp jumped back";
+  if (ahead < -(kMaxJump + reorder_)) return "stamp jumped back";
   if (ahead < -reorder_) return "later than time.reorder_window";
   if (ahead <= reorder_) return {};
   if (track.at_first_stray != imu_accepted_) track.strays = 0;
@@ -101,13 +100,13 @@ std::string TimeGuard::check_other(Track& track, TimeNs time) const {
   add_stray(track, time);
   const Track& imu = tracks_[kImu];
   const bool with_imu =
-      ahead > max_jump_ && imu.strays > 0 && std::abs(time - imu.stray) <= reorder_;
+      ahead > kMaxJump && imu.strays > 0 && std::abs(time - imu.stray) <= reorder_;
   if (track.strays >= kStraysToFollow && !with_imu) return {};  // with it: it decides
-  return ahead > max_jump_ ? "stamp jumped ahead" : "stamp ahead of the IMU's";
+  return ahead > kMaxJump ? "stamp jumped ahead" : "stamp ahead of the IMU's";
 }
 
 void TimeGuard::add_stray(Track& track, TimeNs time) const {
-  const bool agrees = track.strays > 0 && time > track.stray && time < track.stray + max_jump_;
+  const bool agrees = track.strays > 0 && time > track.stray && time < track.stray + kMaxJump;
   if (!agrees) track.first_stray = time;
   track.strays = agrees ? track.strays + 1 : 1;
   track.stray = time;

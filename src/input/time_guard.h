@@ -15,6 +15,9 @@ class TimeGuard {
  public:
   enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement };
 
+  // ns. A driver or a network holds data back for less; a clock that differs by more was set.
+  static constexpr TimeNs kMaxJump = 5'000'000'000;
+
   explicit TimeGuard(const TimeConfig& config);
 
   // Returns the reason to drop the stamp; empty if it is usable. If the clock was set while the
@@ -61,7 +64,7 @@ class TimeGuard {
   bool confirmed_by_others(TimeNs time) const;
   void add_stray(Track& track, TimeNs time) const;
 
-  TimeNs reorder_, max_jump_;
+  TimeNs reorder_;
   std::array<Track, 5> tracks_;
   long imu_accepted_ = 0;
   TimeNs offset_ = 0;  // from stamps to the continued time, since the clock was set

@@ -3,17 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "map/map_path.h"
+
 namespace gprodom {
 namespace {
 
-constexpr double kLeastQuery = 6.0;  // m; a shorter query matches at too many places
+// m driven between two searches of all ground from before a reset. Over ten kilometres such a
+// search costs thirty times a gated one (docs/revisit.md), so it is not made with every patch.
+constexpr double kSearchEvery = 2.0;
+
+// m of the newest ground that are searched. A shorter query matches at too many places; over a
+// longer one the odometry then and now differs by more than the match bears.
+constexpr double kLeastQuery = 6.0, kLongestQuery = 10.0;
 
 constexpr double kOnePlace = 2.0;  // m; two columns whose poses are nearer are the same place
 
 }  // namespace
 
-Locator::Locator(const GraphConfig& config, const PlanarPose& antenna_in_body)
-    : config_(config), antenna_(antenna_in_body), next_m_(kLeastQuery) {}
+Locator::Locator(const PlanarPose& antenna_in_body)
+    : antenna_(antenna_in_body), next_m_(kLeastQuery) {}
 
 void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
   search_.emplace(*ground.memory.filter(), ground.memory.spacing());
@@ -29,19 +37,18 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   const gpr::TraceMemory& memory = ground.memory;
   const gpr::MemoryRange kept = memory.kept();
   if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
-  next_m_ = travelled_m + config_.locate_every;
+  next_m_ = travelled_m + kSearchEvery;
   const auto columns = [&](double metres) {
     return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
   };
   gpr::MemoryRange newest = memory.run_of(kept.end - 1);
-  newest.first =
-      std::max(newest.first, newest.end - std::min(newest.end, columns(config_.locate_length)));
+  newest.first = std::max(newest.first, newest.end - std::min(newest.end, columns(kLongestQuery)));
   if (newest.size() < columns(kLeastQuery)) return std::nullopt;
 
   if (!search_) learn(ground, end_of_before);
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
   // they count as one place too; a revisit must prove the hypothesis anyway.
-  const double reach = 2 * config_.node_spacing;
+  const double reach = 2 * kNodeSpacing;
   const auto same_place = [&](double a, double b) {
     const auto at_a = ground.at(a, reach), at_b = ground.at(b, reach);
     return at_a && at_b &&

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "gpr/revisit/global_search.h"
-#include "gprodom/config.h"
 #include "map/ground_map.h"
 
 namespace gprodom {
@@ -19,7 +18,7 @@ struct Hypothesis {
 
 class Locator {
  public:
-  Locator(const GraphConfig& config, const PlanarPose& antenna_in_body);
+  explicit Locator(const PlanarPose& antenna_in_body);
 
   // Whether a search is due after this distance.
   bool is_due(double travelled_m) const { return travelled_m >= next_m_; }
@@ -33,7 +32,6 @@ class Locator {
  private:
   void learn(const GroundMap& ground, std::size_t end_of_before);
 
-  const GraphConfig config_;
   const PlanarPose antenna_;
   double next_m_ = 0.0;
   std::optional<gpr::GlobalSearch> search_;

@@ -38,6 +38,10 @@ PlanarStep step_between(const PathState& a, const PathState& b);
 // The end of an arc that starts at the origin along x: `along` m long, with `curvature` in rad/m.
 PlanarPose along_arc(double along, double curvature);
 
+// m along the track between two nodes of the graph: a patch of ground lies over four of them, and a
+// kilometre makes two thousand.
+constexpr double kNodeSpacing = 0.5;
+
 class MapPath {
  public:
   explicit MapPath(double node_spacing_m) : node_spacing_m_(node_spacing_m) {}

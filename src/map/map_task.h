@@ -71,7 +71,7 @@ class MapTask {
   const TimeNs latency_;
   MapInput next_;
   std::deque<GprTrace> traces_;      // newer than the newest settled state
-  std::deque<PathState> unsettled_;  // states before graph.settle, each as when it was the newest
+  std::deque<PathState> unsettled_;  // states that are not settled, each as when it was the newest
   TimeNs last_submitted_ = 0;
   std::optional<MapPose> pose_;
 

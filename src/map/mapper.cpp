@@ -14,6 +14,14 @@ namespace {
 constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
 constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
+// m driven between two searches. Patches that overlap by more share their errors and tell little
+// that is new.
+constexpr double kQuerySpacing = 0.25;
+
+// Errors of a revisit over those that its match foretells: what tracks 20 cm apart on real ground
+// showed (docs/revisit.md, "Search").
+constexpr double kSigmaFactor = 1.7;
+
 constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
@@ -25,7 +33,6 @@ constexpr int kBefore = 58;               // columns before the query, for the s
 
 gpr::TraceMemoryOptions memory_options(const Config& config) {
   gpr::TraceMemoryOptions options;
-  options.max_length_m = config.graph.memory_length;
   options.filter.wave_speed = config.gpr.wave_speed;
   return options;
 }
@@ -34,12 +41,12 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
     : config_(config.graph),
       slip_(slip_model(config.wheel)),
       antenna_{config.gpr.lever_arm.head<2>(), 0.0},
-      path_(config.graph.node_spacing),
+      path_(kNodeSpacing),
       ground_(before ? std::move(*before) : GroundMap(memory_options(config))),
       end_of_before_(ground_.memory.kept().end),
       start_(std::move(start)),
       map_(ground_.unused_map()),
-      locator_(config.graph, antenna_) {}
+      locator_(antenna_) {}
 
 MapAnswer Mapper::run(const MapInput& input) {
   MapAnswer answer;
@@ -108,14 +115,13 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
                      path_.distance_at(trace.time));
 }
 
-// Every query_spacing, searches the memory for the newest ground.
+// Every kQuerySpacing, searches the memory for the newest ground.
 void Mapper::search_memory(MapAnswer& answer) {
   gpr::TraceMemory& memory = ground_.memory;
   if (!memory.filter()) return;
   if (!search_) {
     gpr::RevisitSearchOptions options;
     options.patch_m = config_.patch_length;
-    options.certainty = config_.certainty;
     search_.emplace(*memory.filter(), memory.spacing(), options);
   }
   const auto place = memory.newest_place(search_->patch_columns());
@@ -123,7 +129,7 @@ void Mapper::search_memory(MapAnswer& answer) {
   double moved = config_.patch_length;
   if (last_query_ && last_query_->direction == place->direction) {
     moved = std::abs(place->distance_m - last_query_->distance_m);
-    if (moved < config_.query_spacing) return;
+    if (moved < kQuerySpacing) return;
   } else {
     search_->forget();
   }
@@ -160,7 +166,7 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map};
   told_sigma_m_ = told.sigma_m;
   hypothesis_from_m_ = path_.travelled();
-  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + config_.gate_sigmas * told.sigma_m;
+  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * told.sigma_m;
   if (search_) search_->forget();
 }
 
@@ -210,7 +216,7 @@ std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
   const auto column = ground_.memory.column_at(path_.time_of(node), end_of_before_);
   if (!column) return std::nullopt;
   const double apart = ground_.memory.column(*column).distance_m - path_.distance_of(node);
-  return std::abs(apart) > config_.node_spacing ? std::nullopt : column;
+  return std::abs(apart) > kNodeSpacing ? std::nullopt : column;
 }
 
 Mapper::End Mapper::end_at(const MapPath::Place& place) const {
@@ -220,7 +226,7 @@ Mapper::End Mapper::end_at(const MapPath::Place& place) const {
 std::optional<Mapper::End> Mapper::remembered_end(double column) const {
   const auto number = static_cast<std::size_t>(column);
   if (number < end_of_before_) {
-    const auto then = ground_.at(column, 2 * config_.node_spacing);
+    const auto then = ground_.at(column, 2 * kNodeSpacing);
     if (!then) return std::nullopt;
     return End{kInMap, then->pose, then->pose.yaw, {}};
   }
@@ -257,8 +263,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   // all patches together count as often as they fit into the ground.
   const double fresh = std::min(1.0, moved_m / config_.patch_length);
   RevisitEdge edge;
-  edge.sigma_m =
-      std::max(kLeastSigma, config_.sigma_factor * found.match.sigma_m) / std::sqrt(fresh);
+  edge.sigma_m = std::max(kLeastSigma, kSigmaFactor * found.match.sigma_m) / std::sqrt(fresh);
   edge.lateral_sigma_m = config_.lateral_sigma / std::sqrt(fresh);
   // The memory has the direction of driving, the edge the heading. They differ when driving
   // backwards.

@@ -20,6 +20,12 @@
 
 namespace gprodom {
 
+// Ground is looked for within three standard deviations of the position. The least is what a
+// covariance that is too small must not hide; the most bounds the cost of a search, and the places
+// that could match by chance.
+constexpr double kGateSigmas = 3.0;
+constexpr double kGateMin = 0.6, kGateMax = 5.0;  // m
+
 // Options of the memory, from the configuration.
 gpr::TraceMemoryOptions memory_options(const Config& config);
 

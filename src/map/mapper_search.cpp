@@ -8,6 +8,10 @@
 namespace gprodom {
 namespace {
 
+// m between two tracks. Further apart they see other ground: of 40 cm, a coherence of 0.3 is left
+// in the best band (docs/revisit.md).
+constexpr double kLateralGate = 0.4;
+
 constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 
 }  // namespace
@@ -18,13 +22,12 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   const MapPath::Place at = path_.place(query.time, query.distance_m);
   const PlanarPose here = compose(body_at(at), antenna_);
   const double sigma = sigma_m();
-  const double gate = std::clamp(config_.gate_sigmas * sigma, config_.gate_min, config_.gate_max);
-  const double aside =
-      config_.lateral_gate + std::min(config_.gate_sigmas * sigma, config_.gate_max);
+  const double gate = std::clamp(kGateSigmas * sigma, kGateMin, kGateMax);
+  const double aside = kLateralGate + std::min(kGateSigmas * sigma, kGateMax);
   // Leaves out the query itself and the ground just before it.
   const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
 
-  PassFinder finder(here, antenna_, gate + config_.node_spacing, aside);
+  PassFinder finder(here, antenna_, gate + kNodeSpacing, aside);
   for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
     if (path_.begins_piece(node)) finder.interrupt();
     finder.offer(node, graph_->nodes()[node], false);
@@ -37,7 +40,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
   if (located_ || hypothesis_) {
     const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
-    PassFinder before(in_map, antenna_, gate + config_.node_spacing, aside);
+    PassFinder before(in_map, antenna_, gate + kNodeSpacing, aside);
     for (std::size_t i = 0; i < ground_.places.size(); ++i) {
       const KnownPlace& place = ground_.places[i];
       if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);

@@ -30,7 +30,7 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
   for (const MotionStep& step : input.steps) {
     const Eigen::Vector3d rate = step.angular_velocity - at.gyro_bias;
     q = (q * so3::exp(rate * step.dt)).normalized();
-    const Eigen::Vector3d up = q.conjugate() * Eigen::Vector3d(0, 0, gravity_);
+    const Eigen::Vector3d up = q.conjugate() * Eigen::Vector3d(0, 0, kStandardGravity);
     const Eigen::Vector3d acceleration = step.acceleration - at.accel_bias - up;
     const double forwards = acceleration.x();
     // Without side slip the only sideways acceleration is the centripetal one.

@@ -17,8 +17,6 @@ namespace gprodom {
 
 class DriveNoise {
  public:
-  explicit DriveNoise(double gravity_mps2) : gravity_(gravity_mps2) {}
-
   // Call for each state interval in turn, with `at` the state at its beginning. An interval without
   // a usable wheel, or one that begins with another state, interrupts the sequence.
   void add(const StateInput& input, const NavState& at);
@@ -48,7 +46,6 @@ class DriveNoise {
   static constexpr std::size_t kMinute = 300;  // intervals
   static constexpr double kSlowest = 0.05;     // m/s; below, the robot stands or nearly
 
-  double gravity_;
   TimeNs end_ = 0;                                // of the last interval
   double last_wheel_m_ = 0;                       // its distance, true metres
   double last_v_ = 0, last_p_ = 0, last_dt_ = 0;  // change of speed and distance in it by the IMU

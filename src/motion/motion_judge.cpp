@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "estimation/factors.h"
 #include "motion/imu_noise.h"
 #include "motion/radar_finding.h"
 
@@ -35,16 +36,12 @@ constexpr TimeNs kStandingKept = 2 * kSecond;
 MotionJudge::MotionJudge(const Config& config)
     : config_(config),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
-      imu_gap_(from_seconds(config.time.imu_gap)),
       lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
-      drive_noise_(config.initializer.gravity),
       slip_(config.wheel),
       slip_belief_(config),
-      immobilised_(config.initializer.gravity),
-      coherence_(config.gpr.coherence),
-      sight_(config.gpr.coherence) {}
+      immobilised_(kStandardGravity) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
   if (first_imu_ == 0) first_imu_ = sample.time;
@@ -155,7 +152,6 @@ void MotionJudge::adopt(const StateResult& newest) {
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
-  if (!config_.imu.adaptive_noise) return noise_at_standstill_;
   auto samples = imu_.between(from, to);
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
   ImuNoise noise = prevailing_noise(samples, noise_at_standstill_);
@@ -204,7 +200,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   const TimeNs from = std::exchange(judged_to_, to);
   StateInput input;
   input.time = to;
-  input.steps = imu_.steps(from, to, imu_gap_);
+  input.steps = imu_.steps(from, to);
   const TimeNs margin = state_period_ / 2;  // more samples for the same noise
   input.noise = noise(from - margin, to + margin);
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
@@ -248,12 +244,12 @@ Displacement MotionJudge::no_displacement(TimeNs from, TimeNs to) const {
   none.source = "immobilised";
   none.kind = DisplacementKind::kSequential;
   none.valid = true;
-  none.sigma_m = config_.standstill.position_sigma;
+  none.sigma_m = StandstillSigmas().position;
   return none;
 }
 
 bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
-  const std::vector<MotionStep> steps = imu_.steps(from, to, imu_gap_);
+  const std::vector<MotionStep> steps = imu_.steps(from, to);
   return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
 }
 

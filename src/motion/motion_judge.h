@@ -87,8 +87,8 @@ class MotionJudge {
   // begins to slip.
   bool follow(OdometryEstimate& estimate);
 
-  // The IMU's noise between two times: that at standstill, or with imu.adaptive_noise what the
-  // samples show, if that is more.
+  // The IMU's noise between two times: that at standstill, or what the samples show if that is
+  // more.
   ImuNoise noise(TimeNs from, TimeNs to) const;
   const ImuNoise& noise_at_standstill() const { return noise_at_standstill_; }
 
@@ -112,7 +112,7 @@ class MotionJudge {
   static constexpr TimeNs kComparedFor = 5'000'000'000;
 
   const Config config_;
-  const TimeNs state_period_, imu_gap_, lag_;
+  const TimeNs state_period_, lag_;
 
   ImuHistory imu_;
   WheelHistory wheel_;

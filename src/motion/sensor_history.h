@@ -14,6 +14,10 @@ namespace gprodom {
 
 class ImuHistory {
  public:
+  // ns. Without samples for longer, the values held are no measurement. At 20 Hz, the slowest IMUs,
+  // one lost sample is no gap yet.
+  static constexpr TimeNs kGap = 100'000'000;
+
   // Late samples are sorted in by their stamp. Body axes. false: there is already one of that
   // stamp.
   bool insert(const ImuSample& sample);
@@ -22,7 +26,7 @@ class ImuHistory {
 
   // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
   // ends. Steps across more than max_gap without samples are marked as bridged.
-  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap) const;
+  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap = kGap) const;
 
  private:
   std::deque<ImuSample> samples_;

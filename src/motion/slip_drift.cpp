@@ -9,14 +9,13 @@ SlipDrift::SlipDrift(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
       wheel_noise_(config.wheel.noise),
-      lag_s_(config.smoother.lag),
-      gravity_(config.initializer.gravity) {}
+      lag_s_(config.smoother.lag) {}
 
 // The speed follows the wheel with the time constant of a Kalman filter of both noises (wheel and
 // IMU). If a slip grows over the window's length, only the part within that time shows.
 double SlipDrift::unseen_speed(double speed, const ImuNoise& noise) const {
   const double carried_s = std::min(lag_s_, wheel_noise_ * std::sqrt(speed) / noise.accel_density);
-  const double tilt_rate = gravity_ * noise.gyro_density;
+  const double tilt_rate = kStandardGravity * noise.gyro_density;
   const double variance = noise.accel_density * noise.accel_density * carried_s +
                           tilt_rate * tilt_rate * std::pow(carried_s, 3) / 3;
   return std::sqrt(variance) * lag_s_ / carried_s;

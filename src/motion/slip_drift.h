@@ -41,7 +41,7 @@ class SlipDrift {
 
   SlipModel model_;
   bool enabled_;
-  double wheel_noise_, lag_s_, gravity_;
+  double wheel_noise_, lag_s_;
   std::optional<NavState> last_;
   Eigen::Matrix3d joint_ = Eigen::Matrix3d::Zero();  // of x, y, l
   double sigma_ = 0.0;

@@ -8,13 +8,17 @@ namespace gprodom {
 
 namespace {
 
+// Over which wheel and IMU are compared. A slip begins within it; over a longer one the error of
+// the published velocity grows and hides it.
+constexpr double kWindow_s = 0.3;
+
 constexpr TimeNs kSilentAfter = 1'000'000'000;     // ns
 constexpr double kThresholdAfterSilence = 3.0;     // standard deviations
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
 constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
-constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over slip_window
+constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
 
 double deviations_from(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
@@ -23,14 +27,12 @@ double deviations_from(const Displacement& radar, double m) {
 }  // namespace
 
 SlipWatch::SlipWatch(const WheelConfig& config)
-    : config_(config),
-      window_(from_seconds(config.slip_window)),
-      wheel_sigma_m_(config.noise_floor) {}
+    : config_(config), window_(from_seconds(kWindow_s)), wheel_sigma_m_(config.noise_floor) {}
 
 void SlipWatch::set_wheel_error(const WheelError& error) {
   pair_noise_ = error.noise;
   wheel_sigma_m_ = std::max(config_.noise_floor, error.sigma_m);
-  window_ = from_seconds(std::max(config_.slip_window, 2 * error.late_s));
+  window_ = from_seconds(std::max(kWindow_s, 2 * error.late_s));
   late_ = from_seconds(error.late_s);
 }
 

@@ -36,7 +36,7 @@ struct AtRest {
 };
 
 // Over [from, to], the interval between two states. The robot stands if both hold:
-//  - The IMU is still: noise within imu_ratio of the reference, and no rate beyond that noise.
+//  - The IMU is still: its noise is about that at rest, and no rate beyond that noise.
 //  - Either the wheel stands, or the radar saw a standstill over the whole interval. The radar does
 //    not count if the wheel turns more slowly than the radar can detect.
 // A standing wheel alone is not enough.

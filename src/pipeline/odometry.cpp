@@ -138,7 +138,7 @@ void Odometry::locate_at(const RoughPlace& place) {
   expect_map("the place told");
   if (!std::isfinite(place.x) || !std::isfinite(place.y) || !std::isfinite(place.yaw))
     throw std::invalid_argument("expected finite figures");
-  const double most_m = config_.graph.gate_max / config_.graph.gate_sigmas;
+  const double most_m = kGateMax / kGateSigmas;
   if (!(place.sigma_m > 0.0 && place.sigma_m <= most_m))
     throw std::invalid_argument(
         "expected a sigma above 0 and up to 1.6 m: where less is known, the robot searches all "

@@ -71,7 +71,6 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       health_(config.logging.warning_period),
       input_(config_, health_),
       motion_(config),
-      prediction_(config.initializer.gravity, from_seconds(config.time.imu_gap)),
       slip_drift_(config),
       radar_(config.gpr, front_end),
       solver_(execution),
@@ -114,7 +113,7 @@ std::string Pipeline::add_factor(const UserFactor& factor) {
   std::string refusal = "the estimator has not started";
   if (started_)
     refusal = factors_.add(factor, next_state_ - state_period_ - from_seconds(config_.smoother.lag),
-                           imu_now_ + from_seconds(config_.time.max_jump));
+                           imu_now_ + TimeGuard::kMaxJump);
   if (!refusal.empty()) health_.count("factor " + factor.name, refusal);
   return refusal;
 }
@@ -205,7 +204,7 @@ void Pipeline::take_map_answers() {
 // Whether the track is tied to the ground of before, and how surely.
 void Pipeline::report_place(const MapAnswer& answer) {
   if (!has_earlier_ground_) return;
-  const bool lost = located_ && answer.sigma_m > config_.graph.gate_max / config_.graph.gate_sigmas;
+  const bool lost = located_ && answer.sigma_m > kGateMax / kGateSigmas;
   health_.value("map.located", located_ && !lost ? 1.0 : 0.0);
   health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
   if (located_) health_.value("map.sigma_m", answer.sigma_m);

@@ -18,7 +18,7 @@ void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const Im
 }
 
 void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
-  for (const MotionStep& step : imu.steps(from, to, max_gap_)) {
+  for (const MotionStep& step : imu.steps(from, to)) {
     since_.integrate(step.acceleration, step.angular_velocity, step.dt,
                      step.bridged ? kBridgedImuNoise : noise_);
     if (step.bridged) bridged_s_ += step.dt;
@@ -28,7 +28,7 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
 
 OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {
   integrate(imu, time_, now);
-  OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, gravity_);
+  OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, kStandardGravity);
   estimate.pose_covariance.topLeftCorner<2, 2>() += base_.slip_covariance;
   if (!base_.standing && !lost()) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
   if (!lost()) p_counted_odom_ = estimate.p_odom_body;

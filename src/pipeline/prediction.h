@@ -10,8 +10,6 @@ namespace gprodom {
 
 class Prediction {
  public:
-  Prediction(double gravity_mps2, TimeNs max_gap) : gravity_(gravity_mps2), max_gap_(max_gap) {}
-
   // Starts from a new state and integrates the IMU samples since then again.
   void rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu);
 
@@ -27,13 +25,13 @@ class Prediction {
   // its values.
   bool lost() const { return bridged_s_ > kLongestBridge || (base_.carried && bridged_s_ > 0.0); }
   TimeNs time() const { return time_; }
-  Eigen::Vector3d position() const { return propagate(base_.state, since_, gravity_).p_odom; }
+  Eigen::Vector3d position() const {
+    return propagate(base_.state, since_, kStandardGravity).p_odom;
+  }
 
  private:
   void integrate(const ImuHistory& imu, TimeNs from, TimeNs to);
 
-  double gravity_;
-  TimeNs max_gap_;
   StateResult base_;
   ImuNoise noise_;
   ImuPreintegration since_;  // from base_ to time_

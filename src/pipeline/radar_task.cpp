@@ -16,6 +16,9 @@ std::unique_ptr<gpr::FrontEnd> made(const gpr::FrontEndFactory& factory) {
   return front_end;
 }
 
+// Traces further apart lie on other ground: nothing can be compared across the gap.
+constexpr TimeNs kMaxGap = 1'000'000'000;  // ns
+
 bool usable(const gpr::Standstill& s) { return std::isfinite(s.score) && s.sigma_m > 0; }
 bool usable(const gpr::PathLength& p) {
   return std::isfinite(p.score) && (!p.valid || (p.lengths > 0 && std::isfinite(p.lengths)));
@@ -40,8 +43,7 @@ void drop_unusable(TimeNs tick, RadarAnswer& answer) {
 
 }  // namespace
 
-RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end)
-    : max_gap_(from_seconds(config.max_gap)) {
+RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end) {
   if (config.enabled) front_end_ = front_end ? made(front_end) : gpr::make_front_end(config);
 }
 
@@ -55,7 +57,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
         note = "trace length changed";
       else if (!same_interval(format_, format))
         note = "sample interval changed";
-      else if (trace.time - last_time_ > max_gap_)
+      else if (trace.time - last_time_ > kMaxGap)
         note = "gap in traces";
     }
     if (!note.empty()) {

@@ -31,7 +31,6 @@ class RadarTask {
   RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick);
 
  private:
-  TimeNs max_gap_;
   std::unique_ptr<gpr::FrontEnd> front_end_;
   TimeNs last_time_ = 0;
   TraceFormat format_;

@@ -27,7 +27,7 @@ bool Pipeline::resume() {
   out_.warnings.emplace_back(said);
   // IMU samples of a straight path at constant speed.
   const Eigen::Vector3d up_body =
-      x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, config_.initializer.gravity);
+      x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, kStandardGravity);
   for (const TimeNs time : {x.time, imu_now_ - from_seconds(std::min(0.01, 0.5 * age))})
     motion_.add(ImuSample{time, up_body + x.accel_bias, x.gyro_bias});
   StateResult result;

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gpr/filter/details_retention.h"
-#include "gpr/front_end_factory.h"
+#include "gpr/motion/stationarity.h"
 #include "python/choice_argument.h"
 
 namespace py = pybind11;
@@ -178,10 +178,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
   if (!(window > 0.0 && tick > 0.0)) {
     throw std::invalid_argument("window and tick: expected seconds above 0");
   }
-  GprConfig config;
-  config.front_end = FrontEndKind::kStationarity;
-  config.stationary_window = window;
-  const auto front_end = make_front_end(config);
+  StationarityFrontEnd front_end(window);
   std::vector<std::int64_t> spans;
   const TimeNs step = from_seconds(tick);
   TimeNs next = 0;
@@ -192,7 +189,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     const TimeNs time = end ? next + 1 : times.data()[i];
     if (i == 0) next = time + step;
     for (; next < time; next += step) {
-      for (const Finding& finding : front_end->tick(next)) {
+      for (const Finding& finding : front_end.tick(next)) {
         const auto* standstill = std::get_if<Standstill>(&finding);
         if (!standstill) continue;
         spans.push_back(standstill->from);
@@ -203,7 +200,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     trace.time = time;
     trace.samples.assign(traces.data() + i * traces.shape(1),
                          traces.data() + (i + 1) * traces.shape(1));
-    front_end->add_trace(trace);
+    front_end.add_trace(trace);
   }
   py::array_t<std::int64_t> out({static_cast<py::ssize_t>(spans.size() / 2), py::ssize_t(2)});
   std::copy(spans.begin(), spans.end(), out.mutable_data());
@@ -251,35 +248,34 @@ void bind_wavelet(py::module_& module) {
 void bind_gpr_filter(py::module_& module) {
   bind_steps(module);
   bind_wavelet(module);
-  py::class_<GprFilterConfig> config(module, "FilterConfig",
-                                     "Settings of DetailsRetention: the keys gpr.filter.* of the "
-                                     "configuration, with their units and defaults.");
-  def_choice(config, "background", &GprFilterConfig::background);
-  def_choice(config, "wavelet", &GprFilterConfig::wavelet);
+  py::class_<FilterOptions> config(module, "FilterConfig",
+                                   "Options of DetailsRetention: the keys gpr.filter.* of the "
+                                   "configuration and what is fixed there.");
+  def_choice(config, "background", &FilterOptions::background);
+  def_choice(config, "wavelet", &FilterOptions::wavelet);
   config.def(py::init<>())
-      .def_readwrite("dewow_window", &GprFilterConfig::dewow_window)
-      .def_readwrite("time_zero_max", &GprFilterConfig::time_zero_max)
-      .def_readwrite("background_memory", &GprFilterConfig::background_memory)
-      .def_readwrite("wavelet_levels", &GprFilterConfig::wavelet_levels)
-      .def_readwrite("wavelet_threshold", &GprFilterConfig::wavelet_threshold)
-      .def_readwrite("band_low", &GprFilterConfig::band_low)
-      .def_readwrite("band_high", &GprFilterConfig::band_high)
-      .def_readwrite("band_length", &GprFilterConfig::band_length)
-      .def_readwrite("gain_rate", &GprFilterConfig::gain_rate)
-      .def_readwrite("gain_power", &GprFilterConfig::gain_power)
-      .def_readwrite("gain_flat_after", &GprFilterConfig::gain_flat_after);
+      .def_readwrite("dewow_window", &FilterOptions::dewow_window)
+      .def_readwrite("time_zero_max", &FilterOptions::time_zero_max)
+      .def_readwrite("background_memory", &FilterOptions::background_memory)
+      .def_readwrite("wavelet_levels", &FilterOptions::wavelet_levels)
+      .def_readwrite("wavelet_threshold", &FilterOptions::wavelet_threshold)
+      .def_readwrite("band_low", &FilterOptions::band_low)
+      .def_readwrite("band_high", &FilterOptions::band_high)
+      .def_readwrite("band_length", &FilterOptions::band_length)
+      .def_readwrite("gain_rate", &FilterOptions::gain_rate)
+      .def_readwrite("gain_power", &FilterOptions::gain_power)
+      .def_readwrite("gain_flat_after", &FilterOptions::gain_flat_after);
   py::class_<DetailsRetention>(module, "DetailsRetention",
                                "Details retention on a stream of traces, as the radar front ends "
                                "run it.")
-      .def(py::init<const GprFilterConfig&>(),
-           py::arg_v("config", GprFilterConfig(), "FilterConfig()"))
+      .def(py::init<const FilterOptions&>(), py::arg_v("config", FilterOptions(), "FilterConfig()"))
       .def("filter", &retain_details, "traces"_a, "sample_interval"_a, "standing"_a = false,
            "Takes in (traces, samples), oldest first; returns the filtered traces (float32, NaN "
            "where bad), and for each its quality (0 good, 1 dead, 2 spiked), the removed delay "
            "(samples) and the measured noise (counts).")
       .def("reset", &DetailsRetention::reset, "Forgets all traces.");
   module.def("standstills", &standstills, "times"_a, "traces"_a, "sample_interval"_a,
-             "window"_a = GprConfig().stationary_window, "tick"_a = GprConfig().tick,
+             "window"_a = StationarityFrontEnd::kWindow, "tick"_a = GprConfig().tick,
              "Standstills that the stationarity front end detects in (traces, samples) at `times` "
              "(ns): (n, 2), begin and end of each, ns. They overlap.");
 }

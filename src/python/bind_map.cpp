@@ -10,6 +10,7 @@
 
 #include "gprodom/config.h"
 #include "map/ground_map_file.h"
+#include "map/map_path.h"
 #include "map/mapper.h"
 
 namespace py = pybind11;
@@ -91,7 +92,7 @@ GroundMap part(const GroundMap& ground,
 }  // namespace
 
 void bind_map(py::module_& module) {
-  const double reach_m = 2 * default_config().graph.node_spacing;
+  const double reach_m = 2 * kNodeSpacing;
   py::class_<GroundMap>(module, "GroundMap",
                         "A map file: docs/map_format.md. Columns are numbered "
                         "from the first, times in ns.")

@@ -87,6 +87,25 @@ def test_the_page_of_settings_says_where_each_key_of_before_went() -> None:
     assert f"There are {sum(not key.startswith('channels.') for key in now)}, " in page
 
 
+def test_a_setting_that_is_gone_has_the_value_told_in_the_code() -> None:
+    page = (CHECKOUT / "docs" / "settings.md").read_text()
+    rows = re.findall(r"^\| `\S+` \| (\S+)[^|]* \| (?:`([^`]+)`, )?`([^`]+)` \|", page, re.M)
+    assert len(rows) == 59
+    for told, constant, path in rows:
+        code = (CHECKOUT / "src" / path).read_text()
+        if not constant:  # the code has no such choice any more
+            continue
+        name = re.findall(r"\w+", constant)[-1]
+        found = re.search(rf"(\w+ )?\b{name} = ([\w.':+-]+)", code)
+        assert found, (constant, path)
+        value = found[2].replace("'", "")
+        if told[0].isdigit():
+            unit = 1e-9 if found[1] == "TimeNs " else 1.0
+            assert float(value) * unit == pytest.approx(float(told)), constant
+        else:
+            assert value.lower().endswith(f"::k{told}"), constant
+
+
 def keys_of(section: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """The keys of a configuration, with the sections that they are in, and their values."""
     found: dict[str, Any] = {}

@@ -176,11 +176,15 @@ def test_defaults_are_those_of_the_estimator() -> None:
     imu, wheel = ImuSpec(), WheelSpec()
     for key in ("gyro_noise_density", "accel_noise_density", "gyro_bias_walk", "accel_bias_walk"):
         assert getattr(imu, key) == default("ImuConfig", key)
-    assert imu.accel_bias_sigma == default("ImuConfig", "accel_bias_sigma")
-    assert imu.gravity == default("InitializerConfig", "gravity")
-    for key in ("scale", "scale_sigma", "scale_walk", "noise"):
+    for key in ("scale", "scale_sigma", "noise"):
         assert getattr(wheel, key) == default("WheelConfig", key)
     assert route("line").lateral_noise == default("WheelConfig", "lateral_noise")
+
+    state = (CHECKOUT / "src/estimation/nav_state.h").read_text()
+    constants = dict(re.findall(r"constexpr double (k\w+) = ([-+0-9.e]+);", state))
+    assert imu.accel_bias_sigma == float(constants["kAccelBiasSigma"])
+    assert imu.gravity == float(constants["kStandardGravity"])
+    assert wheel.scale_walk == float(constants["kWheelScaleWalk"])
 
 
 def test_same_place_same_trace() -> None:

@@ -146,12 +146,12 @@ Matrix5d GraphProblem::newest_covariance() {
   if (factorised.info() != Eigen::Success) {
     throw std::runtime_error("pose graph: the normal equations are singular");
   }
-  const int wanted = slips ? 5 : 4;
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, wanted);
-  unit.bottomRows(wanted).setIdentity();
-  const Eigen::MatrixXd block = factorised.solve(unit).bottomRows(wanted);
+  const int size = slips ? 5 : 4;
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, size);
+  unit.bottomRows(size).setIdentity();
+  const Eigen::MatrixXd block = factorised.solve(unit).bottomRows(size);
   Matrix5d covariance = Matrix5d::Zero();
-  covariance.topLeftCorner(wanted, wanted) = 0.5 * (block + block.transpose());
+  covariance.topLeftCorner(size, size) = 0.5 * (block + block.transpose());
   return covariance;
 }
 

@@ -26,8 +26,6 @@ struct SlipModel {
 inline SlipModel slip_model(const WheelConfig& config) {
   SlipModel model;
   model.share = config.slip_share;
-  model.size = config.slip_size;
-  model.lasts_s = config.slip_lasts;
   return model;
 }
 

@@ -11,24 +11,24 @@ namespace {
 
 constexpr float kStandingWeight = 0.02f;  // of a standing antenna's trace in the background
 
-std::optional<RunningBackground> make_background(const GprFilterConfig& config) {
-  if (config.background == Background::kNone) return std::nullopt;
-  const auto mode = config.background == Background::kRunning ? RunningBackground::Mode::kRunning
-                                                              : RunningBackground::Mode::kWindow;
-  return RunningBackground(mode, config.background_memory);
+std::optional<RunningBackground> make_background(const FilterOptions& options) {
+  if (options.background == Background::kNone) return std::nullopt;
+  const auto mode = options.background == Background::kRunning ? RunningBackground::Mode::kRunning
+                                                               : RunningBackground::Mode::kWindow;
+  return RunningBackground(mode, options.background_memory);
 }
 
-std::optional<DetailDenoiser<float>> make_denoiser(const GprFilterConfig& config) {
-  if (config.wavelet == WaveletKind::kNone) return std::nullopt;
-  return DetailDenoiser<float>(make_wavelet(config.wavelet), config.wavelet_levels,
-                               config.wavelet_threshold);
+std::optional<DetailDenoiser<float>> make_denoiser(const FilterOptions& options) {
+  if (options.wavelet == WaveletKind::kNone) return std::nullopt;
+  return DetailDenoiser<float>(make_wavelet(options.wavelet), options.wavelet_levels,
+                               options.wavelet_threshold);
 }
 
 }  // namespace
 
-DetailsRetention::DetailsRetention(const GprFilterConfig& config)
-    : config_(config), background_(make_background(config)), denoiser_(make_denoiser(config)) {
-  if (!(config.band_low < config.band_high))
+DetailsRetention::DetailsRetention(const FilterOptions& options)
+    : options_(options), background_(make_background(options)), denoiser_(make_denoiser(options)) {
+  if (!(options.band_low < options.band_high))
     throw ConfigError("gpr.filter.band_low: expected less than gpr.filter.band_high");
 }
 
@@ -44,19 +44,20 @@ void DetailsRetention::prepare(int n, double sample_interval_s) {
   if (!(sample_interval_s > 0.0)) {
     throw std::invalid_argument("radar traces: expected a sample interval above 0");
   }
-  const double low = config_.band_low, high = config_.band_high;
-  if (config_.band_length > 0.0) {
-    band_pass_ =
-        ZeroPhaseFilter<float>(design_band_pass(low, high, sample_interval_s, config_.band_length));
+  const double low = options_.band_low, high = options_.band_high;
+  if (options_.band_length > 0.0) {
+    band_pass_ = ZeroPhaseFilter<float>(
+        design_band_pass(low, high, sample_interval_s, options_.band_length));
   }
   time_zero_.reset();
-  if (config_.time_zero_max > 0.0) {
+  if (options_.time_zero_max > 0.0) {
     time_zero_.emplace(1.0 / (std::sqrt(low * high) * sample_interval_s),
-                       config_.time_zero_max / sample_interval_s);
+                       options_.time_zero_max / sample_interval_s);
   }
-  dewow_half_width_ = static_cast<int>(std::lround(0.5 * config_.dewow_window / sample_interval_s));
+  dewow_half_width_ =
+      static_cast<int>(std::lround(0.5 * options_.dewow_window / sample_interval_s));
   const std::vector<double> gain =
-      gain_curve(n, config_.gain_rate, config_.gain_power, config_.gain_flat_after);
+      gain_curve(n, options_.gain_rate, options_.gain_power, options_.gain_flat_after);
   gain_ = Eigen::Map<const Eigen::VectorXd>(gain.data(), n).cast<float>();
   trace_.resize(n);
   other_.resize(n);
@@ -89,7 +90,7 @@ DetailsRetention::Result DetailsRetention::filter(const float* samples, int n,
   }
   if (background_) background_->remove(trace_.data(), n, weight);
   if (denoiser_) result.noise = denoiser_->apply(trace_.data(), n, trace_.data());
-  if (config_.band_length > 0.0) band_pass_.apply(trace_.data(), n, trace_.data());
+  if (options_.band_length > 0.0) band_pass_.apply(trace_.data(), n, trace_.data());
   trace_.array() *= gain_.array();
   result.samples = trace_.data();
   return result;

@@ -8,11 +8,34 @@
 //   a_{l-1}[i] = 1/2 sum_j (h[j] a_l[(i - (L/2 - j) s) mod n] + g[j] d_l[(i - (L/2 - j) s) mod n]).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "gprodom/choices.h"
 
 namespace gprodom::gpr {
+
+enum class WaveletKind {
+  kDb1,
+  kDb2,
+  kDb3,
+  kDb4,
+  kDb5,
+  kDb6,
+  kDb7,
+  kDb8,
+  kSym4,
+  kSym5,
+  kSym6,
+  kSym8,
+  kNone
+};
+constexpr std::array<const char*, 13> names_like(WaveletKind) {
+  return {"db1", "db2",  "db3",  "db4",  "db5",  "db6", "db7",
+          "db8", "sym4", "sym5", "sym6", "sym8", "none"};
+}
+static_assert(names_like(WaveletKind{}).size() == std::size_t(WaveletKind::kNone) + 1);
 
 // Orthogonal analysis filters. Both have unit norm, so white noise keeps its standard deviation at
 // each level.
@@ -37,7 +60,7 @@ class StationaryWavelet {
   int padded(int n) const;
 
   // x: n samples -> details: levels x n, finest level first; approximation: n, of the last level
-  // (nullptr: not wanted).
+  // (nullptr: not needed).
   // Throws std::invalid_argument if n is not a multiple of 2^levels.
   void forward(const T* x, int n, T* details, T* approximation);
   // The inverse, to x. approximation nullptr: zero.

@@ -6,6 +6,9 @@
 namespace gprodom::gpr {
 namespace {
 
+// ns of one distance: long enough for steps that add up to more than their noise, short enough for
+// a slip to show.
+constexpr TimeNs kSpan = 1'000'000'000;
 constexpr double kGatePeriods = 1.25;
 constexpr float kMinSnr = 3.0f;     // least energy over noise of a gate that is used
 constexpr float kMaxSnr = 20.0f;    // energy over noise from which on its weight stays the same
@@ -21,12 +24,13 @@ constexpr float kNoiseRise = 1.003f;  // per second: twice in four minutes
 constexpr TimeNs kBlock = 1'000'000'000;
 constexpr int kMinBlock = 4;  // traces
 
-GprFilterConfig filter_for_coherence(GprFilterConfig config) {
-  config.background = Background::kNone;
-  config.wavelet = WaveletKind::kNone;
-  config.time_zero_max = 0.0;
-  config.gain_rate = config.gain_power = 0.0;
-  return config;
+FilterOptions filter_for_coherence(const GprFilterConfig& config) {
+  FilterOptions options(config);
+  options.background = Background::kNone;
+  options.wavelet = WaveletKind::kNone;
+  options.time_zero_max = 0.0;
+  options.gain_rate = options.gain_power = 0.0;
+  return options;
 }
 
 void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
@@ -156,8 +160,7 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
 }
 
 CoherenceFrontEnd::CoherenceFrontEnd(const GprConfig& config)
-    : span_(from_seconds(config.coherence.span)),
-      filter_(filter_for_coherence(config.filter)),
+    : filter_(filter_for_coherence(config.filter)),
       centre_hz_(0.5 * (config.filter.band_low + config.filter.band_high)),
       path_(2) {}
 
@@ -200,7 +203,7 @@ std::vector<Finding> CoherenceFrontEnd::tick(TimeNs tick) {
     from_ = newest;
     return {};
   }
-  if (newest - from_ < span_) return {};
+  if (newest - from_ < kSpan) return {};
   const TimeNs to = std::min(newest, tick);
   PathLength path;
   path.source = "coherence";

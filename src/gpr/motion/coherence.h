@@ -91,7 +91,6 @@ class CoherenceFrontEnd : public FrontEnd {
   };
   Place at(TimeNs time) const;
 
-  TimeNs span_;
   DetailsRetention filter_;
   double centre_hz_;
   double sample_interval_ = 0.0;

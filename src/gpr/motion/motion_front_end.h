@@ -10,8 +10,7 @@ namespace gprodom::gpr {
 
 class MotionFrontEnd : public FrontEnd {
  public:
-  explicit MotionFrontEnd(const GprConfig& config)
-      : stationarity_(config.stationary_window), coherence_(config) {}
+  explicit MotionFrontEnd(const GprConfig& config) : coherence_(config) {}
 
   void add_trace(const GprTrace& trace) override {
     stationarity_.add_trace(trace);

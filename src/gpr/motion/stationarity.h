@@ -13,7 +13,7 @@ namespace gprodom::gpr {
 // Detects when the antenna stands, independently of the wheel. Each detection is a Standstill.
 // There is none while the antenna moves, or while it cannot be decided.
 //
-// A window of traces `stationary_window` long is tested at each trace:
+// A window of traces `window` long is tested at each trace:
 //  1. its residual variance is that of the noise (chi-square about 1), and
 //  2. the residual has no trend along the window (its contrasts; this holds whatever the noise is).
 // Both must hold within `kSigmas` standard deviations. The degrees of freedom come from the
@@ -43,8 +43,11 @@ namespace gprodom::gpr {
 // single spiked trace is found by its share of the residual and left out.
 class StationarityFrontEnd : public FrontEnd {
  public:
-  // window: s of traces compared.
-  explicit StationarityFrontEnd(double window);
+  // s of traces compared: twelve bins of one trace each at 20 traces/s, the fewest from which a
+  // trend can be told. A longer window tells a standstill later.
+  static constexpr double kWindow = 0.6;
+
+  explicit StationarityFrontEnd(double window = kWindow);
 
   void add_trace(const GprTrace& trace) override;
   // Returns standstills, whose `score` is the residual variance over that of the noise. Once the

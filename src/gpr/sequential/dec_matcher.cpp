@@ -9,14 +9,17 @@ namespace gprodom::gpr {
 
 namespace {
 
+// s of a trace over which energy is averaged: a period of the antenna.
+constexpr double kEnergyWindow = 2.0e-9;
+// s after time zero. Earlier is the direct wave, which is stronger than any echo.
+constexpr double kFirstTime = 4.0e-9;
+
 class DecMatcher : public WindowMatcher {
  public:
   explicit DecMatcher(const GprConfig& config)
-      : config_(config.dec),
-        columns_per_trace_(columns_per_trace(config.sequential)),
+      : columns_per_trace_(columns_per_trace(config.sequential)),
         ring_(static_cast<std::size_t>(config.sequential.window_traces)),
         columns_(ring_.capacity()),
-        refiner_({config.dec.jump_penalty, config.dec.smoothing}),
         aligner_(alignment_options(config.sequential)) {}
 
   void add(const WindowTrace& trace) override {
@@ -24,11 +27,11 @@ class DecMatcher : public WindowMatcher {
     place.count = 0;
     if (trace.filtered == nullptr) return;
     energy_.resize(trace.count);
-    const double half = 0.5 * config_.energy_window / trace.sample_interval_s;
+    const double half = 0.5 * kEnergyWindow / trace.sample_interval_s;
     trace_energy(trace.filtered, trace.count, std::max(1, static_cast<int>(std::lround(half))),
                  energy_.data());
     const auto first_row = static_cast<std::size_t>(
-        std::max(0.0, (config_.first_time + trace.time_zero_s) / trace.sample_interval_s));
+        std::max(0.0, (kFirstTime + trace.time_zero_s) / trace.sample_interval_s));
     if (first_row + 3 > trace.count) return;
     const double threshold =
         background_threshold(energy_.data() + first_row, trace.count - first_row);
@@ -53,7 +56,6 @@ class DecMatcher : public WindowMatcher {
   }
 
  private:
-  DecConfig config_;
   double columns_per_trace_;
   Ring<EnergyPoints> ring_;
   std::vector<EnergyPoints> columns_;

@@ -11,19 +11,26 @@ namespace {
 
 constexpr std::size_t kMaxTracePeaks = 64;
 
+// Overlapping pulses fitted together. On ground they are better fitted each by itself: a
+// band-passed pulse does not decay as the model does, and its tail would disturb the next
+// (docs/peaks.md).
+constexpr int kMaxJoint = 1;
+
+// s from the start that fix the amplitude scale of the levels. The paper's scale is the greatest
+// peak, of which it does not say when it is known; a scale per window would change the levels of
+// equal echoes.
+constexpr double kScaleDuration = 20.0;
+
 // The peaks of one trace: depth (m) and amplitude, positions are those of the trace in the window.
 struct TracePeaks {
   std::size_t count = 0;
   std::array<std::pair<double, double>, kMaxTracePeaks> depth_and_amplitude;
 };
 
-PeakOptions peak_options(const PeaksConfig& config) {
+PeakOptions peak_options(bool fit) {
   PeakOptions options;
-  options.fit = config.fit;
-  options.min_snr = config.min_snr;
-  options.min_relative = config.min_relative;
-  options.max_joint = config.max_joint;
-  options.max_residual = config.max_residual;
+  options.fit = fit;
+  options.max_joint = kMaxJoint;
   return options;
 }
 
@@ -33,8 +40,7 @@ class SfmMatcher : public WindowMatcher {
       : config_(config.sequential),
         wave_speed_(config.wave_speed),
         ring_(static_cast<std::size_t>(config.sequential.window_traces)),
-        extractor_(peak_options(config.peaks)),
-        scale_(config.sequential.scale_quantile),
+        extractor_(peak_options(config.peaks.fit)),
         aligner_(alignment_options(config.sequential)) {
     points_.reserve(ring_.capacity() * kMaxTracePeaks);
   }
@@ -51,7 +57,7 @@ class SfmMatcher : public WindowMatcher {
       place.depth_and_amplitude[place.count++] = {depth, peak.amplitude};
       scale_.collect(peak.amplitude);
     }
-    if (trace.time_s >= config_.scale_duration) scale_.fix();
+    if (trace.time_s >= kScaleDuration) scale_.fix();
   }
 
   std::optional<Alignment> advance() override {
@@ -86,7 +92,6 @@ class SfmMatcher : public WindowMatcher {
 
  private:
   double depth_range(const WindowTrace& trace) const {
-    if (config_.max_depth > 0.0) return config_.max_depth;
     return depth_of(
         travel_time(static_cast<double>(trace.count), trace.sample_interval_s, trace.time_zero_s),
         wave_speed_);

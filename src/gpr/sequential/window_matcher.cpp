@@ -8,7 +8,6 @@ namespace gprodom::gpr {
 AlignmentOptions alignment_options(const SequentialConfig& config) {
   AlignmentOptions options;
   options.form = config.distance;
-  options.min_overlap = config.min_overlap;
   return options;
 }
 

@@ -48,7 +48,6 @@ SlipBelief::SlipBelief(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
       share_(std::min(model_.share, kMostShare)),
-      gravity_(config.initializer.gravity),
       wheel_noise_(config.wheel.noise),
       wheel_floor_(config.wheel.noise_floor),
       lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {}
@@ -87,7 +86,7 @@ void SlipBelief::begin(const StateResult& newest) {
 // false: the IMU was silent.
 bool SlipBelief::take_in(const StateInput& input) {
   Block& b = block_;
-  const Eigen::Vector3d gravity(0, 0, gravity_);
+  const Eigen::Vector3d gravity(0, 0, kStandardGravity);
   const Eigen::Vector3d began = level(q_ * Eigen::Vector3d::UnitX());
   Eigen::Vector3d dv = Eigen::Vector3d::Zero(), dp = Eigen::Vector3d::Zero();
   double dt = 0.0, turned = 0.0;
@@ -222,7 +221,7 @@ void SlipBelief::predict(Hypothesis& h, bool rolls) const {
   const Block& b = block_;
   const double dt = b.dt, way = std::abs(b.wheel_m);
   slip::Matrix F = slip::Matrix::Identity();
-  F.block<1, 2>(row_of::kSpeed, row_of::kTilt) = -gravity_ * b.forwards.transpose();
+  F.block<1, 2>(row_of::kSpeed, row_of::kTilt) = -kStandardGravity * b.forwards.transpose();
   F(row_of::kSpeed, row_of::kAccelBias) = -dt;
   F.block<2, 1>(row_of::kTilt, row_of::kGyroBias) = -b.leftwards;
   F.block<2, 1>(row_of::kTilt, row_of::kGyroBias + 1) = b.forwards;
@@ -255,7 +254,7 @@ void SlipBelief::weigh(Hypothesis& h) const {
   const Block& b = block_;
   const double dt = b.dt;
   Vector sideways = Vector::Zero();  // of the change of speed to the left, by gravity and bias
-  sideways.segment<2>(row_of::kTilt) = gravity_ * b.leftwards;
+  sideways.segment<2>(row_of::kTilt) = kStandardGravity * b.leftwards;
   sideways[row_of::kAccelBias + 1] = dt;
   if (b.standing) {
     Vector H = Vector::Zero();
@@ -272,8 +271,8 @@ void SlipBelief::weigh(Hypothesis& h) const {
     return;
   }
   // Over the block, the accelerations' error makes the robot faster than they say by:
-  const double error =
-      h.x[row_of::kAccelBias] * dt + gravity_ * b.forwards.dot(h.x.segment<2>(row_of::kTilt));
+  const double error = h.x[row_of::kAccelBias] * dt +
+                       kStandardGravity * b.forwards.dot(h.x.segment<2>(row_of::kTilt));
   if (b.wheel) {
     // In metres of the ground: a wheel turns as it is driven, and the robot moves as it slips.
     const double stretch = std::exp(h.x[row_of::kSlip] - h.x[row_of::kScale]);

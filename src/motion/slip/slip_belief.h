@@ -74,7 +74,7 @@ class SlipBelief {
   bool enabled_;
   double share_;  // of the way on which the wheel slips, as learnt
   double rolled_s_ = 0.0, slipped_s_ = 0.0;
-  double gravity_, wheel_noise_, wheel_floor_;
+  double wheel_noise_, wheel_floor_;
   std::size_t lag_;  // intervals told of
   std::vector<slip::Hypothesis> hypotheses_;
   std::deque<Interval> intervals_;

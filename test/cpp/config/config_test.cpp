@@ -209,8 +209,9 @@ TEST(Config, ARemovedKeyAtItsFixedValueIsANotice) {
 TEST(Config, ARemovedKeyAtAnotherValueIsAnErrorThatSaysWhatBecameOfIt) {
   EXPECT_EQ(
       error_of_file("wheel:\n  slip_lasts: 30\n"),
-      "FILE:2: wheel.slip_lasts: no longer a setting: it is fixed at 20, since slip is detected "
-      "in the same way on every ground; got \"30\". Delete this key");
+      "FILE:2: wheel.slip_lasts: no longer a setting: it is fixed at 20, since it depends on the "
+      "ground ahead, which nobody knows; the IMU shows within it how the slip changes; got \"30\". "
+      "Delete this key");
   EXPECT_EQ(
       error_of_file("gpr:\n  filter:\n    wavelet: none\n").rfind("FILE:3: gpr.filter.wavel", 0),
       0u);

@@ -45,7 +45,7 @@ TEST(Initializer, RunningEngineCountsAsStandstill) {
 
 // Two seconds in whose last quarter of a second the robot sets off at 0.3 m/s^2: 9 mm.
 TEST(Initializer, ARobotThatSetsOffDoesNotStand) {
-  auto going = samples({0, 0, Config{}.initializer.gravity}, kBias, 0.001);
+  auto going = samples({0, 0, kStandardGravity}, kBias, 0.001);
   for (ImuSample& s : going)
     if (s.time > from_seconds(1.75)) s.acceleration.x() += 0.3;
   WheelAtStart wheel;
@@ -60,7 +60,7 @@ TEST(Initializer, ARobotThatSetsOffDoesNotStand) {
 // What shows in the IMU alone is not refused, but the tilt is no surer than the parts' means agree.
 TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
   const auto tilt_sigma = [](double pushed) {
-    auto all = samples({0, 0, Config{}.initializer.gravity}, kBias, 0.001);
+    auto all = samples({0, 0, kStandardGravity}, kBias, 0.001);
     for (ImuSample& s : all)
       if (s.time > from_seconds(1.9)) s.acceleration.x() += pushed;
     const Initialization start = initialize(Config{}, all, {});
@@ -69,7 +69,7 @@ TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
     const Eigen::MatrixXd P = (A.transpose() * A).inverse();
     const int pitch = row::kTheta + 1, bias = row::kBa;
     // Of the mean force: tilt and bias together.
-    const double g = Config{}.initializer.gravity;
+    const double g = kStandardGravity;
     return std::sqrt(g * g * P(pitch, pitch) + P(bias, bias) - 2 * g * std::abs(P(pitch, bias)));
   };
   EXPECT_LT(tilt_sigma(0.0), 0.001);
@@ -78,7 +78,7 @@ TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
 
 // Faster by 1 m/s^2 in a bend of 0.5 rad/s, on a slope: what wheel and gyro explain is no tilt.
 TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
-  const double roll = 0.05, g = Config{}.initializer.gravity;
+  const double roll = 0.05, g = kStandardGravity;
   const Vector3d gravity(0, g * std::sin(roll), g * std::cos(roll));
   WheelAtStart wheel;
   wheel.received = true;

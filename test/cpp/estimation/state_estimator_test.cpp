@@ -193,13 +193,13 @@ StateResult push(StateEstimator& estimator, int from, int to,
   return result;
 }
 
-// Gravity shows four times the bias that is configured for the accelerometer. So its scale may be
+// Gravity shows four times the bias that an accelerometer is believed to have. So its scale may be
 // wrong as well, and the wheel's scale is neither learnt from it nor known any better.
 TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
   for (const bool calibrated : {true, false}) {
     const Config config;
     InitialState initial;
-    if (!calibrated) initial.state.accel_bias.z() = 4 * config.imu.accel_bias_sigma;
+    if (!calibrated) initial.state.accel_bias.z() = 4 * kAccelBiasSigma;
     StateEstimator estimator = scale_unknown(config, initial);
     const StateResult result = push(estimator, 0, 100, initial.state.accel_bias);
     const double scale = result.state.wheel_scale, sigma_scale = sigma(result, row::kScale);

@@ -11,12 +11,12 @@
 namespace gprodom::gpr {
 namespace {
 
-GprFilterConfig config_with(Background background) {
-  GprFilterConfig config;
-  config.background = background;
-  config.gain_rate = 0.03;
-  config.gain_power = 0.7;
-  return config;
+FilterOptions options_with(Background background) {
+  FilterOptions options;
+  options.background = background;
+  options.gain_rate = 0.03;
+  options.gain_power = 0.7;
+  return options;
 }
 
 // Noise and wow are nearly removed, and the reflectors are as the band-pass alone, on clean
@@ -24,8 +24,8 @@ GprFilterConfig config_with(Background background) {
 TEST(DetailsRetention, KeepsReflectorsAndDropsTheRest) {
   const SyntheticGround ground(8);
   SyntheticRadar radar(9, 10.0);
-  DetailsRetention noisy{GprFilterConfig()};
-  GprFilterConfig linear;
+  DetailsRetention noisy{FilterOptions()};
+  FilterOptions linear;
   linear.wavelet = WaveletKind::kNone;
   linear.time_zero_max = 0.0;
   DetailsRetention clean(linear);
@@ -57,7 +57,7 @@ TEST(DetailsRetention, KeepsReflectorsAndDropsTheRest) {
 TEST(DetailsRetention, FlagsBadTracesAndGoesOn) {
   const SyntheticGround ground(8);
   SyntheticRadar radar(9, 60.0);
-  DetailsRetention filter{GprFilterConfig()};
+  DetailsRetention filter{FilterOptions()};
   for (int i = 0; i < 20; ++i) filter.filter(radar.measure(ground, 1.0 + 0.03 * i, 0.05 * i));
   GprTrace dead = radar.measure(ground, 1.6, 1.0);
   std::fill(dead.samples.begin(), dead.samples.end(), 0.0f);
@@ -76,7 +76,7 @@ TEST(DetailsRetention, AllocatesNothingOnceWarm) {
   std::fill(traces[30].samples.begin(), traces[30].samples.end(), 0.0f);
   for (const Background background :
        {Background::kRunning, Background::kWindow, Background::kNone}) {
-    DetailsRetention filter(config_with(background));
+    DetailsRetention filter(options_with(background));
     filter.filter(traces[0]);
     filter.filter(traces[1]);
     const std::size_t before = allocation_count();
@@ -86,10 +86,10 @@ TEST(DetailsRetention, AllocatesNothingOnceWarm) {
 }
 
 TEST(DetailsRetention, RefusesSettingsThatContradict) {
+  FilterOptions options;
+  options.background_memory = 0;
+  EXPECT_THROW(DetailsRetention{options}, std::invalid_argument);
   GprFilterConfig config;
-  config.background_memory = 0;
-  EXPECT_THROW(DetailsRetention{config}, std::invalid_argument);
-  config = GprFilterConfig();
   config.band_low = 1e9;
   EXPECT_THROW(DetailsRetention{config}, ConfigError);
 }

@@ -29,7 +29,7 @@ std::vector<Answer> drive(unsigned seed, int seconds, double spread,
                           const std::function<bool(double)>& speed_known = kAlways) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  CoherenceScale scale{CoherenceConfig()};
+  CoherenceScale scale;
   std::vector<Answer> answers;
   for (int i = 0; i <= seconds * 200; ++i) {
     const double t = i * 0.005;

@@ -21,7 +21,7 @@ struct Shown {
 // robot turns all the time.
 Shown drive(double accel_density, double increment_sigma, double slipping = 0.0, double bias = 0.0,
             double sideways_density = 0.0) {
-  DriveNoise noise(kGravity);
+  DriveNoise noise;
   std::mt19937 random(1), random_sideways(2);
   std::normal_distribution<double> n;
   NavState at;
@@ -75,7 +75,7 @@ TEST(DriveNoise, SlipAndBiasAreNotCountedAsNoise) {
 }
 
 TEST(DriveNoise, ReportsNothingAtAStandstill) {
-  DriveNoise noise(kGravity);
+  DriveNoise noise;
   NavState at;
   for (int k = 0; k < 100; ++k) {
     StateInput input;
