@@ -66,7 +66,7 @@ __all__: list[str] = [
 
 class FilterConfig:
     """
-    Settings of DetailsRetention: the keys gpr.filter.* of the configuration, with their units and defaults.
+    Options of DetailsRetention: the keys gpr.filter.* of the configuration and what is fixed there.
     """
 
     background: str

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimation/so3.h"
 
@@ -23,16 +24,19 @@ constexpr double kTurns_mps = 0.01;       // a wheel that is slower rests
 constexpr double kMostTurning = 0.1;      // rad/s; beyond, the robot turns on the spot
 constexpr TimeNs kHolds = kSecond;        // after the last standstill, which come every gpr.tick
 
-// The recent way, and the prior of its blind share: 1 m of which 1 % is blind.
-constexpr double kRecent_m = 20.0, kPrior_m = 1.0, kPriorBlind = 0.01;
-constexpr double kMostBlind = 0.02, kLeastSeen_m = 1.0;
+// Share of the way on which the radar is blind: over the recent way, with a prior of 1 m of which 1
+// % is blind. Against it stands the share on which the robot is immobilised: more than it will be,
+// since a robot that is stuck and not told so is the worse of the two errors.
+constexpr double kRecent_m = 100.0, kPrior_m = 1.0, kPriorBlind = 0.01;
+constexpr double kImmobilisedShare = 5e-3;
 constexpr double kSeesMotion = 2.0;  // times the least travel that the radar sees
+constexpr double kBlind_m = 1.0;     // of way, that a flag which proved wrong adds
 
 // How long before the standstill the IMU is asked from: braking takes that long.
 constexpr TimeNs kBefore = 2 * kSecond;
+constexpr TimeNs kShort = 3 * kSecond;  // of ground that looks alike; a robot is stuck for longer
+constexpr TimeNs kOnset = kSecond;      // and for how long after the wheel turns alone
 constexpr double kMostOdds = 6.0;  // of the log odds by the IMU, whose noise is not known so well
-// Log odds by the IMU with which the ground need not be known; with which it is not believed.
-constexpr double kByImuAlone = 3.0, kAgainst = -2.0;
 
 }  // namespace
 
@@ -62,10 +66,20 @@ void ImmobilisedWatch::add(const StateResult& result) {
 
 void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
   const double way = std::abs(wheel_m);
-  if (way < kTurns_mps * to_seconds(sight.to - sight.from)) return;
-  if (now_ == Immobilised::kYes && sight.to <= told_at_ + kHolds) return;
-  seen_.push_back({sight.from, sight.to, way, way / sight.times_least});
-  seen_m_ += way;
+  const bool yes = now_ == Immobilised::kYes;
+  if (way < kTurns_mps * to_seconds(sight.to - sight.from)) {
+    if (yes && sight.from > told_at_) now_ = Immobilised::kNo;
+    return;
+  }
+  Seen seen{sight.from, sight.to, way, way / sight.times_least};
+  const bool over = sight.to > told_at_ + kHolds;
+  if (yes && !over && (sight.from < told_at_ || sight.times_least < kSeesMotion)) return;
+  // It rolls again, and the wheel has not stopped meanwhile: it had rolled all the time.
+  if (yes && told_at_ - told_since_ < kShort)
+    seen = {told_since_, sight.to, kBlind_m, std::numeric_limits<double>::infinity()};
+  if (yes) now_ = Immobilised::kNo;
+  seen_.push_back(seen);
+  seen_m_ += seen.way_m;
   while (seen_m_ > kRecent_m) {
     seen_m_ -= seen_.front().way_m;
     seen_.pop_front();
@@ -73,14 +87,14 @@ void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
 }
 
 // Of the way before a time: what a standstill has made blind says nothing of the ground before it.
-ImmobilisedWatch::Share ImmobilisedWatch::blind_share(TimeNs before, double travel_m) const {
+double ImmobilisedWatch::blind_share(TimeNs before, double travel_m) const {
   double blind = kPrior_m * kPriorBlind, all = kPrior_m;
   for (const Seen& s : seen_) {
     if (s.to > before) break;
     all += s.way_m;
     if (kSeesMotion * s.least_m > travel_m) blind += s.way_m;
   }
-  return {blind / all, all - kPrior_m};
+  return blind / all;
 }
 
 void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory& wheel,
@@ -106,16 +120,28 @@ void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory
   TimeNs turns = since;
   while (turns < to && std::abs(wheel.distance(turns).value_or(*before) - *before) < kBegins_m)
     turns += kSecond / 10;
+  // The IMU is asked of the beginning, however long the standstill has been: its errors grow.
+  const TimeNs end = std::min(to, turns + kOnset);
+  const auto end_m = wheel.distance(end), earlier_m = wheel.distance(end - kJustNow);
   const Known* from = reference(since, turns);
-  const double by_imu = from ? log_odds_by_imu(*from, to, speed, imu, accel_density) : 0.0;
-  const Share recent = blind_share(since, std::abs(*after - *before));
-  const bool sees = recent.way_m >= kLeastSeen_m && recent.blind < kMostBlind;
+  double by_imu = 0.0;
+  if (from && end_m && earlier_m) {
+    const double rolls_mps = (*end_m - *earlier_m) / scale / to_seconds(kJustNow);
+    by_imu = log_odds_by_imu(*from, end, rolls_mps, imu, accel_density);
+  }
+  // From an onset longer ago than that, the IMU cannot tell any more.
+  if (compared < since) by_imu = std::min(by_imu, 0.0);
   const bool stays = at(to, wheel) == Immobilised::kYes;
-  const bool yes = by_imu > kByImuAlone || ((sees || stays) && by_imu > kAgainst);
+  const bool yes =
+      stays || by_imu > std::log(blind_share(since, needed * scale) / kImmobilisedShare);
+  if (yes && !stays) told_since_ = since;
   now_ = yes ? Immobilised::kYes : Immobilised::kCannotTell;
   told_at_ = to;
-  if (!yes) return;
-  while (!seen_.empty() && seen_.back().to > since) {
+  if (yes) forget_after(since);
+}
+
+void ImmobilisedWatch::forget_after(TimeNs time) {
+  while (!seen_.empty() && seen_.back().to > time) {
     seen_m_ -= seen_.back().way_m;
     seen_.pop_back();
   }
@@ -134,7 +160,9 @@ const ImmobilisedWatch::Known* ImmobilisedWatch::reference(TimeNs since, TimeNs 
 double ImmobilisedWatch::log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps,
                                          const ImuHistory& imu, double accel_density) const {
   Eigen::Quaterniond q = from.q;
-  double speed = from.speed, dt = 0.0;
+  // Compared is the mean over the last half second.
+  const double whole = to_seconds(to - from.time);
+  double speed = from.speed, dt = 0.0, mean = 0.0, over = 0.0;
   for (const MotionStep& step : imu.steps(from.time, to, kSecond / 10)) {
     if (step.bridged) return 0.0;
     const Vector3d phi = (step.angular_velocity - from.gyro_bias) * step.dt;
@@ -143,7 +171,13 @@ double ImmobilisedWatch::log_odds_by_imu(const Known& from, TimeNs to, double wh
     const Vector3d forwards = (q * Vector3d::UnitX()).normalized();
     speed += (force - gravity_ * Vector3d::UnitZ()).dot(forwards) * step.dt;
     dt += step.dt;
+    if (dt > whole - to_seconds(kJustNow)) {
+      mean += speed * step.dt;
+      over += step.dt;
+    }
   }
+  if (over <= 0) return 0.0;
+  speed = mean / over;
   const double variance = from.speed_variance + accel_density * accel_density * dt +
                           from.accel_error_variance * dt * dt;
   const double rolls = speed - wheel_mps;

@@ -6,11 +6,11 @@
 //  - Since the standstill began the wheel must have turned by 0.1 to 0.15 m. Its radar trace must
 //  still be
 //    that of the beginning (gpr::Standstill::since).
-//  - The share of the recent way on which that travel would not have been seen says how much such a
-//    standstill is worth on this ground.
-//  - The IMU's change of speed up to now tells a robot that stands from one that rolls as the wheel
-//    says.
-// docs/estimation.md, "Immobilised".
+//  - The share of the recent way on which that travel would not have been seen is the probability
+//    of such a standstill while the robot rolls. A flag that proved wrong adds to it.
+//  - The IMU's change of speed at the beginning gives the odds of standing against rolling. Both
+//    together decide.
+// docs/observability.md, "Immobilised".
 #pragma once
 
 #include <deque>
@@ -62,10 +62,8 @@ class ImmobilisedWatch {
     double way_m, least_m;  // that the wheel turned; that it takes to be seen
   };
 
-  struct Share {
-    double blind, way_m;
-  };
-  Share blind_share(TimeNs before, double travel_m) const;
+  void forget_after(TimeNs time);
+  double blind_share(TimeNs before, double travel_m) const;
   const Known* reference(TimeNs since, TimeNs wheel_turns) const;
   double log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps, const ImuHistory& imu,
                          double accel_density) const;
@@ -75,7 +73,7 @@ class ImmobilisedWatch {
   std::deque<Seen> seen_;  // of the last kRecent_m of way, oldest first
   double seen_m_ = 0.0;
   Immobilised now_ = Immobilised::kNo;
-  TimeNs told_at_ = 0;  // end of the standstill that now_ is of
+  TimeNs told_since_ = 0, told_at_ = 0;  // begin and end of the standstill that now_ is of
 };
 
 }  // namespace gprodom
