@@ -35,7 +35,12 @@ void gated_query(benchmark::State& state) {
   const double bound = 0.01 * static_cast<double>(state.range(0));
   for (auto _ : state) benchmark::DoNotOptimize(matcher.match(memory, query, -0.5, bound));
 }
-BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(330)->Arg(500)->Unit(benchmark::kMillisecond);
+BENCHMARK(gated_query)
+    ->ArgName("bound_cm")
+    ->Arg(60)
+    ->Arg(330)
+    ->Arg(500)
+    ->Unit(benchmark::kMillisecond);
 
 // A question as the mapper asks it, one direction known, of a window in which the robot was not
 // found so far: the ground may be stretched by a slip of that standard deviation (ln).
