@@ -5,6 +5,12 @@
 
 namespace gprodom {
 
+namespace {
+
+constexpr double kMoves_mps = 0.02;
+
+}  // namespace
+
 SlipDrift::SlipDrift(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
@@ -26,10 +32,12 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise) {
   const NavState last = last_.value_or(state);
   last_ = state;
   sigma_ = 0.0;
+  moves_ = false;
   const double seconds = to_seconds(state.time - last.time);
   if (!enabled_ || seconds <= 0) return;
   const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
   const double speed = moved.norm() / seconds;
+  moves_ = speed > kMoves_mps;
   const double seen = speed > 0 ? speed / unseen_speed(speed, noise) : 0.0;
   const double variance = 1 / (1 / std::pow(model_.sigma(), 2) + seen * seen);
   sigma_ = std::sqrt(variance);

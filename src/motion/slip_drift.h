@@ -31,8 +31,10 @@ class SlipDrift {
 
   // Standard deviation of l over the last interval; 0 without a wheel, or if it did not turn.
   double sigma() const { return sigma_; }
-  // The accelerations would have shown less than half of the prior's variance of l.
-  bool unwitnessed() const { return sigma_ * sigma_ > 0.5 * model_.sigma() * model_.sigma(); }
+  // The robot moves, and accelerations would show less than half of the prior's variance of l.
+  bool unwitnessed() const {
+    return moves_ && sigma_ * sigma_ > 0.5 * model_.sigma() * model_.sigma();
+  }
   // Of the position, x and y in odom, m^2.
   Eigen::Matrix2d covariance() const { return joint_.topLeftCorner<2, 2>(); }
 
@@ -45,6 +47,7 @@ class SlipDrift {
   std::optional<NavState> last_;
   Eigen::Matrix3d joint_ = Eigen::Matrix3d::Zero();  // of x, y, l
   double sigma_ = 0.0;
+  bool moves_ = false;
 };
 
 }  // namespace gprodom
