@@ -68,15 +68,15 @@ void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
   const double way = std::abs(wheel_m);
   const bool yes = now_ == Immobilised::kYes;
   if (way < kTurns_mps * to_seconds(sight.to - sight.from)) {
-    if (yes && sight.from > told_at_) now_ = Immobilised::kNo;
+    if (yes && sight.from > detected_to_) now_ = Immobilised::kNo;
     return;
   }
   Seen seen{sight.from, sight.to, way, way / sight.times_least};
-  const bool over = sight.to > told_at_ + kHolds;
-  if (yes && !over && (sight.from < told_at_ || sight.times_least < kSeesMotion)) return;
+  const bool over = sight.to > detected_to_ + kHolds;
+  if (yes && !over && (sight.from < detected_to_ || sight.times_least < kSeesMotion)) return;
   // It rolls again, and the wheel has not stopped meanwhile: it had rolled all the time.
-  if (yes && told_at_ - told_since_ < kShort)
-    seen = {told_since_, sight.to, kBlind_m, std::numeric_limits<double>::infinity()};
+  if (yes && detected_to_ - detected_since_ < kShort)
+    seen = {detected_since_, sight.to, kBlind_m, std::numeric_limits<double>::infinity()};
   if (yes) now_ = Immobilised::kNo;
   seen_.push_back(seen);
   seen_m_ += seen.way_m;
@@ -134,9 +134,9 @@ void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory
   const bool stays = at(to, wheel) == Immobilised::kYes;
   const bool yes =
       stays || by_imu > std::log(blind_share(since, needed * scale) / kImmobilisedShare);
-  if (yes && !stays) told_since_ = since;
+  if (yes && !stays) detected_since_ = since;
   now_ = yes ? Immobilised::kYes : Immobilised::kCannotTell;
-  told_at_ = to;
+  detected_to_ = to;
   if (yes) forget_after(since);
 }
 
@@ -189,7 +189,7 @@ Immobilised ImmobilisedWatch::at(TimeNs now, const WheelHistory& wheel) const {
   const auto before = wheel.distance(now - kJustNow), after = wheel.distance(now);
   const bool rests =
       before && after && std::abs(*after - *before) < kTurns_mps * to_seconds(kJustNow);
-  return rests || now > told_at_ + kHolds ? Immobilised::kNo : now_;
+  return rests || now > detected_to_ + kHolds ? Immobilised::kNo : now_;
 }
 
 }  // namespace gprodom

@@ -1,8 +1,8 @@
-// Immobilised: the wheels turn and the ground under the antenna stands (Ward and Iagnemma 2007 call
-// it so; they have no radar and ask the IMU alone).
+// Immobilised: the wheels turn and the ground under the antenna stands (the term is that of Ward
+// and Iagnemma 2007, who detect it with the IMU).
 //
-// The radar sees the standstill. But ground that is alike along the way looks the same while the
-// robot creeps over it, so the radar alone is not believed:
+// The radar detects the standstill. But over ground without texture the traces stay the same while
+// the robot creeps, so the radar alone is not enough:
 //  - Since the standstill began the wheel must have turned by 0.1 to 0.15 m. Its radar trace must
 //  still be
 //    that of the beginning (gpr::Standstill::since).
@@ -24,7 +24,7 @@ namespace gprodom {
 
 enum class Immobilised {
   kNo,
-  kCannotTell,  // the ground looks alike along the way: standing and slow motion are the same
+  kCannotTell,  // the ground has no texture here: standstill and slow motion look the same
   kYes
 };
 
@@ -73,7 +73,7 @@ class ImmobilisedWatch {
   std::deque<Seen> seen_;  // of the last kRecent_m of way, oldest first
   double seen_m_ = 0.0;
   Immobilised now_ = Immobilised::kNo;
-  TimeNs told_since_ = 0, told_at_ = 0;  // begin and end of the standstill that now_ is of
+  TimeNs detected_since_ = 0, detected_to_ = 0;  // begin and end of the standstill that now_ is of
 };
 
 }  // namespace gprodom

@@ -14,28 +14,29 @@ namespace row_of = slip::row;
 namespace {
 
 constexpr std::size_t kHypotheses = 15;
-constexpr double kBlock_s = 0.99;    // of witnesses, and between branches
-constexpr double kRolls_mps = 0.01;  // below, no slip begins or ends
+constexpr double kBlock_s = 0.99;    // over which measurements are summed; between branches
+constexpr double kRolls_mps = 0.01;  // of the wheel; below, no slip begins or ends
 
-// A slip sets in or ends over some seconds; where it ends, l comes to 0.
+// Rates at which a change of slip ends (l becomes 0) or becomes a slip that holds.
 constexpr double kChangeEnds = 1 / 6.0, kChangeHolds = 1 / 5.0;  // 1/s
-constexpr double kTowardsGrip = 5.0;  // of l, by which an end is likelier than by chance
+// A slip ends at l = 0. Density of l there while it ends, against chance.
+constexpr double kTowardsGrip = 5.0;
 // Random walk of l, per root second: over the slip's size while it changes; while it holds.
 constexpr double kChange = 0.16, kHold = 0.01;
 constexpr double kChangeForgets_s = 30.0, kGripForgets_s = 2.0;
-constexpr double kGripSigma = 0.01;  // of l where the wheel grips: the ground under it
+constexpr double kGripSigma = 0.01;  // of l while the wheel grips: unevenness of the ground
 
-// The share of the way with slip: what the prior counts for; and bounds.
+// Share of the path with slip: weight of the prior, and bounds.
 constexpr double kShareCounts_s = 30.0, kLeastShare = 0.05, kMostShare = 0.6;
-constexpr std::size_t kSeenAfter = 5;  // blocks, until a slip has mostly been seen
+constexpr std::size_t kSeenAfter = 5;  // blocks, after which most slip has been detected
 
-constexpr double kGroundGuess = 0.5;   // ln(metres / lengths), beside the first span's
+constexpr double kGroundGuess = 0.5;   // sigma of ln(metres / lengths) after the first span
 constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
-constexpr double kSlowest_mps = 0.05;  // over a span that is compared
+constexpr double kSlowest_mps = 0.05;  // mean speed of a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
-// A gyro bias that moves unseen tilts what is level, and gravity passes for a slip: the walk is
-// that of a cheap gyro, whatever a data sheet says.
+// An undetected change of the gyro bias tilts the attitude, and gravity then looks like slip. So
+// the walk is that of a cheap gyro, whatever the data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
 
 Eigen::Vector3d level(const Eigen::Vector3d& v) {
@@ -119,24 +120,24 @@ bool SlipBelief::take_in(const StateInput& input) {
   return dt > 0;
 }
 
-void SlipBelief::advance(const StateInput& told, const StateResult& newest, const ImuNoise& rest,
+void SlipBelief::advance(const StateInput& given, const StateResult& newest, const ImuNoise& rest,
                          double driving_accel_density) {
   if (!enabled_) return;
-  // What a wheel is late by would pass for slip.
-  if (newest.carried || told.gyro_bias || told.speed_correction || told.wheel_late) restart();
-  if (told.wheel_late) return;
-  StateInput input = told;
-  // Tilt is a state of the hypotheses, and slip is what they are to find.
+  // The delay of a late wheel would look like slip.
+  if (newest.carried || given.gyro_bias || given.speed_correction || given.wheel_late) restart();
+  if (given.wheel_late) return;
+  StateInput input = given;
+  // The configured noise contains tilt and slip, which are states here.
   if (driving_accel_density > 0) input.noise.accel_density = driving_accel_density;
   if (hypotheses_.empty()) begin(newest);
   gyro_bias_.z() = newest.state.gyro_bias.z();
   rest_ = rest;
-  // The first interval after a sudden slip may have the end of it.
+  // The first interval after a sudden slip may contain the end of it.
   const bool usable = input.has_wheel && !input.wheel_contradicted;
   const bool usable_before = std::exchange(usable_before_, usable);
   const bool wheel = usable && usable_before;
   if (block_.intervals > 0 && (block_.wheel != wheel || block_.standing != input.standing)) {
-    block_.wheel = block_.wheel && wheel;  // a slip that is seen has begun before
+    block_.wheel = block_.wheel && wheel;  // a sudden slip begins before it is detected
     close();
   }
   block_.wheel = wheel;
@@ -149,7 +150,7 @@ void SlipBelief::advance(const StateInput& told, const StateResult& newest, cons
     close();
 }
 
-// The block's witnesses are heard.
+// Updates the hypotheses with the block's measurements.
 void SlipBelief::close() {
   const Block& b = block_;
   const bool rolls = b.wheel && !b.standing && std::abs(b.wheel_m) > kRolls_mps * b.dt;
@@ -158,7 +159,7 @@ void SlipBelief::close() {
   for (Hypothesis& h : hypotheses_) {
     predict(h, rolls);
     weigh(h);
-    // Where it grips, l is the ground's unevenness, which the wheel's noise covers.
+    // While the wheel grips, l is unevenness of the ground, which the wheel's noise covers.
     h.past.push_back(h.mode == Mode::kGrips
                          ? slip::Past{}
                          : slip::Past{h.x[row_of::kSlip], h.P(row_of::kSlip, row_of::kSlip), 1.0});
@@ -171,8 +172,8 @@ void SlipBelief::close() {
   ++blocks_;
 }
 
-// A robot that never slips comes to be believed so. Counted is what is believed of some blocks
-// ago: of the newest, a slip is not seen yet.
+// The share falls on a robot that never slips. It is counted kSeenAfter blocks late, when most slip
+// has been detected.
 void SlipBelief::learn_share(double seconds) {
   rolled_s_ += seconds;
   for (const Hypothesis& h : hypotheses_) {
@@ -183,7 +184,8 @@ void SlipBelief::learn_share(double seconds) {
                       kLeastShare, kMostShare);
 }
 
-// What may have happened in the last second. Each way is a hypothesis of its own from here on.
+// Replaces each hypothesis by one for each change of mode that may have happened in the last
+// second.
 void SlipBelief::branch(double seconds) {
   const double begins = seconds * share_ / ((1 - share_) * model_.lasts_s);
   const double ends = seconds * kChangeEnds, holds = seconds * kChangeHolds,
@@ -216,7 +218,7 @@ void SlipBelief::branch(double seconds) {
   slip::prune(hypotheses_, kHypotheses);
 }
 
-// Speed by the accelerations less bias and leaking gravity; l by its mode.
+// Prediction: speed from the accelerations, without bias and gravity by tilt; l by its mode.
 void SlipBelief::predict(Hypothesis& h, bool rolls) const {
   const Block& b = block_;
   const double dt = b.dt, way = std::abs(b.wheel_m);
@@ -270,11 +272,11 @@ void SlipBelief::weigh(Hypothesis& h) const {
              b.noise.accel_density * b.noise.accel_density * dt);
     return;
   }
-  // Over the block, the accelerations' error makes the robot faster than they say by:
+  // Change of speed over the block that is due to the errors of the accelerations.
   const double error = h.x[row_of::kAccelBias] * dt +
                        kStandardGravity * b.forwards.dot(h.x.segment<2>(row_of::kTilt));
   if (b.wheel) {
-    // In metres of the ground: a wheel turns as it is driven, and the robot moves as it slips.
+    // In metres on the ground: the wheel's distance is given, the robot's depends on the slip.
     const double stretch = std::exp(h.x[row_of::kSlip] - h.x[row_of::kScale]);
     const double by_wheel = b.wheel_m * stretch;
     Vector H = Vector::Zero();
@@ -285,20 +287,20 @@ void SlipBelief::weigh(Hypothesis& h) const {
     const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
     const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
     const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt;
-    // The wheel's noise is stretched with its distance. That this makes errors likelier or not,
-    // just by their size, is no witness of slip: noise is not known so well.
+    // The wheel's noise is stretched with its distance. The likelihood must not prefer a hypothesis
+    // for the size of its noise, which is not known so well; the last term removes that.
     const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;
     h.log_weight += h.update(H, by_wheel - way, stretched + drawn, kOutlier) +
                     0.5 * std::log((known + stretched) / (known + variance));
   }
-  // In a bend the robot is pulled sideways by its speed times the turn rate.
+  // Centripetal acceleration in a bend: speed times turn rate.
   sideways[row_of::kSpeed] = b.turned;
   const double density = std::max(b.noise.accel_density, b.noise.sideways_density);
   h.log_weight += h.update(sideways, b.left - sideways.dot(h.x), density * density * dt, kOutlier);
 }
 
-// What all hypotheses believe of tilt and gyro goes into attitude and bias, so that errors stay
-// small.
+// Moves the mean of tilt and gyro bias over all hypotheses into attitude and bias, so that the
+// errors stay small.
 void SlipBelief::take_out_common_error() {
   Vector mean = Vector::Zero();
   for (const Hypothesis& h : hypotheses_) mean += std::exp(h.log_weight) * h.x;
@@ -337,8 +339,8 @@ void SlipBelief::compare(const gpr::PathLength& path, double wheel_m) {
 }
 
 std::vector<IntervalSlip> SlipBelief::recent() const {
-  std::vector<IntervalSlip> told;
-  if (blocks_ == 0) return told;
+  std::vector<IntervalSlip> result;
+  if (blocks_ == 0) return result;
   for (const Interval& interval : intervals_) {
     if (!interval.wheel) continue;
     const std::size_t ago = blocks_ - 1 - std::min(interval.block, blocks_ - 1);
@@ -351,13 +353,13 @@ std::vector<IntervalSlip> SlipBelief::recent() const {
       square += w * (past.variance + past.l * past.l);
       slips += w * past.slips;
     }
-    // A slip that is unlikely is a tail, for which the wheel's factor has its loss, and no width.
-    const double heard = slips * slips / (slips * slips + (1 - slips) * (1 - slips));
+    // An unlikely slip is left to the robust loss of the wheel's factor.
+    const double shrunk = slips * slips / (slips * slips + (1 - slips) * (1 - slips));
     const double variance = slips * (square - mean * mean);
-    mean *= slips > 0 ? heard / slips : 1.0;
-    told.push_back({interval.to, mean, std::sqrt(std::max(0.0, variance))});
+    mean *= slips > 0 ? shrunk / slips : 1.0;
+    result.push_back({interval.to, mean, std::sqrt(std::max(0.0, variance))});
   }
-  return told;
+  return result;
 }
 
 }  // namespace gprodom

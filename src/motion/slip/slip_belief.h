@@ -36,8 +36,8 @@ class SlipBelief {
   // How far the radar says that the robot moved while the wheel counted wheel_m (reported, signed).
   void compare(const gpr::PathLength& path, double wheel_m);
 
-  // The mean over the hypotheses, for each of the last intervals with a wheel; newest last. Empty
-  // until the first second is complete.
+  // Mean over the hypotheses for each of the last intervals with a wheel, newest last. Empty until
+  // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
  private:
@@ -46,8 +46,8 @@ class SlipBelief {
     bool wheel;         // in use
     std::size_t block;  // its number
   };
-  // What the samples of one second say: witnesses are compared over that, since noise from sample
-  // to sample is not known as well as that of seconds, and would be taken for slip.
+  // Sums over one second. Measurements are compared over that time: noise from sample to sample is
+  // not known as well as that of seconds, and would look like slip.
   struct Block {
     double dt = 0, wheel_m = 0, turned = 0;
     int intervals = 0;
@@ -72,13 +72,13 @@ class SlipBelief {
 
   SlipModel model_;
   bool enabled_;
-  double share_;  // of the way on which the wheel slips, as learnt
+  double share_;  // of the path on which the wheel slips, as learnt
   double rolled_s_ = 0.0, slipped_s_ = 0.0;
   double wheel_noise_, wheel_floor_;
-  std::size_t lag_;  // intervals told of
+  std::size_t lag_;  // intervals that recent() gives
   std::vector<slip::Hypothesis> hypotheses_;
   std::deque<Interval> intervals_;
-  Eigen::Quaterniond q_;  // by the gyro alone; tilt as the hypotheses believe
+  Eigen::Quaterniond q_;  // heading by the gyro alone; tilt by the hypotheses
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
   Block block_;
   std::size_t blocks_ = 0;  // before it

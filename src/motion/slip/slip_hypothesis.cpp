@@ -8,18 +8,18 @@ namespace gprodom::slip {
 
 namespace {
 
-// Hypotheses less likely than the first by this are dropped (log), and those of one mode whose slip
-// and ground agree to this, and speed to that (m/s), are one.
-constexpr double kHopeless = 12.0;
-constexpr double kAlike = 0.02, kAlikeSpeed = 0.02;
+// A hypothesis is dropped if its log weight is below that of the likeliest by more than this.
+constexpr double kDropped = 12.0;
+// Two hypotheses of one mode are merged if slip and ground (ln), and speed (m/s), differ by less.
+constexpr double kAlike = 0.02, kAlikeSpeed_mps = 0.02;
 
 bool alike(const Hypothesis& a, const Hypothesis& b) {
-  const Vector off = (a.x - b.x).cwiseAbs();
-  return a.mode == b.mode && off[row::kSlip] < kAlike && off[row::kGround] < kAlike &&
-         off[row::kSpeed] < kAlikeSpeed;
+  const Vector difference = (a.x - b.x).cwiseAbs();
+  return a.mode == b.mode && difference[row::kSlip] < kAlike && difference[row::kGround] < kAlike &&
+         difference[row::kSpeed] < kAlikeSpeed_mps;
 }
 
-// `b` with its share of the two weights goes into `a`, mean and covariance kept.
+// Merges `b` into `a`, weighted; mean and covariance of the two together stay the same.
 void merge(Hypothesis& a, const Hypothesis& b) {
   const double log_weight = a.log_weight + std::log1p(std::exp(b.log_weight - a.log_weight));
   const double share = std::exp(b.log_weight - log_weight);
@@ -27,11 +27,11 @@ void merge(Hypothesis& a, const Hypothesis& b) {
   a.x += share * apart;
   a.P = (1 - share) * a.P + share * b.P + share * (1 - share) * apart * apart.transpose();
   for (std::size_t i = 0; i < a.past.size(); ++i) {
-    const double off = b.past[i].l - a.past[i].l;
-    a.past[i].l += share * off;
+    const double between = b.past[i].l - a.past[i].l;
+    a.past[i].l += share * between;
     a.past[i].slips += share * (b.past[i].slips - a.past[i].slips);
     a.past[i].variance = (1 - share) * a.past[i].variance + share * b.past[i].variance +
-                         share * (1 - share) * off * off;
+                         share * (1 - share) * between * between;
   }
   a.log_weight = log_weight;
 }
@@ -56,7 +56,7 @@ void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
       hypotheses.begin(), hypotheses.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.log_weight > b.log_weight; });
   std::vector<Hypothesis> kept;
-  const double least = hypotheses.front().log_weight - kHopeless;
+  const double least = hypotheses.front().log_weight - kDropped;
   for (Hypothesis& h : hypotheses) {
     if (h.log_weight < least) break;
     const auto same = std::find_if(kept.begin(), kept.end(),

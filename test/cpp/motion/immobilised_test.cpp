@@ -37,7 +37,7 @@ struct Rested : Robot {
     const double since = std::max(now() - 5.0, kStart);
     gpr::Standstill said = stood(now() - 0.4, now() - 0.2);
     said.since = from_seconds(since);
-    hear(said);
+    receive(said);
     return next();
   }
 

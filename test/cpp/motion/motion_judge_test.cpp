@@ -53,7 +53,7 @@ TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
   Robot robot(config);
   robot.wheel_speed = 0.3;
   robot.drive(5);
-  robot.hear(stood(robot.now() - 0.1, robot.now() + 0.3));
+  robot.receive(stood(robot.now() - 0.1, robot.now() + 0.3));
   const StateInput input = robot.next();
   EXPECT_TRUE(input.standing);
   EXPECT_TRUE(input.wheel_contradicted);
@@ -63,7 +63,7 @@ TEST(MotionJudge, WhatTheRadarSaidOfAnotherTimeMakesNoStandstill) {
   Robot robot;
   robot.wheel_speed = 0.3;
   robot.drive(5);
-  robot.hear(stood(robot.now() - 0.3, robot.now() + 0.1));
+  robot.receive(stood(robot.now() - 0.3, robot.now() + 0.1));
   EXPECT_FALSE(robot.next().standing);
 }
 
@@ -72,7 +72,7 @@ TEST(MotionJudge, AnInvalidMeasurementIsNotUsed) {
     Robot robot;
     gpr::TrackDisplacement measured = moved(kStart, kStart + 0.1);
     measured.valid = valid;
-    robot.hear(measured);
+    robot.receive(measured);
     EXPECT_EQ(robot.next().displacements.size(), valid ? 1u : 0u);
   }
 }

@@ -25,7 +25,7 @@ TEST(RadarSight, IsLearntFromDrivingAndDoesNotContradictASlowerWheel) {
     robot.speed = 0.0;
     robot.wheel_speed = 0.1;
     robot.drive(5);
-    robot.hear(stood(robot.now() - 0.1, robot.now() + 0.3));
+    robot.receive(stood(robot.now() - 0.1, robot.now() + 0.3));
     EXPECT_EQ(robot.next().standing, times_least > 10) << times_least;
   }
 }
