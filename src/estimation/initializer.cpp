@@ -79,14 +79,17 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
   if (wheel.path_m > limit)
     return refuse("the wheel turned %.3f m (limit %.3f): hold the robot still to start",
                   wheel.path_m, limit);
-  // Noise at rest is spread evenly over the time; the motion of a robot that starts is at its end.
-  const double at_end = std::abs(wheel.end_mps) * WheelAtStart::kSpeedOver;
-  const double even = (wheel.path_m - at_end) / (seconds / WheelAtStart::kSpeedOver - 1);
-  if (seconds > 2 * WheelAtStart::kSpeedOver &&
-      at_end > 2 * even + 2 * config.wheel.noise_floor + 1e-3)
+  // Noise at rest is spread evenly over the time. A robot that has just stopped, or sets off, shows
+  // more at one end.
+  const double over = WheelAtStart::kSpeedOver;
+  const double at_begin = std::abs(wheel.begin_mps) * over, at_end = std::abs(wheel.end_mps) * over;
+  const double even = std::max(0.0, wheel.path_m - at_begin - at_end) / (seconds / over - 2);
+  if (seconds > 3 * over &&
+      std::max(at_begin, at_end) > 2 * even + 2 * config.wheel.noise_floor + 1e-3)
     return refuse(
-        "the wheel begins to turn (%.3f m in the last %.1f s): hold the robot still to start",
-        at_end, WheelAtStart::kSpeedOver);
+        "the wheel turned %.3f m in half a second (%.3f m on the mean): hold the robot still "
+        "to start",
+        std::max(at_begin, at_end), even);
   const bool quiet = gyro.deviation <= kMaxGyroDeviation && accel.deviation <= kMaxAccelDeviation;
   const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
                       unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
@@ -156,8 +159,7 @@ NavState level_state(const Config& config, TimeNs time, const Vector3d& force) {
   return x;
 }
 
-std::string too_few(const Config& config, const std::vector<ImuSample>& samples) {
-  const double needed_s = config.initializer.duration;
+std::string too_few(const std::vector<ImuSample>& samples, double needed_s) {
   if (samples.size() < 10)
     return refuse("%.0f IMU samples in %.1f s: waiting for IMU data",
                   static_cast<double>(samples.size()), needed_s);
@@ -176,8 +178,9 @@ constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, s
 }  // namespace
 
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
-                          const WheelAtStart& wheel) {
-  if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
+                          const WheelAtStart& wheel, double share) {
+  if (std::string why = too_few(samples, share * config.initializer.duration); !why.empty())
+    return {std::nullopt, why};
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);
   const Moments accel = moments(samples, &ImuSample::acceleration);
   if (std::string why = reason_against(config, samples, gyro, accel, wheel); !why.empty())
@@ -205,7 +208,8 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
                                  const WheelAtStart& wheel) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
-  if (std::string why = too_few(config, samples); !why.empty()) return {std::nullopt, why};
+  if (std::string why = too_few(samples, config.initializer.duration); !why.empty())
+    return {std::nullopt, why};
   if (!wheel.received) return {std::nullopt, "no wheel: hold the robot still to start"};
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);
   const Moments accel = moments(samples, &ImuSample::acceleration);
@@ -213,7 +217,8 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double scale = config.wheel.scale;
   const double sign = wheel.begin_mps + wheel.end_mps < 0 ? -1.0 : 1.0;
   const double speed = sign * wheel.path_m / scale / duration;
-  const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / duration;
+  const double over = WheelAtStart::kSpeedOver;
+  const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / (duration - over);
   const Vector3d force =
       accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
   if (std::abs(force.norm() - kStandardGravity) > 0.1 * kStandardGravity)
@@ -223,8 +228,16 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   initial.on_the_move = true;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
   initial.state = level_state(config, samples.back().time, force);
-  initial.state.accel_bias.setZero();  // the norm of the force is not accurate enough for it
-  initial.state.v_odom = initial.state.q_odom_body * Vector3d(wheel.end_mps / scale, 0, 0);
+  initial.state.accel_bias.setZero();  // the size of the force is not known so well
+  // The wheel's speed is that of the middle of its time; the accelerations carry it on.
+  double gained = 0;
+  std::size_t count = 0;
+  for (auto i = samples.rbegin(); i != samples.rend(); ++i, ++count) {
+    if (samples.back().time - i->time > from_seconds(over)) break;
+    gained += i->acceleration.x() - force.x();
+  }
+  const double end_speed = wheel.end_mps / scale + 0.5 * over * gained / static_cast<double>(count);
+  initial.state.v_odom = initial.state.q_odom_body * Vector3d(end_speed, 0, 0);
   const double spread = unsteadiness(samples, &ImuSample::acceleration);
   initial.prior = first_prior(config, initial.state,
                               {kLeastSpeed + kSpeedShare * std::abs(wheel.end_mps), kGyroBias,

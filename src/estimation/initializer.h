@@ -20,16 +20,17 @@ struct Initialization {
 struct WheelAtStart {
   bool received = false;                     // the wheel has sent data in this time
   double path_m = 0.0;                       // unsigned
-  double begin_mps = 0.0, end_mps = 0.0;     // signed speeds at the two ends
-  static constexpr double kSpeedOver = 0.5;  // s; these are means over this time
+  double begin_mps = 0.0, end_mps = 0.0;     // signed, means over the first and the last
+  static constexpr double kSpeedOver = 0.5;  // s
 };
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration
 // seconds. If the wheel shows only noise and the means of the IMU are steady, the robot stands,
 // even if its engine shakes it. Without a wheel the IMU must be quiet. The state stands at the last
 // sample: position 0, yaw 0, roll and pitch from gravity.
+// share: of initializer.duration that the samples must cover.
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
-                          const WheelAtStart& wheel);
+                          const WheelAtStart& wheel, double share = 1.0);
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
 // gyro explain; speed from the wheel; a gyro bias of zero with the deviation of an uncalibrated

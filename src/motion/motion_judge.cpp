@@ -20,6 +20,11 @@ constexpr TimeNs kSecond = 1'000'000'000;
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;
 constexpr double kMoving_m = 0.1;
 
+// A start from a stop of less than initializer.duration: so much of it is enough. The wheel turns
+// by no more within it, of which all may be the end of the braking: it begins so much later.
+constexpr double kShareOfShortStop = 0.5, kStill_m = 1e-3;
+constexpr TimeNs kBrakes = kSecond / 5;
+
 // Largest ratio of the noise over seconds, which driving shows, to that from sample to sample. Real
 // robots and cars have 1 to 8; what lies beyond is lasting slip.
 constexpr double kLargestDensityRatio = 10.0;
@@ -116,24 +121,39 @@ void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
 Initialization MotionJudge::initialize() {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   imu_.forget_before(from);
-  const auto samples = imu_.between(from, imu_now_);
-  const TimeNs over = from_seconds(WheelAtStart::kSpeedOver);
-  const auto speed = [&](TimeNs around) {
-    const TimeNs to = std::min(around + over / 2, wheel_now_), since = to - over;
-    const auto a = wheel_.distance(since), b = wheel_.distance(to);
-    return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
-  };
-  const bool received = wheel_now_ > from && config_.wheel.enabled;
-  const WheelAtStart wheel{received, wheel_.path(from, imu_now_), speed(from), speed(imu_now_)};
-  Initialization found = gprodom::initialize(config_, samples, wheel);
-  if (found.initial) {
-    const double duration = to_seconds(samples.back().time - samples.front().time);
-    resting_wheel_mps_ = wheel.path_m / duration;
-  } else if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
-    Initialization moving = initialize_moving(config_, samples, wheel);
+  Initialization found = initialize_at_rest(from, 1.0);
+  if (found.initial) return found;
+  // The robot may stand for less long than that, or have only just stopped.
+  const TimeNs still = wheel_.still_since(from, 2 * config_.wheel.noise_floor + kStill_m);
+  if (still > from) {
+    Initialization short_stop = initialize_at_rest(still + kBrakes, kShareOfShortStop);
+    if (short_stop.initial) return short_stop;
+  }
+  const WheelAtStart wheel = wheel_at_start(from);
+  if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
+    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel);
     if (moving.initial) return moving;
   }
   return found;
+}
+
+Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
+  const auto samples = imu_.between(from, imu_now_);
+  const WheelAtStart wheel = wheel_at_start(from);
+  Initialization found = gprodom::initialize(config_, samples, wheel, share);
+  if (found.initial)
+    resting_wheel_mps_ = wheel.path_m / to_seconds(samples.back().time - samples.front().time);
+  return found;
+}
+
+WheelAtStart MotionJudge::wheel_at_start(TimeNs from) const {
+  const TimeNs over = from_seconds(WheelAtStart::kSpeedOver), to = std::min(imu_now_, wheel_now_);
+  const auto speed_since = [&](TimeNs since) {
+    const auto a = wheel_.distance(since), b = wheel_.distance(since + over);
+    return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
+  };
+  const bool received = wheel_now_ > from && config_.wheel.enabled;
+  return {received, wheel_.path(from, imu_now_), speed_since(from), speed_since(to - over)};
 }
 
 void MotionJudge::begin(const StateResult& first, const InitialState& initial) {

@@ -99,6 +99,8 @@ class MotionJudge {
   double wheel_delay_s() const;
 
  private:
+  Initialization initialize_at_rest(TimeNs from, double share);
+  WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
   void learn_rest(TimeNs to);
   void compare_with_wheel(const gpr::PathLength& path);

@@ -173,6 +173,16 @@ double WheelHistory::path(TimeNs from, TimeNs to) const {
   return sum;
 }
 
+TimeNs WheelHistory::still_since(TimeNs from, double most_m) const {
+  double sum = 0;
+  for (auto i = entries_.rbegin(); i != entries_.rend() && i + 1 != entries_.rend(); ++i) {
+    if (i->time <= from) return from;
+    sum += std::abs(i->distance_m - (i + 1)->distance_m);
+    if (sum > most_m) return i->time;
+  }
+  return from;
+}
+
 bool set_wheel_distances(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
                          bool across_gaps) {
   double elapsed = 0;

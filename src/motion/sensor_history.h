@@ -59,6 +59,9 @@ class WheelHistory {
   // Unsigned distance over the samples of [from, to]; 0 without samples.
   double path(TimeNs from, TimeNs to) const;
 
+  // The earliest time, `from` or later, since which the path is within `most_m`.
+  TimeNs still_since(TimeNs from, double most_m) const;
+
  private:
   static constexpr TimeNs kMaxGap = 300'000'000;  // ns
   struct Entry {

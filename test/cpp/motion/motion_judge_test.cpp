@@ -310,5 +310,34 @@ TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
   }
 }
 
+// A robot that brakes, stands for less than initializer.duration and drives on: the stop shows tilt
+// and bias, the braking before it must not be taken for a part of it.
+TEST(MotionJudge, StartsFromAShortStopWithoutTheBrakingBeforeIt) {
+  MotionJudge judge{Config{}};
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  double wheel_m = 0;
+  std::optional<InitialState> initial;
+  for (int i = 0; i < 800 && !initial; ++i) {
+    const double t = i * 0.01, brakes_at = 1.5, stands_at = 2.5, drives_at = 4.0;
+    const bool brakes = t >= brakes_at && t < stands_at;
+    const double speed = t < brakes_at || t >= drives_at ? 0.5 : brakes ? 0.5 * (stands_at - t) : 0;
+    wheel_m += 0.01 * speed;
+    const TimeNs time = from_seconds(t);
+    judge.add(ImuSample{
+        time, {noise(random) - (brakes ? 0.5 : 0), noise(random), 9.80665 + noise(random)}, kBias});
+    judge.add(WheelSample{time, wheel_m});
+    if (i % 10 == 0 && t > brakes_at + 0.5) initial = judge.initialize().initial;
+    if (initial) {
+      EXPECT_TRUE(t > stands_at && t < drives_at) << t;
+    }
+  }
+  ASSERT_TRUE(initial);
+  EXPECT_FALSE(initial->on_the_move);
+  EXPECT_LT((initial->state.gyro_bias - kBias).norm(), 1e-9);
+  const double sine_of_pitch = (initial->state.R_odom_body() * Eigen::Vector3d::UnitX()).z();
+  EXPECT_NEAR(sine_of_pitch, 0.0, 1e-3);  // half a second of the braking would tilt it by 0.01
+}
+
 }  // namespace
 }  // namespace gprodom
