@@ -953,6 +953,11 @@ class GroundMap:
         Stretches driven one way without a gap: columns [first, end), direction
         (-1: backwards), distance along the track at the first column, m.
         """
+    def sessions(self) -> list:
+        """
+        The drives that the ground comes from: times of the first and last column stored (ns),
+        position of the antenna in body (m), program. None in version 1.
+        """
     def times(self) -> numpy.typing.NDArray[numpy.int64]:
         """
         Of each column.
@@ -962,6 +967,16 @@ class GroundMap:
     def centre_frequency(self) -> float:
         """
         Hz, of the received spectrum
+        """
+    @property
+    def identity(self) -> str:
+        """
+        of the file
+        """
+    @property
+    def parents(self) -> list[str]:
+        """
+        identities of the files it was made from
         """
     @property
     def rows(self) -> int:
@@ -982,6 +997,11 @@ class GroundMap:
     def spacing(self) -> float:
         """
         m
+        """
+    @property
+    def version(self) -> int:
+        """
+        of the file
         """
 
 def align_bscan(

@@ -34,9 +34,10 @@ ByteReader::ByteReader(const std::string& name, std::string_view sealed, const s
   if (bytes_.substr(0, first.size()) != first)
     refuse("expected it to begin with \"" + title + "\"");
   bytes_.remove_prefix(first.size());
-  const auto length = get<std::uint64_t>(), sum = get<std::uint64_t>();
+  const auto length = get<std::uint64_t>();
+  checksum_ = get<std::uint64_t>();
   if (bytes_.size() != length) refuse("it is cut off, or longer than it says");
-  if (checksum(bytes_) != sum) refuse("it is damaged: its checksum does not agree");
+  if (gprodom::checksum(bytes_) != checksum_) refuse("it is damaged: its checksum does not agree");
 }
 
 void ByteReader::need(std::size_t count, std::size_t size) const {

@@ -65,12 +65,15 @@ class ByteReader {
   void need(std::size_t count, std::size_t size) const;
   void expect_end() const;
 
+  std::uint64_t checksum() const { return checksum_; }  // of all that follows the header
+
   // Throws FileError with the file's name.
   [[noreturn]] void refuse(const std::string& why) const;
 
  private:
   std::string name_;
   std::string_view bytes_;
+  std::uint64_t checksum_ = 0;
 };
 
 }  // namespace gprodom

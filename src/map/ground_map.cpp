@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "map/map_path.h"
@@ -40,18 +41,32 @@ std::optional<GroundMap::At> GroundMap::at(double column, double reach_m) const 
   return At{compose(near->pose, along_arc(distance - near->distance_m, curvature)), near->map};
 }
 
+void GroundMap::changes() {
+  if (identity == 0) return;
+  parents = {identity};
+  identity = 0;
+}
+
+std::vector<gpr::MemoryRange> GroundMap::runs() const {
+  std::vector<gpr::MemoryRange> runs;
+  const gpr::MemoryRange kept = memory.kept();
+  for (std::size_t first = kept.first; first < kept.end; first = runs.back().end)
+    runs.push_back(memory.run_of(first));
+  return runs;
+}
+
 GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
   GroundMap part(memory.options());
   part.format = format;
-  std::size_t before = 0;  // columns of the part so far
+  part.identity = identity;
+  part.parents = parents;
+  part.changes();
+  std::vector<gpr::MemoryRange> pieces;  // each within a run
+  std::size_t before = 0;                // columns of the part so far
   for (const gpr::MemoryRange& range : ranges) {
     for (std::size_t first = range.first, end = first; first < range.end; first = end) {
       end = std::min(range.end, memory.run_of(first).end);
-      const gpr::MemoryColumn begin = memory.column(first);
-      std::vector<TimeNs> times;
-      for (std::size_t i = first; i < end; ++i) times.push_back(memory.column(i).time);
-      part.memory.restore_run(*memory.filter(), times, begin.distance_m, begin.direction,
-                              memory.patch({first, end}));
+      pieces.push_back({first, end});
     }
     for (KnownPlace place : places) {
       if (place.column < range.first || place.column >= range.end) continue;
@@ -60,7 +75,39 @@ GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
     }
     before += range.size();
   }
+  if (memory.sessions().empty()) {
+    part.version = 1;
+    for (const gpr::MemoryRange& piece : pieces) restore_features(piece, part.memory);
+  } else {
+    restore_sessions(pieces, part);
+  }
   return part;
+}
+
+void GroundMap::restore_features(gpr::MemoryRange piece, gpr::TraceMemory& into) const {
+  const gpr::MemoryColumn begin = memory.column(piece.first);
+  std::vector<TimeNs> times;
+  for (std::size_t i = piece.first; i < piece.end; ++i) times.push_back(memory.column(i).time);
+  into.restore_run(*memory.filter(), times, begin.distance_m, begin.direction, memory.patch(piece));
+}
+
+// The sessions that the pieces do not need are left out.
+void GroundMap::restore_sessions(const std::vector<gpr::MemoryRange>& pieces,
+                                 GroundMap& into) const {
+  std::vector<gpr::StoredRun> runs;
+  std::map<std::size_t, std::size_t> number;  // of each session, then and in the part
+  for (const gpr::MemoryRange& piece : pieces) {
+    runs.push_back(memory.stored_run(piece));
+    number.emplace(runs.back().session, 0);
+  }
+  std::vector<gpr::BandLimit> sessions;
+  for (auto& [session, in_part] : number) {
+    in_part = sessions.size();
+    sessions.push_back(memory.sessions()[session]);
+    into.origins.push_back(origins.at(session));
+  }
+  for (gpr::StoredRun& run : runs) run.session = number.at(run.session);
+  into.memory.restore(std::move(sessions), runs);
 }
 
 bool GroundMap::holds(int map) const {

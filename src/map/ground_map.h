@@ -1,8 +1,11 @@
 // The ground driven over and where it lies. This is what remains of a track after a reset.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/trace_format.h"
@@ -19,12 +22,29 @@ struct KnownPlace {
   int map = 0;              // number of its map; the frames of two maps are not related
 };
 
+// Of the drive that a session of the memory comes from.
+struct SessionOrigin {
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  // m, in body
+  std::string program;
+};
+
 struct GroundMap {
   explicit GroundMap(const gpr::TraceMemoryOptions& options) : memory(options) {}
 
   gpr::TraceMemory memory;
-  TraceFormat format;              // of the traces in the memory
-  std::vector<KnownPlace> places;  // in the order of their columns
+  TraceFormat format;                  // of the traces in the memory
+  std::vector<KnownPlace> places;      // in the order of their columns
+  std::vector<SessionOrigin> origins;  // of the memory's sessions
+
+  // Of the file that this was read from, its identity; 0: it has changed since, or is new. Parents
+  // are the identities of the files from which this was made.
+  std::uint64_t identity = 0;
+  std::vector<std::uint64_t> parents;
+  int version = 2;  // of the file
+  void changes();   // call before it changes: the file becomes its parent
+
+  // The stored runs, in order.
+  std::vector<gpr::MemoryRange> runs() const;
 
   struct At {
     PlanarPose pose;
@@ -34,13 +54,18 @@ struct GroundMap {
   // if these are further than `reach_m` along the track.
   std::optional<At> at(double column, double reach_m) const;
 
-  // The ground of these columns alone, with its places, in the same maps. The ranges are of stored
-  // columns, in ascending order, and do not overlap. Throws std::out_of_range.
+  // The ground of these columns alone, with its places, in the same maps, and the sessions of it.
+  // The ranges are of stored columns, in ascending order, and do not overlap. Throws
+  // std::out_of_range.
   GroundMap part(const std::vector<gpr::MemoryRange>& ranges) const;
 
   // Whether a place has that map number, and one that none has yet.
   bool holds(int map) const;
   int unused_map() const;
+
+ private:
+  void restore_features(gpr::MemoryRange piece, gpr::TraceMemory& into) const;
+  void restore_sessions(const std::vector<gpr::MemoryRange>& pieces, GroundMap& into) const;
 };
 
 }  // namespace gprodom

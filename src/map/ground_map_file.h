@@ -1,4 +1,4 @@
-// A ground map as a file, some 5 kB per metre: docs/map_format.md.
+// A ground map as a file, at most 6 kB per metre: docs/map_format.md.
 #pragma once
 
 #include <string>

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "gprodom/version.h"
 #include "map/ground_map_file.h"
 
 namespace gprodom {
@@ -46,7 +47,10 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       end_of_before_(ground_.memory.kept().end),
       start_(std::move(start)),
       map_(ground_.unused_map()),
-      locator_(antenna_) {}
+      locator_(antenna_) {
+  origin_ = {config.gpr.lever_arm, kVersion};
+  ground_.memory.begin_session();
+}
 
 MapAnswer Mapper::run(const MapInput& input) {
   MapAnswer answer;
@@ -104,6 +108,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
   if (ground_.format.samples != 0 && !same_format(ground_.format, format)) {
     ground_.memory.clear();
     ground_.places.clear();
+    ground_.origins.clear();
     end_of_before_ = 0;
     hypothesis_.reset();
     search_.reset();
@@ -113,6 +118,12 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
   ground_.format = format;
   ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
                      path_.distance_at(trace.time));
+  note_origin();
+}
+
+void Mapper::note_origin() {
+  ground_.origins.resize(ground_.memory.sessions().size(), origin_);
+  if (ground_.memory.kept().end > end_of_before_) ground_.changes();
 }
 
 // Every kQuerySpacing, searches the memory for the newest ground.
@@ -336,6 +347,7 @@ std::string Mapper::ground_bytes() const { return to_bytes(ground_, places()); }
 
 GroundMap Mapper::take_ground() {
   ground_.memory.end_run();
+  note_origin();
   ground_.places = places();
   return std::move(ground_);
 }

@@ -115,6 +115,7 @@ class Mapper {
 
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
+  void note_origin();
   void search_memory(MapAnswer& answer);
   void locate(MapAnswer& answer);
   void suppose(const ToldPlace& told, MapAnswer& answer);
@@ -153,6 +154,7 @@ class Mapper {
   std::vector<Revisit> merged_;  // where recorded
 
   GroundMap ground_;                      // its places are those of earlier tracks
+  SessionOrigin origin_;                  // of this track
   std::size_t end_of_before_ = 0;         // number of the first column of this track
   std::optional<Start> start_;            // until there is a state
   int map_ = 0;                           // number of this track's map

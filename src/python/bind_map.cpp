@@ -3,6 +3,8 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
@@ -29,10 +31,7 @@ py::array_t<T> column_of(const Items& items, Get get) {
 }
 
 py::dict runs(const GroundMap& ground) {
-  std::vector<gpr::MemoryRange> runs;
-  const gpr::MemoryRange kept = ground.memory.kept();
-  for (std::size_t first = kept.first; first < kept.end; first = runs.back().end)
-    runs.push_back(ground.memory.run_of(first));
+  const std::vector<gpr::MemoryRange> runs = ground.runs();
   const auto begin = [&](const gpr::MemoryRange& run) { return ground.memory.column(run.first); };
   return py::dict(
       "first"_a = column_of<std::int64_t>(runs, [](const auto& run) { return run.first; }),
@@ -77,6 +76,39 @@ py::array_t<std::int64_t> times(const GroundMap& ground) {
   return column_of<std::int64_t>(times, [](std::int64_t time) { return time; });
 }
 
+std::string hexadecimal(std::uint64_t number) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
+  return text;
+}
+
+std::vector<std::string> parents(const GroundMap& ground) {
+  std::vector<std::string> all;
+  for (const std::uint64_t parent : ground.parents) all.push_back(hexadecimal(parent));
+  return all;
+}
+
+// Of each session its origin, and the times (ns) of its first and its last column.
+py::list sessions(const GroundMap& ground) {
+  if (ground.memory.sessions().empty()) return py::list();
+  std::vector<std::pair<TimeNs, TimeNs>> times(ground.origins.size(),
+                                               {std::numeric_limits<TimeNs>::max(), 0});
+  for (const gpr::MemoryRange& run : ground.runs()) {
+    auto& [from, to] = times.at(ground.memory.session_of(run.first));
+    from = std::min(from, ground.memory.column(run.first).time);
+    to = std::max(to, ground.memory.column(run.end - 1).time);
+  }
+  py::list all;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const SessionOrigin& origin = ground.origins[i];
+    all.append(
+        py::dict("from"_a = times[i].first, "to"_a = times[i].second,
+                 "antenna"_a = std::vector<double>(origin.antenna.begin(), origin.antenna.end()),
+                 "program"_a = origin.program));
+  }
+  return all;
+}
+
 GroundMap part(const GroundMap& ground,
                const std::vector<std::pair<std::size_t, std::size_t>>& ranges) {
   std::vector<gpr::MemoryRange> kept;
@@ -115,6 +147,15 @@ void bind_map(py::module_& module) {
            "x, y (m) of the body and number of the map at each column, from places within `reach`\n"
            "m along the track; NaN and -1 where there is none.")
       .def("times", &times, "Of each column.")
+      .def(
+          "sessions", &sessions,
+          "The drives that the ground comes from: times of the first and last column stored (ns),\n"
+          "position of the antenna in body (m), program. None in version 1.")
+      .def_property_readonly(
+          "version", [](const GroundMap& g) { return g.version; }, "of the file")
+      .def_property_readonly(
+          "identity", [](const GroundMap& g) { return hexadecimal(g.identity); }, "of the file")
+      .def_property_readonly("parents", &parents, "identities of the files it was made from")
       .def_property_readonly(
           "spacing", [](const GroundMap& g) { return g.memory.spacing(); }, "m")
       .def_property_readonly(

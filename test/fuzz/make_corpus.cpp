@@ -69,7 +69,7 @@ void write_log(const fs::path& file) {
 }
 
 // A few metres of noise on short traces: small, and a filter can be learnt of it.
-std::string ground() {
+gprodom::GroundMap ground() {
   gprodom::GroundMap ground{gprodom::gpr::TraceMemoryOptions()};
   std::mt19937 random(1);
   std::normal_distribution<float> normal;
@@ -81,7 +81,22 @@ std::string ground() {
     ground.memory.add(gprodom::TimeNs{i}, samples, ground.format.sample_interval_s, 0.02 * i);
   }
   ground.memory.end_run();
-  return to_bytes(ground, {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}});
+  ground.origins = {{Eigen::Vector3d::Zero(), "corpus"}};
+  ground.parents = {1};
+  ground.places = {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}};
+  return ground;
+}
+
+// The same as features alone, which is version 1.
+gprodom::GroundMap ground_1() {
+  const gprodom::GroundMap whole = ground();
+  gprodom::GroundMap features{gprodom::gpr::TraceMemoryOptions()};
+  features.format = whole.format;
+  features.places = whole.places;
+  const gprodom::gpr::MemoryRange kept = whole.memory.kept();
+  features.memory.restore_run(*whole.memory.filter(), whole.memory.stored_run(kept).times, 0.0, 1,
+                              whole.memory.patch(kept));
+  return features;
 }
 
 // A saved file without what lies between its title and its contents.
@@ -104,5 +119,7 @@ int main(int argc, char** argv) {
   }
   write_log(folder / "log" / "sound");
   write(folder / "state" / "sound", contents(to_bytes(gprodom::SavedState())));
-  write(folder / "ground" / "sound", contents(ground()));
+  // The first bit chooses the version.
+  write(folder / "ground" / "sound", '\0' + contents(to_bytes(ground(), ground().places)));
+  write(folder / "ground" / "sound1", '\1' + contents(to_bytes(ground_1(), ground_1().places)));
 }

@@ -9,7 +9,6 @@ import os
 import pwd
 import shutil
 import stat
-import struct
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,6 +27,7 @@ from gprodom.simulate.drives import drive_on_known_ground
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Simulated, Spec, simulate
+from map_bytes import bodies, bodies_of_version_1, sealed, version_1
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ def info(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = made / "two.map"
     found = info(path, capsys)
-    assert found["version"] == 1
+    assert found["version"] == 2
     assert found["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert (found["samples"], found["sample_interval_s"]) == (201, 2e-10)
     assert found["bytes"] == path.stat().st_size
@@ -79,10 +79,14 @@ def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[
         found["length_m"]
     )
     assert found["kb_per_m"] == pytest.approx(found["bytes"] / 1000 / found["length_m"])
-    assert all(found[name] is None for name in ("parents", "datum", "robot", "program"))
+    assert found["kb_per_m"] < 6.0
+    assert found["parents"] == [] and len(found["identity"]) == 16
+    assert [session["program"] for session in found["sessions"]] == [gprodom.__version__] * 2
+    assert found["sessions"][0]["to"] < found["sessions"][1]["from"]
+    assert all(found[name] is None for name in ("datum", "robot"))
     assert main(["map", "info", str(path), "--runs"]) == 0
     text = capsys.readouterr().out
-    assert text.count("not in this version") == 4
+    assert text.count("not in this version") == 2
     assert found["sha256"] in text and "ahead" in text and "back" in text
 
 
@@ -180,52 +184,48 @@ def test_bad_parts_are_bad_usage(made: Path, option: str) -> None:
     assert ended.value.code == 2
 
 
-def sealed(version: int, body: bytes) -> bytes:
-    """A file with the checksum of its contents: FNV-1a by words of eight bytes."""
-    total = 14695981039346656037
-    for i in range(0, len(body), 8):
-        word = int.from_bytes(body[i : i + 8], "little")
-        total = ((total ^ word) * 1099511628211) % 2**64
-    head = b"gprodom ground map %d\n" % version
-    return head + struct.pack("<QQ", len(body), total) + body
+def test_version_1_still_loads_and_says_what_it_lacks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "old.map"
+    path.write_bytes(sealed(1, version_1()))
+    found = info(path, capsys)
+    assert found["version"] == 1 and found["length_m"] == pytest.approx(4.0)
+    assert all(found[name] is None for name in ("identity", "parents", "sessions"))
+    assert main(["map", "info", str(path)]) == 0
+    assert capsys.readouterr().out.count("not in this version") == 4
+    estimator = gprodom.Odometry()
+    estimator.load_map(str(path))
+    estimator.save_map(str(tmp_path / "again.map"))
+    assert (tmp_path / "again.map").read_bytes() == path.read_bytes()
+    part = tmp_path / "part.map"
+    assert main(["map", "cut", str(path), "--distance=1:3", "-o", str(part)]) == 0
+    assert read_map(part).ground.version == 1
 
 
-def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
-    """Files with a right checksum that make no sense, and what is said of each."""
-    body = whole[len(b"gprodom ground map 1\n") + 16 :]
-    assert sealed(1, body) == whole
-    rows, samples = struct.unpack_from("<II", body, 25)
-    projection = 33
-    after = projection + 4 * rows * samples + 4 * 8
-    (columns,) = struct.unpack_from("<Q", body, after + 8)
-    times = after + 8 + 8 + 1 + 8
-
-    def changed(at: int, form: str, *values: float) -> bytes:
-        new = struct.pack("<" + form, *values)
-        return body[:at] + new + body[at + len(new) :]
-
-    yield "another spacing", changed(0, "d", 0.05)
-    yield "sample interval", changed(16, "d", np.nan)
-    yield "too long", changed(25, "I", 2**31)
-    yield "ends too early", changed(25, "I", 2**19)
-    yield "out of range", changed(projection, "f", np.inf)
-    yield "", changed(after, "Q", 2**60)  # what follows the runs is no run
-    yield "ends too early", changed(after + 8, "Q", 2**60)
-    yield "not finite", changed(after + 17, "d", np.nan)
-    yield "go back", changed(times, "q", 2**62)
-    places = times + columns * (8 + rows)
-    yield "a place of it makes no sense", changed(len(body) - 44 + 8, "d", np.nan)
-    yield "a place of it makes no sense", changed(len(body) - 44, "Q", 2**40)
-    assert places < len(body)
-    yield "more than it should", body + b"\0"
+def test_a_map_that_goes_on_names_its_parent(made: Path, tmp_path: Path) -> None:
+    first = read_map(made / "one.map")
+    estimator = gprodom.Odometry()
+    estimator.load_map(str(first.path))
+    estimator.save_map(str(tmp_path / "same.map"))
+    assert (tmp_path / "same.map").read_bytes() == first.data
+    assert (tmp_path / "same.map").read_bytes() == first.data
+    drive(estimator, drive_on_known_ground(1), 10**13)
+    estimator.save_map(str(tmp_path / "next.map"))
+    after = read_map(tmp_path / "next.map").ground
+    assert after.parents == [first.ground.identity]
+    assert after.identity != first.ground.identity
+    assert len(after.sessions()) == 2
 
 
 def test_files_that_make_no_sense_are_refused_with_the_reason(
     made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "bad.map"
-    for reason, body in bodies((made / "one.map").read_bytes()):
-        path.write_bytes(sealed(1, body))
+    bad = [(2, *each) for each in bodies((made / "one.map").read_bytes())]
+    bad += [(1, *each) for each in bodies_of_version_1(version_1())]
+    for version, reason, body in bad:
+        path.write_bytes(sealed(version, body))
         assert main(["map", "info", str(path)]) == 1, reason
         said = capsys.readouterr().err
         assert said.startswith(f"gprodom: error: {path}: cannot be used: ") and reason in said
@@ -241,7 +241,7 @@ def test_damaged_files_are_refused(
     flipped = [bytearray(whole) for _ in range(20)]
     for one in flipped:
         one[random.integers(len(whole))] ^= 1 << random.integers(8)
-    later = sealed(2, b"of a later program")
+    later = sealed(3, b"of a later program")
     cut = [whole[:n] for n in (0, 5, 21, 30, len(whole) // 2, len(whole) - 1)]
     path, output = tmp_path / "bad.map", tmp_path / "out"
     for data in (*flipped, *cut, whole + b"\0", later, b"gprodom state 2\n" + whole[21:]):
@@ -254,7 +254,7 @@ def test_damaged_files_are_refused(
             said = capsys.readouterr().err
             assert said.startswith(f"gprodom: error: {path}: cannot be used: ")
             assert said.count("\n") == 1
-            assert ("of version 2; this program reads version 1" in said) == (data is later)
+            assert ("of version 3; this program reads versions 1 and 2" in said) == (data is later)
     assert not output.exists()
 
 

@@ -27,8 +27,9 @@ before anything of it is used. Its format: docs/map_format.md.
 """
 
 INFO = """\
-Prints what is in map files. What the file's version does not hold reads `not in this version`. The
-maps of a file are tracks that were never tied to each other: their frames are not related.
+Prints what is in map files. What the file's version does not hold reads `not in this version`. Its
+sessions are the drives that the ground comes from. The maps of a file are tracks that were never
+tied to each other: their frames are not related.
 """
 
 PLOT = """\
@@ -193,19 +194,27 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
     metres = found["kb_per_m"]
     interval_ns = 1e9 * found["sample_interval_s"]
     centre = found["centre_frequency_hz"]
+    none = "not in this version"
+    parents = none if found["parents"] is None else ", ".join(found["parents"]) or "none"
     rows = {
         "file": found["file"],
         "version": found["version"],
-        "identity": f"sha256 {found['sha256']}",
+        "identity": found["identity"] or none,
+        "parents": parents,
+        "sha256": found["sha256"],
         "antenna": f"{found['samples']} samples, {interval_ns:.4g} ns apart"
         + (f", {centre / 1e6:.0f} MHz received" if centre else ""),
         "ground": f"{found['length_m']:.1f} m in {len(found['runs'])} runs, a column every "
         f"{1000 * found['spacing_m']:.0f} mm of {found['features']} features",
         "size": f"{found['bytes']} bytes" + (f", {metres:.2f} kB/m" if metres else ""),
-        "frame": "as the first track started; its place on Earth: not in this version",
-    } | {name: "not in this version" for name in NOT_IN_FILE if name != "datum"}
+        "frame": f"as the first track started; its place on Earth: {none}",
+    } | {name: none for name in NOT_IN_FILE if name != "datum"}
     width = max(map(len, rows))
     text = "\n".join(f"{name.ljust(width)}  {value}" for name, value in rows.items()) + "\n"
+    if found["sessions"]:
+        header = ["session", "from", "to", "antenna (m)", "program"]
+        sessions = enumerate(found["sessions"])
+        text += "\n" + format_table(header, [_session_row(i, one) for i, one in sessions]) + "\n"
     if found["maps"]:
         header = ["map", "from", "to", "paths", "metres", "x (m)", "y (m)"]
         text += "\n" + format_table(header, [_map_row(one) for one in found["maps"]]) + "\n"
@@ -213,6 +222,12 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
         header = list(found["runs"][0])
         text += "\n" + format_table(header, [list(one.values()) for one in found["runs"]]) + "\n"
     return text
+
+
+def _session_row(number: int, one: dict[str, Any]) -> list[object]:
+    times = [(one[name] or "-")[:19] for name in ("from", "to")]
+    antenna = ", ".join(f"{x:.3g}" for x in one["antenna_m"])
+    return [number, *times, antenna, one["program"]]
 
 
 def _map_row(one: dict[str, Any]) -> list[object]:

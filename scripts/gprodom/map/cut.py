@@ -76,6 +76,8 @@ def cut(file: MapFile, chosen: Bools) -> bytes:
     """The file of the columns that are chosen."""
     if not chosen.any():
         raise Error(f"{file.path}: nothing of it lies there")
+    if chosen.all():
+        return file.data
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
     ranges = [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
     return file.ground.part(ranges).to_bytes()

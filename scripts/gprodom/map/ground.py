@@ -19,8 +19,8 @@ from gprodom.trajectory import Trajectory
 if TYPE_CHECKING:
     from gprodom._core import GroundMap
 
-VERSION = 1
-NOT_IN_FILE = ("parents", "datum", "robot", "program")  # what version 1 does not hold
+NOT_IN_FILE = ("datum", "robot")  # what no version holds yet
+NOT_IN_VERSION_1 = ("identity", "parents", "sessions")
 
 
 @dataclass(frozen=True)
@@ -109,13 +109,20 @@ def map_from(path: Path, data: bytes) -> MapFile:
 def facts(file: MapFile) -> dict[str, Any]:
     """What is in a file; None for what its version does not hold."""
     ground = file.ground
-    none: dict[str, Any] = dict.fromkeys(NOT_IN_FILE)
     metres = file.length_m
+    origin: dict[str, Any] = {
+        "identity": ground.identity,
+        "parents": ground.parents,
+        "sessions": [_session_facts(session) for session in ground.sessions()],
+    }
+    if ground.version == 1:
+        origin = dict.fromkeys(NOT_IN_VERSION_1)
     return {
         "file": str(file.path),
-        "version": VERSION,
+        "version": ground.version,
         "sha256": hashlib.sha256(file.data).hexdigest(),
-        **none,
+        **origin,
+        **dict.fromkeys(NOT_IN_FILE),
         "samples": ground.samples,
         "sample_interval_s": ground.sample_interval,
         "centre_frequency_hz": ground.centre_frequency or None,
@@ -126,6 +133,17 @@ def facts(file: MapFile) -> dict[str, Any]:
         "kb_per_m": len(file.data) / 1000 / metres if metres else None,
         "maps": [_map_facts(file, number) for number in file.maps],
         "runs": _run_facts(file),
+    }
+
+
+def _session_facts(session: dict[str, Any]) -> dict[str, Any]:
+    stored = session["from"] <= session["to"]  # else none of its ground is in the file any more
+    times = [moment(session[name] // 1000).isoformat() for name in ("from", "to")]
+    return {
+        "from": times[0] if stored else None,
+        "to": times[1] if stored else None,
+        "antenna_m": session["antenna"],
+        "program": session["program"],
     }
 
 

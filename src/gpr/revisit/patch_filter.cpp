@@ -111,9 +111,8 @@ Eigen::ArrayXd whitening_kernel(const Eigen::ArrayXd& power, double low, double 
 // High-pass matrix (samples, samples): removes what lies below `cut` cycles per sample (half gain),
 // the mean included. An offset or a slow drift of the receiver is not an echo.
 Columns without_wow(Eigen::Index samples, double cut) {
-  const double sigma = std::sqrt(0.5 * std::log(2.0)) / (M_PI * cut);  // of a Gaussian mean
   Columns mean = Columns::Identity(samples, samples);
-  smooth_along(sigma, mean);
+  smooth_along(gaussian_of(cut), mean);
   return Columns::Identity(samples, samples) - mean;
 }
 
@@ -128,6 +127,8 @@ void check(const Columns& traces, double spacing, double sample_interval) {
 }
 
 }  // namespace
+
+double gaussian_of(double cut) { return std::sqrt(0.5 * std::log(2.0)) / (M_PI * cut); }
 
 void smooth_along(double sigma, Columns& columns) {
   const int half = half_width(sigma);
@@ -182,18 +183,20 @@ PatchFilter::PatchFilter(const Columns& traces, double spacing, double sample_in
   Columns repaired = traces;
   repair_columns(repaired);
   learn_projection(repaired, spacing, sample_interval, options);
-  weigh_rows(repaired);
+  weigh_rows(repaired, options.taken_out > 0.0);
 }
 
 void PatchFilter::learn_projection(const Columns& traces, double spacing, double sample_interval,
                                    const PatchFilterOptions& options) {
   const auto set_cuts = [&](double wavelength) {
-    learnt_.long_sigma = std::min(options.max_long_cut, options.long_cut * wavelength) / spacing;
+    learnt_.long_sigma = options.taken_out;
+    if (options.taken_out <= 0.0)
+      learnt_.long_sigma = std::min(options.max_long_cut, options.long_cut * wavelength) / spacing;
     learnt_.short_sigma = options.short_cut * wavelength / spacing;
   };
   set_cuts(options.max_long_cut / options.long_cut);
   Columns varying = traces;
-  band_pass(learnt_.long_sigma, 0.0, varying);
+  if (options.taken_out <= 0.0) band_pass(learnt_.long_sigma, 0.0, varying);
   const double bin = 0.5 / (kLags * sample_interval);  // Hz
   // Without gain, most of the variation is shallow and at the radar's own frequencies. With gain,
   // the slow drift of the receiver would dominate the echoes at depth.
@@ -213,7 +216,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   varying.array().rowwise() *= gain.array();
 
   const Eigen::ArrayXd power = power_spectrum(varying);
-  learnt_.centre = std::min(median_bin(power) * bin, highest);
+  learnt_.centre = std::max(0.5 * bin, std::min(median_bin(power) * bin, highest));
   set_cuts(options.wave_speed / learnt_.centre);
   const double high = options.high_cut * learnt_.centre;
   const Eigen::ArrayXd kernel = whitening_kernel(power, options.low_cut * learnt_.centre / bin,
@@ -221,8 +224,9 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
 
   // The row interval is what the upper edge of the band needs, with at most max_rows rows.
   const int samples = static_cast<int>(traces.cols());
-  const int step = std::max({1, static_cast<int>(0.5 / (1.125 * high * sample_interval)),
-                             (samples + options.max_rows - 1) / options.max_rows});
+  const int needed = std::max({1, static_cast<int>(0.5 / (1.125 * high * sample_interval)),
+                               (samples + options.max_rows - 1) / options.max_rows});
+  const int step = options.row_step > 0 ? options.row_step : needed;
   learnt_.row_interval = step * sample_interval;
   learnt_.projection = Columns::Zero((samples + step - 1) / step, samples);
   for (int row = 0; row < rows(); ++row) {
@@ -238,16 +242,23 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
 
 // Scales each row to unit variance times its share of signal. The noise is read from the second
 // difference between traces, which has 6 times its power: the ground cannot change that fast.
-void PatchFilter::weigh_rows(const Columns& traces) {
+void PatchFilter::weigh_rows(const Columns& traces, bool without_mean) {
+  const auto pass = [&](Columns& columns) {
+    if (without_mean) {
+      smooth_along(learnt_.short_sigma, columns);
+    } else {
+      band_pass_along(columns);
+    }
+  };
   Columns features = project(traces);
   const Eigen::Index n = features.rows();
   const Eigen::ArrayXd second = row_power(
       features.topRows(n - 2) - 2.0F * features.middleRows(1, n - 2) + features.bottomRows(n - 2));
-  band_pass_along(features);
+  pass(features);
   const Eigen::ArrayXd power = row_power(features);
   Columns impulse = Columns::Zero(2 * static_cast<int>(4 * learnt_.long_sigma + 8) + 1, 1);
   impulse(impulse.rows() / 2, 0) = 1.0F;
-  band_pass_along(impulse);
+  pass(impulse);
   const double passed = impulse.squaredNorm();  // of white noise along the track
   const double largest = power.maxCoeff();
   for (int row = 0; row < rows(); ++row) {

@@ -28,11 +28,18 @@ struct PatchFilterOptions {
   double short_cut = 0.11;       // standard deviation of the smoothing along the track
   int max_rows = 96;             // features in a column: bytes in the trace memory
   double max_long_cut = 0.5;     // m: a patch must be several times longer
+  double taken_out =
+      0.0;           // columns: long_sigma of a running mean that the traces are without; 0: none
+  int row_step = 0;  // samples from one feature to the next; 0: what the band needs
 };
 
 // A running mean along the track, three times over: close to a Gaussian of that standard
 // deviation (in columns; below 0.5 nothing is done). Windows shrink at the ends.
 void smooth_along(double sigma, Columns& columns);
+
+// Standard deviation (samples) of the Gaussian mean that lets pass half of what is at `cut` cycles
+// per sample.
+double gaussian_of(double cut);
 
 // Glitches of the receiver are traces unlike both neighbours and unlike their mean. Replaces each
 // by the mean of its neighbours and returns how many there were.
@@ -79,7 +86,7 @@ class PatchFilter {
  private:
   void learn_projection(const Columns& traces, double spacing, double sample_interval,
                         const PatchFilterOptions& options);
-  void weigh_rows(const Columns& traces);
+  void weigh_rows(const Columns& traces, bool without_mean);
 
   LearntPatchFilter learnt_;
 };

@@ -8,7 +8,7 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr std::size_t kBlockColumns = 50;
+constexpr std::size_t kBlockColumns = ByteColumns::kBlock;
 constexpr std::size_t kMostKnown = 50;  // known stretches; only the newest few are still needed
 
 }  // namespace
@@ -67,17 +67,19 @@ void TraceMemory::step_to(Sample next) {
 
 void TraceMemory::emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace) {
   if (filter_) {
-    pending_.emplace_back(place, filter_->project(Columns(trace)).row(0));
+    Pending next{place, filter_->project(Columns(trace)).row(0), {}};
+    if (!sessions_.empty()) next.limited = trace * to_limited_.transpose();
+    pending_.push_back(std::move(next));
     if (pending_.size() >= settled_ + 2 * context_ + kBlockColumns) keep_settled(false);
     return;
   }
-  pending_.emplace_back(place, trace);
+  pending_.push_back({place, trace, {}});
   if (static_cast<double>(pending_.size()) * options_.spacing_m >= options_.learn_m) learn();
 }
 
 void TraceMemory::learn() {
-  Columns traces(pending_.size(), pending_.front().second.size());
-  for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].second;
+  Columns traces(pending_.size(), pending_.front().features.size());
+  for (std::size_t i = 0; i < pending_.size(); ++i) traces.row(i) = pending_[i].features;
   try {
     set_filter(PatchFilter(traces, options_.spacing_m, sample_interval_, options_.filter));
   } catch (const std::invalid_argument&) {  // a dead antenna, say: nothing to learn from
@@ -85,8 +87,14 @@ void TraceMemory::learn() {
     return;
   }
   repair_columns(traces);
+  sessions_ = {learn_band_limit(traces, sample_interval_, *filter_)};
+  to_limited_ = sessions_.back().projection();
   const Columns features = filter_->project(traces);
-  for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].second = features.row(i);
+  const Columns limited = traces * to_limited_.transpose();
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    pending_[i].features = features.row(i);
+    pending_[i].limited = limited.row(i);
+  }
 }
 
 void TraceMemory::set_filter(const PatchFilter& filter) {
@@ -110,9 +118,19 @@ void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeN
   end_run();
 }
 
+Columns TraceMemory::limited_pending() const {
+  Columns limited(pending_.size(), to_limited_.rows());
+  for (std::size_t i = 0; i < pending_.size(); ++i) limited.row(i) = pending_[i].limited;
+  repair_columns(limited);
+  const BandLimit& session = sessions_.back();
+  session.high_pass_along(limited);
+  limited.array().rowwise() /= session.deviation.array();
+  return limited;
+}
+
 Columns TraceMemory::filtered_pending() const {
   Columns features(pending_.size(), filter_->rows());
-  for (std::size_t i = 0; i < pending_.size(); ++i) features.row(i) = pending_[i].second;
+  for (std::size_t i = 0; i < pending_.size(); ++i) features.row(i) = pending_[i].features;
   repair_columns(features);
   filter_->band_pass_along(features);
   return features;
@@ -123,12 +141,14 @@ void TraceMemory::keep_settled(bool all) {
   const std::size_t end = all ? pending_.size() : pending_.size() - context_;
   if (end <= settled_) return;
   const Columns features = filtered_pending();
+  const Columns limited = sessions_.empty() ? Columns() : limited_pending();
   for (std::size_t i = settled_; i < end; ++i) {
-    if (is_known(pending_[i].first)) {
+    if (is_known(pending_[i].place)) {
       end_piece();
-    } else {
-      keep(pending_[i].first, features.row(i));
+      continue;
     }
+    if (!sessions_.empty()) limited_.push(limited.row(i), BandLimit::kLevelsPerUnit);
+    keep(pending_[i].place, features.row(i));
   }
   const auto history = static_cast<std::size_t>(
       std::max<double>(context_, std::ceil(options_.newest_m / options_.spacing_m)));
@@ -161,33 +181,30 @@ void TraceMemory::end_piece() {
   const std::size_t columns = kept().end - runs_.back().first;
   if (static_cast<double>(columns) * options_.spacing_m >= options_.least_m) return;
   runs_.pop_back();
-  for (std::size_t i = 0; i < columns; ++i) {
-    times_.pop_back();
-    auto& block = blocks_.back();
-    block.resize(block.size() - static_cast<std::size_t>(filter_->rows()));
-    if (block.empty()) blocks_.pop_back();
-  }
+  times_.erase(times_.end() - static_cast<std::ptrdiff_t>(columns), times_.end());
+  features_.pop_newest(columns);
+  if (!sessions_.empty()) limited_.pop_newest(columns);
 }
 
+// The column's band-limited one, if there is any, is stored before.
 void TraceMemory::keep(const MemoryColumn& place, const Eigen::RowVectorXf& features) {
-  if (!run_kept_) runs_.push_back({kept().end, place.distance_m, place.direction});
+  if (begins_session_) sessions_.push_back(sessions_.back());
+  begins_session_ = false;
+  if (!run_kept_) {
+    const std::size_t session = sessions_.empty() ? 0 : sessions_.size() - 1;
+    runs_.push_back({kept().end, place.distance_m, place.direction, session});
+  }
   run_kept_ = true;
-  if (blocks_.empty() || times_.size() % kBlockColumns == 0) {
-    blocks_.emplace_back();
-    blocks_.back().reserve(kBlockColumns * static_cast<std::size_t>(features.size()));
-  }
   times_.push_back(place.time);
-  for (const float feature : features) {
-    const float level = std::clamp(std::round(kLevelsPerUnit * feature), -127.0F, 127.0F);
-    blocks_.back().push_back(static_cast<std::int8_t>(level));
-  }
+  features_.push(features, kLevelsPerUnit);
   if (static_cast<double>(times_.size()) * options_.spacing_m > options_.max_length_m) {
     forget_oldest();
   }
 }
 
 void TraceMemory::forget_oldest() {
-  blocks_.pop_front();
+  features_.forget_block();
+  if (!sessions_.empty()) limited_.forget_block();
   times_.erase(times_.begin(), times_.begin() + kBlockColumns);
   first_ += kBlockColumns;
   while (runs_.size() > 1 && runs_[1].first <= first_) runs_.pop_front();
@@ -214,9 +231,7 @@ void TraceMemory::clear() { *this = TraceMemory(options_); }
 
 std::size_t TraceMemory::bytes() const {
   std::size_t sum = times_.size() * sizeof(TimeNs) + runs_.size() * sizeof(Run);
-  sum += blocks_.size() * sizeof(std::vector<std::int8_t>);
-  for (const auto& block : blocks_) sum += block.capacity();
-  return sum;
+  return sum + features_.bytes() + limited_.bytes();
 }
 
 MemoryRange TraceMemory::run_of(std::size_t number) const {
@@ -228,11 +243,16 @@ MemoryRange TraceMemory::run_of(std::size_t number) const {
   return {std::prev(after)->first, after == runs_.end() ? kept().end : after->first};
 }
 
-MemoryColumn TraceMemory::column(std::size_t number) const {
+// Of a kept column.
+const TraceMemory::Run& TraceMemory::run_at(std::size_t number) const {
   const std::size_t first = run_of(number).first;
-  const Run& run = *std::lower_bound(runs_.begin(), runs_.end(), first,
-                                     [](const Run& r, std::size_t n) { return r.first < n; });
-  const double along = static_cast<double>(number - first) * options_.spacing_m;
+  return *std::lower_bound(runs_.begin(), runs_.end(), first,
+                           [](const Run& r, std::size_t n) { return r.first < n; });
+}
+
+MemoryColumn TraceMemory::column(std::size_t number) const {
+  const Run& run = run_at(number);
+  const double along = static_cast<double>(number - run.first) * options_.spacing_m;
   return {times_[number - first_], run.distance + run.direction * along, run.direction};
 }
 
@@ -240,14 +260,7 @@ Columns TraceMemory::patch(MemoryRange range) const {
   if (range.first < kept().first || range.end < range.first || range.end > kept().end) {
     throw std::out_of_range("trace memory: not all of the range is kept");
   }
-  const std::size_t rows = filter_ ? filter_->rows() : 0;
-  Columns features(range.size(), rows);
-  for (std::size_t i = 0; i < range.size(); ++i) {
-    const std::size_t at = range.first - first_ + i;
-    const std::int8_t* bytes = &blocks_[at / kBlockColumns][at % kBlockColumns * rows];
-    for (std::size_t row = 0; row < rows; ++row) features(i, row) = bytes[row] / kLevelsPerUnit;
-  }
-  return features;
+  return features_.values(range.first - first_, range.size(), kLevelsPerUnit);
 }
 
 std::optional<std::size_t> TraceMemory::column_at(TimeNs time, std::size_t first) const {
@@ -263,7 +276,7 @@ std::optional<MemoryColumn> TraceMemory::newest_place(int count) const {
     return std::nullopt;
   }
   MemoryColumn place =
-      pending_[pending_.size() - 1 - count / 2].first;  // half a column early if even
+      pending_[pending_.size() - 1 - count / 2].place;  // half a column early if even
   place.distance_m += place.direction * 0.5 * (1 - count % 2) * options_.spacing_m;
   return place;
 }

@@ -1,6 +1,10 @@
 // The ground driven over, stored by distance: a column of features (gpr/patch_filter.h) every 2 cm,
-// one byte for each feature. The memory holds no poses: a caller that gets a patch gets each
-// column's time and distance, and keeps the poses itself.
+// one byte for each feature, and beside it the band-limited column that it was made of
+// (gpr/band_limit.h), for a map file. The memory holds no poses: a caller that gets a patch gets
+// each column's time and distance, and keeps the poses itself.
+//
+// Ground of one drive is a session. Each session has its band limits, and on loading its own
+// filter; rows of all sessions are at the same travel times.
 //
 // Columns are numbered from 0 in the order driven and keep their numbers when the oldest are
 // forgotten. A run is a stretch driven one way without a gap; a patch lies within one run.
@@ -9,10 +13,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "gpr/revisit/band_limit.h"
+#include "gpr/revisit/byte_columns.h"
 #include "gpr/revisit/patch_filter.h"
 #include "gprodom/types.h"
 
@@ -42,6 +49,15 @@ struct MemoryRange {
   std::size_t size() const { return end - first; }
 };
 
+// A run as a map file holds it.
+struct StoredRun {
+  std::size_t session = 0;
+  int direction = 1;
+  double first_distance_m = 0.0;
+  std::vector<TimeNs> times;
+  Levels levels;  // of band-limited columns
+};
+
 class TraceMemory {
  public:
   // Features have a standard deviation of 1 at most: 4 of them fit a byte.
@@ -59,6 +75,20 @@ class TraceMemory {
   // filter. Throws std::invalid_argument where the sizes do not agree.
   void restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
                    double first_distance_m, int direction, const Columns& features);
+
+  // Runs from before as they were stored, in the order driven; before any trace is added. Filters
+  // are learnt anew, for each session from its own ground if that is long enough. The newest
+  // session's filter is that of traces to come. Throws std::invalid_argument where sessions differ
+  // in the rows of their columns, or where the sizes do not agree.
+  void restore(std::vector<BandLimit> sessions, const std::vector<StoredRun>& runs);
+  StoredRun stored_run(MemoryRange range) const;  // of kept columns within one run
+  std::size_t session_of(std::size_t number) const { return run_at(number).session; }
+
+  // Of the columns that are kept, and of those to come. Empty if nothing is learnt yet, and where
+  // the ground was restored as features.
+  const std::vector<BandLimit>& sessions() const { return sessions_; }
+  // Ground to come is that of another drive: a session from its first column on.
+  void begin_session();
 
   // The ground of the current run between these two distances along the track is already stored
   // from an earlier pass. Columns there that are not stored yet are skipped. The run is then split
@@ -112,6 +142,21 @@ class TraceMemory {
     std::size_t first = 0;
     double distance = 0.0;  // of its first column
     int direction = 1;
+    std::size_t session = 0;
+  };
+  // Those of sessions with enough ground; the others have the filter of the longest one.
+  struct SessionFilters {
+    PatchFilter longest;
+    std::map<std::size_t, PatchFilter> own;
+    const PatchFilter& of(std::size_t session) const {
+      const auto found = own.find(session);
+      return found == own.end() ? longest : found->second;
+    }
+  };
+  struct Pending {
+    MemoryColumn place;
+    Eigen::RowVectorXf features;  // until the filter is learnt the trace
+    Eigen::RowVectorXf limited;   // band-limited
   };
 
   void step_to(Sample next);
@@ -122,27 +167,31 @@ class TraceMemory {
   bool is_known(const MemoryColumn& place) const;
   void end_piece();
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
+  const Run& run_at(std::size_t number) const;
+  SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
   void forget_oldest();
   Columns filtered_pending() const;
+  Columns limited_pending() const;
 
   TraceMemoryOptions options_;
   double sample_interval_ = 0.0;
   std::optional<PatchFilter> filter_;
-  int context_ = 0;  // columns that the band-pass reaches to either side
+  std::vector<BandLimit> sessions_;
+  bool begins_session_ = false;  // with the next column
+  Columns to_limited_;           // of the newest session: traces to band-limited columns
+  int context_ = 0;              // columns that the band-pass reaches to either side
 
   std::optional<Sample> last_;
   int direction_ = 0;  // of the run under way; 0: not known yet
   double next_ = 0.0;  // distance of its next column
   // The current run, oldest first: raw traces until the filter is learnt, then features before the
   // band-pass. The first settled_ of them are already stored and serve as context.
-  std::deque<std::pair<MemoryColumn, Eigen::RowVectorXf>> pending_;
+  std::deque<Pending> pending_;
   std::size_t settled_ = 0;
   bool run_kept_ = false;                         // a column of the current piece has been stored
   std::vector<std::pair<double, double>> known_;  // known stretches of the current run, m
 
-  // One block of kBlockColumns columns after the other, the last one growing; first_ is the number
-  // of the first block's first column.
-  std::deque<std::vector<std::int8_t>> blocks_;
+  ByteColumns features_, limited_;  // no limited ones where there is no session
   std::deque<TimeNs> times_;
   std::deque<Run> runs_;
   std::size_t first_ = 0;

@@ -93,7 +93,7 @@ TEST(TraceMemory, IsBoundedAndSmall) {
   EXPECT_GT(kept.first, 0U);
   EXPECT_LE(static_cast<double>(kept.size()) * options.spacing_m, options.max_length_m);
   EXPECT_GE(static_cast<double>(kept.size()) * options.spacing_m, options.max_length_m - 1.0);
-  EXPECT_LE(static_cast<double>(drive.memory.bytes()), 6000.0 * options.max_length_m);
+  EXPECT_LE(static_cast<double>(drive.memory.bytes()), 10.5e3 * options.max_length_m);
   // Numbers and places stay when the oldest ground goes.
   EXPECT_NEAR(drive.memory.column(kept.first).distance_m,
               1.015 + 0.02 * static_cast<double>(kept.first), 1e-6);

@@ -1,0 +1,184 @@
+#include "map/ground_map_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gpr/revisit/revisit.h"
+#include "gpr/synthetic_ground.h"
+#include "gprodom/error.h"
+
+namespace gprodom {
+namespace {
+
+using gpr::Columns;
+using gpr::MemoryRange;
+
+// Drives to `end` (m) over ground `seed`, as another session of the map.
+void drive(GroundMap& ground, unsigned seed, double begin, double end, unsigned noise = 1) {
+  const gpr::SyntheticGround there(seed, 40.0);
+  gpr::SyntheticRadar radar(noise, 60.0);
+  ground.memory.begin_session();
+  const std::size_t first = ground.memory.kept().end;
+  double time = 1e6 * noise;
+  for (double x = begin; x < end; x += 0.015, time += 0.05) {
+    const GprTrace trace = radar.measure(there, x, time);
+    ground.format = format_of(trace);
+    ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, x);
+  }
+  ground.memory.end_run();
+  ground.origins.resize(ground.memory.sessions().size(), {{0.1, 0.0, 0.2}, "test"});
+  for (std::size_t column = first; column < ground.memory.kept().end; column += 25) {
+    const double x = ground.memory.column(column).distance_m;
+    ground.places.push_back({column, x, {{x, 1.0}, 0.0}, 0});
+  }
+}
+
+GroundMap driven(double metres) {
+  GroundMap ground{gpr::TraceMemoryOptions()};
+  drive(ground, 3, 1.0, 1.0 + metres);
+  return ground;
+}
+
+GroundMap read(const std::string& bytes) {
+  return ground_map_from("a.map", bytes, gpr::TraceMemoryOptions());
+}
+
+std::string written(const GroundMap& ground) { return to_bytes(ground, ground.places); }
+
+// As a program that knew version 1 alone has written it: features, and the filter that made them.
+GroundMap of_version_1(const GroundMap& ground) {
+  GroundMap old{gpr::TraceMemoryOptions()};
+  old.format = ground.format;
+  old.places = ground.places;
+  for (const MemoryRange& run : ground.runs()) {
+    std::vector<TimeNs> times;
+    for (std::size_t i = run.first; i < run.end; ++i) times.push_back(ground.memory.column(i).time);
+    const gpr::MemoryColumn first = ground.memory.column(run.first);
+    old.memory.restore_run(*ground.memory.filter(), times, first.distance_m, first.direction,
+                           ground.memory.patch(run));
+  }
+  return old;
+}
+
+double correlation(const Columns& a, const Columns& b) {
+  return a.cwiseProduct(b).sum() / std::sqrt(a.squaredNorm() * b.squaredNorm());
+}
+
+TEST(GroundMapFile, RoundTripKeepsAllOfIt) {
+  GroundMap ground = driven(6.0);
+  drive(ground, 3, 8.0, 12.0, 2);
+  ground.parents = {7, 9};
+  const std::string bytes = written(ground);
+  const GroundMap back = read(bytes);
+  EXPECT_EQ(written(back), bytes);
+  EXPECT_EQ(back.version, 2);
+  EXPECT_EQ(back.parents, ground.parents);
+  EXPECT_NE(back.identity, 0U);
+  ASSERT_EQ(back.origins.size(), 2U);
+  EXPECT_EQ(back.origins[1].program, "test");
+  EXPECT_EQ(back.origins[1].antenna, Eigen::Vector3d(0.1, 0.0, 0.2));
+  ASSERT_EQ(back.memory.kept().size(), ground.memory.kept().size());
+  for (const MemoryRange& run : ground.runs()) {
+    const gpr::MemoryColumn a = ground.memory.column(run.end - 1);
+    const gpr::MemoryColumn b = back.memory.column(run.end - 1);
+    EXPECT_EQ(a.time, b.time);
+    EXPECT_NEAR(a.distance_m, b.distance_m, 1e-9);
+    EXPECT_EQ(ground.memory.session_of(run.first), back.memory.session_of(run.first));
+  }
+}
+
+// The short map costs no more a metre than a long one: nothing that was learnt is in it.
+TEST(GroundMapFile, AtMostSixKilobytesPerMetre) {
+  for (const double metres : {4.5, 30.0}) {
+    const GroundMap ground = driven(metres);
+    const double stored =
+        static_cast<double>(ground.memory.kept().size()) * ground.memory.spacing();
+    ASSERT_GT(stored, metres - 0.5);
+    EXPECT_LT(static_cast<double>(written(ground).size()), 6000.0 * stored);
+  }
+}
+
+// What the file keeps is before gain and whitening: the columns of a radar with a third of the gain
+// are a third, and the features learnt from them are the same.
+TEST(GroundMapFile, GainAndPulseAreNotInTheColumns) {
+  GroundMap ground{gpr::TraceMemoryOptions()}, quiet{gpr::TraceMemoryOptions()};
+  drive(ground, 3, 1.0, 9.0);
+  const gpr::SyntheticGround there(3, 40.0);
+  gpr::SyntheticRadar radar(1, 60.0, 1.0 / 3.0);
+  double time = 1e6;
+  for (double x = 1.0; x < 9.0; x += 0.015, time += 0.05) {
+    const GprTrace trace = radar.measure(there, x, time);
+    quiet.memory.add(trace.time, trace.samples, trace.sample_interval_s, x);
+  }
+  quiet.memory.end_run();
+  const Eigen::RowVectorXf ratio =
+      quiet.memory.sessions()[0].deviation.array() / ground.memory.sessions()[0].deviation.array();
+  EXPECT_NEAR(ratio.minCoeff(), 1.0 / 3.0, 0.02);
+  EXPECT_NEAR(ratio.maxCoeff(), 1.0 / 3.0, 0.02);
+}
+
+// Features learnt anew on loading tell the place as those learnt while driving did.
+TEST(GroundMapFile, GroundIsFoundAgainAfterLoading) {
+  GroundMap ground = read(written(driven(12.0)));
+  const std::size_t end = ground.memory.kept().end;
+  drive(ground, 3, 4.0, 9.0, 5);
+  EXPECT_EQ(ground.memory.sessions().size(), 2U);
+  const MemoryRange again{end, ground.memory.kept().end};
+  ASSERT_GT(again.size(), 200U);
+  gpr::PatchMatcher matcher(*ground.memory.filter(), ground.memory.spacing());
+  const Columns memory = ground.memory.patch({0, end});
+  for (std::size_t first = again.first; first + 92 < again.end; first += 40) {
+    const Columns query = ground.memory.patch({first, first + 92});
+    const double there = ground.memory.column(first).distance_m + 45.5 * ground.memory.spacing() -
+                         ground.memory.column(0).distance_m;
+    const double middle = 0.5 * static_cast<double>(end - 1) * ground.memory.spacing();
+    const gpr::RevisitMatch match = matcher.match(memory, query, there - middle - 0.2, 0.6);
+    EXPECT_TRUE(match.accepted);
+    EXPECT_NEAR(match.offset_m, there - middle, 0.015);
+  }
+}
+
+TEST(GroundMapFile, VersionOneIsReadAndStaysSo) {
+  const GroundMap old = of_version_1(driven(6.0));
+  const std::string bytes = written(old);
+  EXPECT_EQ(bytes.substr(0, 21), "gprodom ground map 1\n");
+  GroundMap back = read(bytes);
+  EXPECT_EQ(back.version, 1);
+  EXPECT_EQ(written(back), bytes);
+  const MemoryRange kept = back.memory.kept();
+  EXPECT_GT(correlation(back.memory.patch(kept), old.memory.patch(kept)), 0.999);
+  drive(back, 3, 8.0, 12.0, 2);  // it goes on, and as version 1
+  EXPECT_TRUE(back.memory.sessions().empty());
+  EXPECT_GT(back.memory.kept().size(), kept.size() + 150);
+  EXPECT_EQ(written(back).substr(0, 21), "gprodom ground map 1\n");
+  EXPECT_EQ(back.part({{10, 200}}).version, 1);
+}
+
+TEST(GroundMapFile, PartHoldsItsSessionsAlone) {
+  GroundMap ground = driven(6.0);
+  drive(ground, 3, 8.0, 12.0, 2);
+  const GroundMap whole = read(written(ground));
+  const MemoryRange second = whole.runs().back();
+  const GroundMap part = whole.part({{second.first + 20, second.end}});
+  EXPECT_EQ(part.memory.sessions().size(), 1U);
+  EXPECT_EQ(part.origins.size(), 1U);
+  EXPECT_EQ(part.parents, std::vector<std::uint64_t>{whole.identity});
+  EXPECT_EQ(part.memory.stored_run(part.memory.kept()).levels,
+            whole.memory.stored_run({second.first + 20, second.end}).levels);
+  EXPECT_EQ(whole.part({{0, 5}}).memory.kept().size(), 5U);  // too short to learn from
+}
+
+TEST(GroundMapFile, DamagedFilesAreRefused) {
+  const std::string bytes = written(driven(5.0));
+  for (std::size_t at = 0; at < bytes.size(); at += 1 + at / 50) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    EXPECT_THROW(read(damaged), FileError) << at;
+    EXPECT_THROW(read(bytes.substr(0, at)), FileError) << at;
+  }
+  EXPECT_THROW(read(bytes + '\0'), FileError);
+}
+
+}  // namespace
+}  // namespace gprodom
