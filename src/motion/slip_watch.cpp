@@ -12,13 +12,23 @@ namespace {
 // the published velocity grows and hides it.
 constexpr double kWindow_s = 0.3;
 
-constexpr TimeNs kSilentAfter = 1'000'000'000;     // ns
-constexpr double kThresholdAfterSilence = 3.0;     // standard deviations
+constexpr TimeNs kSilentAfter = 1'000'000'000;  // ns
+constexpr double kThresholdAfterSilence = 3.0;  // standard deviations
+
+// A slip is over if wheel and velocity agree within kAgreesAgain standard deviations, or if the
+// share that slips falls below kEndsBelow of its largest value: the end is a jump like the onset.
+// The threshold of the onset would not do: over a slip the velocity's variance grows until any
+// wheel is within it.
+constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
+
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
-constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
-constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
+// The same while the speed is known: the length of the window. After it, nothing that was measured
+// before is left in the window, so the speed is only accelerations, summed up.
+constexpr TimeNs kSlowForLong = 5'000'000'000;  // ns
+constexpr double kTrackCovers = 0.5;            // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;             // m/s; sigma of its mean over kWindow_s
 
 double deviations_from(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
@@ -57,15 +67,23 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
-  now_ = slip_by_radar_;
   const auto moved = distances(from, to, wheel, estimate.wheel_scale);
   const WheelSlip seen = moved ? judge(estimate, *moved) : WheelSlip::kNone;
+  now_ = slip_by_radar_;
   if (speed_known && moved) {
     now_ = seen;
+    largest_share_ = now_ == WheelSlip::kNone ? 0.0 : std::max(largest_share_, share_of(*moved));
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
-  if (!speed_known) check_slow_wheel(seen, to);
+  const bool turns = moved && std::abs(moved->wheel_m) > 2 * wheel_sigma_m_;
+  check_slow_wheel(!speed_known || turns ? seen : WheelSlip::kNone, to);
   if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
+}
+
+// Of the larger distance. Constant in a slip, at any speed.
+double SlipWatch::share_of(const Distances& moved) {
+  const double larger = std::max(std::abs(moved.wheel_m), std::abs(moved.ground_m));
+  return larger > 0 ? std::abs(moved.wheel_m - moved.ground_m) / larger : 0.0;
 }
 
 // The velocity's error is constant over the window. The wheel's errors are those of its factor. Of
@@ -85,7 +103,12 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& mo
   const double threshold = back_from_silence_
                                ? std::min(kThresholdAfterSilence, config_.slip_threshold)
                                : config_.slip_threshold;
-  if (innovation * innovation < threshold * threshold * variance) return WheelSlip::kNone;
+  const auto within = [&](double deviations) {
+    return innovation * innovation < deviations * deviations * variance;
+  };
+  const bool slips = now_ != WheelSlip::kNone && speed_known_ && !within(kAgreesAgain) &&
+                     share_of(moved) > kEndsBelow * largest_share_;
+  if (!slips && within(threshold)) return WheelSlip::kNone;
   return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }
 
@@ -106,14 +129,16 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
 }
 
 // A driven wheel is seldom slower than the robot. If the speed is only known from the wheel's of a
-// moment ago, it is more likely that the wheel slipped then, and no longer does.
+// moment ago, it is more likely that the wheel slipped then, and no longer does. If it is known
+// from the accelerations of the whole window, they are more likely wrong than a wheel that turns.
 void SlipWatch::check_slow_wheel(WheelSlip seen, TimeNs time) {
   if (seen != WheelSlip::kSlow) {
     slow_since_ = 0;
     return;
   }
   if (slow_since_ == 0) slow_since_ = time - window_;
-  if (time - slow_since_ < kSlowFor || slip_by_radar_ != WheelSlip::kNone) return;
+  const TimeNs most = speed_known_ ? kSlowForLong : kSlowFor;
+  if (time - slow_since_ < most || slip_by_radar_ != WheelSlip::kNone) return;
   speed_error_ = SpeedError{slow_since_, true};
   slow_since_ = 0;
 }
@@ -127,6 +152,7 @@ void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory
   const bool slips =
       now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
   const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
+  if (moved && deviations_from(radar, moved->ground_m) < kDisagrees) slow_since_ = 0;
   if (!moved || deviations_from(radar, moved->wheel_m) > kAgrees ||
       deviations_from(radar, moved->ground_m) < kDisagrees) {
     radar_agrees_ = {0, 0};

@@ -3,9 +3,9 @@
 //
 // The velocity is the newest solved one, predicted with the IMU, so it does not follow the wheel
 // until the next solution. When a slip begins, the wheel's speed jumps and the robot's does not.
-// During a long slip the velocity's variance grows, until the wheel is used again. At the end of a
-// slip that was not detected, the published velocity is the wrong one. Wheel and velocity then
-// disagree, and the radar's coherence decides between them.
+// The slip lasts until both agree. At the end of a slip that was not detected, the published
+// velocity is the wrong one. Wheel and velocity then disagree, and the radar's coherence decides
+// between them.
 #pragma once
 
 #include <deque>
@@ -55,6 +55,8 @@ class SlipWatch {
   //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
   //  - The speed is not known, the radar gives no distance, and for 0.6 s the wheel has been slower
   //    than the published speed: the wheel's speed.
+  //  - The wheel turns, but for 5 s it has been slower than the published speed, and no distance of
+  //    the radar has agreed with that: the wheel's speed.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
@@ -86,6 +88,7 @@ class SlipWatch {
 
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
+  static double share_of(const Distances& moved);  // that slips
   WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
   void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                             double wheel_scale);
@@ -100,15 +103,16 @@ class SlipWatch {
   std::deque<Interval> slipped_;  // disjoint, oldest first
   TimeNs judged_ = 0;             // stamp of the wheel sample that now_ is about
   WheelSlip now_ = WheelSlip::kNone;
+  double largest_share_ = 0.0;  // that slipped, since the present slip began
   // The wheel was silent. It may return in mid-slip, without the jump that shows an onset, so it is
   // not used until it agrees with the velocity.
   bool back_from_silence_ = false;
   Interval radar_agrees_{0, 0};  // the radar has agreed with the wheel all through it
 
   bool speed_known_ = true;
-  // While the speed is not known: since when the wheel is slower than the velocity (0: it is not),
-  // the wheel's slip according to the radar, and the error that the next correction removes.
-  TimeNs slow_since_ = 0;
+  TimeNs slow_since_ = 0;  // since when the wheel is slower than the velocity (0: it is not)
+  // While the speed is not known: the wheel's slip according to the radar, and the error that the
+  // next correction removes.
   WheelSlip slip_by_radar_ = WheelSlip::kNone;
   std::optional<SpeedError> speed_error_;
 };

@@ -292,5 +292,65 @@ TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
   EXPECT_FALSE(drive.contradicted());
 }
 
+// The velocity of a long slip is less and less certain. That alone does not make the wheel right:
+// it would be believed in mid-slip, and its return to the ground's speed be taken for the next
+// slip.
+TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
+  const double slipping = 0.5 * kSpeed, off = kSpeed - slipping;
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.run(2);
+  EXPECT_FALSE(robot.contradicted());
+  robot.wheel_speed = slipping;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.sigma = off / 4;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.sigma = off / 1.5;
+  robot.run(1);
+  EXPECT_FALSE(robot.contradicted());
+
+  Drive unsure;  // as far off, but never seen to begin
+  unsure.radar_speaks = unsure.asked = false;
+  unsure.wheel_speed = slipping;
+  unsure.sigma = off / 4;
+  unsure.run(2);
+  EXPECT_FALSE(unsure.contradicted());
+}
+
+// The velocity drifts in a slip, and may be more than two standard deviations off at its end. The
+// end is seen all the same, since the wheel jumps towards the velocity.
+TEST(SlipWatch, JumpBackEndsASlip) {
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.sigma = 0.02;
+  robot.run(2);
+  robot.wheel_speed = 0.5 * kSpeed;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.wheel_speed = kSpeed - 3 * robot.sigma;
+  robot.run(1);
+  EXPECT_FALSE(robot.contradicted());
+}
+
+// A velocity that accelerations with a wrong tilt have carried off: the wheel is slower for longer
+// than any skid lasts.
+TEST(SlipWatch, WheelThatIsSlowForLongIsRight) {
+  for (const double wheel_speed : {0.5 * kSpeed, 0.0}) {
+    Drive robot;
+    robot.radar_speaks = false;
+    robot.run(2);
+    robot.wheel_speed = wheel_speed;
+    robot.run(4);
+    EXPECT_FALSE(robot.correction);
+    robot.run(2);
+    const bool turns = wheel_speed > 0;  // one that does not is stuck
+    ASSERT_EQ(robot.correction.has_value(), turns);
+    if (!turns) continue;
+    EXPECT_NEAR(robot.correction->speed, wheel_speed, 0.02);
+  }
+}
+
 }  // namespace
 }  // namespace gprodom
