@@ -24,6 +24,7 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -171,7 +172,11 @@ def main() -> int:
         others = Path(folder) / "others.map"
         other_m = remember_others(args.others, others)
         work = partial(relocate, others=others, overrides=args.overrides)
-        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(seeds)) as progress:
+        # A fork would hang: OpenMP, which the solver uses, has threads of this process by now.
+        with (
+            ProcessPoolExecutor(args.jobs, get_context("spawn")) as pool,
+            Progress("drives", len(seeds)) as progress,
+        ):
             runs = []
             for run in pool.map(work, seeds):
                 runs.append(run)

@@ -932,6 +932,10 @@ class GroundMap:
         x, y (m) of the body and number of the map at each column, from places within `reach`
         m along the track; NaN and -1 where there is none.
         """
+    def features_alone(self) -> GroundMap:
+        """
+        The same ground as version 1 has it: features, which no later filter replaces.
+        """
     def part(
         self,
         ranges: collections.abc.Sequence[

@@ -84,6 +84,15 @@ GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
   return part;
 }
 
+GroundMap GroundMap::features_alone() const {
+  GroundMap features(memory.options());
+  features.format = format;
+  features.places = places;
+  features.version = 1;
+  for (const gpr::MemoryRange& run : runs()) restore_features(run, features.memory);
+  return features;
+}
+
 void GroundMap::restore_features(gpr::MemoryRange piece, gpr::TraceMemory& into) const {
   const gpr::MemoryColumn begin = memory.column(piece.first);
   std::vector<TimeNs> times;

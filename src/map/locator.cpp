@@ -16,6 +16,10 @@ constexpr double kSearchEvery = 2.0;
 // longer one the odometry then and now differs by more than the match bears.
 constexpr double kLeastQuery = 6.0, kLongestQuery = 10.0;
 
+// ln of travel times now over then that are tried. Frost and rain change the permittivity by some
+// 10 %, travel times by half of that; a place is found with half a step between them as well.
+constexpr double kStretches[] = {0.0, -0.05, 0.05};
+
 constexpr double kOnePlace = 2.0;  // m; two columns whose poses are nearer are the same place
 
 }  // namespace
@@ -54,7 +58,15 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
     return at_a && at_b &&
            (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
   };
-  const gpr::GlobalMatch match = search_->find(memory.patch(newest), same_place);
+  gpr::GlobalMatch match;
+  double stretch = 0.0;
+  for (const double tried : kStretches) {
+    if (tried != 0.0 && !memory.can_stretch()) continue;
+    const gpr::GlobalMatch found = search_->find(memory.patch(newest, tried), same_place);
+    if (!found.accepted || (match.accepted && found.margin < match.margin)) continue;
+    match = found;
+    stretch = tried;
+  }
   if (!match.accepted) return std::nullopt;
   // Uses the query's end, where the robot is, and not its centre: an error of the heading then has
   // less effect.
@@ -72,7 +84,7 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   PlanarPose antenna = compose(then->pose, antenna_);
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
   const PlanarPose body = compose(antenna, between(antenna_, {}));
-  return Hypothesis{compose(body, between(newest_body, {})), then->map};
+  return Hypothesis{compose(body, between(newest_body, {})), then->map, stretch};
 }
 
 }  // namespace gprodom

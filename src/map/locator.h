@@ -14,6 +14,7 @@ namespace gprodom {
 struct Hypothesis {
   PlanarPose map_from_track;
   int map = 0;
+  double stretch = 0.0;  // ln of travel times in the ground now over those in the map
 };
 
 class Locator {

@@ -15,10 +15,6 @@ namespace {
 constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
 constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
-// m driven between two searches. Patches that overlap by more share their errors and tell little
-// that is new.
-constexpr double kQuerySpacing = 0.25;
-
 // Errors of a revisit over those that its match foretells: what tracks 20 cm apart on real ground
 // showed (docs/revisit.md, "Search").
 constexpr double kSigmaFactor = 1.7;
@@ -28,7 +24,6 @@ constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 constexpr double kSolveAnyway = 10.0;     // s of data time; solves without a new revisit, since the
                                           // scale is learnt meanwhile
-constexpr int kBefore = 58;               // columns before the query, for the search backwards
 
 }  // namespace
 
@@ -112,6 +107,8 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     end_of_before_ = 0;
     hypothesis_.reset();
     search_.reset();
+    search_before_.reset();
+    stretch_ = 0.0;
     last_query_.reset();
     answer.notes.push_back("traces of another length or interval: the stored ground is deleted");
   }
@@ -124,36 +121,6 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
 void Mapper::note_origin() {
   ground_.origins.resize(ground_.memory.sessions().size(), origin_);
   if (ground_.memory.kept().end > end_of_before_) ground_.changes();
-}
-
-// Every kQuerySpacing, searches the memory for the newest ground.
-void Mapper::search_memory(MapAnswer& answer) {
-  gpr::TraceMemory& memory = ground_.memory;
-  if (!memory.filter()) return;
-  if (!search_) {
-    gpr::RevisitSearchOptions options;
-    options.patch_m = config_.patch_length;
-    search_.emplace(*memory.filter(), memory.spacing(), options);
-  }
-  const auto place = memory.newest_place(search_->patch_columns());
-  if (!place) return;
-  double moved = config_.patch_length;
-  if (last_query_ && last_query_->direction == place->direction) {
-    moved = std::abs(place->distance_m - last_query_->distance_m);
-    if (moved < kQuerySpacing) return;
-  } else {
-    search_->forget();
-  }
-  const std::vector<gpr::SearchWindow> near = windows(*place);
-  last_query_ = place;
-  if (near.empty()) {
-    search_->forget();
-    return;
-  }
-  const auto newest = memory.newest(search_->patch_columns(), kBefore);
-  for (const gpr::PlaceFound& found : search_->find(newest->features, moved, near)) {
-    tie(found, *place, moved, answer);
-  }
 }
 
 // A hypothesis as told, in place of a found one. Only a revisit proves it.
@@ -178,7 +145,7 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   told_sigma_m_ = told.sigma_m;
   hypothesis_from_m_ = path_.travelled();
   hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * told.sigma_m;
-  if (search_) search_->forget();
+  forget_searches();
 }
 
 // Standard deviation of the position now, in the frame of the hypothesis if there is one.
@@ -206,7 +173,9 @@ void Mapper::locate(MapAnswer& answer) {
   const PlanarPose body = body_at(place);
   hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
-  if (hypothesis_ && search_) search_->forget();
+  if (!hypothesis_) return;
+  stretch_ = hypothesis_->stretch;
+  forget_searches();
 }
 
 // The track is located: from now on `map` is the frame of the earlier ground.

@@ -117,6 +117,11 @@ class Mapper {
   void remember(const GprTrace& trace, MapAnswer& answer);
   void note_origin();
   void search_memory(MapAnswer& answer);
+  void forget_searches();
+  void begin_searches();
+  void find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest& newest, double moved,
+               const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
+  void follow_stretch(double column);
   void locate(MapAnswer& answer);
   void suppose(const ToldPlace& told, MapAnswer& answer);
   double sigma_m() const;
@@ -165,6 +170,12 @@ class Mapper {
   double told_sigma_m_ = 0.0;  // of the hypothesis; 0: it was found, not told
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
+  // Ground of earlier tracks may have changed. So it has a search of its own, with a query whose
+  // travel times are stretched; where they can be.
+  std::optional<gpr::RevisitSearch> search_before_;
+  std::optional<gpr::PatchMatcher> stretch_matcher_;
+  double stretch_ = 0.0;        // ln of travel times now over then, as believed
+  double stretch_step_ = 0.01;  // by which it is tried next
   std::optional<gpr::MemoryColumn> last_query_;
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };

@@ -1,4 +1,4 @@
-// Mapper: the windows of the memory in which the newest ground is searched.
+// Mapper: the search of the memory for the newest ground, and the windows of it that are searched.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -14,7 +14,103 @@ constexpr double kLateralGate = 0.4;
 
 constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 
+// m driven between two searches. Patches that overlap by more share their errors and tell little
+// that is new.
+constexpr double kQuerySpacing = 0.25;
+
+// ln of travel times now over those in a map of before.
+constexpr double kMostStretch = 0.12;
+constexpr double kStretchBound = 0.1;         // m, in which the place is looked for again
+constexpr double kStretchesChosenFrom = 5.0;  // a hypothesis has the best of so many
+
+constexpr int kBefore = 58;  // columns before the query, for the search backwards
+
 }  // namespace
+
+// Every kQuerySpacing, searches the memory for the newest ground.
+void Mapper::search_memory(MapAnswer& answer) {
+  gpr::TraceMemory& memory = ground_.memory;
+  if (!memory.filter()) return;
+  if (!search_) begin_searches();
+  const auto place = memory.newest_place(search_->patch_columns());
+  if (!place) return;
+  double moved = config_.patch_length;
+  if (last_query_ && last_query_->direction == place->direction) {
+    moved = std::abs(place->distance_m - last_query_->distance_m);
+    if (moved < kQuerySpacing) return;
+  } else {
+    forget_searches();
+  }
+  std::vector<gpr::SearchWindow> near = windows(*place);
+  last_query_ = place;
+  const auto own = std::stable_partition(near.begin(), near.end(), [&](const auto& window) {
+    return search_before_ && window.run < end_of_before_;
+  });
+  const std::vector<gpr::SearchWindow> before(near.begin(), own);
+  near.erase(near.begin(), own);
+  const auto newest = [&](double stretch) {
+    return *memory.newest(search_->patch_columns(), kBefore, stretch);
+  };
+  if (near.empty()) {
+    search_->forget();
+  } else {
+    find_in(*search_, newest(0.0), moved, near, answer);
+  }
+  if (before.empty()) {
+    if (search_before_) search_before_->forget();
+  } else {
+    find_in(*search_before_, newest(stretch_), moved, before, answer);
+  }
+}
+
+void Mapper::begin_searches() {
+  const gpr::TraceMemory& memory = ground_.memory;
+  gpr::RevisitSearchOptions options;
+  options.patch_m = config_.patch_length;
+  search_.emplace(*memory.filter(), memory.spacing(), options);
+  if (!memory.can_stretch()) return;
+  // One of several stretches was chosen, by the same ground in part.
+  options.nowhere = 1.0 - (1.0 - options.nowhere) / kStretchesChosenFrom;
+  search_before_.emplace(*memory.filter(), memory.spacing(), options);
+  stretch_matcher_.emplace(*memory.filter(), memory.spacing());
+}
+
+void Mapper::forget_searches() {
+  if (search_) search_->forget();
+  if (search_before_) search_before_->forget();
+}
+
+void Mapper::find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest& newest,
+                     double moved, const std::vector<gpr::SearchWindow>& windows,
+                     MapAnswer& answer) {
+  const std::vector<gpr::PlaceFound> found = search.find(newest.features, moved, windows);
+  for (const gpr::PlaceFound& place : found) tie(place, newest.centre, moved, answer);
+  if (!found.empty() && &search != &*search_) follow_stretch(found.front().column);
+}
+
+// Moves the believed stretch by a small step if the newest ground fits better so at its place. Only
+// one side is tried each time, which bounds the cost.
+void Mapper::follow_stretch(double column) {
+  const gpr::TraceMemory& memory = ground_.memory;
+  const auto number = static_cast<std::size_t>(column);
+  const gpr::MemoryRange run = memory.run_of(number);
+  const auto reach = static_cast<std::size_t>(search_->patch_columns());
+  const gpr::MemoryRange near{std::max(run.first + reach, number) - reach,
+                              std::min(run.end, number + reach)};
+  const gpr::Columns then = memory.patch(near);
+  const double middle = 0.5 * static_cast<double>(near.first + near.end - 1);
+  double best = -1.0, chosen = stretch_;
+  for (const double step : {0.0, stretch_step_}) {
+    const auto newest = memory.newest(search_->patch_columns(), 0, stretch_ + step);
+    const gpr::RevisitMatch match = stretch_matcher_->match(
+        then, newest->features, (column - middle) * memory.spacing(), kStretchBound);
+    if (!match.valid || match.correlation <= best) continue;
+    best = match.correlation;
+    chosen = std::clamp(stretch_ + step, -kMostStretch, kMostStretch);
+  }
+  if (chosen == stretch_) stretch_step_ = -stretch_step_;
+  stretch_ = chosen;
+}
 
 // The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
 // lateral offset come first.

@@ -137,6 +137,8 @@ void bind_map(py::module_& module) {
            [](const GroundMap& ground) { return py::bytes(to_bytes(ground, ground.places)); })
       .def("part", &part, py::arg("ranges"),
            "The ground of these columns, [first, end), in ascending order; in the same maps.")
+      .def("features_alone", &GroundMap::features_alone,
+           "The same ground as version 1 has it: features, which no later filter replaces.")
       .def("runs", &runs,
            "Stretches driven one way without a gap: columns [first, end), direction\n"
            "(-1: backwards), distance along the track at the first column, m.")

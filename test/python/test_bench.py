@@ -152,6 +152,15 @@ def test_a_log_is_made_longer(tmp_path: Path) -> None:
     assert (abs(steps[1:] - steps[:-1]) < 0.1).all()
 
 
+def test_a_robot_is_located_on_changed_ground() -> None:
+    """The short form of bench/changed_ground.py: where nothing is stretched, not one is."""
+    command = [BENCH / "changed_ground.py", "--runs", 2, "--others", 0, "--change", 10, "--json"]
+    now, before = json.loads(run(*command))
+    assert (now["right"], now["false_on_known_ground"], now["false_on_strangers"]) == (2, 0, 0)
+    assert now["along_cm_rms"] < 10
+    assert before["matcher"] == "before" and before["right"] < 2
+
+
 def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
     """The short form of bench/same_bytes.py, and that it detects a difference."""
     command = [BENCH / "same_bytes.py", "--short", "--json"]

@@ -200,6 +200,30 @@ def test_same_place_same_trace() -> None:
     assert abs(far / here) < 0.3
 
 
+def test_changed_permittivity_delays_the_echoes() -> None:
+    x = np.linspace(0, 5, 251)
+
+    def seen(*permittivity: float) -> np.ndarray:
+        spec = GroundSpec(permittivity=permittivity)
+        return Ground(spec, x, np.zeros_like(x), stream(1, "ground")).traces(x, np.zeros_like(x))
+
+    as_it_was = seen()
+    np.testing.assert_allclose(seen(0.0, 0.0), as_it_was, atol=1.0)
+    spec = GroundSpec()
+    begin = round(spec.surface_time / spec.sample_interval)
+    late = begin + (np.arange(30, 150) - begin) * 1.1  # 21 % more: slower by a tenth
+    samples = np.arange(spec.samples)
+    slower = np.array([np.interp(late, samples, trace) for trace in seen(0.21, 0.21)])
+    slower, before = (a - a.mean(axis=0) for a in (slower, as_it_was[:, 30:150]))
+    alike = np.sum(slower * before) / np.sqrt(np.sum(slower**2) * np.sum(before**2))
+    assert alike > 0.9
+    # Only below the first half metre: what is above arrives as it did.
+    deep = seen(0.0, 0.0, 0.2, 0.2)
+    shallow = slice(begin, begin + round(2 * 0.4 / spec.wave_speed / spec.sample_interval))
+    np.testing.assert_allclose(deep[:, shallow], as_it_was[:, shallow], atol=300.0)
+    assert np.abs(deep[:, 120:] - as_it_was[:, 120:]).max() > 300.0
+
+
 def test_loop_closes_and_line_is_seen_again() -> None:
     for name, again in (("loop", 2 + 24 / 2.2), ("line", 2 * 30 / 3.5 - 2)):
         drive = replace(route(name), lateral_noise=0)

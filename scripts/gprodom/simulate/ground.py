@@ -32,6 +32,8 @@ class GroundSpec:
     attenuation: float = 1.2  # 1/m, of amplitude over depth
     amplitude: float = 12000.0  # counts, of a scatterer near the surface
     direct: float = 14000.0  # counts, of the wave that goes straight across
+    # Relative change of the permittivity, evenly from the surface to `depth`'s end; (): none.
+    permittivity: tuple[float, ...] = ()
 
 
 def _wavelet(t: Floats, frequency: float) -> Floats:
@@ -91,8 +93,20 @@ class Ground:
             echoes.append((np.arange(len(x)), mean * (1 + 0.04 * wave), reflectivity))
         rows, distances, strengths = (np.concatenate(parts) for parts in zip(*echoes, strict=True))
         fading = np.exp(-spec.attenuation * distances) / (distances + 0.3) * 0.35
-        arrival = spec.surface_time + 2 * distances / spec.wave_speed
+        arrival = spec.surface_time + self._travel_time(distances)
         return self._place(rows, arrival, spec.amplitude * strengths * fading, len(x))
+
+    def _travel_time(self, distance: Floats) -> Floats:
+        """There and back, s. Changed permittivity changes it as a path straight down has it."""
+        spec = self._spec
+        as_it_was = 2 * distance / spec.wave_speed
+        if not spec.permittivity:
+            return as_it_was
+        depth = np.linspace(0, spec.depth[1], 200)
+        knots = np.linspace(0, spec.depth[1], len(spec.permittivity))
+        slower = np.sqrt(1 + np.interp(depth, knots, spec.permittivity))
+        mean = np.cumsum(slower) / np.arange(1, len(depth) + 1)
+        return np.asarray(as_it_was * np.interp(distance, depth, mean))
 
     def _place(self, rows: Ints, arrival: Floats, amplitude: Floats, count: int) -> Floats:
         """Sums wavelets of `amplitude` at the times `arrival` into the traces `rows`."""

@@ -29,6 +29,15 @@ Columns thinning(int rows, Eigen::Index samples, int step) {
   return matrix;
 }
 
+// The row at which the ground begins to change along the track: just behind the direct wave.
+int first_row(const BandLimit& limit) {
+  constexpr float kNotice = 0.1F;  // of the largest deviation
+  const float least = kNotice * limit.deviation.maxCoeff();
+  int row = 0;
+  while (limit.deviation[row] < least) ++row;
+  return row;
+}
+
 Columns high_pass(const Columns& columns, double sigma) {
   Columns slow = columns;
   smooth_along(sigma, slow);
@@ -73,6 +82,26 @@ PatchFilter learn_from_columns(const Columns& columns, const BandLimit& limit, d
   options.taken_out = limit.long_sigma;
   options.row_step = row_step;
   return {columns, spacing, limit.row_interval(), options};
+}
+
+// Rows are interpolated by a windowed sinc.
+PatchFilter stretched(const PatchFilter& filter, const BandLimit& limit, double stretch) {
+  LearntPatchFilter learnt = filter.learnt();
+  const int rows = limit.rows();
+  const double from = first_row(limit);
+  Columns resample = Columns::Zero(rows, rows);
+  for (int row = 0; row < rows; ++row) {
+    const double at = from + (row - from) * std::exp(row < from ? 0.0 : stretch);
+    for (int j = 0; j < rows; ++j) {
+      const double lag = j - at;
+      if (std::abs(lag) >= kKernelRows) continue;
+      const double sinc = std::abs(lag) < 1e-9 ? 1.0 : std::sin(M_PI * lag) / (M_PI * lag);
+      resample(row, j) =
+          static_cast<float>(sinc * (0.5 + 0.5 * std::cos(M_PI * lag / kKernelRows)));
+    }
+  }
+  learnt.projection = (learnt.projection * resample).eval();
+  return PatchFilter(std::move(learnt));
 }
 
 PatchFilter for_traces(const PatchFilter& of_columns, const BandLimit& limit) {

@@ -43,6 +43,10 @@ BandLimit learn_band_limit(const Columns& traces, double sample_interval,
 PatchFilter learn_from_columns(const Columns& columns, const BandLimit& limit, double spacing,
                                PatchFilterOptions options, int row_step = 0);
 
+// A filter for columns of ground whose travel times are exp(stretch) times those of the ground that
+// `filter` was learnt from, counted from the direct wave: their features are those of that ground.
+PatchFilter stretched(const PatchFilter& filter, const BandLimit& limit, double stretch);
+
 // The same for traces: the limits first, then the filter.
 PatchFilter for_traces(const PatchFilter& of_columns, const BandLimit& limit);
 

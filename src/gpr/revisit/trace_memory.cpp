@@ -281,12 +281,19 @@ std::optional<MemoryColumn> TraceMemory::newest_place(int count) const {
   return place;
 }
 
-std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before) const {
+std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
+                                                       double stretch) const {
   const auto place = newest_place(count);
   if (!place) return std::nullopt;
   const auto all =
       std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
-  return Newest{filtered_pending().bottomRows(all), *place};
+  if (stretch == 0.0) return Newest{filtered_pending().bottomRows(all), *place};
+  const BandLimit& limit = sessions_.back();
+  Columns columns = limited_pending();
+  columns.array().rowwise() *= limit.deviation.array();
+  Columns features = stretched(*of_columns_, limit, stretch).project(columns);
+  smooth_along(of_columns_->short_sigma(), features);
+  return Newest{features.bottomRows(all), *place};
 }
 
 }  // namespace gprodom::gpr

@@ -119,15 +119,21 @@ class TraceMemory {
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
   Columns patch(MemoryRange range) const;
+  // The same of ground of the newest session, as it would be if travel times had not changed.
+  Columns patch(MemoryRange range, double stretch) const;
+  // Whether features can be made of band-limited columns again: of ground that was restored so.
+  bool can_stretch() const { return of_columns_.has_value(); }
 
   // The newest ground of the current run up to the antenna, in the order driven: `count` columns as
   // a query, up to `before` columns before them, and the query's middle column. Nothing if the run
   // is shorter than a query.
+  // stretch: ln of travel times of this ground over those of the ground restored; not zero only if
+  // can_stretch().
   struct Newest {
     Columns features;
     MemoryColumn centre;
   };
-  std::optional<Newest> newest(int count, int before = 0) const;
+  std::optional<Newest> newest(int count, int before = 0, double stretch = 0.0) const;
   // The middle column of such a query, without features.
   std::optional<MemoryColumn> newest_place(int count) const;
 
@@ -177,9 +183,10 @@ class TraceMemory {
   double sample_interval_ = 0.0;
   std::optional<PatchFilter> filter_;
   std::vector<BandLimit> sessions_;
-  bool begins_session_ = false;  // with the next column
-  Columns to_limited_;           // of the newest session: traces to band-limited columns
-  int context_ = 0;              // columns that the band-pass reaches to either side
+  std::optional<PatchFilter> of_columns_;  // of the newest session restored: columns to features
+  bool begins_session_ = false;            // with the next column
+  Columns to_limited_;                     // of the newest session: traces to band-limited columns
+  int context_ = 0;                        // columns that the band-pass reaches to either side
 
   std::optional<Sample> last_;
   int direction_ = 0;  // of the run under way; 0: not known yet

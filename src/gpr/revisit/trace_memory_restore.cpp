@@ -79,6 +79,16 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
   return filters;
 }
 
+Columns TraceMemory::patch(MemoryRange range, double stretch) const {
+  if (stretch == 0.0) return patch(range);
+  StoredRun stored;
+  stored.levels = limited_.levels(range.first - first_, range.size());
+  const BandLimit& limit = sessions_.back();
+  Columns features = stretched(*of_columns_, limit, stretch).project(columns_of(stored, limit));
+  smooth_along(of_columns_->short_sigma(), features);
+  return features;
+}
+
 void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<StoredRun>& runs) {
   clear();
   if (sessions.empty()) throw std::invalid_argument("it has no session");
@@ -108,6 +118,7 @@ void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<Sto
     }
     run_kept_ = false;
   }
+  of_columns_ = filters.of(sessions_.size() - 1);
   to_limited_ = sessions_.back().projection();
   set_filter(for_traces(filters.of(sessions_.size() - 1), sessions_.back()));
 }

@@ -15,7 +15,8 @@ class SyntheticGround {
   static constexpr int kSamples = 201;
   static constexpr double kSampleInterval = 0.2e-9;
 
-  explicit SyntheticGround(unsigned seed, double length = 20.0) {
+  explicit SyntheticGround(unsigned seed, double length = 20.0, double wave_speed = 1e8)
+      : wave_speed_(wave_speed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     for (double x = -1.0; x < length + 1.0; x += 0.1) {
@@ -32,7 +33,7 @@ class SyntheticGround {
       const double dx = position - r.position;
       if (std::abs(dx) > 0.8) continue;
       const double range = std::sqrt(dx * dx + r.depth * r.depth);
-      add_wavelet(samples, 12.0 + 2.0 * range / 1e8 / kSampleInterval + delay,
+      add_wavelet(samples, 12.0 + 2.0 * range / wave_speed_ / kSampleInterval + delay,
                   r.amplitude * 0.3 / (0.3 + range * range));
     }
     return samples;
@@ -50,6 +51,7 @@ class SyntheticGround {
     }
   }
 
+  double wave_speed_;
   std::vector<Reflector> reflectors_;
 };
 
