@@ -137,7 +137,7 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   }
   if (places.count(map) == 0) {
     answer.notes.emplace_back(
-        "locate_at: not used: there is no ground of before, or no map of that number");
+        "locate_at: not used: there is no earlier ground, or no map of that number");
     return;
   }
   const PlanarPose in_map = compose(told.map_from_odom, path_.newest().pose);

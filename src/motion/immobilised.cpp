@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/so3.h"
+#include "estimation/imu_preintegration.h"
+#include "estimation/predict.h"
 
 namespace gprodom {
 
@@ -14,54 +15,51 @@ namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
 
-// Asked is 0.3 m of wheel travel, or a second at 0.3 m/s and more. The more of it passes, the surer
-// it is; the radar is half a second behind.
+// Travel of the wheel that a flag needs. The flag must come within 0.3 m, and within a second from
+// 0.3 m/s on; the radar's answer comes kBehind_s late. The longer travel is the surer one.
 constexpr double kAsked_m = 0.25, kBehind_s = 0.6, kLeastTravel_m = 0.1, kMostTravel_m = 0.15;
-constexpr TimeNs kLongest = 7 * kSecond;  // that it is counted over, as long as wheel data are kept
-constexpr double kBegins_m = 0.01;  // of wheel travel, with which a wheel at rest begins to turn
-constexpr TimeNs kJustNow = kSecond / 2;  // of the wheel's speed, at the end of a standstill
-constexpr double kTurns_mps = 0.01;       // a wheel that is slower rests
-constexpr double kMostTurning = 0.1;      // rad/s; beyond, the robot turns on the spot
-constexpr TimeNs kHolds = kSecond;        // after the last standstill, which come every gpr.tick
+constexpr TimeNs kLongest = 7 * kSecond;  // of that travel; wheel data are kept for 8 s
+constexpr double kBegins_m = 0.01;        // travel with which a wheel at rest begins to turn
+constexpr TimeNs kJustNow = kSecond / 2;  // over which speeds are means
+constexpr double kTurns_mps = 0.01;       // below, the wheel rests
+constexpr double kMostTurning = 0.1;      // rad/s; above, the robot turns on the spot
+constexpr TimeNs kHolds = kSecond;        // after the last standstill; one comes every gpr.tick
 
-// Share of the way on which the radar is blind: over the recent way, with a prior of 1 m of which 1
-// % is blind. Against it stands the share on which the robot is immobilised: more than it will be,
-// since a robot that is stuck and not told so is the worse of the two errors.
+// Share of the path on which the radar is blind: a prior of 1 m with 1 %, and the recent path. The
+// share on which a robot is immobilised stands against it. It is set high, since a stuck robot that
+// is not reported is the worse error.
 constexpr double kRecent_m = 100.0, kPrior_m = 1.0, kPriorBlind = 0.01;
 constexpr double kImmobilisedShare = 5e-3;
 constexpr double kSeesMotion = 2.0;  // times the least travel that the radar sees
-constexpr double kBlind_m = 1.0;     // of way, that a flag which proved wrong adds
+constexpr double kBlind_m = 1.0;     // blind path that a wrong flag adds
+// A flag that ends sooner than this, while the wheel turns, was wrong: a stuck robot is stuck
+// longer.
+constexpr TimeNs kShort = 3 * kSecond;
 
-// How long before the standstill the IMU is asked from: braking takes that long.
-constexpr TimeNs kBefore = 2 * kSecond;
-constexpr TimeNs kShort = 3 * kSecond;  // of ground that looks alike; a robot is stuck for longer
-constexpr TimeNs kOnset = kSecond;      // and for how long after the wheel turns alone
-constexpr double kMostOdds = 6.0;  // of the log odds by the IMU, whose noise is not known so well
+// The IMU's change of speed is taken from kBefore the standstill, since the robot brakes before it,
+// to kOnset after its begin.
+constexpr TimeNs kBefore = 2 * kSecond, kOnset = kSecond;
+constexpr double kMostOdds = 6.0;  // bound of the log odds: the IMU's noise is not known so well
+
+double forward_speed(const NavState& x) {
+  return (x.q_odom_body * Vector3d::UnitX()).dot(x.v_odom);
+}
 
 }  // namespace
 
 void ImmobilisedWatch::add(const StateResult& result) {
   const NavState& x = result.state;
-  Known known;
-  known.time = x.time;
-  known.q = x.q_odom_body;
-  known.gyro_bias = x.gyro_bias;
-  known.accel_bias = x.accel_bias;
-  known.standing = result.standing;
   const Vector3d forwards = x.q_odom_body * Vector3d::UnitX();
-  known.speed = forwards.dot(x.v_odom);
   Eigen::Matrix<double, 2, kStateDim> J;
   J.setZero();
   J.block<1, 3>(0, row::kV) = forwards.transpose();
-  // A pitch that is wrong lets gravity into the acceleration along the track.
-  J.block<1, 3>(1, row::kTheta) = gravity_ * Vector3d::UnitZ().cross(forwards).transpose();
+  // With a wrong pitch, gravity has a component along the track.
+  J.block<1, 3>(1, row::kTheta) = kStandardGravity * Vector3d::UnitZ().cross(forwards).transpose();
   J.block<1, 3>(1, row::kBa) = Vector3d::UnitX().transpose();
   const Eigen::Matrix2d variance = J * result.covariance * J.transpose();
-  known.speed_variance = variance(0, 0);
-  known.accel_error_variance = variance(1, 1);
-  if (!states_.empty() && x.time <= states_.back().time) states_.clear();
-  states_.push_back(known);
-  while (states_.front().time < x.time - kMemory) states_.pop_front();
+  if (!states_.empty() && x.time <= states_.back().state.time) states_.clear();
+  states_.push_back({x, variance(0, 0), variance(1, 1), result.standing});
+  while (states_.front().state.time < x.time - kMemory) states_.pop_front();
 }
 
 void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
@@ -74,7 +72,7 @@ void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
   Seen seen{sight.from, sight.to, way, way / sight.times_least};
   const bool over = sight.to > detected_to_ + kHolds;
   if (yes && !over && (sight.from < detected_to_ || sight.times_least < kSeesMotion)) return;
-  // It rolls again, and the wheel has not stopped meanwhile: it had rolled all the time.
+  // The radar sees motion again although the wheel has not stopped: the robot has rolled all along.
   if (yes && detected_to_ - detected_since_ < kShort)
     seen = {detected_since_, sight.to, kBlind_m, std::numeric_limits<double>::infinity()};
   if (yes) now_ = Immobilised::kNo;
@@ -86,7 +84,7 @@ void ImmobilisedWatch::add(const gpr::Sight& sight, double wheel_m) {
   }
 }
 
-// Of the way before a time: what a standstill has made blind says nothing of the ground before it.
+// Over the path before a time, since this standstill says nothing of the ground before it.
 double ImmobilisedWatch::blind_share(TimeNs before, double travel_m) const {
   double blind = kPrior_m * kPriorBlind, all = kPrior_m;
   for (const Seen& s : seen_) {
@@ -120,7 +118,7 @@ void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory
   TimeNs turns = since;
   while (turns < to && std::abs(wheel.distance(turns).value_or(*before) - *before) < kBegins_m)
     turns += kSecond / 10;
-  // The IMU is asked of the beginning, however long the standstill has been: its errors grow.
+  // Only the beginning of the standstill counts: the errors of the integrated IMU grow with time.
   const TimeNs end = std::min(to, turns + kOnset);
   const auto end_m = wheel.distance(end), earlier_m = wheel.distance(end - kJustNow);
   const Known* from = reference(since, turns);
@@ -129,7 +127,7 @@ void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory
     const double rolls_mps = (*end_m - *earlier_m) / scale / to_seconds(kJustNow);
     by_imu = log_odds_by_imu(*from, end, rolls_mps, imu, accel_density);
   }
-  // From an onset longer ago than that, the IMU cannot tell any more.
+  // The standstill began before the data that are kept, so the IMU cannot confirm it.
   if (compared < since) by_imu = std::min(by_imu, 0.0);
   const bool stays = at(to, wheel) == Immobilised::kYes;
   const bool yes =
@@ -147,39 +145,28 @@ void ImmobilisedWatch::forget_after(TimeNs time) {
   }
 }
 
-// Of a state whose speed is known without this standstill: before the robot may have braked for it;
-// or at rest, before the wheel turned.
+// The newest state whose speed does not depend on this standstill: from before the robot can have
+// braked for it, or at rest before the wheel turned.
 const ImmobilisedWatch::Known* ImmobilisedWatch::reference(TimeNs since, TimeNs wheel_turns) const {
   const auto state = std::find_if(states_.rbegin(), states_.rend(), [&](const Known& k) {
-    return k.time <= since - kBefore || (k.standing && k.time <= wheel_turns);
+    return k.state.time <= since - kBefore || (k.standing && k.state.time <= wheel_turns);
   });
   return state == states_.rend() ? nullptr : &*state;
 }
 
-// ln p(IMU | it stands) / p(IMU | it rolls as the wheel says) at `to`.
+// ln p(IMU | it stands) / p(IMU | it rolls as the wheel says). wheel_mps: mean over the kJustNow
+// before `to`; the IMU gives the speed at the middle of that time.
 double ImmobilisedWatch::log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps,
                                          const ImuHistory& imu, double accel_density) const {
-  Eigen::Quaterniond q = from.q;
-  // Compared is the mean over the last half second.
-  const double whole = to_seconds(to - from.time);
-  double speed = from.speed, dt = 0.0, mean = 0.0, over = 0.0;
-  for (const MotionStep& step : imu.steps(from.time, to, kSecond / 10)) {
+  ImuPreintegration moved(ImuNoise{}, from.state.gyro_bias, from.state.accel_bias);
+  for (const MotionStep& step : imu.steps(from.state.time, to - kJustNow / 2)) {
     if (step.bridged) return 0.0;
-    const Vector3d phi = (step.angular_velocity - from.gyro_bias) * step.dt;
-    const Vector3d force = q * so3::exp(0.5 * phi) * (step.acceleration - from.accel_bias);
-    q = (q * so3::exp(phi)).normalized();
-    const Vector3d forwards = (q * Vector3d::UnitX()).normalized();
-    speed += (force - gravity_ * Vector3d::UnitZ()).dot(forwards) * step.dt;
-    dt += step.dt;
-    if (dt > whole - to_seconds(kJustNow)) {
-      mean += speed * step.dt;
-      over += step.dt;
-    }
+    moved.integrate(step.acceleration, step.angular_velocity, step.dt);
   }
-  if (over <= 0) return 0.0;
-  speed = mean / over;
-  const double variance = from.speed_variance + accel_density * accel_density * dt +
-                          from.accel_error_variance * dt * dt;
+  const double speed = forward_speed(propagate(from.state, moved, kStandardGravity));
+  const double seconds = moved.duration();
+  const double variance = from.speed_variance + accel_density * accel_density * seconds +
+                          from.accel_error_variance * seconds * seconds;
   const double rolls = speed - wheel_mps;
   return std::clamp((rolls * rolls - speed * speed) / (2 * variance), -kMostOdds, kMostOdds);
 }

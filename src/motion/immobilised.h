@@ -3,13 +3,12 @@
 //
 // The radar detects the standstill. But over ground without texture the traces stay the same while
 // the robot creeps, so the radar alone is not enough:
-//  - Since the standstill began the wheel must have turned by 0.1 to 0.15 m. Its radar trace must
-//  still be
-//    that of the beginning (gpr::Standstill::since).
-//  - The share of the recent way on which that travel would not have been seen is the probability
-//    of such a standstill while the robot rolls. A flag that proved wrong adds to it.
-//  - The IMU's change of speed at the beginning gives the odds of standing against rolling. Both
-//    together decide.
+//  - The wheel must have turned by 0.1 to 0.15 m since the standstill began, and the trace must be
+//    the same as at the beginning (gpr::Standstill::since).
+//  - The share of the recent path on which the radar would not have seen that travel is the
+//    probability of such a standstill while the robot rolls. A flag that proved wrong adds to it.
+//  - The IMU's change of speed at the beginning gives the odds of standing against rolling. Share
+//    and odds together decide.
 // docs/observability.md, "Immobilised".
 #pragma once
 
@@ -33,9 +32,7 @@ class ImmobilisedWatch {
   // ns; for which the IMU's history is needed.
   static constexpr TimeNs kMemory = 10'000'000'000;
 
-  explicit ImmobilisedWatch(double gravity_mps2) : gravity_(gravity_mps2) {}
-
-  // A state in effect, with what it is known to. Call for each in time order.
+  // A state in effect, with its covariance. Call for each in time order.
   void add(const StateResult& state);
 
   // How well the radar saw motion over some time, in which the wheel turned by `wheel_m` (signed).
@@ -50,16 +47,16 @@ class ImmobilisedWatch {
   Immobilised at(TimeNs now, const WheelHistory& wheel) const;
 
  private:
-  struct Known {  // of a state
-    TimeNs time;
-    Eigen::Quaterniond q;
-    Eigen::Vector3d gyro_bias, accel_bias;
-    double speed, speed_variance, accel_error_variance;  // m/s along the track; (m/s^2)^2
+  // A past state, with the variances of its speed along the track, (m/s)^2, and of the error of an
+  // acceleration along the track by tilt and bias, (m/s^2)^2.
+  struct Known {
+    NavState state;
+    double speed_variance, accel_error_variance;
     bool standing;
   };
   struct Seen {
     TimeNs from, to;
-    double way_m, least_m;  // that the wheel turned; that it takes to be seen
+    double way_m, least_m;  // travel of the wheel; least travel that the radar would have seen
   };
 
   void forget_after(TimeNs time);
@@ -68,12 +65,11 @@ class ImmobilisedWatch {
   double log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps, const ImuHistory& imu,
                          double accel_density) const;
 
-  double gravity_;
   std::deque<Known> states_;
-  std::deque<Seen> seen_;  // of the last kRecent_m of way, oldest first
+  std::deque<Seen> seen_;  // of the last kRecent_m of the path, oldest first
   double seen_m_ = 0.0;
   Immobilised now_ = Immobilised::kNo;
-  TimeNs detected_since_ = 0, detected_to_ = 0;  // begin and end of the standstill that now_ is of
+  TimeNs detected_since_ = 0, detected_to_ = 0;  // of the standstill that now_ refers to
 };
 
 }  // namespace gprodom

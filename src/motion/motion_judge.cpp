@@ -45,8 +45,7 @@ MotionJudge::MotionJudge(const Config& config)
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
       slip_(config.wheel),
-      slip_belief_(config),
-      immobilised_(kStandardGravity) {}
+      slip_belief_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
   if (first_imu_ == 0) first_imu_ = sample.time;

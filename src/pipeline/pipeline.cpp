@@ -201,7 +201,7 @@ void Pipeline::take_map_answers() {
   }
 }
 
-// Whether the track is tied to the ground of before, and how surely.
+// Whether the track is tied to earlier ground, and how surely.
 void Pipeline::report_place(const MapAnswer& answer) {
   if (!has_earlier_ground_) return;
   const bool lost = located_ && answer.sigma_m > kGateMax / kGateSigmas;
@@ -209,13 +209,14 @@ void Pipeline::report_place(const MapAnswer& answer) {
   health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
   if (located_) health_.value("map.sigma_m", answer.sigma_m);
   if (lost)
-    health_.set("map", HealthLevel::kDegraded,
-                "lost: no known ground for so long that the position is less sure than the search "
-                "reaches");
+    health_.set(
+        "map", HealthLevel::kDegraded,
+        "lost: no known ground for so long that the position is less certain than the range "
+        "of the search");
   else if (located_)
     health_.set("map", HealthLevel::kOk, "");
   else
-    health_.await("map", HealthLevel::kOk, "searching for the ground of before");
+    health_.await("map", HealthLevel::kOk, "searching for earlier ground");
 }
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
@@ -319,7 +320,7 @@ void Pipeline::report_sight() {
                 "wheel decides what is a standstill");
 }
 
-// The wheel is wrong, or it may be without that any sensor shows it.
+// Reports a robot that is stuck, and slip that no sensor would show.
 void Pipeline::report_slip() {
   const Immobilised stands = motion_.immobilised();
   health_.set("robot", HealthLevel::kDegraded,
@@ -328,13 +329,13 @@ void Pipeline::report_slip() {
                   : "");
   health_.await("standstill", HealthLevel::kOk,
                 stands == Immobilised::kCannotTell
-                    ? "cannot be told from slow motion: the ground looks alike along the way"
+                    ? "cannot be told from slow motion: the ground has no texture here"
                     : "");
   const bool unwitnessed = slip_drift_.unwitnessed() && !motion_.wheel_compared();
   const auto centimetres = static_cast<int>(std::lround(100 * slip_drift_.sigma()));
   health_.await("wheel", HealthLevel::kOk,
                 unwitnessed ? "unwitnessed: neither the IMU nor the radar would show gradual slip; "
-                              "a metre may be off by " +
+                              "standard deviation per metre " +
                                   std::to_string(centimetres) + " cm"
                             : "");
 }

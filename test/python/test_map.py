@@ -153,7 +153,7 @@ def test_a_wrong_rough_place_is_not_believed(known: Path, where: str) -> None:
     if other:
         assert last["values"]["map.located"] == 0.0 and last["values"][refused] == 1.0
         assert last["values"]["map.searched_m"] > 30.0
-        assert "map: searching for the ground of before" in last["reasons"]
+        assert "map: searching for earlier ground" in last["reasons"]
         return
     # Its own search finds it in the end, or nothing does; but not where it was told to be.
     if last["values"]["map.located"] == 1.0:
@@ -171,9 +171,9 @@ def test_a_rough_place_must_make_sense(known: Path) -> None:
             estimator.locate_at(*bad)
     with pytest.raises(gprodom.FileError, match="there is no map"):
         gprodom.Odometry(set=["graph.enabled=false"]).locate_at(0, 0, 0, 0.5)
-    estimator.locate_at(0, 0, 0, 0.5)  # without ground of before: counted
+    estimator.locate_at(0, 0, 0, 0.5)  # without earlier ground: counted
     values = drive(estimator, drive_on_known_ground(1)).status[-1]["values"]
-    assert sum("locate_at: not used: there is no ground of before" in name for name in values) == 1
+    assert sum("locate_at: not used: there is no earlier ground" in name for name in values) == 1
 
 
 def test_read_only_writes_no_ground(known: Path, tmp_path: Path) -> None:

@@ -33,10 +33,11 @@ struct Rested : Robot {
   }
 
   // The next interval, the radar seeing a standstill as late as it does.
-  StateInput standing() {
-    const double since = std::max(now() - 5.0, kStart);
+  StateInput standing() { return standing_since(now() - 5.0); }
+
+  StateInput standing_since(double since) {
     gpr::Standstill said = stood(now() - 0.4, now() - 0.2);
-    said.since = from_seconds(since);
+    said.since = from_seconds(std::max(since, kStart));
     receive(said);
     return next();
   }
@@ -100,6 +101,30 @@ TEST(Immobilised, IsNotToldOnGroundThatLooksAlike) {
     EXPECT_FALSE(robot.told());
   }
   EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
+}
+
+// On textured ground a mute IMU is enough. But where the radar sees motion again although the wheel
+// never stopped, the robot has rolled all along: the second such stretch is not reported.
+TEST(Immobilised, LearnsFromAFlagThatProvedWrong) {
+  Rested robot;
+  robot.vibration = 200.0;
+  const auto blind_stretch = [&robot] {
+    const double begin = robot.now();
+    bool told = false;
+    for (int i = 0; i < 14; ++i) {
+      robot.standing_since(begin);
+      told = told || robot.told();
+    }
+    return told;
+  };
+  robot.wheel_speed = robot.speed = kCreeps_mps;
+  EXPECT_TRUE(blind_stretch());
+  for (int i = 0; i < 10; ++i) {
+    robot.drive(3);
+    robot.judge.add_sight({from_seconds(robot.now() - 0.6), from_seconds(robot.now()), 50.0});
+  }
+  EXPECT_FALSE(robot.told());
+  EXPECT_FALSE(blind_stretch());
 }
 
 TEST(Immobilised, IsNotToldOfARobotThatTurnsOnTheSpot) {
