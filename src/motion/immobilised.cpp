@@ -39,7 +39,10 @@ constexpr TimeNs kShort = 3 * kSecond;
 // The IMU's change of speed is taken from kBefore the standstill, since the robot brakes before it,
 // to kOnset after its begin.
 constexpr TimeNs kBefore = 2 * kSecond, kOnset = kSecond;
-constexpr double kMostOdds = 6.0;  // bound of the log odds: the IMU's noise is not known so well
+constexpr double kSlips = 0.3;  // probability that a wheel that rolls on such ground slips
+// Density that the IMU is wrong altogether: its noise is not known so well. Bounds the log odds
+// at 6.
+constexpr double kImuWrong = 2.5e-3;
 
 double forward_speed(const NavState& x) {
   return (x.q_odom_body * Vector3d::UnitX()).dot(x.v_odom);
@@ -121,7 +124,9 @@ void ImmobilisedWatch::add(const gpr::Standstill& standstill, const WheelHistory
   // Only the beginning of the standstill counts: the errors of the integrated IMU grow with time.
   const TimeNs end = std::min(to, turns + kOnset);
   const auto end_m = wheel.distance(end), earlier_m = wheel.distance(end - kJustNow);
-  const Known* from = reference(since, turns);
+  // A state within the standstill is at rest for another reason only if the wheel rested too.
+  const bool rested = turns - since >= kJustNow;
+  const Known* from = reference(since, rested ? turns : since - kBefore);
   double by_imu = 0.0;
   if (from && end_m && earlier_m) {
     const double rolls_mps = (*end_m - *earlier_m) / scale / to_seconds(kJustNow);
@@ -154,8 +159,9 @@ const ImmobilisedWatch::Known* ImmobilisedWatch::reference(TimeNs since, TimeNs 
   return state == states_.rend() ? nullptr : &*state;
 }
 
-// ln p(IMU | it stands) / p(IMU | it rolls as the wheel says). wheel_mps: mean over the kJustNow
-// before `to`; the IMU gives the speed at the middle of that time.
+// ln p(IMU | it stands) / p(IMU | it rolls), with a speed between 0 and the wheel's if the wheel
+// slips. wheel_mps: mean over the kJustNow before `to`; the IMU gives the speed at the middle of
+// that time.
 double ImmobilisedWatch::log_odds_by_imu(const Known& from, TimeNs to, double wheel_mps,
                                          const ImuHistory& imu, double accel_density) const {
   ImuPreintegration moved(ImuNoise{}, from.state.gyro_bias, from.state.accel_bias);
@@ -167,8 +173,16 @@ double ImmobilisedWatch::log_odds_by_imu(const Known& from, TimeNs to, double wh
   const double seconds = moved.duration();
   const double variance = from.speed_variance + accel_density * accel_density * seconds +
                           from.accel_error_variance * seconds * seconds;
-  const double rolls = speed - wheel_mps;
-  return std::clamp((rolls * rolls - speed * speed) / (2 * variance), -kMostOdds, kMostOdds);
+  const double sigma = std::sqrt(variance);
+  const double wheel = std::max(std::abs(wheel_mps) / sigma, 1e-3);
+  const double along = std::copysign(speed, speed * wheel_mps) / sigma;
+  // Densities over that at the peak; for a wheel that slips, the mean over its speeds.
+  const double stands = std::exp(-0.5 * along * along);
+  const double grips = std::exp(-0.5 * (along - wheel) * (along - wheel));
+  const double slips = std::sqrt(M_PI / 2) / wheel *
+                       (std::erf((wheel - along) / M_SQRT2) + std::erf(along / M_SQRT2));
+  const double rolls = (1 - kSlips) * grips + kSlips * slips;
+  return std::log((stands + kImuWrong) / (rolls + kImuWrong));
 }
 
 Immobilised ImmobilisedWatch::at(TimeNs now, const WheelHistory& wheel) const {

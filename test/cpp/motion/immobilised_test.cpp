@@ -91,6 +91,22 @@ TEST(Immobilised, IsNotToldWhereTheImuFeelsTheRobotMove) {
   }
 }
 
+// The wheel slips, and the robot rolls on at less than half of its speed.
+TEST(Immobilised, IsNotToldWhileTheWheelSlipsOnBlindGround) {
+  Rested robot(1.0);
+  robot.wheel_speed = robot.speed = kDug_mps;
+  for (int i = 0; i < 15; ++i) {
+    robot.drive(1);
+    robot.judge.add_sight({from_seconds(robot.now() - 0.2), from_seconds(robot.now()), 1.0});
+  }
+  const double begin = robot.now();
+  robot.wheel_speed = 2.5 * kDug_mps;
+  for (int i = 0; i < 10; ++i) {
+    robot.standing_since(begin);
+    EXPECT_FALSE(robot.told());
+  }
+}
+
 // At a creep the IMU cannot tell, and on such ground the radar saw no motion before either.
 TEST(Immobilised, IsNotToldOnGroundThatLooksAlike) {
   Rested robot(1.0);
