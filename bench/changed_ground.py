@@ -24,10 +24,8 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -36,13 +34,13 @@ import numpy as np
 import gprodom
 from gprodom import rotation
 from gprodom.arrays import Floats
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table, print_json
 from gprodom.map.ground import read_map
 from gprodom.simulate import Simulated, simulate, stream
 from gprodom.simulate import radar as radar_of
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.recording import as_recording
-from relocation import RIGHT, located_at, remember_others, simulated
+from relocation import RIGHT, command_line, each_drive, located_at, remember_others, simulated
 
 DAY = 86_400_000_000  # us
 SCALE = 0.01  # by which the wheel's scale changes at most
@@ -123,7 +121,7 @@ def another_day(first: Simulated, percent: float, ground_seed: int) -> Simulated
 
 
 def visit(run: Simulated, first: Simulated, origin: int, where: Path, sets: list[str]) -> Visit:
-    """Drives with a map of before. origin: time (us) of the pose at which its frame lies."""
+    """Drives with the map of another day. origin: time (us) of the pose at which its frame lies."""
     estimator = gprodom.Odometry(set=sets)
     estimator.load_map(str(where))
     told = as_recording(run).messages()
@@ -200,11 +198,7 @@ def summarise(
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
-    parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
+    parser = command_line(__doc__, others=5)
     parser.add_argument(
         "--change",
         type=float,
@@ -214,31 +208,16 @@ def main() -> int:
         help="of the permittivity (0 10 -10); strangers are tried at the first one",
     )
     parser.add_argument(
-        "--others", type=int, default=5, help="drives over other ground in the map (%(default)s)"
-    )
-    parser.add_argument(
         "--beside", action=argparse.BooleanOptionalAction, default=True, help="see above"
     )
-    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     args = parser.parse_args()
-    seeds = range(args.first_seed, args.first_seed + args.runs)
     with tempfile.TemporaryDirectory() as folder:
         others = Path(folder) / "others.map"
         remember_others(args.others, others)
         work = partial(
             run_one, changes=args.change, others=others, sets=args.overrides, beside=args.beside
         )
-        # A fork would hang: OpenMP, which the solver uses, has threads of this process by now.
-        with (
-            ProcessPoolExecutor(args.jobs, get_context("spawn")) as pool,
-            Progress("drives", len(seeds)) as progress,
-        ):
-            runs = []
-            for run in pool.map(work, seeds):
-                runs.append(run)
-                progress.advance()
+        runs = each_drive(work, args)
     figures = []
     for i, change in enumerate(args.change):
         all_of = [run[i] for run in runs]

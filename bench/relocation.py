@@ -21,12 +21,13 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -34,6 +35,8 @@ import gprodom
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
 from gprodom.simulate.recording import as_recording
+
+T = TypeVar("T")
 
 ROUTES = ("line", "loop", "eight", "stops")
 DISTANCE = 65.0  # m
@@ -153,34 +156,48 @@ def summarise(runs: list[Relocation], other_m: float) -> dict[str, Any]:
     }
 
 
-def main() -> int:
-    """Runs the command line."""
+def command_line(description: str | None, others: int) -> argparse.ArgumentParser:
+    """The options of a bench that drives on known ground. others: drives in the map, by default."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
     parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
     parser.add_argument(
-        "--others", type=int, default=10, help="drives in the map of other ground (%(default)s)"
+        "--others",
+        type=int,
+        default=others,
+        help="drives over other ground in the map (%(default)s)",
     )
     parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     add_json_flag(parser)
-    args = parser.parse_args()
+    return parser
+
+
+def each_drive(work: Callable[[int], T], args: argparse.Namespace) -> list[T]:
+    """Runs `work` for each seed of the command line, in other processes."""
     seeds = range(args.first_seed, args.first_seed + args.runs)
+    # A fork would hang: OpenMP, which the solver uses, has threads of this process by now.
+    with (
+        ProcessPoolExecutor(args.jobs, get_context("spawn")) as pool,
+        Progress("drives", len(seeds)) as progress,
+    ):
+        found = []
+        for one in pool.map(work, seeds):
+            found.append(one)
+            progress.advance()
+    return found
+
+
+def main() -> int:
+    """Runs the command line."""
+    args = command_line(__doc__, others=10).parse_args()
     with tempfile.TemporaryDirectory() as folder:
         others = Path(folder) / "others.map"
         other_m = remember_others(args.others, others)
         work = partial(relocate, others=others, overrides=args.overrides)
-        # A fork would hang: OpenMP, which the solver uses, has threads of this process by now.
-        with (
-            ProcessPoolExecutor(args.jobs, get_context("spawn")) as pool,
-            Progress("drives", len(seeds)) as progress,
-        ):
-            runs = []
-            for run in pool.map(work, seeds):
-                runs.append(run)
-                progress.advance()
+        runs = each_drive(work, args)
     figures = summarise(runs, other_m)
     if args.json:
         print_json(figures | {"drives": [vars(run) for run in runs]})

@@ -18,7 +18,7 @@ constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 // that is new.
 constexpr double kQuerySpacing = 0.25;
 
-// ln of travel times now over those in a map of before.
+// ln of travel times now over those in the map.
 constexpr double kMostStretch = 0.12;
 constexpr double kStretchBound = 0.1;         // m, in which the place is looked for again
 constexpr double kStretchesChosenFrom = 5.0;  // a hypothesis has the best of so many

@@ -39,7 +39,7 @@ constexpr TimeNs kShort = 3 * kSecond;
 // The IMU's change of speed is taken from kBefore the standstill, since the robot brakes before it,
 // to kOnset after its begin.
 constexpr TimeNs kBefore = 2 * kSecond, kOnset = kSecond;
-constexpr double kSlips = 0.3;  // probability that a wheel that rolls on such ground slips
+constexpr double kSlips = 0.3;  // prior of a wheel that rolls: the default of wheel.slip_share
 // Density that the IMU is wrong altogether: its noise is not known so well. Bounds the log odds
 // at 6.
 constexpr double kImuWrong = 2.5e-3;

@@ -153,7 +153,7 @@ def test_a_log_is_made_longer(tmp_path: Path) -> None:
 
 
 def test_a_robot_is_located_on_changed_ground() -> None:
-    """The short form of bench/changed_ground.py: where nothing is stretched, not one is."""
+    """The short form of bench/changed_ground.py. Without stretched travel times, not all are."""
     command = [BENCH / "changed_ground.py", "--runs", 2, "--others", 0, "--change", 10, "--json"]
     now, before = json.loads(run(*command))
     assert (now["right"], now["false_on_known_ground"], now["false_on_strangers"]) == (2, 0, 0)

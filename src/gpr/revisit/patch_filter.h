@@ -28,9 +28,8 @@ struct PatchFilterOptions {
   double short_cut = 0.11;       // standard deviation of the smoothing along the track
   int max_rows = 96;             // features in a column: bytes in the trace memory
   double max_long_cut = 0.5;     // m: a patch must be several times longer
-  double taken_out =
-      0.0;           // columns: long_sigma of a running mean that the traces are without; 0: none
-  int row_step = 0;  // samples from one feature to the next; 0: what the band needs
+  double taken_out = 0.0;        // columns: long_sigma of the running mean already removed; 0: none
+  int row_step = 0;              // samples from one feature to the next; 0: what the band needs
 };
 
 // A running mean along the track, three times over: close to a Gaussian of that standard
