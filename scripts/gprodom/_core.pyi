@@ -45,6 +45,7 @@ __all__: list[str] = [
     "band_pass",
     "build_sfm",
     "check_traces",
+    "coherence",
     "depth_of",
     "depth_row",
     "describe_config",
@@ -1076,6 +1077,16 @@ def check_traces(
 ) -> numpy.typing.NDArray[numpy.int8]:
     """
     For each of (traces, samples): 0 good, 1 dead, 2 spiked.
+    """
+
+def coherence(
+    times: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    tick: typing.SupportsFloat | typing.SupportsIndex = 0.1,
+) -> list[tuple[int, int, float, bool]]:
+    """
+    Path lengths that the coherence front end measures in (traces, samples) at `times` (ns): begin and end of each, ns; its length in decorrelation lengths of the ground; whether that is valid.
     """
 
 def depth_of(

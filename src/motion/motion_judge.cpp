@@ -66,7 +66,7 @@ bool MotionJudge::add(const WheelsSample& sample) {
 }
 
 void MotionJudge::add_external(Displacement displacement) {
-  if (displacements_.size() < kMostWaiting) displacements_.push_back(std::move(displacement));
+  if (displacements_.size() < kMostWaiting) displacements_.push_back({std::move(displacement)});
 }
 
 Displacement MotionJudge::in_metres(const gpr::Finding& finding) {
@@ -86,11 +86,12 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
     immobilised_.add(*standstill, wheel_, imu_, newest_.state.wheel_scale, density);
     return;
   }
-  if (std::holds_alternative<gpr::PathLength>(finding)) {
+  const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
+  if (by_coherence) {
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
     compare_with_wheel(std::get<gpr::PathLength>(finding));
   }
-  displacements_.push_back(in_metres);
+  displacements_.push_back({in_metres, by_coherence});
 }
 
 void MotionJudge::add_sight(const gpr::Sight& sight) {
@@ -274,21 +275,22 @@ bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
 
 // A displacement may arrive before the state at its end, which waits for the reorder window.
 std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
-  const auto later = std::stable_partition(displacements_.begin(), displacements_.end(),
-                                           [to](const Displacement& d) { return d.to <= to; });
+  const auto later =
+      std::stable_partition(displacements_.begin(), displacements_.end(),
+                            [to](const Waiting& w) { return w.displacement.to <= to; });
   std::vector<Displacement> taken;
-  std::copy_if(displacements_.begin(), later, std::back_inserter(taken),
-               [this](const Displacement& d) { return enters_estimate(d); });
+  for (auto waiting = displacements_.begin(); waiting != later; ++waiting)
+    if (enters_estimate(*waiting)) taken.push_back(std::move(waiting->displacement));
   displacements_.erase(displacements_.begin(), later);
   return taken;
 }
 
 // The coherence is learnt from the wheel, so it adds nothing while the wheel can be used.
-bool MotionJudge::enters_estimate(const Displacement& displacement) const {
-  if (displacement.kind != DisplacementKind::kMotion) return true;
+bool MotionJudge::enters_estimate(const Waiting& waiting) const {
+  if (!waiting.by_coherence) return true;
   const CoherenceUse use = config_.gpr.coherence.use;
   return use == CoherenceUse::kAlways ||
-         (use == CoherenceUse::kContradicted && displacement.from < no_wheel_until_);
+         (use == CoherenceUse::kContradicted && waiting.displacement.from < no_wheel_until_);
 }
 
 void MotionJudge::forget_old_standing() {

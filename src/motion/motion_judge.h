@@ -37,7 +37,8 @@ class MotionJudge {
   bool add(const WheelSample& sample);
   bool add(const WheelsSample& sample);  // the mean of both sides counts as the wheel
 
-  // From another process, in effect at once. Dropped if too many wait for the first state.
+  // From another process, in effect at once, whatever gpr.coherence.use says: it is not learnt from
+  // the wheel. Dropped if too many wait for the first state.
   void add_external(Displacement displacement);
 
   // A finding of the radar front end as it is published: lengths in metres, a standstill as a
@@ -106,7 +107,11 @@ class MotionJudge {
   void compare_with_wheel(const gpr::PathLength& path);
   bool imu_silent(TimeNs from, TimeNs to) const;
   std::vector<Displacement> take_displacements(TimeNs to);
-  bool enters_estimate(const Displacement& displacement) const;
+  struct Waiting {
+    Displacement displacement;
+    bool by_coherence = false;  // learnt from the wheel
+  };
+  bool enters_estimate(const Waiting& waiting) const;
   void forget_old_standing();
   Displacement no_displacement(TimeNs from, TimeNs to) const;
   std::int32_t flags() const;
@@ -121,7 +126,7 @@ class MotionJudge {
   WheelPair pair_;
   TimeNs imu_now_ = 0, wheel_now_ = 0;           // newest stamps
   std::vector<gpr::Standstill> radar_standing_;  // newest last
-  std::vector<Displacement> displacements_;      // not handed out yet
+  std::vector<Waiting> displacements_;           // not handed out yet
 
   TimeNs first_imu_ = 0;
   ImuNoise noise_at_standstill_;

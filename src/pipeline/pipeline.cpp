@@ -104,7 +104,9 @@ void Pipeline::store(Message& message) {
       map_->add(displacement);
       return;
     }
-    displacement.kind = DisplacementKind::kExternal;  // whatever kind the sender has set
+    // Motion has no sign; any other kind is signed along the track.
+    if (displacement.kind != DisplacementKind::kMotion)
+      displacement.kind = DisplacementKind::kExternal;
     motion_.add_external(std::move(displacement));
   }
 }

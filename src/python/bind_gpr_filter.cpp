@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gpr/filter/details_retention.h"
+#include "gpr/motion/coherence.h"
 #include "gpr/motion/stationarity.h"
 #include "python/choice_argument.h"
 
@@ -168,18 +169,15 @@ retain_details(DetailsRetention& filter, const Floats& traces, double sample_int
   return {out, quality, delay, noise};
 }
 
-// from, to of each claim of the stationarity front end, driven as the estimator drives it.
-py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
-                                      double sample_interval, double window, double tick) {
+// The findings of a front end on traces, driven as the estimator drives it.
+std::vector<Finding> findings(FrontEnd& front_end, const Times& times, const Floats& traces,
+                              double sample_interval, double tick) {
   require_shape(traces, 2, "(traces, samples)");
   if (times.ndim() != 1 || times.shape(0) != traces.shape(0)) {
     throw std::invalid_argument("times: expected one stamp per trace");
   }
-  if (!(window > 0.0 && tick > 0.0)) {
-    throw std::invalid_argument("window and tick: expected seconds above 0");
-  }
-  StationarityFrontEnd front_end(window);
-  std::vector<std::int64_t> spans;
+  if (!(tick > 0.0)) throw std::invalid_argument("tick: expected seconds above 0");
+  std::vector<Finding> all;
   const TimeNs step = from_seconds(tick);
   TimeNs next = 0;
   GprTrace trace;
@@ -189,12 +187,7 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
     const TimeNs time = end ? next + 1 : times.data()[i];
     if (i == 0) next = time + step;
     for (; next < time; next += step) {
-      for (const Finding& finding : front_end.tick(next)) {
-        const auto* standstill = std::get_if<Standstill>(&finding);
-        if (!standstill) continue;
-        spans.push_back(standstill->from);
-        spans.push_back(standstill->to);
-      }
+      for (Finding& finding : front_end.tick(next)) all.push_back(std::move(finding));
     }
     if (end) break;
     trace.time = time;
@@ -202,9 +195,37 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
                          traces.data() + (i + 1) * traces.shape(1));
     front_end.add_trace(trace);
   }
+  return all;
+}
+
+// from, to of each claim of the stationarity front end.
+py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
+                                      double sample_interval, double window, double tick) {
+  if (!(window > 0.0)) throw std::invalid_argument("window: expected seconds above 0");
+  StationarityFrontEnd front_end(window);
+  std::vector<std::int64_t> spans;
+  for (const Finding& finding : findings(front_end, times, traces, sample_interval, tick)) {
+    const auto* standstill = std::get_if<Standstill>(&finding);
+    if (!standstill) continue;
+    spans.push_back(standstill->from);
+    spans.push_back(standstill->to);
+  }
   py::array_t<std::int64_t> out({static_cast<py::ssize_t>(spans.size() / 2), py::ssize_t(2)});
   std::copy(spans.begin(), spans.end(), out.mutable_data());
   return out;
+}
+
+// from, to (ns), length and validity of each path by coherence.
+std::vector<std::tuple<std::int64_t, std::int64_t, double, bool>> coherence(const Times& times,
+                                                                            const Floats& traces,
+                                                                            double sample_interval,
+                                                                            double tick) {
+  CoherenceFrontEnd front_end{GprConfig()};
+  std::vector<std::tuple<std::int64_t, std::int64_t, double, bool>> paths;
+  for (const Finding& finding : findings(front_end, times, traces, sample_interval, tick))
+    if (const auto* path = std::get_if<PathLength>(&finding))
+      paths.emplace_back(path->from, path->to, path->lengths, path->valid);
+  return paths;
 }
 
 void bind_steps(py::module_& module) {
@@ -278,4 +299,9 @@ void bind_gpr_filter(py::module_& module) {
              "window"_a = StationarityFrontEnd::kWindow, "tick"_a = GprConfig().tick,
              "Standstills that the stationarity front end detects in (traces, samples) at `times` "
              "(ns): (n, 2), begin and end of each, ns. They overlap.");
+  module.def("coherence", &coherence, "times"_a, "traces"_a, "sample_interval"_a,
+             "tick"_a = GprConfig().tick,
+             "Path lengths that the coherence front end measures in (traces, samples) at `times` "
+             "(ns): begin and end of each, ns; its length in decorrelation lengths of the ground; "
+             "whether that is valid.");
 }

@@ -89,6 +89,19 @@ TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReac
   EXPECT_TRUE(robot.next().displacements.empty());
 }
 
+TEST(MotionJudge, UnsignedMotionOfAnotherProcessEntersWhateverTheCoherenceMay) {
+  Config config;
+  config.gpr.coherence.use = CoherenceUse::kNever;
+  Robot robot(config);
+  robot.speed = robot.wheel_speed = kSpeed;
+  Displacement d = to_displacement(moved(kStart, kStart + 0.2));
+  d.kind = DisplacementKind::kMotion;
+  robot.judge.add_external(d);
+  const StateInput input = robot.next();
+  ASSERT_EQ(input.displacements.size(), 1u);
+  EXPECT_EQ(input.displacements[0].kind, DisplacementKind::kMotion);
+}
+
 TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
   for (const char* name : names_like(CoherenceUse{})) {
     const CoherenceUse use = *find_choice<CoherenceUse>(name);

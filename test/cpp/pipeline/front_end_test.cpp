@@ -53,6 +53,7 @@ Outputs drive(Odometry& odometry, const std::vector<Input>& inputs) {
     if (const auto* imu = std::get_if<ImuSample>(&input)) odometry.add(*imu);
     if (const auto* wheel = std::get_if<WheelSample>(&input)) odometry.add(*wheel);
     if (const auto* trace = std::get_if<GprTrace>(&input)) odometry.add(*trace);
+    if (const auto* other = std::get_if<Displacement>(&input)) odometry.add(*other);
     const Outputs out = odometry.step();
     all.odometry.insert(all.odometry.end(), out.odometry.begin(), out.odometry.end());
     all.displacements.insert(all.displacements.end(), out.displacements.begin(),
@@ -87,6 +88,50 @@ TEST(OwnFrontEnd, ItsDisplacementsCarryARobotWithoutAWheel) {
       std::all_of(out.displacements.begin(), out.displacements.end(), [](const Displacement& d) {
         return d.source == "own" && d.kind == DisplacementKind::kSequential;
       }));
+}
+
+// The drive up to its turn, and what another process says of the way at each tick, so much late.
+std::vector<Input> with_answers(TimeNs late, DisplacementKind kind) {
+  std::vector<Input> inputs;
+  for (const Input& input : there_and_back(1)) {
+    const auto* imu = std::get_if<ImuSample>(&input);
+    if (imu && imu->time > kDriveStart + from_seconds(18.5)) break;
+    inputs.push_back(input);
+    if (!imu || (imu->time - kDriveStart) % kTick != 0) continue;
+    Displacement told;
+    told.to = told.time = imu->time - late;
+    told.from = told.to - 5 * kTick;
+    if (told.from < kDriveStart) continue;
+    told.kind = kind;
+    told.valid = true;
+    told.source = "another process";
+    told.distance_m = position_at(told.to) - position_at(told.from);
+    told.sigma_m = 0.005;
+    inputs.emplace_back(told);
+  }
+  return inputs;
+}
+
+TEST(AnotherProcess, ItsMotionReachesItsStateWithinTheReorderWindowAndIsCountedBeyond) {
+  const Config config = default_config({"wheel.enabled=false", "graph.enabled=false"});
+  const double truth = position_at(kDriveStart + from_seconds(18.5));
+  for (const DisplacementKind kind : {DisplacementKind::kMotion, DisplacementKind::kExternal}) {
+    Odometry in_time(config);
+    const Outputs carried =
+        drive(in_time, with_answers(from_seconds(config.time.reorder_window) - kTick / 2, kind));
+    ASSERT_FALSE(carried.odometry.empty());
+    EXPECT_NEAR(carried.odometry.back().p_odom_body.x(), truth, 0.02 * truth);
+    EXPECT_TRUE(carried.warnings.empty());
+  }
+  Odometry late(config);
+  const Outputs alone =
+      drive(late, with_answers(from_seconds(config.time.reorder_window) + kTick / 2,
+                               DisplacementKind::kMotion));
+  ASSERT_FALSE(alone.odometry.empty());
+  EXPECT_GT(std::abs(alone.odometry.back().p_odom_body.x() - truth), 0.02 * truth);
+  EXPECT_TRUE(std::any_of(alone.warnings.begin(), alone.warnings.end(), [](const auto& warning) {
+    return warning.find("later than time.reorder_window") != std::string::npos;
+  }));
 }
 
 // A Standstill is not a displacement of 0: it stands against the wheel.
