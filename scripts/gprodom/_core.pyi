@@ -937,6 +937,12 @@ class GroundMap:
         """
         The same ground as version 1 has it: features, which no later filter replaces.
         """
+    def merged(self, other: GroundMap) -> dict:
+        """
+        This map and another file's, its tracks joined where ground that both drove over
+        proves how they lie: ground, known_m (m of the other's ground that was left out), joins
+        (of each map of the other). Raises ValueError where the files cannot be compared.
+        """
     def part(
         self,
         ranges: collections.abc.Sequence[

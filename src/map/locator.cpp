@@ -42,10 +42,18 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   const gpr::MemoryRange kept = memory.kept();
   if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
   next_m_ = travelled_m + kSearchEvery;
+  return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body);
+}
+
+double Locator::least_query() { return kLeastQuery; }
+
+std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
+                                         gpr::MemoryRange newest, const PlanarPose& newest_body) {
+  const gpr::TraceMemory& memory = ground.memory;
+  const gpr::MemoryRange kept = memory.kept();
   const auto columns = [&](double metres) {
     return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
   };
-  gpr::MemoryRange newest = memory.run_of(kept.end - 1);
   newest.first = std::max(newest.first, newest.end - std::min(newest.end, columns(kLongestQuery)));
   if (newest.size() < columns(kLeastQuery)) return std::nullopt;
 

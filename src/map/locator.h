@@ -30,6 +30,14 @@ class Locator {
   std::optional<Hypothesis> find(const GroundMap& ground, std::size_t end_of_before,
                                  const PlanarPose& newest_body, double travelled_m);
 
+  // The same for the last metres of `driven`, columns of one run. body: pose of the robot at the
+  // last of them.
+  std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
+                                  gpr::MemoryRange driven, const PlanarPose& body);
+
+  // m of ground that place() wants at least.
+  static double least_query();
+
  private:
   void learn(const GroundMap& ground, std::size_t end_of_before);
 

@@ -8,6 +8,7 @@
 
 #include "gprodom/version.h"
 #include "map/ground_map_file.h"
+#include "map/search_window.h"
 
 namespace gprodom {
 namespace {
@@ -15,11 +16,6 @@ namespace {
 constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
 constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
-// Errors of a revisit over those that its match foretells: what tracks 20 cm apart on real ground
-// showed (docs/revisit.md, "Search").
-constexpr double kSigmaFactor = 1.7;
-
-constexpr double kLeastSigma = 0.005;     // m, of a revisit
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 constexpr double kSolveAnyway = 10.0;     // s of data time; solves without a new revisit, since the
@@ -108,7 +104,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     hypothesis_.reset();
     search_.reset();
     search_before_.reset();
-    stretch_ = 0.0;
+    stretch_ = StretchFollower();
     last_query_.reset();
     answer.notes.push_back("traces of another length or interval: the stored ground is deleted");
   }
@@ -174,7 +170,7 @@ void Mapper::locate(MapAnswer& answer) {
   hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
   if (!hypothesis_) return;
-  stretch_ = hypothesis_->stretch;
+  stretch_.believe(hypothesis_->stretch);
   forget_searches();
 }
 
@@ -239,12 +235,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   End query_end = end_at(now);
   if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
 
-  // Overlapping patches share their errors. So the variance is divided by the share of new ground:
-  // all patches together count as often as they fit into the ground.
-  const double fresh = std::min(1.0, moved_m / config_.patch_length);
-  RevisitEdge edge;
-  edge.sigma_m = std::max(kLeastSigma, kSigmaFactor * found.match.sigma_m) / std::sqrt(fresh);
-  edge.lateral_sigma_m = config_.lateral_sigma / std::sqrt(fresh);
+  RevisitEdge edge = edge_of(found.match, moved_m, config_);
   // The memory has the direction of driving, the edge the heading. They differ when driving
   // backwards.
   edge.mirrored = found.match.mirrored == (then.direction == query.direction);
@@ -278,7 +269,7 @@ void Mapper::take_external(MapAnswer& answer) {
     const MapPath::Place memory = path_.place(told.from), query = path_.place(told.to);
     RevisitEdge edge;
     edge.offset_m = told.distance_m;
-    edge.sigma_m = std::max(kLeastSigma, told.sigma_m);
+    edge.sigma_m = std::max(kLeastRevisitSigma, told.sigma_m);
     edge.lateral_m = told.lateral_m;
     edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
     edge.mirrored = told.mirrored == (memory.direction == query.direction);

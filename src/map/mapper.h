@@ -17,6 +17,7 @@
 #include "map/map_path.h"
 #include "map/pass_finder.h"
 #include "map/pass_merger.h"
+#include "map/stretch_follower.h"
 
 namespace gprodom {
 
@@ -121,7 +122,6 @@ class Mapper {
   void begin_searches();
   void find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest& newest, double moved,
                const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
-  void follow_stretch(double column);
   void locate(MapAnswer& answer);
   void suppose(const ToldPlace& told, MapAnswer& answer);
   double sigma_m() const;
@@ -173,9 +173,7 @@ class Mapper {
   // Ground of earlier tracks may have changed. So it has a search of its own, with a query whose
   // travel times are stretched; where they can be.
   std::optional<gpr::RevisitSearch> search_before_;
-  std::optional<gpr::PatchMatcher> stretch_matcher_;
-  double stretch_ = 0.0;        // ln of travel times now over then, as believed
-  double stretch_step_ = 0.01;  // by which it is tried next
+  StretchFollower stretch_;
   std::optional<gpr::MemoryColumn> last_query_;
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };

@@ -4,26 +4,12 @@
 #include <utility>
 
 #include "map/mapper.h"
+#include "map/search_window.h"
 
 namespace gprodom {
 namespace {
 
-// m between two tracks. Further apart they see other ground: of 40 cm, a coherence of 0.3 is left
-// in the best band (docs/revisit.md).
-constexpr double kLateralGate = 0.4;
-
 constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
-
-// m driven between two searches. Patches that overlap by more share their errors and tell little
-// that is new.
-constexpr double kQuerySpacing = 0.25;
-
-// ln of travel times now over those in the map.
-constexpr double kMostStretch = 0.12;
-constexpr double kStretchBound = 0.1;         // m, in which the place is looked for again
-constexpr double kStretchesChosenFrom = 5.0;  // a hypothesis has the best of so many
-
-constexpr int kBefore = 58;  // columns before the query, for the search backwards
 
 }  // namespace
 
@@ -59,20 +45,15 @@ void Mapper::search_memory(MapAnswer& answer) {
   if (before.empty()) {
     if (search_before_) search_before_->forget();
   } else {
-    find_in(*search_before_, newest(stretch_), moved, before, answer);
+    find_in(*search_before_, newest(stretch_.stretch()), moved, before, answer);
   }
 }
 
 void Mapper::begin_searches() {
   const gpr::TraceMemory& memory = ground_.memory;
-  gpr::RevisitSearchOptions options;
-  options.patch_m = config_.patch_length;
-  search_.emplace(*memory.filter(), memory.spacing(), options);
+  search_.emplace(*memory.filter(), memory.spacing(), search_options(config_, false));
   if (!memory.can_stretch()) return;
-  // One of several stretches was chosen, by the same ground in part.
-  options.nowhere = 1.0 - (1.0 - options.nowhere) / kStretchesChosenFrom;
-  search_before_.emplace(*memory.filter(), memory.spacing(), options);
-  stretch_matcher_.emplace(*memory.filter(), memory.spacing());
+  search_before_.emplace(*memory.filter(), memory.spacing(), search_options(config_, true));
 }
 
 void Mapper::forget_searches() {
@@ -85,31 +66,10 @@ void Mapper::find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest&
                      MapAnswer& answer) {
   const std::vector<gpr::PlaceFound> found = search.find(newest.features, moved, windows);
   for (const gpr::PlaceFound& place : found) tie(place, newest.centre, moved, answer);
-  if (!found.empty() && &search != &*search_) follow_stretch(found.front().column);
-}
-
-// Moves the believed stretch by a small step if the newest ground fits better so at its place. Only
-// one side is tried each time, which bounds the cost.
-void Mapper::follow_stretch(double column) {
-  const gpr::TraceMemory& memory = ground_.memory;
-  const auto number = static_cast<std::size_t>(column);
-  const gpr::MemoryRange run = memory.run_of(number);
-  const auto reach = static_cast<std::size_t>(search_->patch_columns());
-  const gpr::MemoryRange near{std::max(run.first + reach, number) - reach,
-                              std::min(run.end, number + reach)};
-  const gpr::Columns then = memory.patch(near);
-  const double middle = 0.5 * static_cast<double>(near.first + near.end - 1);
-  double best = -1.0, chosen = stretch_;
-  for (const double step : {0.0, stretch_step_}) {
-    const auto newest = memory.newest(search_->patch_columns(), 0, stretch_ + step);
-    const gpr::RevisitMatch match = stretch_matcher_->match(
-        then, newest->features, (column - middle) * memory.spacing(), kStretchBound);
-    if (!match.valid || match.correlation <= best) continue;
-    best = match.correlation;
-    chosen = std::clamp(stretch_ + step, -kMostStretch, kMostStretch);
-  }
-  if (chosen == stretch_) stretch_step_ = -stretch_step_;
-  stretch_ = chosen;
+  if (found.empty() || &search == &*search_) return;
+  stretch_.follow(ground_.memory, found.front().column, [this](double stretch) {
+    return ground_.memory.newest(search_->patch_columns(), 0, stretch)->features;
+  });
 }
 
 // The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
@@ -169,25 +129,14 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
       pass.from_before ? ground_.places[pass.place].column : *column_at(pass.place);
   const double distance =
       pass.from_before ? ground_.places[pass.place].distance_m : path_.distance_of(pass.place);
-  const gpr::MemoryColumn then = memory.column(column);
-  const gpr::MemoryRange run = memory.run_of(column);
-  gpr::SearchWindow window;
-  window.run = run.first;
   // Distances in the memory are those of the odometry.
   const double longer = pass.from_before ? 1.0 : std::exp(-graph_->slip(pass.place));
+  const gpr::MemoryColumn then = memory.column(column);
   const double ahead = distance + longer * pass.along - then.distance_m;
-  window.expected = static_cast<double>(column) + then.direction * ahead / memory.spacing();
-  window.bound_m = longer * gate;
+  gpr::SearchWindow window = window_on(memory, column, ahead, longer * gate, search_->reach_m());
   predict_stretch(pass, query, window);
   // The memory has the direction of driving, the poses have the heading.
   window.mirrored = pass.turned != (then.direction != query.direction);
-  const double reach = (window.bound_m + search_->reach_m()) / memory.spacing() + 4.0;
-  const auto clamped = [&](double number) {
-    return static_cast<std::size_t>(
-        std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
-  };
-  window.first = clamped(std::floor(window.expected - reach));
-  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
   return window;
 }
 

@@ -12,6 +12,7 @@
 
 #include "gprodom/config.h"
 #include "map/ground_map_file.h"
+#include "map/map_merge.h"
 #include "map/map_path.h"
 #include "map/mapper.h"
 
@@ -109,6 +110,31 @@ py::list sessions(const GroundMap& ground) {
   return all;
 }
 
+py::dict join_facts(const MapJoin& join) {
+  const JoinedTracks joined = join.joined.value_or(JoinedTracks());
+  const auto trusted = std::count_if(joined.revisits.begin(), joined.revisits.end(),
+                                     [](const Revisited& one) { return one.trusted; });
+  const auto& end = joined.end;
+  const Eigen::Matrix3d covariance = end.covariance.topLeftCorner<3, 3>();
+  const auto& found = joined.places;
+  return py::dict(
+      "map"_a = join.map, "proven"_a = join.proven, "into"_a = join.into, "revisits"_a = trusted,
+      "refused"_a = joined.revisits.size() - trusted, "proven_m"_a = joined.proven_m,
+      "stretch"_a = joined.stretch, "scale"_a = end.scale,
+      "covariance"_a = std::vector<double>(covariance.data(), covariance.data() + 9),
+      "x"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.x(); }),
+      "y"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.y(); }),
+      "yaw"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.yaw; }));
+}
+
+py::dict merge(const GroundMap& first, const GroundMap& second) {
+  MergedMaps merged = merge_maps(first, second, default_config().graph);
+  py::list joins;
+  for (const MapJoin& join : merged.joins) joins.append(join_facts(join));
+  const double known_m = merged.known_m;
+  return py::dict("ground"_a = std::move(merged.ground), "joins"_a = joins, "known_m"_a = known_m);
+}
+
 GroundMap part(const GroundMap& ground,
                const std::vector<std::pair<std::size_t, std::size_t>>& ranges) {
   std::vector<gpr::MemoryRange> kept;
@@ -137,6 +163,11 @@ void bind_map(py::module_& module) {
            [](const GroundMap& ground) { return py::bytes(to_bytes(ground, ground.places)); })
       .def("part", &part, py::arg("ranges"),
            "The ground of these columns, [first, end), in ascending order; in the same maps.")
+      .def("merged", &merge, py::arg("other"),
+           "This map and another file's, its tracks joined where ground that both drove over\n"
+           "proves how they lie: ground, known_m (m of the other's ground that was left out), "
+           "joins\n"
+           "(of each map of the other). Raises ValueError where the files cannot be compared.")
       .def("features_alone", &GroundMap::features_alone,
            "The same ground as version 1 has it: features, which no later filter replaces.")
       .def("runs", &runs,

@@ -15,6 +15,7 @@ from gprodom.export.command import parse_datum
 from gprodom.export.paths import write_csv, write_geojson
 from gprodom.files import write_bytes
 from gprodom.map import cut, service
+from gprodom.map import merge as merging
 from gprodom.map.ground import NOT_IN_FILE, MapFile, facts, map_from, read_map
 from gprodom.map.picture import map_figure
 from gprodom.options import Subparsers, add_command
@@ -53,6 +54,15 @@ along which no pose is known is found by --runs and --distance alone. Where a va
 minus, write it behind an equals sign: --area=-2,-2,3,3.
 """
 
+MERGE = """\
+Writes one map of two: how the tracks of SECOND lie in the maps of FIRST is found by ground that
+both drove over, and a pose graph over both places them. A join must be proven by revisits over
+several metres that agree; a map without such ground is left out, and where none is left nothing is
+written (exit code 1). Ground of SECOND that FIRST has is not stored again. The frame is that of
+FIRST, its poses move by what the revisits say. Both files are kept as parents. Files of version 1
+cannot be merged.
+"""
+
 INSTALL = """\
 Copies map files into the folder of the service, as its user and readable by its group, each
 entirely or not at all. Afterwards the command load_map NAME takes it up. The service itself writes
@@ -68,6 +78,7 @@ EXAMPLES = """\
   gprodom map plot ground.map -o map.png
   gprodom map export ground.map --datum 52.3906,13.0645,40 --geojson paths.geojson
   gprodom map cut ground.map --area 0,-5,40,25 -o yard.map
+  gprodom map merge monday.map tuesday.map -o site.map
   sudo gprodom map fetch ground -o .
   sudo gprodom map install yard.map
 """
@@ -81,6 +92,7 @@ def add_parser(subparsers: Subparsers) -> None:
     _add_plot(works)
     _add_export(works)
     _add_cut(works)
+    _add_merge(works)
     _add_install(works)
     _add_fetch(works)
 
@@ -154,6 +166,15 @@ def _add_cut(works: Subparsers) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="map file")
     add_json_flag(parser)
     parser.set_defaults(run=run_cut)
+
+
+def _add_merge(works: Subparsers) -> None:
+    parser = add_command(works, "merge", "two sessions become one map", MERGE, EXAMPLES)
+    parser.add_argument("first", metavar="FIRST", type=Path, help="map file, whose frame stays")
+    parser.add_argument("second", metavar="SECOND", type=Path, help="map file that joins it")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="map file")
+    add_json_flag(parser)
+    parser.set_defaults(run=run_merge)
 
 
 def _add_install(works: Subparsers) -> None:
@@ -291,6 +312,22 @@ def run_cut(args: argparse.Namespace) -> int:
         print_json({"length_m": file.length_m, "kept_m": kept})
     else:
         print(f"{kept:.1f} of {file.length_m:.1f} m kept")
+    return 0
+
+
+def run_merge(args: argparse.Namespace) -> int:
+    """Writes one map of two."""
+    files = read_map(args.first), read_map(args.second)
+    merged = merging.merge(*files)
+    write_bytes(args.output, merged.data)
+    lengths = [file.length_m for file in (*files, read_map(args.output))]
+    if args.json:
+        named = zip(("first_m", "second_m", "length_m"), lengths, strict=True)
+        print_json({**dict(named), "known_m": merged.known_m, "joins": merged.joins})
+        return 0
+    for join in merged.joins:
+        print(merging.as_text(join))
+    print("{:.1f} m and {:.1f} m: {:.1f} m".format(*lengths))
     return 0
 
 

@@ -291,8 +291,7 @@ std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
   const BandLimit& limit = sessions_.back();
   Columns columns = limited_pending();
   columns.array().rowwise() *= limit.deviation.array();
-  Columns features = stretched(*of_columns_, limit, stretch).project(columns);
-  smooth_along(of_columns_->short_sigma(), features);
+  const Columns features = stretched_features(columns, sessions_.size() - 1, stretch);
   return Newest{features.bottomRows(all), *place};
 }
 

@@ -10,6 +10,7 @@
 // forgotten. A run is a stretch driven one way without a gap; a patch lies within one run.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -119,7 +120,7 @@ class TraceMemory {
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
   Columns patch(MemoryRange range) const;
-  // The same of ground of the newest session, as it would be if travel times had not changed.
+  // The same of columns within one run, as it would be if travel times had not changed.
   Columns patch(MemoryRange range, double stretch) const;
   // Whether features can be made of band-limited columns again: of ground that was restored so.
   bool can_stretch() const { return of_columns_.has_value(); }
@@ -150,12 +151,14 @@ class TraceMemory {
     int direction = 1;
     std::size_t session = 0;
   };
-  // Those of sessions with enough ground; the others have the filter of the longest one.
+  // Those of sessions with enough ground; the others have the filter of the longest one. Sessions
+  // that began since have that of the newest one restored.
   struct SessionFilters {
     PatchFilter longest;
     std::map<std::size_t, PatchFilter> own;
+    std::size_t sessions = 0;  // restored
     const PatchFilter& of(std::size_t session) const {
-      const auto found = own.find(session);
+      const auto found = own.find(std::min(session, sessions - 1));
       return found == own.end() ? longest : found->second;
     }
   };
@@ -178,15 +181,16 @@ class TraceMemory {
   void forget_oldest();
   Columns filtered_pending() const;
   Columns limited_pending() const;
+  Columns stretched_features(const Columns& columns, std::size_t session, double stretch) const;
 
   TraceMemoryOptions options_;
   double sample_interval_ = 0.0;
   std::optional<PatchFilter> filter_;
   std::vector<BandLimit> sessions_;
-  std::optional<PatchFilter> of_columns_;  // of the newest session restored: columns to features
-  bool begins_session_ = false;            // with the next column
-  Columns to_limited_;                     // of the newest session: traces to band-limited columns
-  int context_ = 0;                        // columns that the band-pass reaches to either side
+  std::optional<SessionFilters> of_columns_;  // of the sessions restored: columns to features
+  bool begins_session_ = false;               // with the next column
+  Columns to_limited_;  // of the newest session: traces to band-limited columns
+  int context_ = 0;     // columns that the band-pass reaches to either side
 
   std::optional<Sample> last_;
   int direction_ = 0;  // of the run under way; 0: not known yet

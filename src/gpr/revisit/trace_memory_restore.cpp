@@ -70,7 +70,7 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
   const PatchFilter first = learn(longest, 0);
   const int row_step = (first.samples() + first.rows() - 1) / first.rows();
   const auto least = static_cast<Eigen::Index>(options_.learn_m / options_.spacing_m);
-  SessionFilters filters{first, {}};
+  SessionFilters filters{first, {}, sessions_.size()};
   for (std::size_t i = 0; i < ground.size(); ++i) {
     if (i == longest || ground[i].rows() < least) continue;
     PatchFilter own = learn(i, row_step);
@@ -81,11 +81,15 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
 
 Columns TraceMemory::patch(MemoryRange range, double stretch) const {
   if (stretch == 0.0) return patch(range);
-  StoredRun stored;
-  stored.levels = limited_.levels(range.first - first_, range.size());
-  const BandLimit& limit = sessions_.back();
-  Columns features = stretched(*of_columns_, limit, stretch).project(columns_of(stored, limit));
-  smooth_along(of_columns_->short_sigma(), features);
+  const StoredRun stored = stored_run(range);
+  return stretched_features(columns_of(stored, sessions_[stored.session]), stored.session, stretch);
+}
+
+Columns TraceMemory::stretched_features(const Columns& columns, std::size_t session,
+                                        double stretch) const {
+  const PatchFilter& filter = of_columns_->of(session);
+  Columns features = stretched(filter, sessions_[session], stretch).project(columns);
+  smooth_along(filter.short_sigma(), features);
   return features;
 }
 
@@ -118,7 +122,7 @@ void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<Sto
     }
     run_kept_ = false;
   }
-  of_columns_ = filters.of(sessions_.size() - 1);
+  of_columns_ = filters;
   to_limited_ = sessions_.back().projection();
   set_filter(for_traces(filters.of(sessions_.size() - 1), sessions_.back()));
 }

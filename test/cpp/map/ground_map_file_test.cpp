@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "driven_ground.h"
 #include "gpr/revisit/revisit.h"
-#include "gpr/synthetic_ground.h"
 #include "gprodom/error.h"
 
 namespace gprodom {
@@ -13,27 +13,6 @@ namespace {
 
 using gpr::Columns;
 using gpr::MemoryRange;
-
-// Drives to `end` (m) over ground `seed`, as another session of the map.
-void drive(GroundMap& ground, unsigned seed, double begin, double end, unsigned noise = 1,
-           double wave_speed = 1e8) {
-  const gpr::SyntheticGround there(seed, 40.0, wave_speed);
-  gpr::SyntheticRadar radar(noise, 60.0);
-  ground.memory.begin_session();
-  const std::size_t first = ground.memory.kept().end;
-  double time = 1e6 * noise;
-  for (double x = begin; x < end; x += 0.015, time += 0.05) {
-    const GprTrace trace = radar.measure(there, x, time);
-    ground.format = format_of(trace);
-    ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, x);
-  }
-  ground.memory.end_run();
-  ground.origins.resize(ground.memory.sessions().size(), {{0.1, 0.0, 0.2}, "test"});
-  for (std::size_t column = first; column < ground.memory.kept().end; column += 25) {
-    const double x = ground.memory.column(column).distance_m;
-    ground.places.push_back({column, x, {{x, 1.0}, 0.0}, 0});
-  }
-}
 
 GroundMap driven(double metres) {
   GroundMap ground{gpr::TraceMemoryOptions()};

@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""What two sessions become when their maps are merged, and that a stranger's map changes nothing.
+
+Each run draws everything from a seed, as bench/changed_ground.py does: a drive of some 65 m, and on
+another day the same route, some centimetres aside, by another wheel and radar, on ground whose
+permittivity has changed. Each day's map is saved, and both are merged, either way. A third map is
+of the same route on ground of its own: a stranger's.
+
+    error    of the poses in the map, RMS, the truth being placed by where the first map's frame
+             lies (before: each day's map by its own)
+    NEES     of the position at the end of the drive (2 where the covariance is right): before by
+             the estimator's own, after by that of the join, of the day that joins the other
+
+    bench/merge.py --runs 40 --change 0 10
+    bench/merge.py --runs 2 --change 10 --json
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gprodom
+from changed_ground import STRANGER, another_day
+from gprodom.arrays import Floats
+from gprodom.console import format_table, print_json
+from gprodom.map.ground import MapFile, read_map
+from gprodom.simulate import Simulated
+from gprodom.simulate.recording import as_recording
+from relocation import command_line, each_drive, simulated
+
+
+@dataclass(frozen=True)
+class Session:
+    """The map of a drive, and the pose in it when it was saved."""
+
+    run: Simulated
+    file: MapFile
+    origin: int  # time (us) of the pose at which the frame lies
+    end: Floats  # position in map
+    end_covariance: Floats
+    end_time: int  # ns
+
+    def truth(self, time: Any, frame: Session) -> Floats:
+        """Position of the robot at times (ns), in the frame of a map."""
+        return placed(self.run, np.asarray(time) // 1000, frame.run, frame.origin)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one drive at one change; of each of the two days."""
+
+    seed: int
+    change: float
+    proven: list[bool]
+    before_m: list[float]
+    after_m: list[float]
+    nees_before: list[float]
+    nees_after: list[float]
+    bytes_before: list[int]
+    bytes_after: int
+    stranger_joined: bool
+    stranger_changed_m: float  # the most by which a pose of the first map has moved
+
+
+def placed(run: Simulated, utime: Any, frame: Simulated, origin: int) -> Floats:
+    """Positions (n, 2) of a drive in the frame that lies where another one was at `origin`."""
+    start, motion = frame.motion_at(np.array([origin])), run.motion_at(utime)
+    cos, sin = np.cos(start.yaw), np.sin(start.yaw)
+    dx, dy = motion.x - start.x, motion.y - start.y
+    return np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+
+
+def drive(run: Simulated, path: Path, sets: list[str]) -> Session:
+    """Drives, and saves the map."""
+    estimator = gprodom.Odometry(set=sets)
+    outputs = estimator.run(**as_recording(run).messages())
+    estimator.reset()  # what was driven last is in the map, too
+    estimator.save_map(str(path))
+    pose = outputs.odometry_map
+    return Session(
+        run,
+        read_map(path),
+        int(outputs.odometry["time"][0]) // 1000,
+        pose["position"][-1, :2],
+        np.reshape(pose["pose_covariance"][-1], (6, 6))[:2, :2],
+        int(pose["time"][-1]),
+    )
+
+
+def rms(off: Floats) -> float:
+    """Of distances."""
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+
+def nees(off: Floats, covariance: Floats) -> float:
+    """Of a position."""
+    return float(off @ np.linalg.solve(covariance, off))
+
+
+def error_before(one: Session) -> Floats:
+    """Of the poses in a day's own map."""
+    places = one.file.places
+    return np.column_stack([places["x"], places["y"]]) - one.truth(places["time"], one)
+
+
+def error_after(first: Session, second: Session, join: dict[str, Any]) -> tuple[Floats, Floats]:
+    """Of the poses of both days, where the second has joined the first."""
+    found = np.column_stack([join["x"], join["y"]])
+    count = len(first.file.places["x"])
+    return (
+        found[:count] - first.truth(first.file.places["time"], first),
+        found[count:] - second.truth(second.file.places["time"], first),
+    )
+
+
+def run_one(seed: int, changes: list[float], sets: list[str]) -> list[Figures]:
+    """Two days and a stranger's, at each change."""
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        first_run = simulated(seed)
+        first = drive(first_run, work / "first.map", sets)
+        found = []
+        for change in changes:
+            days = first, drive(another_day(first_run, change, seed), work / "second.map", sets)
+            away = another_day(first_run, change, STRANGER + seed)
+            found.append(compare(seed, change, days, drive(away, work / "away.map", sets)))
+        return found
+
+
+def compare(seed: int, change: float, days: tuple[Session, Session], away: Session) -> Figures:
+    """Merges both days, either way, and a stranger's with the first."""
+    merged = [a.file.ground.merged(b.file.ground) for a, b in (days, days[::-1])]
+    joins = [one["joins"][0] for one in merged]
+    proven = [bool(join["proven"]) for join in joins]
+    after, ends = [], []
+    if proven[0]:
+        after = [rms(off) for off in error_after(*days, joins[0])]
+    for (a, b), join in zip((days, days[::-1]), joins, strict=True):
+        if join["proven"]:
+            covariance = np.reshape(join["covariance"], (3, 3))[:2, :2]
+            ends.append(nees(error_after(a, b, join)[1][-1], covariance))
+    stranger = days[0].file.ground.merged(away.file.ground)
+    kept, places = stranger["ground"].places(), days[0].file.places
+    moved = np.hypot(kept["x"] - places["x"], kept["y"] - places["y"])
+    return Figures(
+        seed=seed,
+        change=change,
+        proven=proven,
+        before_m=[rms(error_before(day)) for day in days],
+        after_m=after,
+        nees_before=[
+            nees(day.end - day.truth([day.end_time], day)[0],
+                 day.end_covariance) for day in days
+        ],
+        nees_after=ends[::-1],  # the first day joins the second in the second way
+        bytes_before=[len(day.file.data) for day in days],
+        bytes_after=len(merged[0]["ground"].to_bytes()),
+        stranger_joined=any(join["proven"] for join in stranger["joins"]),
+        stranger_changed_m=float(moved.max()),
+    )  # fmt: skip
+
+
+def summarise(change: float, runs: list[Figures]) -> dict[str, Any]:
+    """The figures of one change."""
+    joined = [one for one in runs if all(one.proven)]
+
+    def of_days(name: str, over: list[Figures]) -> list[float]:
+        return [float(x) for x in np.mean([getattr(one, name) for one in over], axis=0)]
+
+    figures: dict[str, Any] = {
+        "change_percent": change,
+        "runs": len(runs),
+        "proven": len(joined),
+        "strangers_joined": sum(one.stranger_joined for one in runs),
+        "moved_by_strangers_m": max(one.stranger_changed_m for one in runs),
+    }
+    for name in ("before_m", "after_m", "nees_before", "nees_after", "bytes_before"):
+        figures[name] = of_days(name, joined) if joined else None
+    figures["bytes_after"] = float(np.mean([one.bytes_after for one in joined])) if joined else None
+    return figures
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = command_line(__doc__, others=0)
+    parser.add_argument(
+        "--change", type=float, nargs="+", default=[0.0, 10.0], metavar="PERCENT",
+        help="of the permittivity (0 10)",
+    )  # fmt: skip
+    args = parser.parse_args()
+    runs = each_drive(partial(run_one, changes=args.change, sets=args.overrides), args)
+    figures = [summarise(change, [run[i] for run in runs]) for i, change in enumerate(args.change)]
+    if args.json:
+        print_json(figures)
+        return 0
+    for one in figures:
+        rows = [
+            [name, ", ".join(f"{x:.4g}" for x in v) if isinstance(v, list) else v]
+            for name, v in one.items()
+        ]
+        print(format_table(["figure", "value"], rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Two maps become one where ground that both drove over proves how they lie."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from gprodom.errors import Error
+from gprodom.map.ground import MapFile
+
+
+@dataclass(frozen=True)
+class Merged:
+    """A merged map, and what is known of it."""
+
+    data: bytes
+    joins: list[dict[str, Any]]  # of each map of the second file
+    known_m: float  # of the second file's ground, which the first has
+
+
+def merge(first: MapFile, second: MapFile) -> Merged:
+    """Raises `Error` where no ground in common is proven, or where the files cannot be compared."""
+    try:
+        found = first.ground.merged(second.ground)
+    except ValueError as error:
+        raise Error(f"{first.path}, {second.path}: not merged: {error}") from None
+    joins = [_facts(join) for join in found["joins"]]
+    if not any(join["proven"] for join in joins):
+        most = max((join["proven_m"] for join in joins), default=0.0)
+        raise Error(
+            f"{second.path}: no ground in common with {first.path} is proven"
+            + (f" ({most:.1f} m of it look alike)" if most else "")
+            + ": not merged, nothing is written"
+        )
+    return Merged(found["ground"].to_bytes(), joins, found["known_m"])
+
+
+def _facts(join: dict[str, Any]) -> dict[str, Any]:
+    """What is told of a join. Its sigmas are those of the track's last pose in the first map."""
+    sigmas = [math.sqrt(join["covariance"][i]) for i in (0, 4, 8)]
+    names = ("map", "proven", "into", "revisits", "refused", "proven_m")
+    known = dict.fromkeys(("longer_travel_times", "scale", "sigma_m", "sigma_yaw"))
+    if join["proven"]:
+        known |= {
+            "longer_travel_times": math.expm1(join["stretch"]),
+            "scale": join["scale"],
+            "sigma_m": math.hypot(*sigmas[:2]),
+            "sigma_yaw": sigmas[2],
+        }
+    return {name: join[name] for name in names} | known
+
+
+def as_text(join: dict[str, Any]) -> str:
+    """A line on one map of the second file."""
+    if not join["proven"]:
+        return f"map {join['map']}: no ground in common is proven: left out"
+    return (
+        f"map {join['map']} joins map {join['into']}: {join['revisits']} revisits over "
+        f"{join['proven_m']:.1f} m, {join['refused']} refused; travel times "
+        f"{100 * join['longer_travel_times']:+.0f} %; its last pose is known to "
+        f"{100 * join['sigma_m']:.0f} cm"
+    )

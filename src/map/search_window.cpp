@@ -1,0 +1,53 @@
+#include "map/search_window.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gprodom {
+namespace {
+
+// Errors of a revisit over those that its match foretells: what tracks 20 cm apart on real ground
+// showed (docs/revisit.md, "Search").
+constexpr double kSigmaFactor = 1.7;
+
+constexpr double kStretchesChosenFrom = 5.0;  // a hypothesis has the best of so many
+
+}  // namespace
+
+gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool stretched) {
+  gpr::RevisitSearchOptions options;
+  options.patch_m = config.patch_length;
+  // One of several stretches was chosen, by the same ground in part.
+  if (stretched) options.nowhere = 1.0 - (1.0 - options.nowhere) / kStretchesChosenFrom;
+  return options;
+}
+
+gpr::SearchWindow window_on(const gpr::TraceMemory& memory, std::size_t column, double ahead_m,
+                            double bound_m, double reach_m) {
+  const gpr::MemoryRange run = memory.run_of(column);
+  gpr::SearchWindow window;
+  window.run = run.first;
+  window.expected =
+      static_cast<double>(column) + memory.column(column).direction * ahead_m / memory.spacing();
+  window.bound_m = bound_m;
+  const double reach = (bound_m + reach_m) / memory.spacing() + 4.0;
+  const auto clamped = [&](double number) {
+    return static_cast<std::size_t>(
+        std::clamp(number, static_cast<double>(run.first), static_cast<double>(run.end)));
+  };
+  window.first = clamped(std::floor(window.expected - reach));
+  window.features = memory.patch({window.first, clamped(std::ceil(window.expected + reach))});
+  return window;
+}
+
+// Overlapping patches share their errors. So the variance is divided by the share of new ground:
+// all patches together count as often as they fit into the ground.
+RevisitEdge edge_of(const gpr::RevisitMatch& match, double moved_m, const GraphConfig& config) {
+  const double fresh = std::min(1.0, moved_m / config.patch_length);
+  RevisitEdge edge;
+  edge.sigma_m = std::max(kLeastRevisitSigma, kSigmaFactor * match.sigma_m) / std::sqrt(fresh);
+  edge.lateral_sigma_m = config.lateral_sigma / std::sqrt(fresh);
+  return edge;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,37 @@
+// What the mapper and the merging of maps share: where ground is searched, and what a place found
+// is worth as a revisit.
+#pragma once
+
+#include <cstddef>
+
+#include "estimation/planar_geometry.h"
+#include "gpr/revisit/revisit_search.h"
+#include "gpr/revisit/trace_memory.h"
+#include "gprodom/config.h"
+
+namespace gprodom {
+
+// m between two tracks. Further apart they see other ground: of 40 cm, a coherence of 0.3 is left
+// in the best band (docs/revisit.md).
+constexpr double kLateralGate = 0.4;
+
+// m driven between two searches. Patches that overlap by more share their errors and tell little
+// that is new.
+constexpr double kQuerySpacing = 0.25;
+
+constexpr int kBefore = 58;  // columns before the query, for the search backwards
+
+constexpr double kLeastRevisitSigma = 0.005;  // m
+
+// stretched: of a query whose travel times are stretched.
+gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool stretched);
+
+// The window round the place that lies `ahead_m` (in the direction in which distances rise) of a
+// column, within `bound_m`; reach_m: as RevisitSearch says.
+gpr::SearchWindow window_on(const gpr::TraceMemory& memory, std::size_t column, double ahead_m,
+                            double bound_m, double reach_m);
+
+// The errors of a revisit by its match. moved_m: since the last one in the same run.
+RevisitEdge edge_of(const gpr::RevisitMatch& match, double moved_m, const GraphConfig& config);
+
+}  // namespace gprodom

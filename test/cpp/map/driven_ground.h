@@ -1,0 +1,39 @@
+// Ground maps of straight drives over synthetic ground.
+#pragma once
+
+#include <cmath>
+
+#include "gpr/synthetic_ground.h"
+#include "map/ground_map.h"
+
+namespace gprodom {
+
+constexpr double kAntennaAhead = 0.1;  // m, in body
+
+// Drives from `begin` to `end` (m) over ground `seed`, as another session of the map. The poses lie
+// along y = 1, x is the distance (its negative where the robot comes back).
+inline void drive(GroundMap& ground, unsigned seed, double begin, double end, unsigned noise = 1,
+                  double wave_speed = 1e8) {
+  const gpr::SyntheticGround there(seed, 40.0, wave_speed);
+  gpr::SyntheticRadar radar(noise, 60.0);
+  ground.memory.begin_session();
+  const std::size_t first = ground.memory.kept().end;
+  const double step = begin < end ? 0.015 : -0.015;
+  double time = 1e6 * noise;
+  for (double x = begin; (end - x) * step > 0.0; x += step, time += 0.05) {
+    const GprTrace trace = radar.measure(there, x, time);
+    ground.format = format_of(trace);
+    ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, std::copysign(x, step));
+  }
+  ground.memory.end_run();
+  ground.origins.resize(ground.memory.sessions().size(), {{kAntennaAhead, 0.0, 0.2}, "test"});
+  // Driven ahead, x is that of the body. Turned about, the body lies on the other side.
+  const bool back = end < begin;
+  for (std::size_t column = first; column < ground.memory.kept().end; column += 25) {
+    const double distance = ground.memory.column(column).distance_m;
+    const double x = back ? 2 * kAntennaAhead - distance : distance;
+    ground.places.push_back({column, distance, {{x, 1.0}, back ? M_PI : 0.0}, 0});
+  }
+}
+
+}  // namespace gprodom

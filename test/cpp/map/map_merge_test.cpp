@@ -1,0 +1,108 @@
+#include "map/map_merge.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "driven_ground.h"
+#include "map/ground_map_file.h"
+
+namespace gprodom {
+namespace {
+
+// How the second session's frame lies in the first's.
+const PlanarPose kOther{{10.0, 3.0}, 2.0};
+
+GroundMap session(unsigned seed, double begin, double end, unsigned noise,
+                  double wave_speed = 1e8) {
+  GroundMap ground{gpr::TraceMemoryOptions()};
+  drive(ground, seed, begin, end, noise, wave_speed);
+  ground.identity = noise;
+  return ground;
+}
+
+GroundMap in_own_frame(GroundMap ground) {
+  for (KnownPlace& place : ground.places) place.pose = compose(between(kOther, {}), place.pose);
+  return ground;
+}
+
+double metres(const GroundMap& ground) {
+  return static_cast<double>(ground.memory.kept().size()) * ground.memory.spacing();
+}
+
+// Of places, given in the same order, from where they should lie.
+double worst(const std::vector<KnownPlace>& places, const std::vector<KnownPlace>& truth) {
+  double most = places.size() == truth.size() ? 0.0 : HUGE_VAL;
+  for (std::size_t i = 0; i < places.size() && i < truth.size(); ++i)
+    most = std::max(most, (places[i].pose.p - truth[i].pose.p).norm());
+  return most;
+}
+
+// Of all places of two maps, after merging.
+double worst_of_both(const MergedMaps& merged, const GroundMap& first, const GroundMap& second) {
+  std::vector<KnownPlace> truth = first.places;
+  truth.insert(truth.end(), second.places.begin(), second.places.end());
+  return worst(merged.joins.at(0).joined->places, truth);
+}
+
+TEST(MapMerge, TwoSessionsBecomeOne) {
+  const GroundMap first = session(3, 1.0, 25.0, 1);
+  for (const double wave_speed : {1e8, 1.04e8}) {
+    const GroundMap second = session(3, 12.0, 38.0, 2, wave_speed);
+    const MergedMaps merged = merge_maps(first, in_own_frame(second), {});
+    ASSERT_EQ(merged.joins.size(), 1U);
+    EXPECT_TRUE(merged.joins[0].proven);
+    EXPECT_NEAR(merged.joins[0].joined->stretch, -std::log(wave_speed / 1e8), 0.02);
+    EXPECT_EQ(merged.ground.parents, (std::vector<std::uint64_t>{1, 2}));
+    EXPECT_EQ(merged.ground.memory.sessions().size(), 2U);
+    EXPECT_EQ(merged.ground.unused_map(), 1);
+    // Known ground is not stored twice.
+    EXPECT_NEAR(metres(merged.ground), 37.0, 2.5);
+    EXPECT_NEAR(metres(merged.ground) + merged.known_m, metres(first) + metres(second), 0.01);
+    // What reaches 13 m beyond the common ground is tied to it by its heading.
+    EXPECT_LT(worst_of_both(merged, first, second), 0.3);
+    const GroundMap back =
+        ground_map_from("a.map", to_bytes(merged.ground, merged.ground.places), {});
+    EXPECT_EQ(back.parents, merged.ground.parents);
+    EXPECT_EQ(back.places.size(), merged.ground.places.size());
+  }
+}
+
+TEST(MapMerge, DrivenTheOtherWay) {
+  const GroundMap first = session(3, 1.0, 25.0, 1), second = session(3, 24.0, 4.0, 2);
+  const MergedMaps merged = merge_maps(first, in_own_frame(second), {});
+  ASSERT_TRUE(merged.joins.at(0).proven);
+  EXPECT_LT(worst_of_both(merged, first, second), 0.1);
+}
+
+TEST(MapMerge, GroundOfAStrangerChangesNothing) {
+  const GroundMap first = session(3, 1.0, 25.0, 1);
+  const MergedMaps merged = merge_maps(first, session(4, 1.0, 25.0, 2), {});
+  EXPECT_FALSE(merged.joins.at(0).proven);
+  EXPECT_EQ(merged.known_m, 0.0);
+  EXPECT_EQ(merged.ground.parents, std::vector<std::uint64_t>{1});
+  EXPECT_LT(worst(merged.ground.places, first.places), 1e-9);
+  EXPECT_EQ(merged.ground.memory.kept().size(), first.memory.kept().size());
+}
+
+// A stretch that looks alike is no proof, since what follows it differs.
+TEST(MapMerge, AShortPieceInCommonIsNoProof) {
+  const GroundMap first = session(3, 1.0, 25.0, 1);
+  GroundMap second = session(3, 8.0, 14.8, 2);
+  drive(second, 4, 14.8, 30.0, 3);
+  const MergedMaps merged = merge_maps(first, in_own_frame(std::move(second)), {});
+  EXPECT_FALSE(merged.joins.at(0).proven);
+  EXPECT_LT(worst(merged.ground.places, first.places), 1e-9);
+}
+
+TEST(MapMerge, WhatCannotBeComparedIsRefused) {
+  const GroundMap first = session(3, 1.0, 12.0, 1);
+  GroundMap other = session(3, 1.0, 12.0, 2);
+  other.format.sample_interval_s *= 2;
+  EXPECT_THROW(merge_maps(first, other, {}), std::invalid_argument);
+  EXPECT_THROW(merge_maps(first, first.features_alone(), {}), std::invalid_argument);
+  EXPECT_THROW(merge_maps(GroundMap{gpr::TraceMemoryOptions()}, first, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gprodom

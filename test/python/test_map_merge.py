@@ -1,0 +1,88 @@
+"""``gprodom map merge`` on the maps of two simulated days."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gprodom
+from gprodom.cli import main
+from gprodom.map.ground import read_map
+from gprodom.simulate.drives import drive_on_known_ground
+from gprodom.simulate.recording import as_recording
+from map_bytes import sealed, version_1
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+
+def save(path: Path, seed: int, shift: int = 0, wheel: float = 1.0) -> None:
+    """The map of a drive, `shift` ns later than it was, by another wheel."""
+    told = as_recording(drive_on_known_ground(seed)).messages()
+    for time in ("imu_time", "wheel_time", "gpr_time"):
+        told[time] = told[time] + shift
+    told["wheel_distance"] = wheel * told["wheel_distance"]
+    noise = 30.0 * np.random.RandomState(1).standard_normal(told["traces"].shape)
+    told["traces"] = told["traces"] + (noise if shift else 0.0)
+    estimator = gprodom.Odometry()
+    estimator.run(**told)
+    estimator.reset()
+    estimator.save_map(str(path))
+
+
+@pytest.fixture(scope="module")
+def days(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two days on the same ground, and a day elsewhere."""
+    folder = tmp_path_factory.mktemp("days")
+    save(folder / "monday.map", 0)
+    save(folder / "tuesday.map", 0, 10**14, 1.01)
+    save(folder / "elsewhere.map", 3)
+    return folder
+
+
+def merge(folder: Path, first: str, second: str, *options: str) -> int:
+    names = [str(folder / f"{name}.map") for name in (first, second, "merged")]
+    return main(["map", "merge", *names[:2], "-o", names[2], *options])
+
+
+def test_two_days_become_one_map(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert merge(days, "monday", "tuesday", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    [join] = found["joins"]
+    assert join["proven"] and join["revisits"] > 20 and join["refused"] < 3
+    assert 0.985 < join["scale"] < 1.015 and abs(join["longer_travel_times"]) < 0.02
+    # Ground that is known is not stored twice.
+    assert found["length_m"] < found["first_m"] + 1.0
+    assert found["known_m"] == pytest.approx(
+        found["first_m"] + found["second_m"] - found["length_m"]
+    )
+    monday, tuesday, merged = (
+        read_map(days / f"{name}.map") for name in ("monday", "tuesday", "merged")
+    )
+    assert merged.ground.parents == [monday.ground.identity, tuesday.ground.identity]
+    assert merged.maps == [0]
+    moved = [np.abs(merged.places[n][: len(monday.places[n])] - monday.places[n]) for n in "xy"]
+    assert max(map(np.max, moved)) < 0.2
+    # A robot is at home in it.
+    estimator = gprodom.Odometry()
+    estimator.load_map(str(days / "merged.map"))
+    told = as_recording(drive_on_known_ground(0)).messages()
+    assert estimator.run(**told).status[-1]["values"]["map.located"] == 1.0
+    assert merge(days, "monday", "tuesday") == 0
+    assert "map 0 joins map 0" in capsys.readouterr().out
+
+
+def test_nothing_is_written_of_a_stranger(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (days / "merged.map").unlink(missing_ok=True)
+    assert merge(days, "monday", "elsewhere") == 1
+    assert "no ground in common" in capsys.readouterr().err
+    assert not (days / "merged.map").exists()
+
+
+def test_version_1_is_not_merged(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (days / "old.map").write_bytes(sealed(1, version_1()))
+    for names in (("monday", "old"), ("old", "monday")):
+        assert merge(days, *names) == 1
+        assert "version 1" in capsys.readouterr().err
