@@ -34,7 +34,7 @@ endforeach()
 set(GPRODOM_PYTHON_INSTALL "" CACHE STRING "Folder for the Python package, such as lib/python3/dist-packages")
 if(GPRODOM_PYTHON_INSTALL AND TARGET _core)
   install(DIRECTORY scripts/gprodom DESTINATION ${GPRODOM_PYTHON_INSTALL} FILES_MATCHING
-    PATTERN *.py PATTERN *.pyi PATTERN py.typed PATTERN *.npz PATTERN __pycache__ EXCLUDE)
+    PATTERN *.py PATTERN *.pyi PATTERN py.typed PATTERN *.npz PATTERN split.json PATTERN __pycache__ EXCLUDE)
   install(DIRECTORY ${GPRODOM_PYTHON_OUTPUT}/gprodom/lcmtypes
     DESTINATION ${GPRODOM_PYTHON_INSTALL}/gprodom FILES_MATCHING PATTERN *.py)
   install(FILES ${GPRODOM_PYTHON_OUTPUT}/gprodom/_version.py

@@ -38,6 +38,8 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.export.command",
     "gprodom.plot.command",
     "gprodom.map.command",
+    "gprodom.learned.command",
+    "gprodom.learned.live",
     "gprodom.status.command",
 )
 

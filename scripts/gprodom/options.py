@@ -48,3 +48,13 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
         dest="overrides",
         help="override one configuration key; may be repeated",
     )
+
+
+def add_networks_option(parser: argparse.ArgumentParser) -> None:
+    """``--networks``, for commands that run a method."""
+    parser.add_argument(
+        "--networks",
+        type=Path,
+        metavar="DIR",
+        help="folder that gprodom learn wrote, for the learned methods",
+    )

@@ -19,7 +19,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.ground.survey import shipped
 from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_networks_option
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.record import scene_of, sequence_name
 from gprodom.score.sources import kind_of
@@ -68,7 +68,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--methods",
         metavar="A,B",
         default=",".join(DEFAULT_METHODS),
-        help="see above (default: all but the signed ones)",
+        help="see above (default: all but the signed and the learned ones)",
     )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the results"
@@ -111,6 +111,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
     )
     add_config_options(parser)
+    add_networks_option(parser)
     parser.add_argument(
         "--align",
         choices=ALIGNMENTS,
@@ -167,7 +168,8 @@ def name_sequences(
 
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
-    methods = [find_method(name) for name in dict.fromkeys(re.split(r"[,\s]+", args.methods))]
+    names = dict.fromkeys(re.split(r"[,\s]+", args.methods))
+    methods = [find_method(name, args.networks) for name in names]
     if args.jobs < 1:
         raise UsageError(f"-j {args.jobs}: expected at least 1")
     output: Path = args.output

@@ -91,6 +91,8 @@ def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: o
     if method.reckoned != "wheel":
         facts.append(_stamp(find_program()))
         facts += [file.read_text(encoding="utf-8") for file in config_files(settings.configs)]
+    if method.networks is not None:
+        facts.append(_stamp(method.networks / f"{method.network}.onnx"))
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 

@@ -16,7 +16,7 @@ from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.displacement import reckon, sequential
-from gprodom.odometry.methods import Method
+from gprodom.odometry.methods import METHODS, Method
 from gprodom.odometry.replay import run_replay
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
@@ -97,6 +97,8 @@ def estimate(
         return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
     smooth = smooth and not method.reckoned
     tum = output.with_suffix(".smoothed.tum") if smooth else None
+    if method.network:
+        log = _with_answers(log, method, configs, overrides, output)
     run_replay(
         log,
         output,
@@ -111,9 +113,31 @@ def estimate(
         found = logs.read_roles(output, channels.of("displacement"))
         displacements = sequential(found, method.front_end)
         return Estimate(reckon(logs.read_roles(log, sensors), displacements))
+    if method.network:
+        log.unlink()
     published = read_estimate(output, channels=channels)
     if tum is None:
         return Estimate(published.trajectory, published.jumps)
     smoothed = read_tum(tum)
     tum.unlink()
     return Estimate(published.trajectory, published.jumps, smoothed)
+
+
+def _with_answers(
+    log: Path, method: Method, configs: Configs, overrides: Sequence[str], output: Path
+) -> Path:
+    """A log beside `output` in which the method's network has answered the traces. Its track, where
+    it needs one, is that of IMU and wheel."""
+    from gprodom.learned.recorded import answers_to, with_answers
+
+    assert method.networks is not None
+    channels = read_channels(configs, [*method.overrides, *overrides])
+    track = output.with_suffix(".track.lcmlog") if method.tracked else None
+    if track is not None:
+        run_replay(log, track, configs, [*overrides, *METHODS["imu_wheel"].overrides])
+    answers = answers_to(log, method.network, method.networks, channels, track)
+    if track is not None:
+        track.unlink()
+    told = output.with_suffix(".answers.lcmlog")
+    with_answers(log, answers, channels, told)
+    return told

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from gprodom.errors import UsageError
 
@@ -16,6 +17,8 @@ class Method:
       replay; the estimator's poses are not used.
     front_end: the radar front end whose sequential displacements are measured, where there is one.
     k_key: configuration key of the displacement per unit of shift (K), where the method has one.
+    network: whose answers to traces and track the estimator gets, where the method has one
+      (`gprodom.learned`); tracked: it needs a track. networks: folder that holds it.
     """
 
     name: str
@@ -24,6 +27,9 @@ class Method:
     reckoned: str = ""  # "", "wheel" or "displacements"
     front_end: str = ""
     k_key: str = ""
+    network: str = ""
+    tracked: bool = False
+    networks: Path | None = None
 
 
 K_KEY = "paper.k"
@@ -71,19 +77,40 @@ METHODS = {
             "the same with revisits: the pose in map",
             ("gpr.enabled=true", "gpr.front_end=motion", "graph.enabled=true"),
         ),
+        Method(
+            "learned_sequential",
+            "IMU, wheel and motion by a network (--networks)",
+            ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=false"),
+            network="learned_sequential",
+        ),
+        Method(
+            "learned_pair",
+            "IMU, wheel and revisits by a network: the pose in map (--networks)",
+            ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=true"),
+            network="learned_pair",
+            tracked=True,
+        ),
     )
 }
 
 
-# The rows of a benchmark where none are named: all but those that differ in a sign.
-DEFAULT_METHODS = tuple(name for name in METHODS if not name.endswith("_signed"))
+# The rows of a benchmark where none are named: all but those that differ in a sign, or need a
+# network.
+DEFAULT_METHODS = tuple(
+    name for name, method in METHODS.items() if not name.endswith("_signed") and not method.network
+)
 
 
-def find_method(name: str) -> Method:
-    """The method of that name."""
+def find_method(name: str, networks: Path | None = None) -> Method:
+    """The method of that name. networks: folder of `gprodom learn`, for a method that has one."""
     if name not in METHODS:
         raise UsageError(f"unknown method {name!r}; expected one of {', '.join(METHODS)}")
-    return METHODS[name]
+    method = METHODS[name]
+    if not method.network:
+        return method
+    if networks is None:
+        raise UsageError(f"the method {name} needs --networks DIR, which gprodom learn writes")
+    return replace(method, networks=networks.resolve())
 
 
 def describe_methods() -> str:

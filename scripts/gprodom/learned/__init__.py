@@ -1,0 +1,3 @@
+"""Displacement by networks from radar traces: training on simulated ground, inference, and what the
+estimator is told. PyTorch is needed to train (`train`), onnxruntime to infer (`model`).
+"""

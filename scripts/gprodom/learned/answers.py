@@ -1,0 +1,231 @@
+"""From traces and odometry, as they come, to what the estimator is told: the same code live and on
+a recording.
+
+Both kinds hear `trace` and `pose` in time order and return displacements with what they hear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from gprodom.arrays import Floats
+from gprodom.lcm.constants import kind
+from gprodom.lcm.messages import message
+from gprodom.learned import windows
+from gprodom.learned.model import Network, read_record, to_offset, to_spacing, widening
+from gprodom.learned.windows import COLUMN, LENGTH, WINDOW, image, step_at, to_rows
+
+LONGEST_GAP = 1.0  # s between traces: after a longer one all begins anew
+LEAST_SIGMA = 2e-3  # m
+
+EVERY = LENGTH / 2  # m, from an image to the next
+PARALLEL = math.radians(25)  # of headings, either way
+NEAR = 0.6  # m; images whose middles lie so close by the track are compared
+DRIFT = 0.02  # by which that grows with the way between them
+MOST = 24  # images compared with one, the nearest
+TELL_ROWS = 4000  # traces that are kept for images
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A displacement_t to be sent; times in microseconds, metres."""
+
+    utime: int
+    utime_from: int
+    utime_to: int
+    source: str
+    kind: int
+    distance: float
+    sigma: float
+    mirrored: bool = False
+    score: float = 0.0
+
+
+def encoded(answer: Answer) -> bytes:
+    """Its displacement_t."""
+    told = message("displacement_t")()
+    for name, value in vars(answer).items():
+        setattr(told, name, value)
+    told.valid, told.scale = True, 1.0
+    data: bytes = told.encode()
+    return data
+
+
+class Teller(Protocol):
+    """What hears and tells."""
+
+    def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
+        """Hears a trace."""
+
+    def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
+        """Hears a pose of the track, m and rad."""
+
+
+class SequentialTeller:
+    """learned_sequential: unsigned motion from the last two windows of traces."""
+
+    def __init__(self, folder: Path) -> None:
+        self._network = Network(folder, "learned_sequential")
+        self._widen = widening(read_record(folder), "learned_sequential")
+        self._rows: deque[Floats] = deque(maxlen=2 * WINDOW)
+        self._times: deque[int] = deque(maxlen=2 * WINDOW)
+        self._told = 0  # traces since the last answer
+
+    def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
+        """Hears a trace."""
+        if self._times and not 0 < utime - self._times[-1] < LONGEST_GAP * 1e6:
+            self._rows.clear()
+            self._times.clear()
+        self._rows.append(to_rows(samples[None], sample_interval)[0])
+        self._times.append(utime)
+        self._told += 1
+        if len(self._times) < 2:
+            return []
+        span = (self._times[-1] - self._times[0]) * 1e-6
+        step = step_at((len(self._times) - 1) / span)
+        if len(self._times) < WINDOW + step or self._told < step:
+            return []
+        self._told = 0
+        rows = np.array(self._rows)
+        before, after = rows[-step - WINDOW : -step], rows[-WINDOW:]
+        spacing = to_spacing(self._network(before[None], after[None]), self._widen)
+        return [
+            Answer(
+                utime,
+                self._times[-1 - step],
+                utime,
+                "learned_sequential",
+                kind("MOTION"),
+                step * float(spacing.mean[0]),
+                max(step * float(spacing.sigma[0]), LEAST_SIGMA),
+            )
+        ]
+
+    def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
+        """Needs none."""
+        return []
+
+
+@dataclass(frozen=True)
+class _Image:
+    """Laid along its own pass: the pose and time of its middle, the way driven until then."""
+
+    picture: Floats
+    utime: int
+    x: float
+    y: float
+    heading: float  # rad, driven
+    way: float
+    forwards: bool
+
+
+class PairTeller:
+    """learned_pair: images along the estimated track; those of ground seen before are revisits."""
+
+    def __init__(self, folder: Path) -> None:
+        record = read_record(folder)
+        self._network = Network(folder, "learned_pair")
+        self._widen = widening(record, "learned_pair")
+        self._accept = float(record["training"]["learned_pair"]["accept"])
+        self._traces: deque[tuple[int, Floats]] = deque(maxlen=TELL_ROWS)
+        # Of each pose since the direction last changed: time, signed way, x, y.
+        self._track: list[tuple[int, float, float, float, float]] = []
+        self._way = 0.0
+        self._forwards = True
+        self._next = LENGTH
+        self._images: list[_Image] = []
+
+    def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
+        """Hears a trace."""
+        self._traces.append((utime, to_rows(samples[None], sample_interval)[0]))
+        return []
+
+    def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
+        """Hears a pose of the track; tells of a revisit when an image is complete."""
+        if self._track:
+            _, _, before_x, before_y, _ = self._track[-1]
+            step = (x - before_x) * math.cos(yaw) + (y - before_y) * math.sin(yaw)
+            if abs(step) < 0.1 * COLUMN:
+                return []
+            if (step > 0) != self._forwards or abs(step) > LENGTH:
+                self._forwards, self._next = step > 0, self._way + LENGTH
+                self._track = self._track[-1:]
+            self._way += abs(step)
+        self._track.append((utime, self._way, x, y, yaw))
+        if self._way < self._next or len(self._track) < 3:
+            return []
+        self._next = self._way + EVERY
+        made = self._image()
+        if made is None:
+            return []
+        answers = self._compare(utime, made)
+        self._images.append(made)
+        return answers
+
+    def _image(self) -> _Image | None:
+        """Of the last LENGTH of way."""
+        times, ways, xs, ys, yaws = np.array(self._track).T
+        start = max(int(np.searchsorted(ways, self._way - 1.2 * LENGTH)) - 1, 0)
+        self._track = self._track[start:]
+        traces = [(t, rows) for t, rows in self._traces if times[start] <= t <= times[-1]]
+        if len(traces) < LENGTH / (4 * COLUMN):
+            return None
+        stamps = np.array([t for t, _ in traces], np.float64)
+        along = np.interp(stamps, times, ways)
+        if np.diff(along).max() > 5 * COLUMN:
+            return None
+        picture = image(np.array([rows for _, rows in traces]), along, self._way - LENGTH)
+        middle = self._way - LENGTH / 2
+        yaw = float(np.interp(middle, ways, np.unwrap(yaws)))
+        heading = yaw if self._forwards else yaw + math.pi
+        x, y = float(np.interp(middle, ways, xs)), float(np.interp(middle, ways, ys))
+        return _Image(
+            picture, int(np.interp(middle, ways, times)), x, y, heading, middle, self._forwards
+        )
+
+    def _compare(self, utime: int, made: _Image) -> list[Answer]:
+        """With those of earlier passes that the track puts near it."""
+        near: list[tuple[float, _Image, bool]] = []
+        for old in self._images:
+            between = made.way - old.way
+            turn = math.remainder(made.heading - old.heading, 2 * math.pi)
+            against = abs(turn) > math.pi / 2
+            apart = math.hypot(made.x - old.x, made.y - old.y)
+            parallel = min(abs(turn), math.pi - abs(turn)) < PARALLEL
+            if between > 1.5 * LENGTH and parallel and apart < NEAR + DRIFT * between:
+                near.append((apart, old, against))
+        near = sorted(near, key=lambda each: each[0])[:MOST]
+        if not near:
+            return []
+        memory = np.array([old.picture for _, old, _ in near])
+        query = np.array([made.picture[:, ::-1] if back else made.picture for *_, back in near])
+        found = to_offset(self._network(memory, query), self._widen)
+        best = int(np.argmax(found.same))
+        if found.same[best] < self._accept or abs(found.offset[best]) > 0.8 * windows.LENGTH / 2:
+            return []
+        _, old, against = near[best]
+        return [
+            Answer(
+                utime,
+                old.utime,
+                made.utime,
+                "learned_pair",
+                kind("REVISIT"),
+                float(found.offset[best]) * (1 if old.forwards else -1),
+                max(float(found.sigma[best]), LEAST_SIGMA),
+                against,
+                float(found.same[best]),
+            )
+        ]
+
+
+TELLERS: dict[str, type[SequentialTeller] | type[PairTeller]] = {
+    "learned_sequential": SequentialTeller,
+    "learned_pair": PairTeller,
+}

@@ -1,0 +1,186 @@
+"""``gprodom learn``: trains the networks on simulated ground."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gprodom
+from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.errors import Error, UsageError
+from gprodom.files import write_bytes
+from gprodom.learned.examples import make_examples
+from gprodom.learned.grounds import seeds
+from gprodom.learned.model import NETWORKS, RECORD
+from gprodom.options import Subparsers, add_command
+
+PARTS = ("train", "validate")
+MADE_BY = ("split.json", "grounds.py", "windows.py", "examples.py")  # the examples
+TRAINED_BY = (*MADE_BY, "networks.py", "training.py")
+
+DESCRIPTION = """\
+Trains learned_sequential and learned_pair (docs/learned.md) on passes over simulated grounds, whose
+seeds and split are fixed (scripts/gprodom/learned/split.json), and validates on grounds that are
+not trained on. Writes the networks as ONNX, a checkpoint of each and record.json. An interrupted
+training goes on where it was. Needs PyTorch in the python3 named by --python (Debian:
+python3-torch); the ground is made first and kept, for a second training.
+"""
+
+EXAMPLES = """\
+  gprodom learn -o networks
+  gprodom learn -o quick --share 0.1 --epochs 2
+  gprodom run garage.lcmlog --method learned_sequential --networks networks --tum garage.tum
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``learn``."""
+    parser = add_command(
+        subparsers, "learn", "train networks on simulated ground", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--seed", type=int, default=1, help="of the training (default 1)")
+    parser.add_argument(
+        "--epochs", type=int, default=4, help="passes over all examples (default 4)"
+    )
+    parser.add_argument(
+        "--share", type=float, default=1.0, metavar="0..1", help="of the grounds (default 1)"
+    )
+    parser.add_argument("--threads", type=int, default=2, help="of the training (default 2)")
+    parser.add_argument(
+        "--python",
+        type=Path,
+        default=Path("/usr/bin/python3"),
+        metavar="FILE",
+        help="that has PyTorch (default %(default)s)",
+    )
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the subcommand."""
+    if not 0 < args.share <= 1 or args.epochs < 1 or args.threads < 1:
+        raise UsageError("expected --share above 0 and up to 1, --epochs and --threads 1 or more")
+    torch = torch_version(args.python)
+    folder: Path = args.output
+    folder.mkdir(parents=True, exist_ok=True)
+    grounds, made_s = prepare(folder, args.share)
+    train(args, folder)
+    training = json.loads((folder / "training.json").read_text(encoding="utf-8"))
+    record: dict[str, Any] = {
+        "code": digest(TRAINED_BY),
+        "torch": torch,
+        "seed": args.seed,
+        "epochs": args.epochs,
+        "grounds": grounds,
+        "making_ground_s": made_s,
+        "bytes": {name: (folder / f"{name}.onnx").stat().st_size for name in NETWORKS},
+        "training": training,
+    }
+    write_bytes(folder / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+    if args.json:
+        print_json(record)
+    else:
+        print(describe(record))
+    return 0
+
+
+def torch_version(python: Path) -> str:
+    """Of the PyTorch that `python` has."""
+    try:
+        done = subprocess.run(
+            [python, "-c", "import torch; print(torch.__version__)"],
+            capture_output=True,
+            text=True,
+        )
+    except OSError as error:
+        raise Error(f"--python {python}: {error.strerror}") from None
+    if done.returncode != 0:
+        raise Error(f"{python} has no PyTorch: apt-get install python3-torch, or name another one")
+    return done.stdout.strip()
+
+
+def digest(names: tuple[str, ...]) -> str:
+    """Of the files `names` and of the simulation."""
+    package = Path(__file__).parents[1]
+    files = [package / "learned" / name for name in names]
+    files += [package / "simulate" / name for name in ("ground.py", "radar.py")]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
+
+
+def prepare(folder: Path, share: float) -> tuple[dict[str, list[int]], float]:
+    """Makes the examples in `folder`, unless they are there; the seeds, and the seconds taken."""
+    grounds = {part: seeds(part, share) for part in PARTS}
+    key = f"{digest(MADE_BY)} {grounds}"
+    kept = folder / "examples.json"
+    if kept.exists():
+        known = json.loads(kept.read_text(encoding="utf-8"))
+        if known["key"] == key:
+            return grounds, float(known["seconds"])
+        kept.unlink()
+    for old in folder.glob("*.pt"):  # of other examples
+        old.unlink()
+    started = time.monotonic()
+    with Progress("making ground", sum(map(len, grounds.values()))) as progress:
+        for part in PARTS:
+            examples = make_examples(grounds[part], progress.advance)
+            np.savez(folder / f"{part}.npz", **examples)  # type: ignore[arg-type]
+    seconds = round(time.monotonic() - started, 1)
+    write_bytes(kept, json.dumps({"key": key, "seconds": seconds}).encode())
+    return grounds, seconds
+
+
+def train(args: argparse.Namespace, folder: Path) -> None:
+    """Runs the training in the python that has PyTorch."""
+    path = str(Path(gprodom.__file__).resolve().parents[1])
+    command = [args.python, "-W", "ignore", "-m", "gprodom.learned.training"]
+    command += [*(folder / f"{part}.npz" for part in PARTS), folder]
+    command += ["--seed", args.seed, "--epochs", args.epochs, "--threads", args.threads]
+    said: list[str] = []
+    with (
+        Progress("training", 1.0) as progress,
+        subprocess.Popen(
+            [str(word) for word in command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, "PYTHONPATH": path},
+        ) as process,
+    ):
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                kind, _, rest = line.partition(" ")
+                if kind == "progress":
+                    progress.update(float(rest.split()[0]))
+                elif line.strip():
+                    said.append(line.strip())
+        except BaseException:
+            process.terminate()
+            raise
+    if process.returncode != 0:
+        raise Error(f"the training failed: {said[-1] if said else process.returncode}")
+
+
+def describe(record: dict[str, Any]) -> str:
+    """The figures of validation, in words."""
+    training = record["training"]
+    way, pair = training["learned_sequential"], training["learned_pair"]
+    lines = [
+        f"ground made in {record['making_ground_s']:.0f} s, trained in "
+        f"{training['training_s']:.0f} s; on {len(record['grounds']['validate'])} other grounds:",
+        f"learned_sequential: {way['weights']} weights; error of the spacing's logarithm "
+        f"{way['rms_log']:.3f}, R2 {way['r2_log']:.3f}, NEES {way['nees']:.2f}",
+        f"learned_pair: {pair['weights']} weights; median error on the same ground "
+        f"{1e3 * pair['median_m']:.0f} mm, {100 * pair['recall']:.0f} % accepted",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,120 @@
+"""``gprodom infer``: a network beside a running gprodomd."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gprodom.console import add_json_flag, print_json
+from gprodom.options import Subparsers, add_command, add_config_options
+
+if TYPE_CHECKING:
+    from gprodom.learned.answers import Answer, Teller
+
+DESCRIPTION = """\
+Hears the traces of a radar and the odometry of a running gprodomd, and sends what a network says of
+them to the same daemon as displacement_t, until interrupted; with --seconds, for so long. At the
+end it tells how many answers it gave, and how long one took from its message on. The daemon uses an
+answer of learned_sequential that comes within time.reorder_window, and counts later ones.
+
+To have nothing else of the radar in the estimate, run gprodomd with gpr.front_end=none.
+"""
+
+EXAMPLES = """\
+  gprodom infer networks --method learned_sequential
+  gprodom infer networks --method learned_pair --seconds 60 --json
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``infer``."""
+    from gprodom.lcm import DEFAULT_URL
+
+    parser = add_command(
+        subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("networks", type=Path, metavar="DIR", help="that gprodom learn wrote")
+    parser.add_argument(
+        "--method", choices=("learned_sequential", "learned_pair"), default="learned_sequential"
+    )
+    add_config_options(parser)
+    parser.add_argument("--lcm-url", default=DEFAULT_URL, metavar="URL")
+    parser.add_argument("--seconds", type=float, default=math.inf, metavar="S")
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+class Inference:
+    """Hears messages and sends answers; keeps the time that each took."""
+
+    def __init__(self, teller: Teller, lcm: Any, channel: str) -> None:
+        self._teller, self._lcm, self._channel = teller, lcm, channel
+        self.took_s: list[float] = []
+        self.answers = 0
+
+    def take_trace(self, _channel: str, data: bytes) -> None:
+        """Hears a gpr_trace_t."""
+        from gprodom.lcm.messages import message
+
+        begun = time.monotonic()
+        trace = message("gpr_trace_t").decode(data)
+        samples = np.array(trace.samples, np.float64)
+        self._send(self._teller.trace(trace.utime, samples, trace.sample_interval), begun)
+
+    def take_odometry(self, _channel: str, data: bytes) -> None:
+        """Hears an odometry_t."""
+        from gprodom.lcm.messages import message
+
+        begun = time.monotonic()
+        pose = message("odometry_t").decode(data)
+        w, x, y, z = pose.orientation
+        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        at_x, at_y, _ = pose.position
+        self._send(self._teller.pose(pose.utime, at_x, at_y, yaw), begun)
+
+    def _send(self, answers: list[Answer], begun: float) -> None:
+        from gprodom.learned.answers import encoded
+
+        for answer in answers:
+            self._lcm.publish(self._channel, encoded(answer))
+            self.took_s.append(time.monotonic() - begun)
+            self.answers += 1
+
+    def figures(self) -> dict[str, Any]:
+        """Number of answers, and milliseconds from a message to its answer."""
+        took = 1e3 * np.array(self.took_s or [math.nan])
+        p50, p99 = np.percentile(took, [50, 99])
+        return {"answers": self.answers, "p50_ms": p50, "p99_ms": p99, "max_ms": took.max()}
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the subcommand."""
+    from gprodom.config import read_channels
+    from gprodom.lcm import LCM
+    from gprodom.learned.answers import TELLERS
+
+    channels = read_channels(args.configs, args.overrides)
+    lcm = LCM(args.lcm_url)
+    inference = Inference(TELLERS[args.method](args.networks), lcm, channels.displacement_in)
+    lcm.subscribe(channels.gpr_trace, inference.take_trace).set_queue_capacity(1000)
+    lcm.subscribe(channels.odometry, inference.take_odometry).set_queue_capacity(10000)
+    end = time.monotonic() + args.seconds
+    try:
+        while time.monotonic() < end:
+            lcm.handle_timeout(100)
+    except KeyboardInterrupt:
+        pass  # how it is ended
+    figures = inference.figures()
+    if args.json:
+        print_json(figures)
+    else:
+        print(
+            f"{figures['answers']} answers; from message to answer p50 {figures['p50_ms']:.1f} ms, "
+            f"p99 {figures['p99_ms']:.1f} ms, at most {figures['max_ms']:.1f} ms"
+        )
+    return 0

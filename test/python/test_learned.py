@@ -1,0 +1,126 @@
+"""A tiny training learns, its networks say the same in both runtimes, and methods and bench run."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import CHECKOUT
+from gprodom.cli import main
+from gprodom.errors import Error
+from gprodom.learned import windows
+from gprodom.learned.command import torch_version
+from gprodom.learned.grounds import make_line, receive, seeds
+from gprodom.learned.model import NETWORKS, Network, read_record
+from gprodom.random_streams import stream
+
+SAMPLE = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
+PYTHON = Path("/usr/bin/python3")
+
+
+@pytest.fixture(scope="module")
+def networks(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Trained for less than a minute on a tenth of the grounds."""
+    pytest.importorskip("onnxruntime", reason="onnxruntime is not installed (scripts[learned])")
+    try:
+        torch_version(PYTHON)
+    except Error:
+        pytest.skip(f"no PyTorch in {PYTHON}: apt-get install python3-torch")
+    folder = tmp_path_factory.mktemp("networks")
+    short = ["--share", "0.1", "--epochs", "6", "--threads", "1"]
+    assert main(["learn", "-o", str(folder), *short]) == 0
+    return folder
+
+
+def test_a_tiny_training_learns(networks: Path) -> None:
+    record = read_record(networks)
+    assert set(record["grounds"]["validate"]).isdisjoint(record["grounds"]["train"])
+    way, pair = (record["training"][name] for name in NETWORKS)
+    # On ground that it has not seen; a constant explains nothing.
+    assert way["r2_log"] > 0.3
+    assert way["history"][-1]["loss"] < way["history"][0]["loss"]
+    # A guess errs by 0.3 m in the median.
+    assert pair["median_m"] < 0.2
+
+
+def test_both_runtimes_say_the_same(networks: Path) -> None:
+    for name in NETWORKS:
+        network = Network(networks, name)
+        with np.load(networks / f"{name}.npz") as kept:
+            inputs = [kept[key] for key in kept if key != "told"]
+            by_name = {
+                key: kept[key] for key in ("before", "after", "memory", "query") if key in kept
+            }
+            first, second = list(by_name.values())
+            assert len(inputs) == 2
+            np.testing.assert_allclose(network(first, second), kept["told"], atol=1e-4)
+
+
+def test_a_faster_pass_is_told_to_be_faster(networks: Path) -> None:
+    """Whatever the number of traces: it is the same for both."""
+    network = Network(networks, "learned_sequential")
+    line = make_line(seeds("validate")[0])
+    told = []
+    for spacing in (0.005, 0.02):
+        along = 1.0 + spacing * np.arange(200)
+        traces = receive(line, along, 20.0, stream(1, "pass"))
+        rows = windows.to_rows(traces, line.sample_interval)
+        starts = range(0, 160, 10)
+        before = np.array([rows[i : i + 16] for i in starts])
+        after = np.array([rows[i + 10 : i + 26] for i in starts])
+        told.append(float(np.median(network(before, after)[:, 0])))
+    assert told[1] - told[0] > 0.3  # of ln 4
+
+
+@pytest.mark.parametrize("method", NETWORKS)
+def test_methods_run_on_a_sequence(networks: Path, tmp_path: Path, method: str) -> None:
+    tum = tmp_path / "out.tum"
+    command = ["run", str(SAMPLE), "--method", method, "--networks", str(networks)]
+    assert main([*command, "--tum", str(tum)]) == 0
+    assert len(tum.read_text().splitlines()) > 1000
+
+
+def test_a_method_without_its_network_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(SAMPLE), "--method", "learned_pair"]) == 2
+    assert "--networks" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("compiled")
+def test_the_factorial_bench(networks: Path) -> None:
+    """The short form of bench/learned_factorial, on one ground."""
+    done = subprocess.run(
+        [sys.executable, CHECKOUT / "bench" / "learned_factorial", networks]
+        + ["--share", "0.05", "--json"],
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    by_name = {way["method"]: way for way in found["ways"]}
+    # The coherence sees what a network that is hardly trained need not: the bench must show it.
+    assert by_name["coherence, scaled"]["r2"][0] > 0.3
+    assert by_name["coherence"]["standing_mps"] < 0.01
+    for way in by_name.values():
+        assert way["r2"][1] <= way["r2"][0] <= way["r2"][2]
+    assert {pair["pairs"] for pair in found["pairs"]} == {"consecutive", "revisit"}
+
+
+def test_windows_keep_what_they_are_given() -> None:
+    """A trace that rises evenly does so in rows, whatever the sample interval."""
+    for interval, samples in ((2e-10, 201), (3.125e-10, 351)):
+        ramp = np.arange(samples) * interval * 1e9 * 100  # counts; 100 a nanosecond
+        rows = windows.to_rows(np.tile(ramp, (3, 1)), interval) * windows.FULL_SCALE
+        expected = (np.arange(windows.ROWS) + 0.5) * windows.ROW_TIME * 1e11 - 50 * interval * 1e9
+        np.testing.assert_allclose(rows[1], expected, atol=20)
+    along = np.arange(0, 3, 0.03)
+    rows = np.repeat(along[:, None], windows.ROWS, 1).astype(np.float32)
+    picture = windows.image(rows, along, 1.0)
+    middles = 1.0 + windows.COLUMN * (np.arange(windows.COLUMNS) + 0.5)
+    np.testing.assert_allclose(picture, np.tile(middles, (windows.ROWS, 1)), atol=1e-5)
