@@ -9,7 +9,8 @@ of the same route on ground of its own: a stranger's.
     error    of the poses in the map, RMS, the truth being placed by where the first map's frame
              lies (before: each day's map by its own)
     NEES     of the position at the end of the drive (2 where the covariance is right): before by
-             the estimator's own, after by that of the join, of the day that joins the other
+             the estimator's own, after by that of the join, of the day that joins the other, at
+             its last place where ground is stored
 
     bench/merge.py --runs 40 --change 0 10
     bench/merge.py --runs 2 --change 10 --json
@@ -28,7 +29,7 @@ import numpy as np
 
 import gprodom
 from changed_ground import STRANGER, another_day
-from gprodom.arrays import Floats
+from gprodom.arrays import Bools, Floats
 from gprodom.console import format_table, print_json
 from gprodom.map.ground import MapFile, read_map
 from gprodom.simulate import Simulated
@@ -104,20 +105,33 @@ def nees(off: Floats, covariance: Floats) -> float:
     return float(off @ np.linalg.solve(covariance, off))
 
 
+def at_columns(file: MapFile) -> Bools:
+    """Of the places those that lie at their column, whose time is known. A place at which no ground
+    was stored has the nearest column, half a metre off at most."""
+    runs, column = file.runs, file.places["column"]
+    run = np.searchsorted(runs["first"], column, side="right") - 1
+    along = file.ground.spacing * (column - runs["first"][run])
+    distance = runs["distance"][run] + runs["direction"][run] * along
+    return np.asarray(np.abs(distance - file.places["distance"]) < 1.5 * file.ground.spacing)
+
+
+def errors(one: Session, found: Floats, frame: Session) -> Floats:
+    """Of the places of a map, whose positions are given in the frame of another one."""
+    chosen = at_columns(one.file)
+    return found[chosen] - one.truth(one.file.places["time"][chosen], frame)
+
+
 def error_before(one: Session) -> Floats:
     """Of the poses in a day's own map."""
     places = one.file.places
-    return np.column_stack([places["x"], places["y"]]) - one.truth(places["time"], one)
+    return errors(one, np.column_stack([places["x"], places["y"]]), one)
 
 
 def error_after(first: Session, second: Session, join: dict[str, Any]) -> tuple[Floats, Floats]:
     """Of the poses of both days, where the second has joined the first."""
     found = np.column_stack([join["x"], join["y"]])
     count = len(first.file.places["x"])
-    return (
-        found[:count] - first.truth(first.file.places["time"], first),
-        found[count:] - second.truth(second.file.places["time"], first),
-    )
+    return errors(first, found[:count], first), errors(second, found[count:], first)
 
 
 def run_one(seed: int, changes: list[float], sets: list[str]) -> list[Figures]:

@@ -161,6 +161,15 @@ def test_a_robot_is_located_on_changed_ground() -> None:
     assert before["matcher"] == "before" and before["right"] < 2
 
 
+def test_maps_of_two_days_become_one() -> None:
+    """The short form of bench/merge.py."""
+    command = [BENCH / "merge.py", "--runs", 1, "--change", 10, "--jobs", 1, "--json"]
+    [found] = json.loads(run(*command))
+    assert (found["proven"], found["strangers_joined"], found["moved_by_strangers_m"]) == (1, 0, 0)
+    assert max(found["after_m"]) < max(found["before_m"])
+    assert found["bytes_after"] < 1.1 * max(found["bytes_before"])
+
+
 def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
     """The short form of bench/same_bytes.py, and that it detects a difference."""
     command = [BENCH / "same_bytes.py", "--short", "--json"]
