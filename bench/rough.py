@@ -25,7 +25,7 @@ from pathlib import Path
 from statistics import fmean
 
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.cmu import SAMPLE_INTERVAL
+from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.errors import Error
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
