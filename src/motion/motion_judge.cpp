@@ -44,7 +44,7 @@ MotionJudge::MotionJudge(const Config& config)
       lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
-      slip_(config.wheel),
+      slip_(config.wheel, config.smoother.lag),
       slip_belief_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {

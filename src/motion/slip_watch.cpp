@@ -24,11 +24,8 @@ constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
-// The same while the speed is known: the length of the window. After it, nothing that was measured
-// before is left in the window, so the speed is only accelerations, summed up.
-constexpr TimeNs kSlowForLong = 5'000'000'000;  // ns
-constexpr double kTrackCovers = 0.5;            // least share of the radar's interval
-constexpr double kWheelSpeed = 0.1;             // m/s; sigma of its mean over kWindow_s
+constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
 
 double deviations_from(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
@@ -36,8 +33,11 @@ double deviations_from(const Displacement& radar, double m) {
 
 }  // namespace
 
-SlipWatch::SlipWatch(const WheelConfig& config)
-    : config_(config), window_(from_seconds(kWindow_s)), wheel_sigma_m_(config.noise_floor) {}
+SlipWatch::SlipWatch(const WheelConfig& config, double window_s)
+    : config_(config),
+      smoother_window_(from_seconds(window_s)),
+      window_(from_seconds(kWindow_s)),
+      wheel_sigma_m_(config.noise_floor) {}
 
 void SlipWatch::set_wheel_error(const WheelError& error) {
   pair_noise_ = error.noise;
@@ -130,15 +130,16 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
 
 // A driven wheel is seldom slower than the robot. If the speed is only known from the wheel's of a
 // moment ago, it is more likely that the wheel slipped then, and no longer does. If it is known
-// from the accelerations of the whole window, they are more likely wrong than a wheel that turns.
+// from the accelerations of the smoother's whole window, with nothing measured before left in it,
+// they are more likely wrong than a wheel that turns.
 void SlipWatch::check_slow_wheel(WheelSlip seen, TimeNs time) {
   if (seen != WheelSlip::kSlow) {
     slow_since_ = 0;
     return;
   }
   if (slow_since_ == 0) slow_since_ = time - window_;
-  const TimeNs most = speed_known_ ? kSlowForLong : kSlowFor;
-  if (time - slow_since_ < most || slip_by_radar_ != WheelSlip::kNone) return;
+  const TimeNs longest = speed_known_ ? smoother_window_ : kSlowFor;
+  if (time - slow_since_ < longest || slip_by_radar_ != WheelSlip::kNone) return;
   speed_error_ = SpeedError{slow_since_, true};
   slow_since_ = 0;
 }

@@ -33,7 +33,8 @@ class SlipWatch {
   // ns; a slip can be revoked this far back, so the wheel's history must reach this far.
   static constexpr TimeNs kMemory = 8'000'000'000;
 
-  explicit SlipWatch(const WheelConfig& config);
+  // window_s: length of the smoother's window.
+  SlipWatch(const WheelConfig& config, double window_s);
 
   // Call with every published estimate. `wheel_now` is the newest stamp in `wheel`. `speed_known`:
   // the speed is known from other sensors than the wheel. If it is not, as after a gap of the IMU,
@@ -55,8 +56,8 @@ class SlipWatch {
   //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
   //  - The speed is not known, the radar gives no distance, and for 0.6 s the wheel has been slower
   //    than the published speed: the wheel's speed.
-  //  - The wheel turns, but for 5 s it has been slower than the published speed, and no distance of
-  //    the radar has agreed with that: the wheel's speed.
+  //  - The wheel turns, but for the length of the smoother's window it has been slower than the
+  //    published speed, and no distance of the radar has agreed with that: the wheel's speed.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
@@ -96,7 +97,7 @@ class SlipWatch {
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
-  TimeNs window_;
+  TimeNs smoother_window_, window_;
   double wheel_sigma_m_, pair_noise_ = 0.0;
   TimeNs late_ = 0;               // possible delay of the wheel's distance
   PathHistory track_;             // of the wheel's contact point, signed, as published

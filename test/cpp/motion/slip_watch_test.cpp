@@ -22,7 +22,7 @@ struct Flag {
 // estimates, 30 Hz wheel. `speed_error`: of the estimate, m/s.
 std::vector<Flag> drive(const WheelConfig& config, double direction,
                         const std::function<double(double)>& factor, double speed_error = 0.0) {
-  SlipWatch watch(config);
+  SlipWatch watch(config, SmootherConfig().lag);
   WheelHistory wheel(config.max_speed);
   double wheel_m = 0, next_wheel = 0, wheel_now = 0;
   std::vector<Flag> flags;
@@ -81,7 +81,7 @@ TEST(SlipWatch, ErrorWithinTheVelocitysDeviationIsNoSlip) {
 
 TEST(SlipWatch, RemembersIntervalsWithSlip) {
   WheelConfig config;
-  SlipWatch watch(config);
+  SlipWatch watch(config, SmootherConfig().lag);
   WheelHistory wheel(config.max_speed);
   for (int i = 0; i < 600; ++i) {
     const TimeNs time = from_seconds(50 + i * 0.005);
@@ -107,7 +107,7 @@ class Drive {
   double published = kSpeed, sigma = 0.01;       // m/s
   bool wheel_speaks = true, radar_speaks = true, asked = true;
   bool speed_known = true;
-  SlipWatch watch{WheelConfig{}};
+  SlipWatch watch{WheelConfig(), SmootherConfig().lag};
   std::optional<SpeedCorrection> correction;
 
   void run(double seconds) {
