@@ -15,6 +15,10 @@ constexpr double kMedian = 0.455;
 // than 1.5 times the wheel's is due to the accelerations.
 constexpr double kSignificant = 1.5;
 
+// Vibration has no preferred direction. So the density forwards over one second is at most this
+// many times the one sideways: what is more is slip that changes all the time.
+constexpr double kMostOverSideways = 2.0;
+
 // In state intervals: 1 s and more at 5 states per second. Tilt and flicker noise make an error
 // grow faster than white noise does. What counts is its size after the seconds within which speeds
 // change.
@@ -108,10 +112,14 @@ void DriveNoise::learn() {
   Eigen::Array2d density2 = Eigen::Array2d::Zero();
   for (const std::size_t m : kLongTimes) {
     const Eigen::Array2d in_long = variance(m);
-    const Eigen::Array2d grown =
-        (in_long - in_short) / (2.0 * static_cast<double>(m - 1) * last_dt_);
+    const double growth_s = 2.0 * static_cast<double>(m - 1) * last_dt_;
+    const Eigen::Array2d grown = (in_long - in_short) / growth_s;
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);
-    if (m == kLongTimes[0]) accel_density_of_one_second_ = std::sqrt(density2[0]);
+    if (m != kLongTimes[0]) continue;
+    // Less than this would not be noticed sideways.
+    const double least = (kSignificant - 1) * in_short[1] / growth_s;
+    const double most = kMostOverSideways * std::sqrt(std::max(grown[1], least));
+    accel_density_of_one_second_ = std::min(std::sqrt(density2[0]), most);
   }
   accel_density_ = density2.sqrt();
   const double wheel_mps2 = std::max(0.0, in_short[0] - 2.0 * density2[0] * last_dt_) / 6.0;

@@ -27,7 +27,8 @@ class DriveNoise {
   double sideways_density() const { return accel_density_[1]; }
 
   // The forward density over one second, without slower effects such as tilt, flicker noise and
-  // slip. 0 while it is not known, which takes a minute of driving.
+  // slip, and without slip that changes all the time. 0 while it is not known, which takes a minute
+  // of driving.
   double accel_density_of_one_second() const;
 
   // m, one standard deviation of the wheel's distance over one state interval; 0: not known yet.

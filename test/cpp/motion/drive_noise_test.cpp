@@ -13,14 +13,14 @@ namespace {
 constexpr double kGravity = 9.80665, kInterval_s = 0.2, kRate = 50, kTurn = 0.2;
 
 struct Shown {
-  double accel_density, increment_sigma, sideways_density;
+  double accel_density, increment_sigma, sideways_density, accel_density_of_one_second;
 };
 
 // Two minutes of driving with these noises, `slipping` of the time with a wheel that turns 1.5
-// times as fast as it should, for a second at once. bias: of the accelerometer, not known. The
-// robot turns all the time.
+// times as fast as it should, for a second at once. bias: of the accelerometer, not known. turn:
+// rad/s.
 Shown drive(double accel_density, double increment_sigma, double slipping = 0.0, double bias = 0.0,
-            double sideways_density = 0.0) {
+            double sideways_density = 0.0, double turn = kTurn) {
   DriveNoise noise;
   std::mt19937 random(1), random_sideways(2);
   std::normal_distribution<double> n;
@@ -39,9 +39,9 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
       const double force = 0.3 * std::cos(0.5 * t) + bias;
       step.acceleration = {force + accel_density * std::sqrt(kRate) * n(random), 0, kGravity};
       step.wheel_m = (1.0 + 0.6 * std::sin(0.5 * t)) / kRate;
-      step.angular_velocity.z() = kTurn;
+      step.angular_velocity.z() = turn;
       step.acceleration.y() =
-          kTurn * step.wheel_m * kRate + sideways_density * std::sqrt(kRate) * n(random_sideways);
+          turn * step.wheel_m * kRate + sideways_density * std::sqrt(kRate) * n(random_sideways);
       true_m += step.wheel_m;
       input.steps.push_back(step);
     }
@@ -49,7 +49,8 @@ Shown drive(double accel_density, double increment_sigma, double slipping = 0.0,
     noise.add(input, at);
     at.time = input.time;
   }
-  return {noise.accel_density(), noise.increment_sigma(), noise.sideways_density()};
+  return {noise.accel_density(), noise.increment_sigma(), noise.sideways_density(),
+          noise.accel_density_of_one_second()};
 }
 
 TEST(DriveNoise, SeparatesTheNoiseOfImuAndWheel) {
@@ -72,6 +73,13 @@ TEST(DriveNoise, SlipAndBiasAreNotCountedAsNoise) {
   const Shown slips = drive(0.002, 0.0005, 0.1, 0.3);
   EXPECT_LT(slips.accel_density, 0.01);
   EXPECT_LT(slips.increment_sigma, 0.002);
+}
+
+// On ice a wheel's slip changes all the time, and an IMU that shakes would do so to all sides.
+TEST(DriveNoise, WhatIsNotSeenSidewaysIsSlip) {
+  const Shown ice = drive(0.01, 0.0005, 0.6, 0.0, 0.01, 0.0);
+  EXPECT_LT(ice.accel_density_of_one_second, 0.03);
+  EXPECT_GT(ice.accel_density_of_one_second, 0.003);
 }
 
 TEST(DriveNoise, ReportsNothingAtAStandstill) {
