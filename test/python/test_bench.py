@@ -170,6 +170,15 @@ def test_maps_of_two_days_become_one() -> None:
     assert found["bytes_after"] < 1.1 * max(found["bytes_before"])
 
 
+def test_real_ground_of_another_day(shared: Path) -> None:
+    """The short form of bench/real_another_day.py; told about where it is, it is located."""
+    command = [BENCH / "real_another_day.py", shared, "--lines", 1, "--strangers", 1]
+    searched, told, field, strangers = json.loads(run(*command, "--change", 0, "--json"))
+    assert told["right"] == field["right"] == 1
+    assert searched["false"] == told["false"] == field["false"] == strangers["false"] == 0
+    assert told["along_cm_rms"] < 10 and field["along_cm_rms"] < 10
+
+
 def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
     """The short form of bench/same_bytes.py, and that it detects a difference."""
     command = [BENCH / "same_bytes.py", "--short", "--json"]
