@@ -16,7 +16,11 @@ For learned_pair: images laid by a wheel that is wrong by 0.7 to 1.3; "follows" 
 what it says over what the wheel says, both relative to the truth: 1 repeats the wheel, 0 sees the
 ground.
 
+With SEQUENCEs (each with `.json` and `.truth.npz` beside it) the same methods are scored on those
+instead, over 4 s in which the robot drives; the scale is then learnt on the first 5 m.
+
     bench/learned_factorial networks
+    bench/learned_factorial networks ../shared/data/cmu_like/*.zip
 """
 
 from __future__ import annotations
@@ -30,12 +34,15 @@ from pathlib import Path
 
 import numpy as np
 import pairs
+import sequences
 from cells import KINDS, RATES, SEGMENT_S, SPEEDS, calibration_drive, make_cell
 from rivals import Answers, ByCoherence, ByNetwork, ByRidge, Rival, speed_in
 from table import tables
 
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.learned.grounds import make_line, seeds
+
+SCALED_ON = 3  # validation grounds
 
 
 @dataclass
@@ -103,13 +110,29 @@ def errors(
     return list((scale * answers.speed[inside] - speed) / sigma)
 
 
-def lengths_of_coherence(share: float) -> dict[str, tuple[float, float]]:
-    """Metres of a decorrelation length, mean of the validation grounds, and the relative standard
+def lengths_of_coherence() -> dict[str, tuple[float, float]]:
+    """Metres of a decorrelation length, mean of some validation grounds, and the relative standard
     deviation of an answer that is scaled on its own ground."""
-    found = [scale_of(ByCoherence(), ground) for ground in seeds("validate", share)]
+    found = [scale_of(ByCoherence(), ground) for ground in seeds("validate")[:SCALED_ON]]
     known = [each for each in found if each[1] < 1.0]
     length = float(np.exp(np.mean([np.log(scale) for scale, _ in known])))
     return {"coherence": (length, float(np.mean([spread for _, spread in known])))}
+
+
+def on_sequences(args: argparse.Namespace, lengths: dict[str, tuple[float, float]]) -> int:
+    """The methods on recorded drives."""
+    methods = {**rivals(args.folder), "coherence": ByCoherence(*lengths["coherence"])}
+    found = []
+    with Progress("sequences", len(args.sequences)) as progress:
+        for sequence in args.sequences:
+            found.append(sequences.measure(sequence, methods))
+            progress.advance()
+    figures, text = sequences.tables(found)
+    if args.json:
+        print_json(figures)
+    else:
+        print(text)
+    return 0
 
 
 def main() -> int:
@@ -118,12 +141,15 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path, metavar="DIR", help="of gprodom learn")
+    parser.add_argument("sequences", nargs="*", type=Path, metavar="SEQUENCE")
     parser.add_argument("--share", type=float, default=1.0, help="of the test grounds (default 1)")
     parser.add_argument("-j", "--jobs", type=int, default=1, metavar="N")
     add_json_flag(parser)
     args = parser.parse_args()
+    lengths = lengths_of_coherence()
+    if args.sequences:
+        return on_sequences(args, lengths)
     grounds = seeds("test", args.share)
-    lengths = lengths_of_coherence(args.share)
     results, offsets = [], []
     with (
         Progress("grounds", 2 * len(grounds)) as progress,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,11 +105,15 @@ def run(args: argparse.Namespace) -> int:
     lcm.subscribe(channels.gpr_trace, inference.take_trace).set_queue_capacity(1000)
     lcm.subscribe(channels.odometry, inference.take_odometry).set_queue_capacity(10000)
     end = time.monotonic() + args.seconds
-    try:
-        while time.monotonic() < end:
+    ended: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: ended.append(number))
+    while not ended and time.monotonic() < end:
+        try:
             lcm.handle_timeout(100)
-    except KeyboardInterrupt:
-        pass  # how it is ended
+        except OSError:  # the signal has interrupted it
+            if not ended:
+                raise
+    signal.signal(signal.SIGINT, before)
     figures = inference.figures()
     if args.json:
         print_json(figures)
