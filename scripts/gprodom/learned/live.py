@@ -110,7 +110,8 @@ def run(args: argparse.Namespace) -> int:
     while not ended and time.monotonic() < end:
         try:
             lcm.handle_timeout(100)
-        except OSError:  # the signal has interrupted it
+        except OSError:  # a signal has interrupted it, whose handler is called after that
+            time.sleep(0.01)
             if not ended:
                 raise
     signal.signal(signal.SIGINT, before)
