@@ -85,6 +85,38 @@ StateMatrix StateEstimator::covariance_of_held_scale() const {
   return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
 }
 
+// Errors of the path that go on for longer than an interval, and that no sensor shows.
+// - In a bend a wheel that is late by a time tau adds each distance with a heading that has turned
+//   on by tau times the turn rate.
+// - Side slip keeps its size over a bend. Its variance in the wheel's factor is that of intervals
+//   that are independent, which leads to a sum that is too small.
+void StateEstimator::add_lasting_errors(const StateInput& input, const NavState& before) {
+  wheel_delay_s_ = input.wheel_delay_s;
+  const double seconds = to_seconds(input.time - before.time);
+  if (input.standing || !input.has_wheel || input.wheel_contradicted || seconds <= 0) return;
+  Vector3d turned = Vector3d::Zero();
+  for (const MotionStep& step : input.steps)
+    turned += (angular_velocity(step, before.gyro_bias) - before.gyro_bias) * step.dt;
+  const double turn = (before.q_odom_body * turned).z();
+  const Vector3d aside = Vector3d::UnitZ().cross(smoother_.newest().p_odom - before.p_odom);
+  turned_by_delay_ += aside * turn / seconds;
+
+  constexpr double kBend = 0.5;  // rad
+  const double way = aside.norm();
+  if (way <= 0 || std::abs(turn) > kBend) return;
+  const double per_rad = side_slip(drive_, 1.0, way / seconds);
+  const double more = per_rad * per_rad * std::abs(turn) * (kBend - std::abs(turn));
+  side_slip_covariance_ += more * aside * aside.transpose() / (way * way);
+}
+
+// Of the position: these, and the distance that the wheel has not reported yet.
+StateMatrix StateEstimator::covariance_of_lasting_errors() const {
+  StateMatrix covariance = StateMatrix::Zero();
+  const Vector3d late = wheel_delay_s_ * (turned_by_delay_ - smoother_.newest().v_odom);
+  covariance.block<3, 3>(row::kP, row::kP) = side_slip_covariance_ + late * late.transpose();
+  return covariance;
+}
+
 // Returns to the first value: what accelerations have shown so far is wrong.
 void StateEstimator::hold_scale() {
   scale_held_ = true;
@@ -102,6 +134,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
+  const NavState before = last;  // the solve changes `last`
   ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
   StateResult result;
   for (const MotionStep& step : input.steps) {
@@ -150,7 +183,9 @@ StateResult StateEstimator::add(const StateInput& input) {
     solve(b, predicted, result);
   }
   result.state = smoother_.newest();
-  result.covariance = last_covariance_ + covariance_of_held_scale();
+  add_lasting_errors(input, before);
+  result.covariance =
+      last_covariance_ + covariance_of_held_scale() + covariance_of_lasting_errors();
   if (input.standing) bias_confirmed_ = result.state;
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;

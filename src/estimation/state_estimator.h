@@ -54,6 +54,7 @@ struct StateInput {
   double wheel_sigma_m = 0.0;       // of the wheel's distance, learnt; used if above wheel.noise
   double turn_variance = 0.0;       // rad^2, of the sum of the steps' wheel_turn
   bool wheel_late = false;          // delayed: accelerations cannot show the wheel's scale
+  double wheel_delay_s = 0.0;       // learnt; 0 if none is significant
   bool standing = false;            // a standstill was detected
   bool wheel_contradicted = false;  // the robot does not move as the wheel says
   // rad/s, body; set if a standstill shows that the bias has changed by more than its walk.
@@ -135,6 +136,8 @@ class StateEstimator {
   void restart(const NavState& state);
   void hold_scale();
   StateMatrix covariance_of_held_scale() const;
+  void add_lasting_errors(const StateInput& input, const NavState& before);
+  StateMatrix covariance_of_lasting_errors() const;
   bool add_factor(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
                   std::shared_ptr<const Factor> factor);
 
@@ -145,7 +148,11 @@ class StateEstimator {
   // contain its uncertainty.
   bool scale_held_;
   double first_scale_, first_scale_sigma_;
-  Eigen::Vector3d start_;        // in odom
+  // Change of the path's end (m/s, in odom) by a delay of the wheel, which is not compensated.
+  Eigen::Vector3d turned_by_delay_ = Eigen::Vector3d::Zero();
+  double wheel_delay_s_ = 0.0;
+  Eigen::Matrix3d side_slip_covariance_ = Eigen::Matrix3d::Zero();  // m^2, of the path's end
+  Eigen::Vector3d start_;                                           // in odom
   StateMatrix last_covariance_;  // of the newest state at the last solve, common_ included
   NavState bias_confirmed_;      // the last state whose gyro bias a standstill has confirmed
   // Error of position and heading at the last restart, common to all states since then.

@@ -230,6 +230,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_sigma_m = drive_noise_.increment_sigma();
   const double delay_s = wheel_delay_s();
   input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
+  input.wheel_delay_s = delay_s;
   slip_.set_wheel_error(
       {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
   learn_rest(to);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -227,6 +228,57 @@ TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
   EXPECT_NEAR(sigma(result, row::kScale), config.wheel.scale_sigma, 1e-4);
   EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());
   for (const NavState& x : estimator.recorded()->solve({})) EXPECT_NEAR(x.wheel_scale, 1.0, 2e-3);
+}
+
+// From rest through a bend of two radians to rest, with a wheel that is `late_s` behind.
+struct LateDrive {
+  double x = 0.0, y = 0.0, yaw = 0.0;  // true, at the end
+  StateResult result;
+};
+
+LateDrive bend_by_late_wheel(double late_s, double known_delay_s) {
+  constexpr double kRamp = 1.0, kEnd = 6.0;  // s
+  const auto speed = [](double t) {
+    return std::clamp(std::min(t, kEnd - t) / kRamp, 0.0, 1.0);  // m/s
+  };
+  const auto rate = [](double t) { return t > 1.0 && t < 3.0 ? 1.0 : 0.0; };  // rad/s
+  StateEstimator estimator = at_ten_seconds(0.0);
+  std::mt19937 random(1);
+  LateDrive drive;
+  double t = 0.0;
+  while (t < kEnd + 1.0) {
+    StateInput input = interval(10.0 + t, {}, random);
+    input.noise = {1.6e-4, 0.12};  // vibration hides the wheel's delay
+    for (MotionStep& step : input.steps) {
+      const double v = speed(t), push = (speed(t + step.dt) - v) / step.dt;
+      step.acceleration += Eigen::Vector3d(push, v * rate(t), 0.0);
+      step.angular_velocity.z() += rate(t);
+      step.wheel_m = speed(t - late_s) * step.dt;
+      drive.yaw += 0.5 * rate(t) * step.dt;
+      drive.x += v * std::cos(drive.yaw) * step.dt;
+      drive.y += v * std::sin(drive.yaw) * step.dt;
+      drive.yaw += 0.5 * rate(t) * step.dt;
+      t += step.dt;
+    }
+    input.wheel_delay_s = known_delay_s;
+    drive.result = estimator.add(input);
+  }
+  return drive;
+}
+
+double nees_of_place(const LateDrive& drive) {
+  const Eigen::Vector2d error =
+      drive.result.state.p_odom.head<2>() - Eigen::Vector2d(drive.x, drive.y);
+  const Eigen::Matrix2d P = drive.result.covariance.block<2, 2>(row::kP, row::kP);
+  return error.dot(P.inverse() * error);
+}
+
+// The bend's distances have got the wrong headings: no sensor shows it, and the covariance has it.
+TEST(LateWheel, CovarianceContainsWhatItsDelayDoesInABend) {
+  constexpr double kLate = 0.4;  // s
+  EXPECT_LT(nees_of_place(bend_by_late_wheel(0.0, 0.0)), 6.0);
+  EXPECT_GT(nees_of_place(bend_by_late_wheel(kLate, 0.0)), 50.0);
+  EXPECT_LT(nees_of_place(bend_by_late_wheel(kLate, kLate)), 6.0);
 }
 
 }  // namespace
