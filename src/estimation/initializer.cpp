@@ -1,5 +1,6 @@
 #include "estimation/initializer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -174,8 +175,58 @@ constexpr double kGyroBias = 0.002;  // rad/s; of an uncalibrated gyro
 constexpr double kLeastForce = 0.2;  // m/s^2; a slope of 0.02 rad
 constexpr double kLeastSpeed = 0.1;  // m/s
 constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, side slip
+// The same if the wheel agrees with the accelerations: what is left is the gyro's bias, which tilts
+// gravity, and the wheel's scale.
+constexpr double kForceIfAgreed = 0.05, kSpeedIfAgreed = 0.03, kShareIfAgreed = 0.05;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Mean over each part of the speed that the accelerations give, up to a constant and a slope.
+std::vector<double> speeds_by_imu(const std::vector<ImuSample>& samples, TimeNs from,
+                                  std::size_t parts) {
+  std::vector<double> sums(parts), counts(parts);
+  double speed = 0.0, pitch = 0.0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const double dt = to_seconds(samples[i].time - samples[i - 1].time);
+    const ImuSample& s = samples[i];
+    pitch += s.angular_velocity.y() * dt;
+    speed += (s.acceleration.x() + kStandardGravity * std::sin(pitch)) * dt;
+    const double part = to_seconds(s.time - from) / WheelSpeeds::kPart;
+    if (part < 0 || part >= static_cast<double>(parts)) continue;
+    sums[static_cast<std::size_t>(part)] += speed;
+    counts[static_cast<std::size_t>(part)] += 1;
+  }
+  for (std::size_t k = 0; k < parts; ++k) sums[k] /= counts[k];  // NaN without a sample
+  return sums;
+}
 
 }  // namespace
+
+bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& wheel) {
+  constexpr std::size_t kFewest = 10;  // parts
+  constexpr std::size_t kOver = 2;     // parts; over which a slip begins
+  constexpr double kBeyondNoise = 5.0, kLeastJump = 0.05, kJumpShare = 0.1;
+  constexpr double kNormal = 1.483;  // standard deviation over median deviation
+  if (wheel.mps.size() < kFewest) return false;
+  const std::vector<double> by_imu = speeds_by_imu(samples, wheel.from, wheel.mps.size());
+  std::vector<double> jumps, deviations;
+  double fastest = 0.0;
+  for (std::size_t k = 0; k < wheel.mps.size(); ++k) {
+    fastest = std::max(fastest, std::abs(wheel.mps[k]));
+    if (k < kOver) continue;
+    jumps.push_back(wheel.mps[k] - wheel.mps[k - kOver] - by_imu[k] + by_imu[k - kOver]);
+    if (!std::isfinite(jumps.back())) return false;
+  }
+  const double slope = median(jumps);
+  for (const double jump : jumps) deviations.push_back(std::abs(jump - slope));
+  const double noise = kNormal * median(deviations);
+  const double largest = *std::max_element(deviations.begin(), deviations.end());
+  return largest < std::max(kBeyondNoise * noise, kLeastJump + kJumpShare * fastest);
+}
 
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
                           const WheelAtStart& wheel, double share) {
@@ -239,9 +290,11 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double end_speed = wheel.end_mps / scale + 0.5 * over * gained / static_cast<double>(count);
   initial.state.v_odom = initial.state.q_odom_body * Vector3d(end_speed, 0, 0);
   const double spread = unsteadiness(samples, &ImuSample::acceleration);
+  const double least_speed = wheel.agrees ? kSpeedIfAgreed : kLeastSpeed;
+  const double share = wheel.agrees ? kShareIfAgreed : kSpeedShare;
   initial.prior = first_prior(config, initial.state,
-                              {kLeastSpeed + kSpeedShare * std::abs(wheel.end_mps), kGyroBias,
-                               std::max(kLeastForce, spread)});
+                              {least_speed + share * std::abs(wheel.end_mps), kGyroBias,
+                               std::max(wheel.agrees ? kForceIfAgreed : kLeastForce, spread)});
   return {initial, {}};
 }
 

@@ -22,7 +22,19 @@ struct WheelAtStart {
   double path_m = 0.0;                       // unsigned
   double begin_mps = 0.0, end_mps = 0.0;     // signed, means over the first and the last
   static constexpr double kSpeedOver = 0.5;  // s
+  bool agrees = false;  // with the accelerations of some seconds: it rolls without slip
 };
+
+// Signed mean speeds of the wheel over parts in a row, from a time on.
+struct WheelSpeeds {
+  TimeNs from = 0;
+  std::vector<double> mps;
+  static constexpr double kPart = 0.2;  // s
+};
+
+// Does the wheel's speed change as the accelerations say? Tilt and bias are not known, so what is
+// looked for are the jumps with which a slip begins and ends. samples: of the same time.
+bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& wheel);
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration
 // seconds. If the wheel shows only noise and the means of the IMU are steady, the robot stands,
@@ -34,7 +46,8 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
 // gyro explain; speed from the wheel; a gyro bias of zero with the deviation of an uncalibrated
-// gyro. The solutions of the first seconds improve this state.
+// gyro. The solutions of the first seconds improve this state. It is surer if the wheel agrees with
+// the accelerations.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
                                  const WheelAtStart& wheel);
 

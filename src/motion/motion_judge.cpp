@@ -19,6 +19,8 @@ constexpr TimeNs kSecond = 1'000'000'000;
 // far in initializer.duration.
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;
 constexpr double kMoving_m = 0.1;
+// It waits for a wheel that does not slip, but not for longer than this.
+constexpr TimeNs kStartAnyway = 9 * kSecond;
 
 // A start from a stop of less than initializer.duration: so much of it is enough. The wheel turns
 // by no more within it, of which all may be the end of the braking: it begins so much later.
@@ -35,6 +37,18 @@ constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
 // Must be longer than a state waits for the reorder window.
 constexpr TimeNs kStandingKept = 2 * kSecond;
+
+// From `from` to `to`, as far as there are data.
+WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
+  WheelSpeeds result{from, {}};
+  const TimeNs part = from_seconds(WheelSpeeds::kPart);
+  for (TimeNs t = from; t + part <= to; t += part) {
+    const auto a = wheel.distance(t), b = wheel.distance(t + part);
+    if (!a || !b) break;
+    result.mps.push_back((*b - *a) / WheelSpeeds::kPart);
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -120,7 +134,8 @@ void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
 
 Initialization MotionJudge::initialize() {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
-  imu_.forget_before(from);
+  const TimeNs driven_from = imu_now_ - kStartOnTheMove;
+  imu_.forget_before(std::min(from, driven_from));
   Initialization found = initialize_at_rest(from, 1.0);
   if (found.initial) return found;
   // The robot may stand for less long than that, or have only just stopped.
@@ -129,8 +144,12 @@ Initialization MotionJudge::initialize() {
     Initialization short_stop = initialize_at_rest(still + kBrakes, kShareOfShortStop);
     if (short_stop.initial) return short_stop;
   }
-  const WheelAtStart wheel = wheel_at_start(from);
+  WheelAtStart wheel = wheel_at_start(from);
   if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
+    wheel.agrees = speeds_agree(imu_.between(driven_from, imu_now_),
+                                speeds(wheel_, driven_from, std::min(imu_now_, wheel_now_)));
+    if (!wheel.agrees && imu_now_ - first_imu_ < kStartAnyway)
+      return {std::nullopt, "on the move, and the wheel disagrees with the accelerations"};
     Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel);
     if (moving.initial) return moving;
   }

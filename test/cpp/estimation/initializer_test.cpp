@@ -128,5 +128,55 @@ TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
   EXPECT_FALSE(initialize_moving(Config{}, samples(force, rate, 0.3), {}).initial);
 }
 
+// Four seconds on a slope with changing speed, and the wheel's speeds with a slip from 1.5 s to 3
+// s.
+bool agrees(double slip, double vibration) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  const Vector3d gyro_bias(0.002, -0.002, 0.002);
+  const auto speed = [](double t) { return 0.6 + 0.05 * std::sin(2 * t); };
+  std::vector<ImuSample> all;
+  for (int i = 0; i <= 400; ++i) {
+    const double t = i * 0.01;
+    const Vector3d shake(vibration * noise(random), vibration * noise(random), 0);
+    all.push_back({from_seconds(t),
+                   Vector3d(0.3 + 0.1 * std::cos(2 * t), 0, kStandardGravity) + shake, gyro_bias});
+  }
+  WheelSpeeds wheel;
+  for (int k = 0; k < 20; ++k) {
+    const double t = (k + 0.5) * WheelSpeeds::kPart;
+    wheel.mps.push_back(speed(t) * (t > 1.5 && t < 3 ? 1 + slip : 1.0) + 0.005 * noise(random));
+  }
+  return speeds_agree(all, wheel);
+}
+
+// The slope is a constant acceleration; a slip, or a skid, begins and ends with a jump. Vibration
+// is no slip.
+TEST(Initializer, AWheelThatSlipsDisagreesWithTheAccelerations) {
+  for (const double vibration : {0.01, 0.3}) {
+    EXPECT_TRUE(agrees(0.0, vibration));
+    EXPECT_FALSE(agrees(0.5, vibration));
+    EXPECT_FALSE(agrees(-0.5, vibration));
+  }
+  EXPECT_FALSE(speeds_agree({}, {}));
+}
+
+// What is left is surer: a slip that begins soon after the start would hide in the first state.
+TEST(Initializer, OnTheMoveAWheelThatAgreesMakesTheStateSurer) {
+  WheelAtStart wheel;
+  wheel.received = true;
+  wheel.begin_mps = wheel.end_mps = 1.0;
+  wheel.path_m = 2.0;
+  const auto sigma_of = [&](bool agrees, int i) {
+    wheel.agrees = agrees;
+    const auto level = samples({0, 0, kStandardGravity}, Vector3d::Zero(), 0.0);
+    const MarginalPrior prior = initialize_moving(Config{}, level, wheel).initial->prior;
+    const StateMatrix covariance = (prior.A.transpose() * prior.A).inverse();
+    return std::sqrt(covariance(i, i));
+  };
+  for (const int i : {row::kTheta + 1, row::kV})
+    EXPECT_LT(sigma_of(true, i), 0.5 * sigma_of(false, i)) << i;
+}
+
 }  // namespace
 }  // namespace gprodom

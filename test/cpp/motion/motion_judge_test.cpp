@@ -352,5 +352,32 @@ TEST(MotionJudge, StartsFromAShortStopWithoutTheBrakingBeforeIt) {
   EXPECT_NEAR(sine_of_pitch, 0.0, 1e-3);  // half a second of the braking would tilt it by 0.01
 }
 
+// Seconds until a robot at 0.5 m/s starts on the move, whose wheel slips until `slips_until`, and
+// again and again after that if it `jerks`.
+double starts_after(double slips_until, bool jerks) {
+  MotionJudge judge{Config{}};
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  double wheel_m = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = i * 0.01;
+    const bool slips = t < slips_until || (jerks && std::fmod(t, 3.5) < 0.8);
+    wheel_m += 0.01 * (slips ? 0.75 : 0.5);
+    const TimeNs time = from_seconds(t);
+    judge.add(ImuSample{time, {noise(random), noise(random), 9.80665 + noise(random)}, kBias});
+    judge.add(WheelSample{time, wheel_m});
+    if (i % 10 == 0 && t > 2 && judge.initialize().initial) return t;
+  }
+  return 20.0;
+}
+
+TEST(MotionJudge, AStartOnTheMoveWaitsForAWheelThatDoesNotSlip) {
+  EXPECT_LT(starts_after(0.0, false), 4.5);
+  EXPECT_GT(starts_after(2.5, false), 6.0);  // the slip's end is out of sight
+  EXPECT_LT(starts_after(2.5, false), 7.0);
+  EXPECT_GT(starts_after(0.0, true), 8.0);
+  EXPECT_LT(starts_after(0.0, true), 10.0);  // it starts as well as it can
+}
+
 }  // namespace
 }  // namespace gprodom
