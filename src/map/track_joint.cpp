@@ -58,8 +58,7 @@ TrackJoint::TrackJoint(const GroundMap& ground, int joining, std::vector<gpr::Me
   stretch_.believe(at.stretch);
   PoseGraphOptions options;
   graph_.emplace(there_.places.front().pose, options);
-  // Of the scale of one track over the other's, each takes a part: the more sessions a map is made
-  // of, the less it gives way.
+  // Each track takes half of the ratio of their scales.
   add_track(there_, -0.5);
   // Where the track lies on the other is not known but for the hypothesis.
   const PlanarPose begin = compose(at.map_from_track, here_.places.front().pose);
