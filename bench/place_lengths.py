@@ -18,18 +18,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from gprodom import gpr
 from gprodom.arrays import Floats
 from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.convert.cmu import read_recording
 from gprodom.errors import Error
-from gprodom.lcm import logs
-from gprodom.odometry.estimate import as_log, estimate
-from gprodom.odometry.methods import find_method
 from rough import sample_interval, sequences_of
 
 NEAR_M = 0.35  # from an earlier pass
@@ -54,14 +52,13 @@ def spread(errors: list[float]) -> float | None:
     return 1.4826 * float(np.median(np.abs(errors))) if len(errors) >= 10 else None
 
 
-def spans_of(sequence: Path, folder: Path) -> tuple[Floats, Floats, Floats]:
+def spans_of(sequence: Path) -> tuple[Floats, Floats, Floats]:
     """ln(true metres / lengths) (n,), place (n, 2) and way (n,), m, of each span's middle."""
-    log, output = as_log(sequence, folder, sample_interval(sequence)), folder / "output.lcmlog"
-    estimate(log, find_method("gprodom"), (), ["gpr.coherence.use=always"], output)
-    radar = logs.read(output, ["GPR_DISPLACEMENT"])["GPR_DISPLACEMENT"]
-    told = radar["valid"] & (radar["source"] == "coherence") & (radar["distance"] > 0)
-    start, end = radar["utime_from"][told] * 1e-6, radar["utime_to"][told] * 1e-6
-    lengths = radar["distance"][told] / radar["scale"][told]
+    recording = read_recording(sequence)
+    times = recording.gpr_utime * 1000
+    paths = gpr.coherence(times, recording.traces, sample_interval(sequence))
+    told = np.array([path[:3] for path in paths if path[3]])
+    start, end, lengths = told[:, 0] * 1e-9, told[:, 1] * 1e-9, told[:, 2]
     truth = np.load(sequence.with_suffix(".truth.npz"))
     travelled = np.cumsum(np.abs(np.diff(truth["s"], prepend=truth["s"][0])))
     moved = np.interp(end, truth["t"], travelled) - np.interp(start, truth["t"], travelled)
@@ -74,8 +71,7 @@ def spans_of(sequence: Path, folder: Path) -> tuple[Floats, Floats, Floats]:
 
 def measure(sequence: Path) -> Row:
     """The row of one sequence."""
-    with tempfile.TemporaryDirectory() as folder:
-        x, place, at_m = spans_of(sequence, Path(folder))
+    x, place, at_m = spans_of(sequence)
     recent, earlier = [], []
     for i, value in enumerate(x):
         before = at_m[i] - at_m

@@ -198,10 +198,10 @@ def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
 
 def test_the_decorrelation_length_of_a_place(tmp_path: Path) -> None:
     """The short form of bench/place_lengths.py: on a lap driven twice."""
-    sequence = tmp_path / "1700000000-0-garage-cmu-gpr.zip"
-    drive = ["--ground", "garage", "--route", "loop", "--distance", "40", "--seed", "3"]
+    sequence = tmp_path / "1700000000-0-basement-cmu-gpr.zip"
+    drive = ["--ground", "basement", "--route", "loop", "--distance", "60", "--seed", "3"]
     assert main(["simulate", *drive, "-o", str(sequence)]) == 0
     (row,) = json.loads(run(BENCH / "place_lengths.py", sequence, "--json"))
     assert row["spans"] > 20
-    assert 0 < row["earlier_pass"] < 0.3
-    assert 0 < row["recent"] < 0.3
+    # On uneven ground the length of a place comes again.
+    assert 0 < row["earlier_pass"] < 0.8 * row["recent"] < 0.3
