@@ -209,6 +209,8 @@ std::vector<double> speeds_by_imu(const std::vector<ImuSample>& samples, TimeNs 
 bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& wheel) {
   constexpr std::size_t kFewest = 10;  // parts
   constexpr std::size_t kOver = 2;     // parts; over which a slip begins
+  // A jump beyond the noise of the other parts (standard deviations), and beyond what tilt in a
+  // bend and the wheel's own noise make: m/s, and of the speed.
   constexpr double kBeyondNoise = 5.0, kLeastJump = 0.05, kJumpShare = 0.1;
   constexpr double kNormal = 1.483;  // standard deviation over median deviation
   if (wheel.mps.size() < kFewest) return false;

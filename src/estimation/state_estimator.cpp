@@ -101,6 +101,8 @@ void StateEstimator::add_lasting_errors(const StateInput& input, const NavState&
   const Vector3d aside = Vector3d::UnitZ().cross(smoother_.newest().p_odom - before.p_odom);
   turned_by_delay_ += aside * turn / seconds;
 
+  // Over which side slip keeps its size. With 1 rad the simulated skid steer's NEES is in its band
+  // as well.
   constexpr double kBend = 0.5;  // rad
   const double way = aside.norm();
   if (way <= 0 || std::abs(turn) > kBend) return;

@@ -1,3 +1,3 @@
 """Displacement by networks from radar traces: training on simulated ground, inference, and what the
-estimator is told. PyTorch is needed to train (`train`), onnxruntime to infer (`model`).
+estimator is told. PyTorch is needed to train (`training`), onnxruntime to infer (`model`).
 """

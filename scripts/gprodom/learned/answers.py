@@ -17,7 +17,6 @@ import numpy as np
 from gprodom.arrays import Floats
 from gprodom.lcm.constants import kind
 from gprodom.lcm.messages import message
-from gprodom.learned import windows
 from gprodom.learned.model import Network, read_record, to_offset, to_spacing, widening
 from gprodom.learned.windows import COLUMN, LENGTH, WINDOW, image, step_at, to_rows
 
@@ -29,7 +28,7 @@ PARALLEL = math.radians(25)  # of headings, either way
 NEAR = 0.6  # m; images whose middles lie so close by the track are compared
 DRIFT = 0.02  # by which that grows with the way between them
 MOST = 24  # images compared with one, the nearest
-TELL_ROWS = 4000  # traces that are kept for images
+KEPT_TRACES = 4000  # traces that are kept for images
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ class PairTeller:
         self._network = Network(folder, "learned_pair")
         self._widen = widening(record, "learned_pair")
         self._accept = float(record["training"]["learned_pair"]["accept"])
-        self._traces: deque[tuple[int, Floats]] = deque(maxlen=TELL_ROWS)
+        self._traces: deque[tuple[int, Floats]] = deque(maxlen=KEPT_TRACES)
         # Of each pose since the direction last changed: time, signed way, x, y.
         self._track: list[tuple[int, float, float, float, float]] = []
         self._way = 0.0
@@ -207,7 +206,7 @@ class PairTeller:
         query = np.array([made.picture[:, ::-1] if back else made.picture for *_, back in near])
         found = to_offset(self._network(memory, query), self._widen)
         best = int(np.argmax(found.same))
-        if found.same[best] < self._accept or abs(found.offset[best]) > 0.8 * windows.LENGTH / 2:
+        if found.same[best] < self._accept or abs(found.offset[best]) > 0.8 * LENGTH / 2:
             return []
         _, old, against = near[best]
         return [
