@@ -16,7 +16,9 @@ from gprodom.cli import main
 from gprodom.errors import Error
 from gprodom.learned import windows
 from gprodom.learned.command import torch_version
-from gprodom.learned.grounds import make_line, receive, seeds
+from gprodom.learned.drives import by_images, by_windows, read_drive
+from gprodom.learned.examples import joined
+from gprodom.learned.grounds import KEPT, Line, make_line, receive, seeds
 from gprodom.learned.model import NETWORKS, Network, read_record
 from gprodom.random_streams import stream
 
@@ -33,14 +35,15 @@ def networks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     except Error:
         pytest.skip(f"no PyTorch in {PYTHON}: apt-get install python3-torch")
     folder = tmp_path_factory.mktemp("networks")
-    short = ["--share", "0.1", "--epochs", "6", "--threads", "1"]
-    assert main(["learn", "-o", str(folder), *short]) == 0
+    short = ["--share", "0.1", "--epochs", "6", "--threads", "1", "--lines", KEPT[0]]
+    assert main(["learn", str(SAMPLE), "-o", str(folder), *short]) == 0
     return folder
 
 
 def test_a_tiny_training_learns(networks: Path) -> None:
     record = read_record(networks)
     assert set(record["grounds"]["validate"]).isdisjoint(record["grounds"]["train"])
+    assert record["grounds"]["sequences"] == [SAMPLE.name]
     way, pair = (record["training"][name] for name in NETWORKS)
     # On ground that it has not seen; a constant explains nothing.
     assert way["r2_log"] > 0.3
@@ -124,3 +127,61 @@ def test_windows_keep_what_they_are_given() -> None:
     picture = windows.image(rows, along, 1.0)
     middles = 1.0 + windows.COLUMN * (np.arange(windows.COLUMNS) + 0.5)
     np.testing.assert_allclose(picture, np.tile(middles, (windows.ROWS, 1)), atol=1e-5)
+
+
+def test_examples_of_a_sequence_have_its_way_and_offsets() -> None:
+    """The sample is driven both ways over the same ground, in laps."""
+    drive, random = read_drive(SAMPLE), stream(1, "drive")
+    ways = joined(by_windows(drive, random))
+    with np.load(SAMPLE.with_name(SAMPLE.stem + ".truth.npz")) as truth:
+        driven = float(np.abs(np.diff(truth["s"])).sum())
+    assert drive.way[-1] == pytest.approx(driven, rel=0.01)
+    assert ways["spacing"].min() < 1e-3  # it stands at first
+    pairs = by_images(drive, random)
+    same = pairs["same"] > 0.5
+    assert 50 < same.sum() == (~same).sum()
+
+    def likeness(way: int) -> float:
+        """Of images on the same ground, shifted by `way` times their offset."""
+        found = []
+        for memory, query, offset in zip(
+            pairs["memory"][same], pairs["query"][same], pairs["offset"][same], strict=True
+        ):
+            shift = way * round(float(offset) / windows.COLUMN)
+            columns = np.arange(max(0, shift), min(windows.COLUMNS, windows.COLUMNS + shift))
+            a, b = (
+                x[24:, at].astype(float) for x, at in ((memory, columns), (query, columns - shift))
+            )
+            a, b = a - a.mean(1, keepdims=True), b - b.mean(1, keepdims=True)
+            found.append(float((a * b).sum() / np.sqrt((a**2).sum() * (b**2).sum())))
+        return float(np.median(found))
+
+    assert likeness(1) > 0.8
+    assert likeness(-1) < 0.5
+
+
+def test_a_sequence_without_truth_says_so(tmp_path: Path) -> None:
+    import zipfile
+
+    bare = tmp_path / SAMPLE.name
+    with zipfile.ZipFile(SAMPLE) as whole, zipfile.ZipFile(bare, "w") as part:
+        for name in whole.namelist():
+            if "ts_meas" not in name:
+                part.writestr(name, whole.read(name))
+    with pytest.raises(Error, match="with radar and truth"):
+        read_drive(bare)
+
+
+def test_fdtd_lines_are_stretched_in_length_and_time() -> None:
+    """Spectra along and down shrink by the same number; a copy is the same again by its seed."""
+
+    def scale_of(line: Line) -> float:
+        return float(line.sample_interval / 2e-10)
+
+    lines = [make_line(seed, "garage") for seed in seeds("copies")[:4]]
+    again = make_line(seeds("copies")[0], "garage")
+    np.testing.assert_array_equal(lines[0].traces, again.traces)
+    for line in lines:
+        assert 0.95 <= scale_of(line) <= 1.3
+        assert line.beside == pytest.approx(0.06 * scale_of(line))
+        assert line.length == pytest.approx(min(12.0, 10.0 * scale_of(line)), abs=0.01)

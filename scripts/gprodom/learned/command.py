@@ -1,4 +1,4 @@
-"""``gprodom learn``: trains the networks on simulated ground."""
+"""``gprodom learn``: trains the networks on simulated ground, and on sequences with truth."""
 
 from __future__ import annotations
 
@@ -17,26 +17,29 @@ import gprodom
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.files import write_bytes
-from gprodom.learned.examples import make_examples
-from gprodom.learned.grounds import seeds
+from gprodom.learned.drives import drive_examples
+from gprodom.learned.examples import joined, make_examples
+from gprodom.learned.grounds import KEPT, seeds
 from gprodom.learned.model import NETWORKS, RECORD
 from gprodom.options import Subparsers, add_command
 
 PARTS = ("train", "validate")
-MADE_BY = ("split.json", "grounds.py", "windows.py", "examples.py")  # the examples
+MADE_BY = ("split.json", "grounds.py", "windows.py", "examples.py", "drives.py")  # the examples
 TRAINED_BY = (*MADE_BY, "networks.py", "training.py")
 
 DESCRIPTION = """\
 Trains learned_sequential and learned_pair (docs/learned.md) on passes over simulated grounds, whose
-seeds and split are fixed (scripts/gprodom/learned/split.json), and validates on grounds that are
-not trained on. Writes the networks as ONNX, a checkpoint of each and record.json. An interrupted
-training goes on where it was. Needs PyTorch in the python3 named by --python (Debian:
-python3-torch); the ground is made first and kept, for a second training.
+seeds and split are fixed (scripts/gprodom/learned/split.json), on the FDTD lines that come with the
+package, and on the sequences SEQ, which must have truth; validates on grounds that are not trained
+on. Writes the networks as ONNX, a checkpoint of each and record.json. An interrupted training goes
+on where it was. Needs PyTorch in the python3 named by --python (Debian: python3-torch); the
+examples are made first and kept, for a second training.
 """
 
 EXAMPLES = """\
   gprodom learn -o networks
   gprodom learn -o quick --share 0.1 --epochs 2
+  gprodom learn -o theirs 1613063428-0-gates_g-cmu-gpr.zip --lines garage,floor
   gprodom run garage.lcmlog --method learned_sequential --networks networks --tum garage.tum
 """
 
@@ -46,6 +49,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "learn", "train networks on simulated ground", DESCRIPTION, EXAMPLES
     )
+    parser.add_argument(
+        "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--seed", type=int, default=1, help="of the training (default 1)")
     parser.add_argument(
@@ -53,6 +59,13 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "--share", type=float, default=1.0, metavar="0..1", help="of the grounds (default 1)"
+    )
+    parser.add_argument(
+        "--lines",
+        type=_lines,
+        default=KEPT,
+        metavar="A,B",
+        help=f"FDTD lines to train on, '' for none (default {','.join(KEPT)})",
     )
     parser.add_argument("--threads", type=int, default=2, help="of the training (default 2)")
     parser.add_argument(
@@ -66,6 +79,14 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.set_defaults(run=run)
 
 
+def _lines(text: str) -> tuple[str, ...]:
+    names = tuple(name for name in text.split(",") if name)
+    for name in names:
+        if name not in KEPT:
+            raise argparse.ArgumentTypeError(f"{name}: expected some of {', '.join(KEPT)}")
+    return names
+
+
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     if not 0 < args.share <= 1 or args.epochs < 1 or args.threads < 1:
@@ -73,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     torch = torch_version(args.python)
     folder: Path = args.output
     folder.mkdir(parents=True, exist_ok=True)
-    grounds, made_s = prepare(folder, args.share)
+    grounds, made_s = prepare(folder, args.share, args.lines, args.sequences)
     train(args, folder)
     training = json.loads((folder / "training.json").read_text(encoding="utf-8"))
     record: dict[str, Any] = {
@@ -117,10 +138,15 @@ def digest(names: tuple[str, ...]) -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
-def prepare(folder: Path, share: float) -> tuple[dict[str, list[int]], float]:
-    """Makes the examples in `folder`, unless they are there; the seeds, and the seconds taken."""
-    grounds = {part: seeds(part, share) for part in PARTS}
-    key = f"{digest(MADE_BY)} {grounds}"
+def prepare(
+    folder: Path, share: float, lines: tuple[str, ...], sequences: list[Path]
+) -> tuple[dict[str, Any], float]:
+    """Makes the examples in `folder`, unless they are there: on what, and the seconds taken."""
+    grounds: dict[str, Any] = {part: seeds(part, share) for part in PARTS}
+    grounds |= {"lines": list(lines), "copies": seeds("copies", share)}
+    grounds["sequences"] = [path.name for path in sequences]
+    stamps = [(str(path.resolve()), path.stat().st_mtime) for path in sequences if path.exists()]
+    key = f"{digest(MADE_BY)} {grounds} {stamps}"
     kept = folder / "examples.json"
     if kept.exists():
         known = json.loads(kept.read_text(encoding="utf-8"))
@@ -130,9 +156,14 @@ def prepare(folder: Path, share: float) -> tuple[dict[str, list[int]], float]:
     for old in folder.glob("*.pt"):  # of other examples
         old.unlink()
     started = time.monotonic()
-    with Progress("making ground", sum(map(len, grounds.values()))) as progress:
+    parts = {part: [(seed, "") for seed in grounds[part]] for part in PARTS}
+    parts["train"] += [(seed, line) for line in lines for seed in grounds["copies"]]
+    with Progress("making examples", sum(map(len, parts.values())) + len(sequences)) as progress:
         for part in PARTS:
-            examples = make_examples(grounds[part], progress.advance)
+            examples = make_examples(parts[part], progress.advance)
+            if part == "train":
+                driven = drive_examples(sequences, progress.advance)
+                examples = joined([examples, *driven])
             np.savez(folder / f"{part}.npz", **examples)  # type: ignore[arg-type]
     seconds = round(time.monotonic() - started, 1)
     write_bytes(kept, json.dumps({"key": key, "seconds": seconds}).encode())
@@ -176,7 +207,7 @@ def describe(record: dict[str, Any]) -> str:
     training = record["training"]
     way, pair = training["learned_sequential"], training["learned_pair"]
     lines = [
-        f"ground made in {record['making_ground_s']:.0f} s, trained in "
+        f"examples made in {record['making_ground_s']:.0f} s, trained in "
         f"{training['training_s']:.0f} s; on {len(record['grounds']['validate'])} other grounds:",
         f"learned_sequential: {way['weights']} weights; error of the spacing's logarithm "
         f"{way['rms_log']:.3f}, R2 {way['r2_log']:.3f}, NEES {way['nees']:.2f}",

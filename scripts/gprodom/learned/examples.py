@@ -8,7 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.learned import windows
-from gprodom.learned.grounds import LENGTH, Line, draw_rate, draw_speed, make_line, receive
+from gprodom.learned.grounds import Line, draw_rate, draw_speed, make_line, receive
 from gprodom.learned.windows import WINDOW, image, to_rows
 from gprodom.random_streams import stream
 
@@ -23,22 +23,22 @@ _SCALE = 0.03  # of the track that the images are laid along, standard deviation
 Examples = dict[str, Floats]
 
 
-def make_examples(part_seeds: list[int], on_ground: Callable[[], None]) -> Examples:
-    """All examples of the grounds: arrays by name, with `ground` and `pair_ground` (n,)."""
+def make_examples(grounds: list[tuple[int, str]], on_ground: Callable[[], None]) -> Examples:
+    """All examples of the grounds (see `make_line`): arrays by name."""
     made: list[Examples] = []
-    for seed in part_seeds:
-        line, random = make_line(seed), stream(seed, "learned examples")
+    for seed, kept in grounds:
+        line, random = make_line(seed, kept), stream(seed, f"learned examples {kept}".strip())
         passes = [_by_windows(line, random) for _ in range(PASSES)]
         passes += [_by_images(line, random) for _ in range(PASSES)]
-        found = {
-            name: np.concatenate([each[name] for each in passes if name in each])
-            for name in {name for each in passes for name in each}
-        }
-        found["ground"] = np.full(len(found["spacing"]), seed)
-        found["pair_ground"] = np.full(len(found["offset"]), seed)
-        made.append(found)
+        made.append(joined(passes))
         on_ground()
-    return {name: np.concatenate([each[name] for each in made]) for name in made[0]}
+    return joined(made)
+
+
+def joined(parts: list[Examples]) -> Examples:
+    """The arrays of each name, one after the other; a part need not have all."""
+    names = dict.fromkeys(name for each in parts for name in each)
+    return {name: np.concatenate([x[name] for x in parts if name in x]) for name in names}
 
 
 def _by_windows(line: Line, random: np.random.RandomState) -> Examples:
@@ -51,8 +51,8 @@ def _by_windows(line: Line, random: np.random.RandomState) -> Examples:
     time = np.arange(traces) / rate
     wave = 0.3 * random.uniform() * np.sin(time * random.uniform(0.3, 2.0) + random.uniform(0, 6))
     way = np.concatenate([[0.0], np.cumsum((speed * (1 + wave))[1:] / rate)])
-    way *= min(1.0, 0.95 * LENGTH / max(way[-1], 1e-9))
-    along = random.uniform(0, LENGTH - way[-1]) + way
+    way *= min(1.0, 0.95 * line.length / max(way[-1], 1e-9))
+    along = random.uniform(0, line.length - way[-1]) + way
     if random.uniform() < 0.5:
         along = along[::-1]
     rows = to_rows(receive(line, along, rate, random), line.sample_interval)
@@ -71,7 +71,7 @@ def _by_images(line: Line, random: np.random.RandomState) -> Examples:
     scale = 1 + _SCALE * random.standard_normal()
     memory_pass = _pass(line, random, scale, 0)
     query_pass = _pass(line, random, scale, int(random.uniform() < 0.8))
-    room = LENGTH - 1.2 * windows.LENGTH - REACH
+    room = line.length - 1.2 * windows.LENGTH - REACH
     here = random.uniform(REACH, room, PAIRS)
     same = random.uniform(size=PAIRS) < _SAME
     offset = np.where(same, random.uniform(-REACH, REACH, PAIRS), 0.0)
@@ -105,6 +105,6 @@ def _pass(
     """Rows of a pass over the whole ground, and their places as the track has them (m)."""
     rate, speed = draw_rate(random), draw_speed(random)
     spacing = min(speed / rate, 0.06)  # wider ones show no image
-    along = np.arange(0.0, LENGTH, max(spacing, 0.005))
+    along = np.arange(0.0, line.length, max(spacing, 0.005))
     rows = to_rows(receive(line, along, rate, random, on), line.sample_interval)
     return rows, scale * along

@@ -1,7 +1,8 @@
 """Simulated grounds by seed, for training, validation and test (`split.json`), and passes on them.
 
-Each ground has its own wave speed, wavelet, layers, scatterers and losses, so that no length of
-it can be known beforehand.
+Each ground of rays has its own wave speed, wavelet, layers, scatterers and losses, so that no
+length of it can be known beforehand. Beside them stand the kept FDTD lines, for training alone:
+each some times, stretched.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.ground.survey import find_survey, shipped
 from gprodom.random_streams import stream
 from gprodom.simulate import radar
 from gprodom.simulate.ground import Ground, GroundSpec
@@ -22,10 +24,14 @@ from gprodom.simulate.radar import RadarSpec
 LENGTH = 12.0  # m, of a ground
 _SPACING = 0.004  # m, of its traces; linear between them
 _FAR = 0.12  # m; the other line lies up to so far beside
+_STRETCH = (0.95, 1.3)  # of an FDTD line's lengths and times
+_LOUDNESS = (0.3, 1.0)  # of its amplitude
+KEPT = shipped()  # FDTD lines that come with the package
 
 
 def seeds(part: str, share: float = 1.0) -> list[int]:
-    """Seeds of the grounds of `train`, `validate` or `test`; `share` of them, one at least."""
+    """Seeds of the grounds of `train`, `validate` or `test`, or of the copies of each FDTD line
+    (`copies`); `share` of them, one at least."""
     split = json.loads(Path(__file__).with_name("split.json").read_text(encoding="utf-8"))
     count = max(1, math.ceil(share * split[part]["count"]))
     return list(range(split[part]["first"], split[part]["first"] + count))
@@ -80,6 +86,11 @@ class Line:
     sample_interval: float  # s
     beside: float
 
+    @property
+    def length(self) -> float:
+        """m, of the ground."""
+        return float(self.traces.shape[1] * _SPACING)
+
     def at(self, along: Floats, line: int = 0) -> Floats:
         """(n, samples), counts, at the places `along` (n,), m."""
         place = np.clip(along / _SPACING, 0, self.traces.shape[1] - 1.001)
@@ -89,8 +100,10 @@ class Line:
         return np.asarray((1 - part) * on[index] + part * on[index + 1])
 
 
-def make_line(seed: int) -> Line:
-    """The ground of that seed."""
+def make_line(seed: int, kept: str = "") -> Line:
+    """The ground of that seed; with `kept`, a copy of that FDTD line."""
+    if kept:
+        return _stretched(kept, stream(seed, f"learned ground {kept}"))
     random = stream(seed, "learned ground")
     spec = draw_ground(random)
     beside = random.uniform(0.0, _FAR)
@@ -98,6 +111,19 @@ def make_line(seed: int) -> Line:
     ground = Ground(spec, x, np.array([0.0, beside]), random)
     lines = [ground.traces(x, np.full_like(x, y)) for y in (0.0, beside)]
     return Line(np.array(lines, np.float32), spec.sample_interval, beside)
+
+
+def _stretched(kept: str, random: np.random.RandomState) -> Line:
+    """An FDTD line with all lengths and times multiplied by one number, which is again a solution
+    of Maxwell's equations with less or more loss; begun anywhere, of either sign, louder or not."""
+    survey = find_survey(kept)
+    stretch = _log_uniform(random, *_STRETCH)
+    x = np.arange(0.0, min(LENGTH, stretch * survey.length), _SPACING) / stretch
+    x += random.uniform(0, survey.length)
+    loudness = random.choice([-1.0, 1.0]) * _log_uniform(random, *_LOUDNESS)
+    lines = [loudness * survey.traces(x, np.full_like(x, y)) for y in survey.aside[:2]]
+    beside = stretch * float(survey.aside[1] - survey.aside[0])
+    return Line(np.array(lines, np.float32), stretch * survey.sample_interval, beside)
 
 
 def receive(
