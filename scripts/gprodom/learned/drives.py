@@ -19,8 +19,6 @@ from gprodom.random_streams import stream
 THINNED = (1, 2, 4)  # every so-manieth trace is taken: a rate that the speed does not go with
 # s, of the truth's positions, standard deviation; a longer one cuts reversals short.
 _SMOOTH_S = 0.1
-    0.1  # s, of the truth's positions, standard deviation: longer ones cut its reversals short
-)
 _GAP_S = 1.0  # s; no example lies across a longer gap of traces or truth
 _MOVES = 0.03  # m/s
 _EVERY = 0.3  # m, from an image to the next
