@@ -17,7 +17,8 @@ what it says over what the wheel says, both relative to the truth: 1 repeats the
 ground.
 
 With SEQUENCEs (each with `.json` and `.truth.npz` beside it) the same methods are scored on those
-instead, over 4 s in which the robot drives; the scale is then learnt on the first 5 m.
+instead, over 4 s in which the robot drives; the scale is then learnt on the first 5 m. A sequence
+that the networks were trained on is refused.
 
     bench/learned_factorial networks
     bench/learned_factorial networks ../shared/data/cmu_like/*.zip
@@ -41,6 +42,7 @@ from table import tables
 
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.learned.grounds import make_line, seeds
+from gprodom.learned.model import read_record
 
 SCALED_ON = 3  # validation grounds
 
@@ -121,6 +123,10 @@ def lengths_of_coherence() -> dict[str, tuple[float, float]]:
 
 def on_sequences(args: argparse.Namespace, lengths: dict[str, tuple[float, float]]) -> int:
     """The methods on recorded drives."""
+    trained = set(read_record(args.folder)["grounds"].get("sequences", []))
+    for sequence in args.sequences:
+        if sequence.name in trained:
+            raise SystemExit(f"learned_factorial: {sequence.name}: the networks were trained on it")
     methods = {**rivals(args.folder), "coherence": ByCoherence(*lengths["coherence"])}
     found = []
     with Progress("sequences", len(args.sequences)) as progress:

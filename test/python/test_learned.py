@@ -82,11 +82,20 @@ def test_a_faster_pass_is_told_to_be_faster(networks: Path) -> None:
 
 
 @pytest.mark.parametrize("method", NETWORKS)
-def test_methods_run_on_a_sequence(networks: Path, tmp_path: Path, method: str) -> None:
+def test_methods_run_on_a_sequence(
+    networks: Path, tmp_path: Path, method: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     tum = tmp_path / "out.tum"
     command = ["run", str(SAMPLE), "--method", method, "--networks", str(networks)]
+    command += ["--truth", str(SAMPLE), "--json"]
     assert main([*command, "--tum", str(tum)]) == 0
     assert len(tum.read_text().splitlines()) > 1000
+    told = json.loads(capsys.readouterr().out)
+    if method == "learned_sequential":
+        assert told["answered"] > 0.9
+        assert told["revisits"] == 0
+    else:
+        assert told["answered"] in (0, None)
 
 
 def test_a_method_without_its_network_says_so(capsys: pytest.CaptureFixture[str]) -> None:
@@ -113,6 +122,11 @@ def test_the_factorial_bench(networks: Path) -> None:
     for way in by_name.values():
         assert way["r2"][1] <= way["r2"][0] <= way["r2"][2]
     assert {pair["pairs"] for pair in found["pairs"]} == {"consecutive", "revisit"}
+    # What was trained on is not scored.
+    command = [sys.executable, CHECKOUT / "bench" / "learned_factorial", networks, SAMPLE]
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert refused.returncode == 1
+    assert "trained on" in refused.stderr
 
 
 def test_windows_keep_what_they_are_given() -> None:

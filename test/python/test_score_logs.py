@@ -13,7 +13,9 @@ from conftest import line
 from gprodom.calibrate.k import Shifts
 from gprodom.cli import main
 from gprodom.lcm import EventLog
+from gprodom.lcm.constants import kind
 from gprodom.lcm.messages import message
+from gprodom.odometry.answered import answered
 from gprodom.plot.observability import measure, observe, pool
 
 START = 1_700_000_000_000_000
@@ -160,3 +162,21 @@ def test_observability_distinguishes_a_constant_from_a_measurement() -> None:
     assert seeing.k == pytest.approx(0.02)
     assert seeing.residual_rms_m == pytest.approx(0, abs=1e-9)
     assert seeing.displacement_min_m == pytest.approx(step.min())
+
+
+def test_answers_cover_the_time_once() -> None:
+    """Overlaps count once, revisits and invalid ones not at all, what lies outside is cut off."""
+    seconds = [(0, 2), (1, 3), (1, 2), (5, 6), (9, 12), (0, 10), (4, 5)]
+    kinds = [kind("MOTION")] * 5 + [kind("REVISIT"), kind("MOTION")]
+    told = {
+        "utime_from": 1_000_000 * np.array([begin for begin, _ in seconds]),
+        "utime_to": 1_000_000 * np.array([end for _, end in seconds]),
+        "kind": np.array(kinds),
+        "valid": np.array([True] * 6 + [False]),
+    }
+    poses = np.arange(0, 10_000_001, 100_000)
+    found = answered(told, poses)
+    assert found is not None
+    assert found.share == pytest.approx((3 + 1 + 1) / 10)
+    assert found.revisits == 1
+    assert answered(None, poses) is None

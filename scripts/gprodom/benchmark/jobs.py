@@ -246,8 +246,8 @@ def _score(
         return compare(associate(trajectory, truth), settings.align, settings.first_m)
 
     def record(mode: Mode, comparison: Comparison, jumps: MapJumps | None) -> Record:
-        name, figures = method.name, comparison.figures
-        return make_record(sequence.name, name, mode, settings.align, figures, jumps)
+        name, figures, told = method.name, comparison.figures, result.answered
+        return make_record(sequence.name, name, mode, settings.align, figures, jumps, told)
 
     causal = score(result.trajectory)
     records = [record(CAUSAL, causal, result.jumps)]

@@ -15,7 +15,7 @@ from gprodom.console import format_table, to_json
 from gprodom.files import replacing
 from gprodom.score.record import COLUMNS, Record
 
-AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw")
+AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw", "answered")
 
 
 def write_csv(path: Path, records: Sequence[Record]) -> None:
@@ -77,6 +77,7 @@ def table_cells(summary: Sequence[dict[str, Any]]) -> tuple[list[str], list[list
         "% of dist.",
         "NEES xy",
         "NEES yaw",
+        "answered",
     ]
     rows: list[list[object]] = [
         [line["method"], line["mode"], line["sequences"], *line["scenes"].values()]

@@ -109,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
             args.align,
             score.figures,
             result.jumps,
+            result.answered,
         )
         figures |= record.as_dict()
         text += "\n" + describe(record)

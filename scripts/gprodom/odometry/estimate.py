@@ -14,6 +14,7 @@ from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
+from gprodom.odometry.answered import Answered, answered
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.displacement import reckon, sequential
 from gprodom.odometry.methods import METHODS, Method
@@ -33,11 +34,13 @@ class Estimate:
     trajectory: as published (causal).
     jumps: of `map`, if a replay has them.
     smoothed: from one solution over all data, if requested and if the method has one.
+    answered: how often the radar had an answer, where the estimator was told any.
     """
 
     trajectory: Trajectory
     jumps: MapJumps | None = None
     smoothed: Trajectory | None = None
+    answered: Answered | None = None
 
 
 def as_log(
@@ -113,14 +116,17 @@ def estimate(
         found = logs.read_roles(output, channels.of("displacement"))
         displacements = sequential(found, method.front_end)
         return Estimate(reckon(logs.read_roles(log, sensors), displacements))
+    published = read_estimate(output, channels=channels)
+    role = "displacement_in" if method.network else "displacement"
+    told = logs.read_roles(log if method.network else output, channels.of(role)).get(role)
+    heard = answered(told, published.trajectory.time)
     if method.network:
         log.unlink()
-    published = read_estimate(output, channels=channels)
     if tum is None:
-        return Estimate(published.trajectory, published.jumps)
+        return Estimate(published.trajectory, published.jumps, answered=heard)
     smoothed = read_tum(tum)
     tum.unlink()
-    return Estimate(published.trajectory, published.jumps, smoothed)
+    return Estimate(published.trajectory, published.jumps, smoothed, heard)
 
 
 def _with_answers(

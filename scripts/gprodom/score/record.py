@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.console import format_table
+from gprodom.odometry.answered import Answered
 from gprodom.score.align import Alignment
 from gprodom.score.figures import Figures
 from gprodom.score.jumps import MapJumps
@@ -23,6 +24,8 @@ class Record:
     Figures as in `figures.Figures`; None (an empty cell, JSON null) if the data do not give them.
     map_jumps, map_jump_mean_m, map_jump_max_m: corrections that moved the published pose in `map`,
     None without a log.
+    answered, revisits: share of the published time in which the radar told the motion, and the
+    number of revisits told; None where no method was run, or it has no radar.
     """
 
     sequence: str
@@ -44,6 +47,8 @@ class Record:
     map_jumps: int | None = None
     map_jump_mean_m: float | None = None
     map_jump_max_m: float | None = None
+    answered: float | None = None
+    revisits: int | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """By column name."""
@@ -60,6 +65,7 @@ def make_record(
     align: Alignment,
     figures: Figures,
     jumps: MapJumps | None = None,
+    told: Answered | None = None,
 ) -> Record:
     """The record of one comparison; the scene comes from the sequence's name."""
     return Record(
@@ -72,6 +78,8 @@ def make_record(
         map_jumps=jumps.count if jumps else None,
         map_jump_mean_m=jumps.mean_m if jumps else None,
         map_jump_max_m=jumps.max_m if jumps else None,
+        answered=told.share if told else None,
+        revisits=told.revisits if told else None,
     )
 
 
@@ -114,5 +122,10 @@ def describe(record: Record) -> str:
             ["map_jumps", record.map_jumps],
             ["map_jump_mean_m", record.map_jump_mean_m],
             ["map_jump_max_m", record.map_jump_max_m],
+        ]
+    if record.answered is not None:
+        shown += [
+            ["answered (share of the time)", record.answered],
+            ["revisits (told)", record.revisits],
         ]
     return format_table([f"aligned: {record.align}", "value"], shown)
