@@ -59,6 +59,9 @@ class MotionJudge {
   // Do the wheels turn although the ground stands?
   Immobilised immobilised() const { return immobilised_.at(wheel_now_, wheel_); }
 
+  // Share of the path on which the wheel slips, as learnt.
+  double slip_share() const { return slip_belief_.share().value(); }
+  const slip::SlipShare::Counts& slip_counts() const { return slip_belief_.share().counts(); }
   // Is the wheel compared with the radar's coherence, at present?
   bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
 
@@ -75,6 +78,7 @@ class MotionJudge {
   // then.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
+  void resume_slip(const slip::SlipShare::Counts& counts) { slip_belief_.take_up(counts); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.

@@ -14,20 +14,9 @@ constexpr double kMoves_mps = 0.02;
 SlipDrift::SlipDrift(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
-      wheel_noise_(config.wheel.noise),
-      lag_s_(config.smoother.lag) {}
+      unseen_(config) {}
 
-// The speed follows the wheel with the time constant of a Kalman filter of both noises (wheel and
-// IMU). If a slip grows over the window's length, only the part within that time shows.
-double SlipDrift::unseen_speed(double speed, const ImuNoise& noise) const {
-  const double carried_s = std::min(lag_s_, wheel_noise_ * std::sqrt(speed) / noise.accel_density);
-  const double tilt_rate = kStandardGravity * noise.gyro_density;
-  const double variance = noise.accel_density * noise.accel_density * carried_s +
-                          tilt_rate * tilt_rate * std::pow(carried_s, 3) / 3;
-  return std::sqrt(variance) * lag_s_ / carried_s;
-}
-
-void SlipDrift::advance(const NavState& state, const ImuNoise& noise) {
+void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double share) {
   if (!last_) joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
   const NavState last = last_.value_or(state);
   last_ = state;
@@ -38,8 +27,8 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise) {
   const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
   const double speed = moved.norm() / seconds;
   moves_ = speed > kMoves_mps;
-  const double seen = speed > 0 ? speed / unseen_speed(speed, noise) : 0.0;
-  const double variance = 1 / (1 / std::pow(model_.sigma(), 2) + seen * seen);
+  model_.share = share;
+  const double variance = unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
   sigma_ = std::sqrt(variance);
 
   const double kept = model_.correlation(seconds);

@@ -9,6 +9,7 @@
 #include "estimation/imu_preintegration.h"
 #include "estimation/nav_state.h"
 #include "gprodom/config.h"
+#include "motion/slip/unseen_slip.h"
 
 namespace gprodom {
 
@@ -22,8 +23,9 @@ class SlipDrift {
  public:
   explicit SlipDrift(const Config& config);
 
-  // The next state in effect. noise: of the IMU since the last one.
-  void advance(const NavState& state, const ImuNoise& noise);
+  // The next state in effect. noise: of the IMU since the last one. share: of the path on which the
+  // wheel slips, as learnt.
+  void advance(const NavState& state, const ImuNoise& noise, double share);
 
   // Information (1/m^2) of a measurement of the position (x, y in odom) at the last state. It
   // reduces the variance of past slip as well.
@@ -39,11 +41,9 @@ class SlipDrift {
   Eigen::Matrix2d covariance() const { return joint_.topLeftCorner<2, 2>(); }
 
  private:
-  double unseen_speed(double speed, const ImuNoise& noise) const;
-
   SlipModel model_;
   bool enabled_;
-  double wheel_noise_, lag_s_;
+  slip::UnseenSlip unseen_;
   std::optional<NavState> last_;
   Eigen::Matrix3d joint_ = Eigen::Matrix3d::Zero();  // of x, y, l
   double sigma_ = 0.0;

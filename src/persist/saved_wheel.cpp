@@ -11,6 +11,7 @@ namespace gprodom {
 namespace {
 
 const char* const kTitle = "gprodom wheel 1";
+const char* const kSlipTitle = "gprodom slip 1";
 const char* const kPairTitle = "gprodom wheels 1";
 
 // A setting as text, every digit of its figures.
@@ -50,6 +51,27 @@ SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes) {
   if (!(wheel.scale >= 0.1 && wheel.scale <= 10 && is_sigma(wheel.sigma)))
     in.refuse("a figure of it is out of range");
   return wheel;
+}
+
+std::string to_bytes(const SavedSlip& slip) {
+  ByteWriter out;
+  out.put(slip.counts.rolled_s);
+  out.put(slip.counts.slipped_s);
+  out.put_text(slip.setting);
+  return out.sealed(kSlipTitle);
+}
+
+SavedSlip saved_slip_from(const std::string& name, std::string_view bytes) {
+  ByteReader in(name, bytes, kSlipTitle);
+  SavedSlip slip;
+  slip.counts.rolled_s = in.get<double>();
+  slip.counts.slipped_s = in.get<double>();
+  slip.setting = in.get_text();
+  in.expect_end();
+  const bool sound = std::isfinite(slip.counts.rolled_s) && slip.counts.slipped_s >= 0 &&
+                     slip.counts.slipped_s <= slip.counts.rolled_s;
+  if (!sound) in.refuse("a figure of it is out of range");
+  return slip;
 }
 
 std::string pair_setting(const Config& config) {

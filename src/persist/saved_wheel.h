@@ -1,10 +1,12 @@
-// The wheel's scale, and the turn calibration of left and right wheels, as learnt by a run.
+// The wheel's scale, how often it slips, and the turn calibration of left and right wheels, as
+// learnt by a run.
 #pragma once
 
 #include <string>
 #include <string_view>
 
 #include "gprodom/config.h"
+#include "motion/slip/slip_share.h"
 #include "motion/turn_calibration.h"
 
 namespace gprodom {
@@ -23,6 +25,15 @@ std::string to_bytes(const SavedWheel& wheel);
 
 // name: of the file, for errors. Throws FileError where it is not a whole one that makes sense.
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes);
+
+// Likewise: how much of the path the wheel slipped.
+struct SavedSlip {
+  slip::SlipShare::Counts counts;
+  std::string setting;  // wheel_setting() when it was learnt
+};
+
+std::string to_bytes(const SavedSlip& slip);
+SavedSlip saved_slip_from(const std::string& name, std::string_view bytes);
 
 // The same for the configured pair of wheels.
 std::string pair_setting(const Config& config);

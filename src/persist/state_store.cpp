@@ -24,8 +24,12 @@ constexpr double kMostSigmas = 4.0;
 constexpr double kGroundEvery = 300.0;  // times state.save_period
 
 const char* const kWheelFile = "/wheel.state";
+const char* const kSlipFile = "/slip.state";
 const char* const kPairFile = "/wheels.state";
 const char* const kStateFile = "/pose.state";
+
+const char* const kOtherWheel =
+    "wheel.scale or the wheel's mounting was changed in the configuration since";
 
 // The content of a file, parsed; nothing if the file is missing, or (with a notice) if it cannot be
 // used.
@@ -75,8 +79,7 @@ Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) co
 
 // Why the saved scale cannot be that of the configured wheel; empty if it can.
 std::string StateStore::why_not(const SavedWheel& wheel) const {
-  if (wheel.setting != wheel_setting_)
-    return "wheel.scale or the wheel's mounting was changed in the configuration since";
+  if (wheel.setting != wheel_setting_) return kOtherWheel;
   const double sigma = std::hypot(wheel.sigma, config_.wheel.scale_sigma);
   const double sigmas = std::abs(wheel.scale - config_.wheel.scale) / sigma;
   if (sigmas <= kMostSigmas) return "";
@@ -85,6 +88,16 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
                 "its scale %.5f is %.0f standard deviations off wheel.scale (wheel.scale_sigma)",
                 wheel.scale, sigmas);
   return said;
+}
+
+std::optional<slip::SlipShare::Counts> StateStore::slip(std::vector<std::string>& notices) const {
+  if (!enabled()) return std::nullopt;
+  const std::string path = directory_ + kSlipFile;
+  const auto slip = read(path, notices, saved_slip_from);
+  if (!slip) return std::nullopt;
+  if (slip->setting == wheel_setting_) return slip->counts;
+  notices.push_back(path + ": not used: " + kOtherWheel);
+  return std::nullopt;
 }
 
 std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) const {
@@ -160,6 +173,11 @@ void StateStore::save(const OdometryEstimate& estimate, const std::optional<Save
 void StateStore::save(const LearntTurn& pair) {
   if (enabled())
     writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
+}
+
+void StateStore::save(const slip::SlipShare::Counts& slip) {
+  if (enabled() && slip.rolled_s > 0)
+    writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
 }
 
 std::vector<std::string> StateStore::take_notices() {

@@ -36,7 +36,7 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
       pipeline_(std::make_unique<Pipeline>(
           config_, execution, front_end_,
           StartingPoint{store_->ground(memory_options(config), notices_), store_->state(notices_),
-                        store_->pair(notices_)})),
+                        store_->pair(notices_), store_->slip(notices_)})),
       map_frame_(std::make_unique<MapFrame>()) {}
 Odometry::~Odometry() = default;
 
@@ -99,6 +99,7 @@ void Odometry::save_due(Outputs& out) {
 void Odometry::save_state() {
   store_->save(newest_, pipeline_->state(map_frame_->now()));
   if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
+  store_->save(pipeline_->slip_counts());
 }
 
 void Odometry::begin_saving(const std::string& path) {
@@ -173,7 +174,8 @@ std::vector<OdometryEstimate> Odometry::smoothed() const {
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
-  restart({pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair()});
+  restart(
+      {pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair(), pipeline_->slip_counts()});
 }
 
 void Odometry::forget() { restart({}); }

@@ -80,6 +80,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
   if (start.pair) motion_.resume_pair(*start.pair);
+  if (start.slip) motion_.resume_slip(*start.slip);
   saved_ = std::move(start.state);
   if (saved_ && saved_->wheel_m) motion_.resume_wheel({saved_->state.time, *saved_->wheel_m});
 }
@@ -223,7 +224,7 @@ void Pipeline::report_place(const MapAnswer& answer) {
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
-  slip_drift_.advance(result.state, noise);
+  slip_drift_.advance(result.state, noise, motion_.slip_share());
   slip_drift_.measure(result.place_information);
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();

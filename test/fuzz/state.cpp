@@ -1,4 +1,4 @@
-// A saved state, a saved wheel, and a saved pair of wheels.
+// A saved state, a saved wheel, its slip, and a saved pair of wheels.
 #include "persist/saved_state.h"
 #include "persist/saved_wheel.h"
 #include "sealed.h"
@@ -11,6 +11,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string pair_title = title_of(to_bytes(gprodom::SavedPair()));
   read_sealed(pair_title, data, size,
               [](const std::string& bytes) { gprodom::saved_pair_from("pair", bytes); });
+  static const std::string slip_title = title_of(to_bytes(gprodom::SavedSlip()));
+  read_sealed(slip_title, data, size,
+              [](const std::string& bytes) { gprodom::saved_slip_from("slip", bytes); });
   return read_sealed(title, data, size,
                      [](const std::string& bytes) { gprodom::saved_state_from("state", bytes); });
 }

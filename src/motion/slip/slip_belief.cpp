@@ -26,8 +26,6 @@ constexpr double kChange = 0.16, kHold = 0.01;
 constexpr double kChangeForgets_s = 30.0, kGripForgets_s = 2.0;
 constexpr double kGripSigma = 0.01;  // of l while the wheel grips: unevenness of the ground
 
-// Share of the path with slip: weight of the prior, and bounds.
-constexpr double kShareCounts_s = 30.0, kLeastShare = 0.05, kMostShare = 0.6;
 constexpr std::size_t kSeenAfter = 5;  // blocks, after which most slip has been detected
 
 constexpr double kGroundGuess = 0.5;   // sigma of ln(metres / lengths) after the first span
@@ -48,7 +46,8 @@ Eigen::Vector3d level(const Eigen::Vector3d& v) {
 SlipBelief::SlipBelief(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
-      share_(std::min(model_.share, kMostShare)),
+      share_(model_.share),
+      unseen_(config),
       wheel_noise_(config.wheel.noise),
       wheel_floor_(config.wheel.noise_floor),
       lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {}
@@ -166,7 +165,7 @@ void SlipBelief::close() {
     if (h.past.size() > lag_) h.past.pop_front();
   }
   slip::prune(hypotheses_, kHypotheses);
-  if (rolls) learn_share(b.dt);
+  if (rolls) learn_share();
   take_out_common_error();
   block_ = {};
   ++blocks_;
@@ -174,20 +173,23 @@ void SlipBelief::close() {
 
 // The share falls on a robot that never slips. It is counted kSeenAfter blocks late, when most slip
 // has been detected.
-void SlipBelief::learn_share(double seconds) {
-  rolled_s_ += seconds;
+void SlipBelief::learn_share() {
+  double slips = 0.0;
   for (const Hypothesis& h : hypotheses_) {
     const std::size_t ago = std::min(kSeenAfter, h.past.size() - 1);
-    slipped_s_ += seconds * std::exp(h.log_weight) * h.past[h.past.size() - 1 - ago].slips;
+    slips += std::exp(h.log_weight) * h.past[h.past.size() - 1 - ago].slips;
   }
-  share_ = std::clamp((model_.share * kShareCounts_s + slipped_s_) / (kShareCounts_s + rolled_s_),
-                      kLeastShare, kMostShare);
+  const double prior = std::pow(model_.sigma(), 2);
+  const double left =
+      unseen_.variance(prior, std::abs(block_.wheel_m) / block_.dt, block_.noise) / prior;
+  share_.add(block_.dt, slips, 1 - left);
 }
 
 // Replaces each hypothesis by one for each change of mode that may have happened in the last
 // second.
 void SlipBelief::branch(double seconds) {
-  const double begins = seconds * share_ / ((1 - share_) * model_.lasts_s);
+  const double share = share_.value();
+  const double begins = seconds * share / ((1 - share) * model_.lasts_s);
   const double ends = seconds * kChangeEnds, holds = seconds * kChangeHolds,
                changes = seconds / model_.lasts_s;
   std::vector<Hypothesis> all;

@@ -18,6 +18,8 @@
 #include "gprodom/front_end.h"
 #include "motion/slip/ground_noise.h"
 #include "motion/slip/slip_hypothesis.h"
+#include "motion/slip/slip_share.h"
+#include "motion/slip/unseen_slip.h"
 
 namespace gprodom {
 
@@ -39,6 +41,10 @@ class SlipBelief {
   // Mean over the hypotheses for each of the last intervals with a wheel, newest last. Empty until
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
+
+  const slip::SlipShare& share() const { return share_; }
+  // Of an earlier run.
+  void take_up(const slip::SlipShare::Counts& earlier) { share_.take_up(earlier); }
 
  private:
   struct Interval {
@@ -65,15 +71,15 @@ class SlipBelief {
   bool take_in(const StateInput& input);
   void close();
   void branch(double seconds);
-  void learn_share(double seconds);
+  void learn_share();
   void predict(slip::Hypothesis& h, bool rolls) const;
   void weigh(slip::Hypothesis& h) const;
   void take_out_common_error();
 
   SlipModel model_;
   bool enabled_;
-  double share_;  // of the path on which the wheel slips, as learnt
-  double rolled_s_ = 0.0, slipped_s_ = 0.0;
+  slip::SlipShare share_;
+  slip::UnseenSlip unseen_;
   double wheel_noise_, wheel_floor_;
   std::size_t lag_;  // intervals that recent() gives
   std::vector<slip::Hypothesis> hypotheses_;

@@ -25,7 +25,7 @@ NavState state_at(int i) {
 
 SlipDrift driven(const Config& config, const ImuNoise& noise) {
   SlipDrift drift(config);
-  for (int i = 0; i <= kStates; ++i) drift.advance(state_at(i), noise);
+  for (int i = 0; i <= kStates; ++i) drift.advance(state_at(i), noise, SlipModel().share);
   return drift;
 }
 
@@ -63,7 +63,7 @@ TEST(SlipDrift, NothingSlipsThatStandsOrHasNoWheel) {
   NavState state;
   for (int i = 0; i < 50; ++i) {
     state.time = from_seconds(0.2 * i);
-    drift.advance(state, kShaken);
+    drift.advance(state, kShaken, SlipModel().share);
   }
   EXPECT_EQ(drift.covariance().norm(), 0.0);
   config.wheel.slip_share = 0.0;

@@ -130,6 +130,35 @@ TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
   }
 }
 
+TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
+  const auto save_slip = [&](const slip::SlipShare::Counts& counts) {
+    StateStore store(config_);
+    store.save(counts);
+    store.writer().flush();
+    EXPECT_EQ(store.trouble(), "");
+  };
+  save_slip({0.0, 0.0});  // nothing was learnt
+  EXPECT_FALSE(StateStore(config_).slip(notices_));
+  save_slip({100.0, 20.0});
+  const auto back = StateStore(config_).slip(notices_);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->rolled_s, 100.0);
+  EXPECT_EQ(back->slipped_s, 20.0);
+  EXPECT_TRUE(notices_.empty());
+  config_.wheel.lever_arm.x() += 0.1;
+  EXPECT_FALSE(StateStore(config_).slip(notices_));
+  ASSERT_EQ(notices_.size(), 1u);
+  EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
+  for (const slip::SlipShare::Counts broken :
+       {slip::SlipShare::Counts{100.0, 101.0}, slip::SlipShare::Counts{100.0, NAN},
+        slip::SlipShare::Counts{INFINITY, 1.0}}) {
+    notices_.clear();
+    save_slip(broken);
+    EXPECT_FALSE(StateStore(config_).slip(notices_));
+    EXPECT_EQ(notices_.size(), 1u);
+  }
+}
+
 TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
   config_.wheel.drive = WheelDrive::kSkidSteer;
   config_.wheel.track = 1.08;
@@ -185,14 +214,15 @@ TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
 }
 
 TEST_F(StateStoreTest, FolderInPlaceOfAFileIsReported) {
-  for (const char* name : {"wheel.state", "wheels.state", "pose.state", "ground.map"})
+  for (const char* name : {"wheel.state", "wheels.state", "slip.state", "pose.state", "ground.map"})
     fs::create_directory(folder_ / name);
   EXPECT_EQ(next_run().wheel.scale, 1.0);
   StateStore store(config_);
   EXPECT_FALSE(store.state(notices_).has_value());
   EXPECT_FALSE(store.ground({}, notices_).has_value());
   EXPECT_FALSE(store.pair(notices_).has_value());
-  ASSERT_EQ(notices_.size(), 4u);
+  EXPECT_FALSE(store.slip(notices_).has_value());
+  ASSERT_EQ(notices_.size(), 5u);
   for (const std::string& notice : notices_)
     EXPECT_NE(notice.find(": cannot be read: it is a folder"), std::string::npos) << notice;
   OdometryEstimate estimate;
