@@ -95,9 +95,9 @@ ROOMS = {
         BEFORE_MOTION,
     ),
     "persist": Room(
-        "what one run leaves to the next: pose, wheel scale, ground",
+        "what one run leaves to the next: pose, wheel scale, share of slip, ground",
         "when it is saved or taken up",
-        [*BEFORE_MOTION, "motion", "map"],
+        [*BEFORE_MOTION, "motion/slip", "motion", "map"],
     ),
     "pipeline": Room(
         "the facade: step() on one screen, prediction, radar task, going on from a saved pose",
