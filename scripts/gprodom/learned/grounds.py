@@ -26,6 +26,7 @@ _SPACING = 0.004  # m, of its traces; linear between them
 _FAR = 0.12  # m; the other line lies up to so far beside
 _STRETCH = (0.95, 1.3)  # of an FDTD line's lengths and times
 _LOUDNESS = (0.3, 1.0)  # of its amplitude
+NOISE = (4.0, 60.0)  # counts, of a sample, least and most of a radar
 KEPT = shipped()  # FDTD lines that come with the package
 
 
@@ -53,10 +54,10 @@ def draw_ground(random: np.random.RandomState) -> GroundSpec:
     )
 
 
-def draw_radar(random: np.random.RandomState) -> RadarSpec:
+def draw_radar(random: np.random.RandomState, noise: tuple[float, float] = NOISE) -> RadarSpec:
     """Errors of a radar, from hardly any to bad ones."""
     return RadarSpec(
-        noise=_log_uniform(random, 4.0, 60.0),
+        noise=_log_uniform(random, *noise),
         gain_drift=random.uniform(0.0, 0.05),
         time_zero_drift=random.uniform(0.0, 8e-11),
         ringing=random.uniform(0.0, 2000.0),
@@ -127,9 +128,14 @@ def _stretched(kept: str, random: np.random.RandomState) -> Line:
 
 
 def receive(
-    line: Line, along: Floats, rate: float, random: np.random.RandomState, on: int = 0
+    line: Line,
+    along: Floats,
+    rate: float,
+    random: np.random.RandomState,
+    on: int = 0,
+    noise: tuple[float, float] = NOISE,
 ) -> Ints:
     """Traces as a radar gives them, counts, of a pass over the places `along` (m)."""
-    spec = replace(draw_radar(random), rate=rate)
+    spec = replace(draw_radar(random, noise), rate=rate)
     time = np.arange(len(along)) / rate
     return radar.measure(line.at(along, on), time, line.sample_interval, spec, random)
