@@ -306,6 +306,14 @@ def test_radar_faults() -> None:
         for trace in measure(time_zero_drift=4e-10)[::40]
     ]
     assert 1 <= np.std(late) <= 4  # two samples
+    # Jitter is new in each trace.
+    gain = measure(gain_jitter=0.05) @ wave[0] / (wave[0] @ wave[0])
+    assert np.std(gain) == pytest.approx(0.05, rel=0.05)
+    assert abs(np.corrcoef(gain[1:], gain[:-1])[0, 1]) < 0.05
+    slope = np.gradient(wave[0], 2e-10)
+    late = -(measure(time_zero_jitter=2e-11) - wave) @ slope / (slope @ slope)
+    assert np.std(late) == pytest.approx(2e-11, rel=0.05)
+    assert abs(np.corrcoef(late[1:], late[:-1])[0, 1]) < 0.05
     ring = measure(ringing=500.0) - clean
     assert np.abs(ring - ring[0]).max() <= 1.0  # the same in every trace
     struck = np.abs(measure(spikes=0.01) - clean).max(axis=1) > 1000

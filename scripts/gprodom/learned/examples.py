@@ -8,7 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.learned import windows
-from gprodom.learned.grounds import Line, draw_rate, draw_speed, make_line, receive
+from gprodom.learned.grounds import Line, draw_any_radar, draw_rate, draw_speed, make_line, receive
 from gprodom.learned.windows import WINDOW, image, to_rows
 from gprodom.random_streams import stream
 
@@ -18,9 +18,6 @@ PAIRS = 10  # examples of a pass by images
 _STANDING = 0.1  # share of the passes that stand
 _SAME = 0.5  # share of the pairs on the same ground
 REACH = 0.6  # m, of offsets between images on the same ground
-# Counts; up to a hundredth of full scale, or a network takes the noise of a worse radar for
-# the likeness of traces at one place.
-NOISE = (4.0, 400.0)
 _SCALE = 0.03  # of the track that the images are laid along, standard deviation
 
 Examples = dict[str, Floats]
@@ -58,7 +55,7 @@ def _by_windows(line: Line, random: np.random.RandomState) -> Examples:
     along = random.uniform(0, line.length - way[-1]) + way
     if random.uniform() < 0.5:
         along = along[::-1]
-    rows = to_rows(receive(line, along, rate, random, 0, NOISE), line.sample_interval)
+    rows = to_rows(receive(line, along, rate, random, 0, draw_any_radar), line.sample_interval)
     ends = WINDOW + step * np.arange(1, STEPS + 1)
     return {
         "before": np.array([rows[end - step - WINDOW : end - step] for end in ends], np.float16),
@@ -109,5 +106,5 @@ def _pass(
     rate, speed = draw_rate(random), draw_speed(random)
     spacing = min(speed / rate, 0.06)  # wider ones show no image
     along = np.arange(0.0, line.length, max(spacing, 0.005))
-    rows = to_rows(receive(line, along, rate, random, on, NOISE), line.sample_interval)
+    rows = to_rows(receive(line, along, rate, random, on, draw_any_radar), line.sample_interval)
     return rows, scale * along

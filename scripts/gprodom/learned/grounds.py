@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,7 +27,6 @@ _SPACING = 0.004  # m, of its traces; linear between them
 _FAR = 0.12  # m; the other line lies up to so far beside
 _STRETCH = (0.95, 1.3)  # of an FDTD line's lengths and times
 _LOUDNESS = (0.3, 1.0)  # of its amplitude
-NOISE = (4.0, 60.0)  # counts, of a sample, least and most of a radar
 KEPT = shipped()  # FDTD lines that come with the package
 
 
@@ -54,14 +54,25 @@ def draw_ground(random: np.random.RandomState) -> GroundSpec:
     )
 
 
-def draw_radar(random: np.random.RandomState, noise: tuple[float, float] = NOISE) -> RadarSpec:
+def draw_radar(random: np.random.RandomState) -> RadarSpec:
     """Errors of a radar, from hardly any to bad ones."""
     return RadarSpec(
-        noise=_log_uniform(random, *noise),
+        noise=_log_uniform(random, 4.0, 60.0),
         gain_drift=random.uniform(0.0, 0.05),
         time_zero_drift=random.uniform(0.0, 8e-11),
         ringing=random.uniform(0.0, 2000.0),
         spikes=random.uniform(0.0, 0.004),
+    )
+
+
+def draw_any_radar(random: np.random.RandomState) -> RadarSpec:
+    """The same, and worse ones, whose traces differ where the antenna rests: a network that has not
+    seen that takes it for slowness."""
+    return replace(
+        draw_radar(random),
+        noise=_log_uniform(random, 4.0, 400.0),
+        gain_jitter=_log_uniform(random, 3e-4, 0.05),
+        time_zero_jitter=_log_uniform(random, 1e-12, 3e-11),
     )
 
 
@@ -133,9 +144,9 @@ def receive(
     rate: float,
     random: np.random.RandomState,
     on: int = 0,
-    noise: tuple[float, float] = NOISE,
+    draw: Callable[[np.random.RandomState], RadarSpec] = draw_radar,
 ) -> Ints:
     """Traces as a radar gives them, counts, of a pass over the places `along` (m)."""
-    spec = replace(draw_radar(random, noise), rate=rate)
+    spec = replace(draw(random), rate=rate)
     time = np.arange(len(along)) / rate
     return radar.measure(line.at(along, on), time, line.sample_interval, spec, random)

@@ -22,6 +22,8 @@ class RadarSpec:
     noise: float = 30.0  # counts, of each sample
     gain_drift: float = 0.0  # relative, standard deviation
     time_zero_drift: float = 0.0  # s, standard deviation
+    gain_jitter: float = 0.0  # relative, from trace to trace, standard deviation
+    time_zero_jitter: float = 0.0  # s, from trace to trace, standard deviation
     ringing: float = 0.0  # counts, of the antenna's own at time zero
     ringing_time: float = 6e-9  # s, in which it falls to 1/e
     spikes: float = 0.0  # of a trace: the chance that a sample of it is far off
@@ -41,14 +43,15 @@ def measure(
         after = np.arange(samples) * sample_interval
         ring = np.exp(-after / spec.ringing_time) * np.sin(2 * np.pi * 4.2e8 * after)
         traces = traces + spec.ringing * ring
-    if spec.time_zero_drift:
-        late = spec.time_zero_drift * _drift(time, _ZERO_TIME, random)
+    if spec.time_zero_drift or spec.time_zero_jitter:
+        late = _wander(spec.time_zero_drift, spec.time_zero_jitter, time, _ZERO_TIME, random)
         frequency = np.fft.rfftfreq(2 * samples, sample_interval)
         spectrum = np.fft.rfft(traces, 2 * samples, axis=1)
         spectrum *= np.exp(-2j * np.pi * np.outer(late, frequency))
         traces = np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
-    if spec.gain_drift:
-        traces = traces * (1 + spec.gain_drift * _drift(time, _GAIN_TIME, random))[:, None]
+    if spec.gain_drift or spec.gain_jitter:
+        gain = 1 + _wander(spec.gain_drift, spec.gain_jitter, time, _GAIN_TIME, random)
+        traces = traces * gain[:, None]
     noisy = traces + spec.noise * random.standard_normal((n, samples))
     if spec.spikes:
         struck = np.flatnonzero(random.uniform(size=n) < spec.spikes)
@@ -56,6 +59,14 @@ def measure(
         sign = random.choice([-1.0, 1.0], len(struck))
         noisy[struck, where] += sign * random.uniform(*_SPIKE, len(struck))
     return np.clip(np.rint(noisy), -_FULL_SCALE - 1, _FULL_SCALE).astype(np.int32)
+
+
+def _wander(
+    drift: float, jitter: float, time: Floats, constant: float, random: np.random.RandomState
+) -> Floats:
+    """A drift, and what changes from trace to trace; of what is not there nothing is drawn."""
+    slow = drift * _drift(time, constant, random) if drift else np.zeros(len(time))
+    return slow + jitter * random.standard_normal(len(time)) if jitter else slow
 
 
 def _drift(time: Floats, constant: float, random: np.random.RandomState) -> Floats:
