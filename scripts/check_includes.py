@@ -64,10 +64,13 @@ ROOMS = {
         ["base", "config", *GPR[:3]],
     ),
     "gpr": Room("the front end that a setting names", "states, factors", ["base", "config", *GPR]),
+    "estimation/kernels": Room(
+        "products and elimination of small blocks that fill vector units", "states", ["base"]
+    ),
     "estimation": Room(
         "the first state, IMU preintegration, factors, fixed-lag smoother",
         "traces, messages, channels",
-        ["base", "config"],
+        ["base", "config", "estimation/kernels"],
     ),
     "estimation/graph": Room(
         "the pose graph of a track in the plane",

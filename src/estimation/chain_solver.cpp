@@ -2,6 +2,7 @@
 // analysis, and nothing is kept between solves.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estimation/window_solver.h"
 
@@ -18,34 +19,36 @@ class ChainSolver final : public WindowSolver {
   SolverOptions options_;
 };
 
+// A trial is linearised at once, as it is hardly ever refused.
 SolveSummary ChainSolver::solve(Window& window, NormalEquations& equations) {
   SolveSummary summary;
   std::vector<StateVector> step;
-  std::vector<NavState> trial(window.states.size());
-  double damping = 0, expected = 0;
+  std::vector<NavState> before(window.states.size());
+  double damping = 0;
   summary.cost = equations.linearise(window);
   while (may_step(summary, options_)) {
     if (!std::isfinite(summary.cost)) return summary;
+    ++summary.steps;
     if (!equations.eliminate(damping)) {
       damping = std::max(1e-6, 10 * damping);
-      ++summary.steps;
       continue;
     }
-    expected = equations.solve_step(step);
-    std::transform(window.states.begin(), window.states.end(), step.begin(), trial.begin(),
-                   retract);
-    const double trial_cost = window_cost(window, trial);
-    ++summary.steps;
-    if (not_raised(trial_cost, summary.cost)) {
+    const double expected = equations.solve_step(step);
+    window.states.swap(before);
+    std::transform(before.begin(), before.end(), step.begin(), window.states.begin(), retract);
+    MarginalPrior prior_before = window.prior;
+    window.prior.move_to(window.states.data());
+    const double cost = equations.linearise(window);
+    if (not_raised(cost, summary.cost)) {
       ++summary.accepted;
-      window.states.swap(trial);
-      window.prior.move_to(window.states.data());
-      summary.cost = trial_cost;
+      summary.cost = cost;
       summary.usable = true;
       damping = 0;
-      equations.linearise(window);
       if (expected < options_.convergence) break;
     } else {
+      window.states.swap(before);
+      window.prior = std::move(prior_before);
+      equations.linearise(window);
       damping = std::max(1e-6, 10 * damping);
     }
   }

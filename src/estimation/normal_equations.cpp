@@ -1,13 +1,14 @@
 #include "estimation/normal_equations.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "estimation/block_products.h"
+#include "estimation/kernels/block_products.h"
 
 namespace gprodom {
 
 namespace {
+
+static_assert(kBlockSize == kStateDim);
 
 // Typical sizes of the error's rows. In these units all pivots lie within a few orders of
 // magnitude.
@@ -19,26 +20,6 @@ StateVector row_units() {
   return u;
 }
 const StateVector kUnits = row_units();
-
-// Columns in row units.
-void scale_columns(Jacobian& J) {
-  for (int i = 0; i < J.rows(); ++i) J.row(i).array() *= kUnits.transpose().array();
-}
-
-// A Jacobian and its non-zero columns: most factors depend on part of a state only.
-struct Known {
-  const Jacobian& J;
-  ColumnGroups columns;
-  explicit Known(const Jacobian& jacobian)
-      : J(jacobian), columns(column_groups(J.data(), static_cast<int>(J.rows()))) {}
-};
-
-// C += A^T B.
-template <Part kPart>
-void add_product(const Known& A, const Known& B, StateMatrix& C) {
-  add_outer_products<1, kPart>(A.J.data(), B.J.data(), static_cast<int>(A.J.rows()), C, A.columns,
-                               B.columns);
-}
 
 }  // namespace
 
@@ -85,12 +66,12 @@ double NormalEquations::linearise(const Window& window) {
     link.factor->evaluate(window.states[a], window.states[b], r, &Ja, &Jb);
     sum += robust_cost(*link.factor, r);
     weight_rows(*link.factor, r, Ja, Jb);
-    scale_columns(Ja);
-    scale_columns(Jb);
-    const Known A(Ja), B(Jb);
-    add_product<Part::kLower>(A, A, block(H_, a, a));
-    add_product<Part::kAll>(B, A, block(H_, b, a));
-    add_product<Part::kLower>(B, B, block(H_, b, b));
+    const auto rows = static_cast<int>(r.size());
+    const BlockRows A{Ja.data(), scale_columns(Ja.data(), rows, kUnits)};
+    const BlockRows B{Jb.data(), scale_columns(Jb.data(), rows, kUnits)};
+    add_product(A, A, rows, Part::kLower, block(H_, a, a));
+    add_product(B, A, rows, Part::kAll, block(H_, b, a));
+    add_product(B, B, rows, Part::kLower, block(H_, b, b));
     g_[a].noalias() += Ja.transpose().lazyProduct(r);
     g_[b].noalias() += Jb.transpose().lazyProduct(r);
   }
@@ -107,16 +88,13 @@ bool NormalEquations::eliminate(double damping) {
       Lij = block(H_, i, j);
       if (i == j) Lij.diagonal() *= 1 + damping;
       const size_t shared = std::max(first_[i], first_[j]);
+      const Part part = i == j ? Part::kLower : Part::kAll;
       for (size_t k = shared; k < j; ++k)
-        i == j ? subtract_product<Part::kLower>(block(L_, i, k), block(L_, i, k), Lij)
-               : subtract_product<Part::kAll>(block(L_, i, k), block(L_, j, k), Lij);
-      if (j < i) {
+        subtract_product(block(L_, i, k), block(L_, j, k), part, Lij);
+      if (j < i)
         solve_transposed_on_the_right(block(L_, j, j), Lij);
-      } else {
-        const Eigen::LLT<StateMatrix> llt(Lij);
-        if (llt.info() != Eigen::Success) return false;
-        Lij = llt.matrixL();
-      }
+      else if (!cholesky(Lij))
+        return false;
     }
   }
   return true;

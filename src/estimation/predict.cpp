@@ -1,15 +1,18 @@
 #include "estimation/predict.h"
 
+#include "estimation/kernels/block_products.h"
+
 namespace gprodom {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using so3::skew;
 
-NavState propagate(const NavState& x, const ImuPreintegration& since, double gravity_mps2) {
-  const double dt = since.duration();
+namespace {
+
+NavState moved(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
+               double gravity_mps2) {
   const Vector3d g(0, 0, -gravity_mps2);
-  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
   NavState y = x;
   y.time = x.time + from_seconds(dt);
   y.q_odom_body = (x.q_odom_body * delta.q).normalized();
@@ -18,12 +21,11 @@ NavState propagate(const NavState& x, const ImuPreintegration& since, double gra
   return y;
 }
 
-PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegration& since,
-                                         double gravity_mps2) {
-  const NavState y = propagate(x, since, gravity_mps2);
+// y: the propagated state.
+PropagationJacobian jacobian(const NavState& x, const NavState& y, const ImuPreintegration& since,
+                             const ImuPreintegration::Delta& delta) {
   const double dt = since.duration();
   const Matrix3d R = x.R_odom_body(), I = Matrix3d::Identity();
-  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
   const Vector3d turned = since.dq_dbg() * (x.gyro_bias - since.gyro_bias());
   // In the chart, theta also rotates position and velocity.
   PropagationJacobian F = PropagationJacobian::Zero();
@@ -41,14 +43,24 @@ PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegrat
   return F;
 }
 
+}  // namespace
+
+NavState propagate(const NavState& x, const ImuPreintegration& since, double gravity_mps2) {
+  return moved(x, since.duration(), since.delta(x.gyro_bias, x.accel_bias), gravity_mps2);
+}
+
+PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegration& since,
+                                         double gravity_mps2) {
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+  return jacobian(x, moved(x, since.duration(), delta, gravity_mps2), since, delta);
+}
+
 OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
                          const ImuPreintegration& since, double gravity_mps2) {
-  const NavState y = propagate(x, since, gravity_mps2);
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
   const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
-  const PropagationJacobian F = propagation_jacobian(x, since, gravity_mps2);
-  // Lazy products: for blocks this small Eigen's blocked kernels cost more than they save.
-  const Eigen::Matrix<double, 9, kStateDim> FP = F.lazyProduct(covariance);
-  Matrix9d P = FP.lazyProduct(F.transpose());
+  Matrix9d P = propagated_covariance(jacobian(x, y, since, delta), covariance);
   // Preintegrated noise: rotation (at y), velocity, position (at x).
   const Matrix3d* const turn[] = {&Ry, &R, &R};
   constexpr int from[] = {0, 6, 3};

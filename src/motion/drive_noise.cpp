@@ -19,11 +19,6 @@ constexpr double kSignificant = 1.5;
 // many times the one sideways: what is more is slip that changes all the time.
 constexpr double kMostOverSideways = 2.0;
 
-// In state intervals: 1 s and more at 5 states per second. Tilt and flicker noise make an error
-// grow faster than white noise does. What counts is its size after the seconds within which speeds
-// change.
-constexpr std::size_t kLongTimes[] = {5, 10, 25};
-
 }  // namespace
 
 void DriveNoise::add(const StateInput& input, const NavState& at) {
@@ -58,21 +53,11 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
     const double by_imu = last_v_ - last_p_ / last_dt_ + p / dt;
     const double by_wheel = wheel_m / dt - last_wheel_m_ / last_dt_;
     delay_.add(by_imu, by_wheel, dt);
-    runs_.back().drift_mps.push_back(runs_.back().drift_mps.back() +
-                                     Eigen::Vector2d(by_imu - by_wheel, sideways));
-    ++kept_;
-    while (kept_ > kMost) {
-      Run& oldest = runs_.front();
-      oldest.drift_mps.pop_front();
-      --kept_;
-      if (oldest.drift_mps.size() < 2 && runs_.size() > 1) {
-        kept_ -= oldest.drift_mps.size();
-        runs_.pop_front();
-      }
-    }
+    append(runs_.back().back() + Eigen::Vector2d(by_imu - by_wheel, sideways));
+    while (kept_ > kMost) drop_oldest();
     learn();
   } else {
-    runs_.push_back({{Eigen::Vector2d::Zero()}});
+    runs_.push_back({Eigen::Vector2d::Zero()});
     ++kept_;
   }
   last_wheel_m_ = wheel_m;
@@ -85,37 +70,67 @@ double DriveNoise::accel_density_of_one_second() const {
   return kept_ < kMinute ? 0.0 : accel_density_of_one_second_;
 }
 
+Eigen::Array2d DriveNoise::square(const Drift& s, std::size_t k, std::size_t m) {
+  return (s[k + 2 * m] - 2 * s[k + m] + s[k]).array().square();
+}
+
+// Only the squares with the newest of the drift are new.
+void DriveNoise::append(const Eigen::Vector2d& drift) {
+  Drift& s = runs_.back();
+  s.push_back(drift);
+  ++kept_;
+  const auto add = [&s](Squares& squares) {
+    if (s.size() <= 2 * squares.m) return;
+    const Eigen::Array2d made = square(s, s.size() - 1 - 2 * squares.m, squares.m);
+    for (int axis = 0; axis < 2; ++axis) {
+      auto& sorted = squares.sorted[axis];
+      sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), made[axis]), made[axis]);
+    }
+  };
+  add(short_);
+  for (Squares& squares : long_) add(squares);
+}
+
+void DriveNoise::drop_oldest() {
+  Drift& s = runs_.front();
+  const auto remove = [&s](Squares& squares) {
+    if (s.size() <= 2 * squares.m) return;
+    const Eigen::Array2d made = square(s, 0, squares.m);
+    for (int axis = 0; axis < 2; ++axis) {
+      auto& sorted = squares.sorted[axis];
+      const auto found = std::lower_bound(sorted.begin(), sorted.end(), made[axis]);
+      if (found != sorted.end()) sorted.erase(found);
+    }
+  };
+  remove(short_);
+  for (Squares& squares : long_) remove(squares);
+  s.pop_front();
+  --kept_;
+  if (s.size() < 2 && runs_.size() > 1) {
+    kept_ -= s.size();
+    runs_.pop_front();
+  }
+}
+
 // From the median of the squares, forwards and sideways; 0 if there are too few.
-Eigen::Array2d DriveNoise::variance(std::size_t m) const {
-  std::vector<double> squares[2];
-  for (const Run& run : runs_) {
-    const auto& s = run.drift_mps;
-    for (std::size_t k = 0; k + 2 * m < s.size(); ++k)
-      for (int axis = 0; axis < 2; ++axis)
-        squares[axis].push_back(std::pow(s[k + 2 * m][axis] - 2 * s[k + m][axis] + s[k][axis], 2));
-  }
-  if (squares[0].size() < kFewest) return Eigen::Array2d::Zero();
-  Eigen::Array2d variance;
-  for (int axis = 0; axis < 2; ++axis) {
-    const auto median = squares[axis].begin() + static_cast<long>(squares[axis].size() / 2);
-    std::nth_element(squares[axis].begin(), median, squares[axis].end());
-    variance[axis] = *median / kMedian;
-  }
-  return variance;
+Eigen::Array2d DriveNoise::variance(const Squares& squares) {
+  const std::size_t count = squares.sorted[0].size();
+  if (count < kFewest) return Eigen::Array2d::Zero();
+  return Eigen::Array2d(squares.sorted[0][count / 2], squares.sorted[1][count / 2]) / kMedian;
 }
 
 // Noise of density d gives the speed a variance of d^2 T after a time T, and the difference of two
 // such errors one of 2 d^2 T. The wheel's speed enters with weights 1, -2, 1.
 void DriveNoise::learn() {
-  const Eigen::Array2d in_short = variance(1);
+  const Eigen::Array2d in_short = variance(short_);
   if (in_short[0] <= 0) return;
   Eigen::Array2d density2 = Eigen::Array2d::Zero();
-  for (const std::size_t m : kLongTimes) {
-    const Eigen::Array2d in_long = variance(m);
-    const double growth_s = 2.0 * static_cast<double>(m - 1) * last_dt_;
+  for (const Squares& squares : long_) {
+    const Eigen::Array2d in_long = variance(squares);
+    const double growth_s = 2.0 * static_cast<double>(squares.m - 1) * last_dt_;
     const Eigen::Array2d grown = (in_long - in_short) / growth_s;
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);
-    if (m != kLongTimes[0]) continue;
+    if (&squares != &long_[0]) continue;
     // Less than this would not be noticed sideways.
     const double least = (kSignificant - 1) * in_short[1] / growth_s;
     const double most = kMostOverSideways * std::sqrt(std::max(grown[1], least));

@@ -37,9 +37,20 @@ class DriveNoise {
   double wheel_delay_s() const { return delay_.delay_s(); }
 
  private:
-  // Variance of S(k + 2m) - 2 S(k + m) + S(k), with S the speed by the IMU less that by the wheel
-  // and k a state interval. A constant bias and a constant tilt cancel in it.
-  Eigen::Array2d variance(std::size_t m) const;
+  // The squares of S(k + 2m) - 2 S(k + m) + S(k), forwards and sideways, with S the speed by the
+  // IMU less that by the wheel and k a state interval. A constant bias and a constant tilt cancel
+  // in them.
+  struct Squares {
+    std::size_t m;
+    std::vector<double> sorted[2];
+  };
+  // S forwards and sideways, one a state interval.
+  using Drift = std::deque<Eigen::Vector2d>;
+
+  void append(const Eigen::Vector2d& drift);
+  void drop_oldest();
+  static Eigen::Array2d square(const Drift& s, std::size_t k, std::size_t m);
+  static Eigen::Array2d variance(const Squares& squares);
   void learn();
 
   static constexpr std::size_t kMost = 600;    // intervals kept: two minutes of driving
@@ -50,11 +61,13 @@ class DriveNoise {
   TimeNs end_ = 0;                                // of the last interval
   double last_wheel_m_ = 0;                       // its distance, true metres
   double last_v_ = 0, last_p_ = 0, last_dt_ = 0;  // change of speed and distance in it by the IMU
-  struct Run {
-    std::deque<Eigen::Vector2d> drift_mps;  // S forwards and sideways, one a state interval
-  };
-  std::deque<Run> runs_;  // sequences without an interruption, newest last
+  std::deque<Drift> runs_;  // sequences without an interruption, newest last; m/s
   std::size_t kept_ = 0;
+  // In state intervals: short, then 1 s and more at 5 states per second. Tilt and flicker noise
+  // make an error grow faster than white noise does. What counts is its size after the seconds
+  // within which speeds change.
+  Squares short_{1, {}};
+  Squares long_[3] = {{5, {}}, {10, {}}, {25, {}}};
   Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
   double accel_density_of_one_second_ = 0.0;
   double increment_sigma_m_ = 0.0;

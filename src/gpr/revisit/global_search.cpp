@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/processor.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -12,13 +14,9 @@ namespace {
 constexpr float kLevelsPerUnit = 200.0F;
 constexpr float kLargest = 1000.0F;
 
-// Sum of products. Compiled for AVX2 as well; the version is chosen at run time.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(__clang__)
-__attribute__((target_clones("avx2", "default")))
-#endif
-std::int32_t
-product_sum(const std::int16_t* a, const std::int16_t* b, int n) {
+// Sum of products.
+GPRODOM_ALSO_FOR_AVX2
+std::int32_t product_sum(const std::int16_t* a, const std::int16_t* b, int n) {
   std::int32_t sum = 0;
   for (int i = 0; i < n; ++i) sum += static_cast<std::int32_t>(a[i]) * b[i];
   return sum;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/processor.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -17,12 +19,9 @@ struct Rows {
 };
 
 // out (kHigh * tiles, kWide) = a (kHigh * tiles, k) by the columns of panel (k, kWide).
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-__attribute__((target_clones("avx2", "default")))
-#endif
-void
-multiply_tiles(const float* a, std::ptrdiff_t stride, std::ptrdiff_t tiles, const float* panel,
-               int k, Rows out) {
+GPRODOM_ALSO_FOR_AVX2
+void multiply_tiles(const float* a, std::ptrdiff_t stride, std::ptrdiff_t tiles, const float* panel,
+                    int k, Rows out) {
   for (std::ptrdiff_t tile = 0; tile < tiles; ++tile, a += kHigh * stride) {
     Wide s0{}, s1{}, s2{}, s3{}, s4{}, s5{};
     for (int i = 0; i < k; ++i) {

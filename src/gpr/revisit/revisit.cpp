@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gpr/revisit/matrix_product.h"
+#include "gpr/revisit/row_sums.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -36,36 +37,6 @@ Columns delay_rows(const Columns& columns, double shift) {
 // unknown gain and noise" against "other ground", for correlations rho.
 Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
   return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
-}
-
-// Adds up some rows of a table, n entries each, row i from begin[i] on. `stride` is the distance
-// between rows; 0: all are the same row. The sum stays in registers, so the table is read once and
-// the sum written once.
-Eigen::ArrayXf sum_of_rows(const float* table, Eigen::Index stride, const int* begin, int rows,
-                           Eigen::Index n) {
-  using Four = Eigen::Array4f;
-  constexpr Eigen::Index kTile = 16;
-  Eigen::ArrayXf sum(n);
-  if (n < kTile) {
-    sum.setZero();
-    for (int i = 0; i < rows; ++i) {
-      sum += Eigen::Map<const Eigen::ArrayXf>(table + i * stride + begin[i], n);
-    }
-    return sum;
-  }
-  for (Eigen::Index tile = 0; tile < n; tile += kTile) {
-    const Eigen::Index k = std::min(tile, n - kTile);  // the last one overlaps
-    Four a = Four::Zero(), b = a, c = a, d = a;
-    for (int i = 0; i < rows; ++i) {
-      const float* row = table + i * stride + begin[i] + k;
-      a += Eigen::Map<const Four>(row);
-      b += Eigen::Map<const Four>(row + 4);
-      c += Eigen::Map<const Four>(row + 8);
-      d += Eigen::Map<const Four>(row + 12);
-    }
-    sum.segment<kTile>(k) << a, b, c, d;
-  }
-  return sum;
 }
 
 }  // namespace
@@ -109,9 +80,11 @@ void PatchMatcher::add_block(int block, const std::vector<int>& begin, Curves& c
   const auto columns = static_cast<int>(begin.size()), halfway = columns / 2;
   // Of the query's two halves.
   const auto sums = [&](const float* table, Eigen::Index stride) {
-    return std::array<Eigen::ArrayXf, 2>{
-        sum_of_rows(table, stride, begin.data(), halfway, n),
-        sum_of_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n)};
+    std::array<Eigen::ArrayXf, 2> halves{Eigen::ArrayXf(n), Eigen::ArrayXf(n)};
+    sum_rows(table, stride, begin.data(), halfway, n, halves[0].data());
+    sum_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n,
+             halves[1].data());
+    return halves;
   };
   const auto energy = sums(memory_energy_[block].data(), 0);
   const auto share = static_cast<float>(1.0 / options_.depth_blocks);

@@ -1,0 +1,67 @@
+// The products and the elimination of blocks against Eigen's.
+#include "estimation/kernels/block_products.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+Block random_matrix(unsigned seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> normal;
+  return Block::NullaryExpr([&] { return normal(generator); });
+}
+
+using Rows = Eigen::Matrix<double, 5, kBlockSize, Eigen::RowMajor>;
+
+TEST(BlockProducts, AddRowsByRowsWhereTheyAreNotZero) {
+  Rows A = random_matrix(1).topRows<5>(), B = random_matrix(2).topRows<5>();
+  A.middleCols<4>(8).setZero();
+  const Rows unscaled = A;
+  Eigen::Matrix<double, kBlockSize, 1> units = random_matrix(3).col(0);
+  const ColumnGroups groups = scale_columns(A.data(), 5, units);
+  EXPECT_EQ(groups, 0b1011U);
+  EXPECT_TRUE(A.isApprox(unscaled * units.asDiagonal()));
+  const Block before = random_matrix(4);
+  Block C = before;
+  add_product({A.data(), groups}, {B.data()}, 5, Part::kAll, C);
+  EXPECT_TRUE(C.isApprox(before + A.transpose() * B));
+  C = before;
+  add_product({A.data(), groups}, {A.data(), groups}, 5, Part::kLower, C);
+  const Block all = before + A.transpose() * A;
+  EXPECT_TRUE(
+      Block(C.triangularView<Eigen::Lower>()).isApprox(Block(all.triangularView<Eigen::Lower>())));
+}
+
+TEST(BlockProducts, EliminateAsEigenDoes) {
+  const Block M = random_matrix(5), X = random_matrix(6);
+  const Block A = M * M.transpose() + Block::Identity();
+  Block L = A;
+  ASSERT_TRUE(cholesky(L));
+  const Block lower = L.triangularView<Eigen::Lower>();
+  EXPECT_TRUE((lower * lower.transpose()).isApprox(A));
+  Block solved = X;
+  solve_transposed_on_the_right(L, solved);
+  EXPECT_TRUE((solved * lower.transpose()).isApprox(X));
+  Block rest = A;
+  subtract_product(X, M, Part::kAll, rest);
+  EXPECT_TRUE(rest.isApprox(A - X * M.transpose()));
+}
+
+TEST(BlockProducts, NoRootOfWhatIsNotPositiveDefinite) {
+  Block A = Block::Identity();
+  A(9, 9) = -1.0;
+  EXPECT_FALSE(cholesky(A));
+}
+
+TEST(BlockProducts, CovarianceIsPropagated) {
+  const Eigen::Matrix<double, 9, kBlockSize> F = random_matrix(7).topRows<9>();
+  const Block P = random_matrix(8);
+  EXPECT_TRUE(propagated_covariance(F, P).isApprox(F * P * F.transpose()));
+}
+
+}  // namespace
+}  // namespace gprodom
