@@ -133,9 +133,15 @@ def test_windows_keep_what_they_are_given() -> None:
     """A trace that rises evenly does so in rows, whatever the sample interval."""
     for interval, samples in ((2e-10, 201), (3.125e-10, 351)):
         ramp = np.arange(samples) * interval * 1e9 * 100  # counts; 100 a nanosecond
-        rows = windows.to_rows(np.tile(ramp, (3, 1)), interval) * windows.FULL_SCALE
+        rows = windows.on_rows(np.tile(ramp, (3, 1)), interval) * windows.FULL_SCALE
         expected = (np.arange(windows.ROWS) + 0.5) * windows.ROW_TIME * 1e11 - 50 * interval * 1e9
         np.testing.assert_allclose(rows[1], expected, atol=20)
+    # An offset of the receiver is taken off, the ground's wave is not.
+    time = np.arange(201) * 0.2  # ns
+    wave = 1000 * np.sin(2 * np.pi * 0.5 * time)
+    plain, offset = windows.to_rows(np.array([wave, wave + 300 - 4 * time]), 2e-10)
+    np.testing.assert_allclose(offset[6:-6], plain[6:-6], atol=1e-5)
+    assert np.abs(plain).max() > 0.8 * 1000 / windows.FULL_SCALE
     along = np.arange(0, 3, 0.03)
     rows = np.repeat(along[:, None], windows.ROWS, 1).astype(np.float32)
     picture = windows.image(rows, along, 1.0)

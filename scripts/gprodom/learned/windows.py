@@ -1,7 +1,8 @@
 """What the networks are given: windows of traces in time, and images along a track.
 
-The traces' samples are averaged onto a grid of `ROWS` rows. There is no other processing and no
-statistic of any data set: the networks normalise each input by itself.
+The traces' samples are averaged onto a grid of `ROWS` rows and freed from wow, the slow offset that
+a receiver adds to each trace anew. There is no other processing and no statistic of any data set:
+the networks normalise each input by itself.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from gprodom.arrays import Floats
 ROWS = 64
 ROW_TIME = 6e-10  # s
 FULL_SCALE = 32768.0  # counts
+WOW_ROWS = 13  # whose running mean is the wow: some 8 ns, four periods of the wavelet
 
 WINDOW = 16  # traces of a window of learned_sequential
 STEP_S = 0.5  # s from a window to the next, within the limits in traces
@@ -23,7 +25,19 @@ LENGTH = COLUMNS * COLUMN  # m
 
 
 def to_rows(traces: Floats, sample_interval: float) -> Floats:
-    """Traces (n, samples), counts, as (n, ROWS) float32 between -1 and 1."""
+    """Traces (n, samples), counts, as (n, ROWS) float32 between -1 and 1, without wow."""
+    return without_wow(on_rows(traces, sample_interval), 1)
+
+
+def without_wow(rows: Floats, axis: int) -> Floats:
+    """Rows, which run along that axis, less their running mean."""
+    from scipy.ndimage import uniform_filter1d
+
+    return np.asarray(rows - uniform_filter1d(rows, WOW_ROWS, axis=axis, mode="nearest"))
+
+
+def on_rows(traces: Floats, sample_interval: float) -> Floats:
+    """The means of the samples of each row, float32, parts of full scale."""
     n, samples = traces.shape
     total = np.zeros((n, samples + 1))
     np.cumsum(traces, axis=1, out=total[:, 1:])
