@@ -102,7 +102,7 @@ void anywhere(benchmark::State& state) {
   for (int metres = 0; metres < state.range(0); metres += 40)
     search.add_run(static_cast<std::size_t>(metres) * 50, memory);
   const gpr::Columns query = memory.middleRows(500, 400);
-  for (auto _ : state) benchmark::DoNotOptimize(search.find(query));
+  for (auto _ : state) benchmark::DoNotOptimize(search.find({{query, {}}}));
   state.counters["bytes_per_metre"] =
       static_cast<double>(search.bytes()) / static_cast<double>(state.range(0));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "map/map_path.h"
 
@@ -10,17 +11,78 @@ namespace {
 
 // m driven between two searches of all ground from before a reset. Over ten kilometres such a
 // search costs thirty times a gated one (docs/revisit.md), so it is not made with every patch.
-constexpr double kSearchEvery = 2.0;
+constexpr double kSearchEvery = 1.0;
 
 // m of the newest ground that are searched. A shorter query matches at too many places; over a
 // longer one the odometry then and now differs by more than the match bears.
 constexpr double kLeastQuery = 6.0, kLongestQuery = 10.0;
 
-// ln of travel times now over then that are tried. Frost and rain change the permittivity by some
-// 10 %, travel times by half of that; a place is found with half a step between them as well.
-constexpr double kStretches[] = {0.0, -0.05, 0.05};
+// ln of travel times now over then that are tried. Frost and rain change the permittivity by 10 to
+// 20 %, travel times by half of that; a place is found with half a step between them as well.
+const std::vector<double> kStretches = {0.0, -0.05, 0.05, -0.1, 0.1};
+// A drive tries the likely ones and the others by turns, since each costs a search of all ground.
+const std::vector<double> kLikely = {0.0, -0.05, 0.05}, kUnlikely = {-0.1, 0.1};
 
-constexpr double kOnePlace = 2.0;  // m; two columns whose poses are nearer are the same place
+// Near a place, where little ground is searched, finer ones: at 1 % an echo from 25 periods deep is
+// off by a quarter of a period. A place found says which of the above is near.
+constexpr double kFineStep = 0.01;
+constexpr int kFineSteps = 5;           // to either side
+constexpr double kFarthestTold = 0.12;  // of a place told, at twice that step
+const std::vector<double> kFineTurns = {0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2};
+
+constexpr double kOnePlace = 2.0;     // m; two columns whose poses are nearer are the same place
+constexpr double kFoundWithin = 2.0;  // m, of a place found by the search
+constexpr double kLeastNear = 4.0;    // m of ground from which a change is supposed near a place
+
+std::size_t columns_of(const gpr::TraceMemory& memory, double metres) {
+  return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
+}
+
+// The ground as it would be without one change or another.
+std::vector<gpr::GlobalQuery> queries(const gpr::TraceMemory& memory, gpr::MemoryRange driven,
+                                      const std::vector<double>& stretches) {
+  if (!memory.can_undo()) return {{memory.patch(driven), {}}};
+  std::vector<gpr::GlobalQuery> all;
+  all.reserve(stretches.size());
+  for (const double stretch : stretches) {
+    all.push_back(
+        {memory.patch(driven, {stretch, 0.0}), memory.patch(driven, {stretch, 0.5 * M_PI})});
+  }
+  return all;
+}
+
+// So many steps of a stretch to either side of `middle`, the nearest first.
+std::vector<double> stretches_round(double middle, double step, int steps) {
+  std::vector<double> all = {middle};
+  for (int i = 1; i <= steps; ++i) {
+    all.push_back(middle - i * step);
+    all.push_back(middle + i * step);
+  }
+  return all;
+}
+
+// Earlier ground within so much of a place.
+gpr::GlobalSearch search_near(const GroundMap& ground, std::size_t end_of_before,
+                              const Locator::Near& near) {
+  const gpr::TraceMemory& memory = ground.memory;
+  gpr::GlobalSearchOptions options;
+  options.turns = kFineTurns;
+  gpr::GlobalSearch search(*memory.filter(), memory.spacing(), options);
+  std::vector<std::size_t> columns;
+  for (const KnownPlace& place : ground.places) {
+    if (place.map == near.map && place.column < end_of_before &&
+        (place.pose.p - near.at).norm() <= near.within_m)
+      columns.push_back(place.column);
+  }
+  std::sort(columns.begin(), columns.end());
+  for (auto first = columns.begin(); first != columns.end();) {
+    const gpr::MemoryRange run = memory.run_of(*first);
+    const auto end = std::lower_bound(first, columns.end(), run.end);
+    search.add_run(*first, memory.patch({*first, *(end - 1) + 1}));
+    first = end;
+  }
+  return search;
+}
 
 }  // namespace
 
@@ -42,20 +104,42 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   const gpr::MemoryRange kept = memory.kept();
   if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
   next_m_ = travelled_m + kSearchEvery;
-  return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body);
+  const bool likely = !memory.can_undo() || std::exchange(likely_, !likely_);
+  return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body,
+               likely ? kLikely : kUnlikely);
 }
 
 double Locator::least_query() { return kLeastQuery; }
 
+std::optional<gpr::TraceChange> Locator::change_near(const GroundMap& ground,
+                                                     std::size_t end_of_before, const Near& near) {
+  const gpr::TraceMemory& memory = ground.memory;
+  gpr::MemoryRange newest = memory.run_of(memory.kept().end - 1);
+  const std::size_t longest = std::min(newest.end, columns_of(memory, kLongestQuery));
+  newest.first = std::max({newest.first, end_of_before, newest.end - longest});
+  if (newest.size() < columns_of(memory, kLeastNear)) return std::nullopt;
+  const std::vector<double> stretches = stretches_round(
+      0.0, 2 * kFineStep, static_cast<int>(std::lround(kFarthestTold / (2 * kFineStep))));
+  const gpr::GlobalMatch match =
+      search_near(ground, end_of_before, {near.map, near.at, near.within_m + kLongestQuery})
+          .find(queries(memory, newest, stretches));
+  if (!match.valid) return std::nullopt;
+  return gpr::TraceChange{stretches[match.query], match.turn};
+}
+
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
                                          gpr::MemoryRange newest, const PlanarPose& newest_body) {
+  return place(ground, end_of_before, newest, newest_body, kStretches);
+}
+
+std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
+                                         gpr::MemoryRange newest, const PlanarPose& newest_body,
+                                         const std::vector<double>& stretches) {
   const gpr::TraceMemory& memory = ground.memory;
   const gpr::MemoryRange kept = memory.kept();
-  const auto columns = [&](double metres) {
-    return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
-  };
-  newest.first = std::max(newest.first, newest.end - std::min(newest.end, columns(kLongestQuery)));
-  if (newest.size() < columns(kLeastQuery)) return std::nullopt;
+  newest.first =
+      std::max(newest.first, newest.end - std::min(newest.end, columns_of(memory, kLongestQuery)));
+  if (newest.size() < columns_of(memory, kLeastQuery)) return std::nullopt;
 
   if (!search_) learn(ground, end_of_before);
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
@@ -66,15 +150,7 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
     return at_a && at_b &&
            (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
   };
-  gpr::GlobalMatch match;
-  double stretch = 0.0;
-  for (const double tried : kStretches) {
-    if (tried != 0.0 && !memory.can_stretch()) continue;
-    const gpr::GlobalMatch found = search_->find(memory.patch(newest, tried), same_place);
-    if (!found.accepted || (match.accepted && found.margin < match.margin)) continue;
-    match = found;
-    stretch = tried;
-  }
+  const gpr::GlobalMatch match = search_->find(queries(memory, newest, stretches), same_place);
   if (!match.accepted) return std::nullopt;
   // Uses the query's end, where the robot is, and not its centre: an error of the heading then has
   // less effect.
@@ -92,7 +168,14 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
   PlanarPose antenna = compose(then->pose, antenna_);
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
   const PlanarPose body = compose(antenna, between(antenna_, {}));
-  return Hypothesis{compose(body, between(newest_body, {})), then->map, stretch};
+  Hypothesis found{compose(body, between(newest_body, {})), then->map, {}};
+  if (!memory.can_undo()) return found;
+  const std::vector<double> finer = stretches_round(stretches[match.query], kFineStep, kFineSteps);
+  const gpr::GlobalMatch fine =
+      search_near(ground, end_of_before, {then->map, body.p, kLongestQuery + kFoundWithin})
+          .find(queries(memory, newest, finer));
+  if (fine.valid) found.change = {finer[fine.query], fine.turn};
+  return found;
 }
 
 }  // namespace gprodom

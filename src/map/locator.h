@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "gpr/revisit/global_search.h"
 #include "map/ground_map.h"
@@ -14,7 +15,7 @@ namespace gprodom {
 struct Hypothesis {
   PlanarPose map_from_track;
   int map = 0;
-  double stretch = 0.0;  // ln of travel times in the ground now over those in the map
+  gpr::TraceChange change;  // of the ground now since the map
 };
 
 class Locator {
@@ -35,14 +36,29 @@ class Locator {
   std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
                                   gpr::MemoryRange driven, const PlanarPose& body);
 
+  // Round a place of a map.
+  struct Near {
+    int map = 0;
+    Eigen::Vector2d at;
+    double within_m = 0.0;
+  };
+  // Of the changes that place() tries, the one that fits the newest ground best near a place,
+  // however well; nothing while too little is driven, or where no ground is near.
+  static std::optional<gpr::TraceChange> change_near(const GroundMap& ground,
+                                                     std::size_t end_of_before, const Near& near);
+
   // m of ground that place() wants at least.
   static double least_query();
 
  private:
+  std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
+                                  gpr::MemoryRange driven, const PlanarPose& body,
+                                  const std::vector<double>& stretches);
   void learn(const GroundMap& ground, std::size_t end_of_before);
 
   const PlanarPose antenna_;
   double next_m_ = 0.0;
+  bool likely_ = true;  // the likely stretches are tried next
   std::optional<gpr::GlobalSearch> search_;
 };
 

@@ -10,9 +10,9 @@
 #include "estimation/graph/pose_graph.h"
 #include "gpr/revisit/revisit_search.h"
 #include "gprodom/config.h"
+#include "map/change_follower.h"
 #include "map/ground_map.h"
 #include "map/locator.h"
-#include "map/stretch_follower.h"
 
 namespace gprodom {
 
@@ -25,7 +25,7 @@ struct Revisited {
 struct JoinedTracks {
   std::vector<Revisited> revisits;
   double proven_m = 0.0;           // driven over patches that trusted revisits found
-  double stretch = 0.0;            // ln of travel times of the track that joins over the other's
+  gpr::TraceChange change;         // of the track that joins since the other
   std::vector<KnownPlace> places;  // of both tracks, in the frame of the other
   PlanarEstimate end;              // the last place of the track that joins, and its covariance
 

@@ -13,8 +13,10 @@
 namespace gprodom {
 namespace {
 
-constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
-constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
+constexpr double kConfirmWithin = 8.0;  // m driven without proof, then a hypothesis is dropped
+constexpr double kToldYawSigma = 0.15;  // rad; of a place told, as a hand sets it on a screen
+constexpr double kSupposeEvery =
+    1.0;  // m driven between two choices of a change, near a place told
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
@@ -104,7 +106,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     hypothesis_.reset();
     search_.reset();
     search_before_.reset();
-    stretch_ = StretchFollower();
+    change_ = ChangeFollower();
     last_query_.reset();
     answer.notes.push_back("traces of another length or interval: the stored ground is deleted");
   }
@@ -137,7 +139,9 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
     return;
   }
   const PlanarPose in_map = compose(told.map_from_odom, path_.newest().pose);
-  hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map};
+  hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map, {}};
+  change_.believe({});
+  next_change_m_ = 0.0;
   told_sigma_m_ = told.sigma_m;
   hypothesis_from_m_ = path_.travelled();
   hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * told.sigma_m;
@@ -156,7 +160,10 @@ double Mapper::sigma_m() const {
 void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
   if (located_ || !locator_.is_due(travelled)) return;
-  if (hypothesis_ && travelled < hypothesis_until_m_) return;
+  if (hypothesis_ && travelled < hypothesis_until_m_) {
+    if (told_sigma_m_ > 0.0) suppose_change();
+    return;
+  }
   if (hypothesis_ && told_sigma_m_ > 0.0)
     answer.notes.emplace_back(
         "locate_at: the ground there is not the one driven over: not located");
@@ -170,7 +177,23 @@ void Mapper::locate(MapAnswer& answer) {
   hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
   if (!hypothesis_) return;
-  stretch_.believe(hypothesis_->stretch);
+  change_.believe(hypothesis_->change);
+  forget_searches();
+}
+
+// How the ground has changed is not told with a place. So the change that fits best near there is
+// supposed, again and again, until the place is proved.
+void Mapper::suppose_change() {
+  const gpr::TraceMemory& memory = ground_.memory;
+  if (!memory.can_undo() || path_.travelled() < next_change_m_) return;
+  if (memory.kept().end <= end_of_before_) return;
+  next_change_m_ = path_.travelled() + kSupposeEvery;
+  const PlanarPose here = compose(hypothesis_->map_from_track, newest_node_.pose);
+  const double gate = std::min(kGateSigmas * sigma_m(), kGateMax);
+  const auto best = Locator::change_near(ground_, end_of_before_, {hypothesis_->map, here.p, gate});
+  const gpr::TraceChange& now = change_.change();
+  if (!best || (best->stretch == now.stretch && best->turn == now.turn)) return;
+  change_.believe(*best);
   forget_searches();
 }
 

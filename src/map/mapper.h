@@ -12,12 +12,12 @@
 #include "gpr/revisit/revisit_search.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
+#include "map/change_follower.h"
 #include "map/ground_map.h"
 #include "map/locator.h"
 #include "map/map_path.h"
 #include "map/pass_finder.h"
 #include "map/pass_merger.h"
-#include "map/stretch_follower.h"
 
 namespace gprodom {
 
@@ -124,6 +124,7 @@ class Mapper {
                const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
   void locate(MapAnswer& answer);
   void suppose(const ToldPlace& told, MapAnswer& answer);
+  void suppose_change();
   double sigma_m() const;
   void join_map(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
@@ -167,13 +168,14 @@ class Mapper {
   bool moved_ = false;                    // to a map, at the start or since
   std::optional<Hypothesis> hypothesis_;  // not confirmed yet
   double hypothesis_from_m_ = 0.0, hypothesis_until_m_ = 0.0;  // travelled
-  double told_sigma_m_ = 0.0;  // of the hypothesis; 0: it was found, not told
+  double told_sigma_m_ = 0.0;   // of the hypothesis; 0: it was found, not told
+  double next_change_m_ = 0.0;  // travelled, then the change is supposed again
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
   // Ground of earlier tracks may have changed. So it has a search of its own, with a query whose
-  // travel times are stretched; where they can be.
+  // changes are undone; where they can be.
   std::optional<gpr::RevisitSearch> search_before_;
-  StretchFollower stretch_;
+  ChangeFollower change_;
   std::optional<gpr::MemoryColumn> last_query_;
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };

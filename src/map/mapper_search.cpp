@@ -34,25 +34,25 @@ void Mapper::search_memory(MapAnswer& answer) {
   });
   const std::vector<gpr::SearchWindow> before(near.begin(), own);
   near.erase(near.begin(), own);
-  const auto newest = [&](double stretch) {
-    return *memory.newest(search_->patch_columns(), kBefore, stretch);
+  const auto newest = [&](const gpr::TraceChange& change) {
+    return *memory.newest(search_->patch_columns(), kBefore, change);
   };
   if (near.empty()) {
     search_->forget();
   } else {
-    find_in(*search_, newest(0.0), moved, near, answer);
+    find_in(*search_, newest({}), moved, near, answer);
   }
   if (before.empty()) {
     if (search_before_) search_before_->forget();
   } else {
-    find_in(*search_before_, newest(stretch_.stretch()), moved, before, answer);
+    find_in(*search_before_, newest(change_.change()), moved, before, answer);
   }
 }
 
 void Mapper::begin_searches() {
   const gpr::TraceMemory& memory = ground_.memory;
   search_.emplace(*memory.filter(), memory.spacing(), search_options(config_, false));
-  if (!memory.can_stretch()) return;
+  if (!memory.can_undo()) return;
   search_before_.emplace(*memory.filter(), memory.spacing(), search_options(config_, true));
 }
 
@@ -67,8 +67,8 @@ void Mapper::find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest&
   const std::vector<gpr::PlaceFound> found = search.find(newest.features, moved, windows);
   for (const gpr::PlaceFound& place : found) tie(place, newest.centre, moved, answer);
   if (found.empty() || &search == &*search_) return;
-  stretch_.follow(ground_.memory, found.front().column, [this](double stretch) {
-    return ground_.memory.newest(search_->patch_columns(), 0, stretch)->features;
+  change_.follow(ground_.memory, found.front().column, [this](const gpr::TraceChange& change) {
+    return ground_.memory.newest(search_->patch_columns(), 0, change)->features;
   });
 }
 

@@ -10,15 +10,15 @@ namespace {
 // showed (docs/revisit.md, "Search").
 constexpr double kSigmaFactor = 1.7;
 
-constexpr double kStretchesChosenFrom = 5.0;  // a hypothesis has the best of so many
+constexpr double kChosenFrom = 15.0;  // changes; a hypothesis has the best of them
 
 }  // namespace
 
-gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool stretched) {
+gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool changed) {
   gpr::RevisitSearchOptions options;
   options.patch_m = config.patch_length;
-  // One of several stretches was chosen, by the same ground in part.
-  if (stretched) options.nowhere = 1.0 - (1.0 - options.nowhere) / kStretchesChosenFrom;
+  // One of several changes was chosen, by the same ground in part.
+  if (changed) options.nowhere = 1.0 - (1.0 - options.nowhere) / kChosenFrom;
   return options;
 }
 

@@ -23,8 +23,8 @@ constexpr int kBefore = 58;  // columns before the query, for the search backwar
 
 constexpr double kLeastRevisitSigma = 0.005;  // m
 
-// stretched: of a query whose travel times are stretched.
-gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool stretched);
+// changed: of a query in which a change of the ground is undone.
+gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool changed);
 
 // The window round the place that lies `ahead_m` (in the direction in which distances rise) of a
 // column, within `bound_m`; reach_m: as RevisitSearch says.

@@ -55,7 +55,7 @@ TrackJoint::TrackJoint(const GroundMap& ground, int joining, std::vector<gpr::Me
       here_(track_of(joining)),
       search_(*ground.memory.filter(), ground.memory.spacing(), search_options(config, true)),
       seen_(ground.at(static_cast<double>(seen), 2 * kNodeSpacing)->pose.p) {
-  stretch_.believe(at.stretch);
+  change_.believe(at.change);
   PoseGraphOptions options;
   graph_.emplace(there_.places.front().pose, options);
   // Each track takes half of the ratio of their scales.
@@ -138,15 +138,16 @@ bool TrackJoint::search_at(gpr::MemoryRange run, std::size_t end, double moved_m
     return false;
   }
   const std::size_t before = std::min<std::size_t>(kBefore, end - patch - run.first);
-  const auto features = [&](double stretch, std::size_t columns) {
-    return memory.patch({end - columns, end}, stretch);
+  const auto features = [&](const gpr::TraceChange& change, std::size_t columns) {
+    return memory.patch({end - columns, end}, change);
   };
   bool found = false;
   for (const gpr::PlaceFound& place :
-       search_.find(features(stretch_.stretch(), patch + before), moved_m, near)) {
+       search_.find(features(change_.change(), patch + before), moved_m, near)) {
     if (!tie(place, middle, moved_m)) continue;
     found = true;
-    stretch_.follow(memory, place.column, [&](double s) { return features(s, patch); });
+    change_.follow(memory, place.column,
+                   [&](const gpr::TraceChange& tried) { return features(tried, patch); });
   }
   return found;
 }
@@ -226,7 +227,7 @@ void TrackJoint::solve() {
 
 JoinedTracks TrackJoint::result() {
   JoinedTracks joined;
-  joined.stretch = stretch_.stretch();
+  joined.change = change_.change();
   if (!solution_) return joined;
   for (std::size_t i = 0; i < ties_.size(); ++i)
     joined.revisits.push_back({ties_[i].column, solution_->trusted[i]});

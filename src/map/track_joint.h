@@ -54,7 +54,7 @@ class TrackJoint {
   Track there_, here_;
   std::optional<PoseGraph> graph_;
   gpr::RevisitSearch search_;
-  StretchFollower stretch_;
+  ChangeFollower change_;
   std::vector<Tie> ties_;  // of the graph's revisits
   Eigen::Vector2d seen_;   // where the hypothesis was found, in the joining track's own frame
   std::optional<PoseGraphSolution> solution_;

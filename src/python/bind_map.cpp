@@ -120,7 +120,7 @@ py::dict join_facts(const MapJoin& join) {
   return py::dict(
       "map"_a = join.map, "proven"_a = join.proven, "into"_a = join.into, "revisits"_a = trusted,
       "refused"_a = joined.revisits.size() - trusted, "proven_m"_a = joined.proven_m,
-      "stretch"_a = joined.stretch, "scale"_a = end.scale,
+      "stretch"_a = joined.change.stretch, "scale"_a = end.scale,
       "covariance"_a = std::vector<double>(covariance.data(), covariance.data() + 9),
       "x"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.x(); }),
       "y"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.y(); }),

@@ -84,14 +84,30 @@ PatchFilter learn_from_columns(const Columns& columns, const BandLimit& limit, d
   return {columns, spacing, limit.row_interval(), options};
 }
 
+// A windowed Hilbert transform turns by a quarter. Its reach is that of the lowest frequency of the
+// features, 0.3 of the centre, whose period has some 11 rows.
+Columns phase_turn(Eigen::Index rows, double angle) {
+  constexpr double kReach = 12.0;
+  Columns turn = std::cos(angle) * Columns::Identity(rows, rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    for (Eigen::Index j = row % 2 == 0 ? 1 : 0; j < rows; j += 2) {
+      const auto lag = static_cast<double>(row - j);
+      if (std::abs(lag) >= kReach) continue;
+      const double quarter = 2.0 / (M_PI * lag) * (0.5 + 0.5 * std::cos(M_PI * lag / kReach));
+      turn(row, j) = static_cast<float>(-std::sin(angle) * quarter);
+    }
+  }
+  return turn;
+}
+
 // Rows are interpolated by a windowed sinc.
-PatchFilter stretched(const PatchFilter& filter, const BandLimit& limit, double stretch) {
+PatchFilter undoing(const TraceChange& change, const PatchFilter& filter, const BandLimit& limit) {
   LearntPatchFilter learnt = filter.learnt();
   const int rows = limit.rows();
   const double from = first_row(limit);
   Columns resample = Columns::Zero(rows, rows);
   for (int row = 0; row < rows; ++row) {
-    const double at = from + (row - from) * std::exp(row < from ? 0.0 : stretch);
+    const double at = from + (row - from) * std::exp(row < from ? 0.0 : change.stretch);
     for (int j = 0; j < rows; ++j) {
       const double lag = j - at;
       if (std::abs(lag) >= kKernelRows) continue;
@@ -101,6 +117,8 @@ PatchFilter stretched(const PatchFilter& filter, const BandLimit& limit, double 
     }
   }
   learnt.projection = (learnt.projection * resample).eval();
+  if (change.turn != 0.0)
+    learnt.projection = (phase_turn(filter.rows(), -change.turn) * learnt.projection).eval();
   return PatchFilter(std::move(learnt));
 }
 

@@ -43,9 +43,20 @@ BandLimit learn_band_limit(const Columns& traces, double sample_interval,
 PatchFilter learn_from_columns(const Columns& columns, const BandLimit& limit, double spacing,
                                PatchFilterOptions options, int row_step = 0);
 
-// A filter for columns of ground whose travel times are exp(stretch) times those of the ground that
-// `filter` was learnt from, counted from the direct wave: their features are those of that ground.
-PatchFilter stretched(const PatchFilter& filter, const BandLimit& limit, double stretch);
+// How traces of the same ground differ now from those that a filter was learnt from.
+struct TraceChange {
+  double stretch = 0.0;  // ln of travel times now over those then, counted from the direct wave
+  double turn = 0.0;  // rad, by which the pulse's phase is ahead: another antenna, other coupling
+
+  bool none() const { return stretch == 0.0 && turn == 0.0; }
+};
+
+// A filter for columns of ground that has changed: their features are those of the ground that
+// `filter` was learnt from.
+PatchFilter undoing(const TraceChange& change, const PatchFilter& filter, const BandLimit& limit);
+
+// (rows, rows), times a column of features: each frequency turned by `angle` (rad) over depth.
+Columns phase_turn(Eigen::Index rows, double angle);
 
 // The same for traces: the limits first, then the filter.
 PatchFilter for_traces(const PatchFilter& of_columns, const BandLimit& limit);

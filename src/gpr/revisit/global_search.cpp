@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "base/processor.h"
@@ -14,17 +15,50 @@ namespace {
 constexpr float kLevelsPerUnit = 200.0F;
 constexpr float kLargest = 1000.0F;
 
-// Sum of products.
+constexpr int kAtOnce = 4;  // places
+
+// Sums of products of a query with the memory at kAtOnce places, `stride` numbers apart.
 GPRODOM_ALSO_FOR_AVX2
-std::int32_t product_sum(const std::int16_t* a, const std::int16_t* b, int n) {
-  std::int32_t sum = 0;
-  for (int i = 0; i < n; ++i) sum += static_cast<std::int32_t>(a[i]) * b[i];
-  return sum;
+void product_sums(const std::int16_t* a, const std::int16_t* memory, std::ptrdiff_t stride, int n,
+                  std::int32_t* sums) {
+  std::int32_t a0 = 0, a1 = 0, a2 = 0, a3 = 0;
+  const std::int16_t *m0 = memory, *m1 = m0 + stride, *m2 = m1 + stride, *m3 = m2 + stride;
+  for (int i = 0; i < n; ++i) {
+    a0 += static_cast<std::int32_t>(a[i]) * m0[i];
+    a1 += static_cast<std::int32_t>(a[i]) * m1[i];
+    a2 += static_cast<std::int32_t>(a[i]) * m2[i];
+    a3 += static_cast<std::int32_t>(a[i]) * m3[i];
+  }
+  sums[0] = a0, sums[1] = a1, sums[2] = a2, sums[3] = a3;
+}
+
+std::int32_t product_sum(const std::int16_t* a, const std::int16_t* b, std::size_t n) {
+  return std::inner_product(a, a + n, b, std::int32_t{0});
+}
+
+GPRODOM_ALSO_FOR_AVX2
+void keep_larger(const float* other, std::size_t n, float* values) {
+  for (std::size_t i = 0; i < n; ++i) values[i] = std::max(values[i], other[i]);
+}
+
+// Adds to sum[i] the highest of at[i + from] to at[i + to], times a share.
+void add_highest(const std::vector<float>& at, std::ptrdiff_t from, std::ptrdiff_t to, float share,
+                 std::vector<float>& sum) {
+  const auto total = static_cast<std::ptrdiff_t>(at.size());
+  std::vector<float> best(at.size(), 0.0F);  // nothing is known where the memory ends
+  for (std::ptrdiff_t by = from; by <= to; ++by) {
+    const auto begin = std::max<std::ptrdiff_t>(0, -by), end = std::min(total, total - by);
+    if (begin < end)
+      keep_larger(&at[static_cast<std::size_t>(begin + by)], static_cast<std::size_t>(end - begin),
+                  &best[static_cast<std::size_t>(begin)]);
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += share * best[i];
 }
 
 }  // namespace
 
-GlobalSearch::GlobalSearch(const PatchFilter& filter, double spacing, GlobalSearchOptions options)
+GlobalSearch::GlobalSearch(const PatchFilter& filter, double spacing,
+                           const GlobalSearchOptions& options)
     : options_(options),
       spacing_(spacing),
       feature_rows_(filter.rows()),
@@ -65,39 +99,69 @@ void GlobalSearch::add_run(std::size_t first, const Columns& features) {
   }
 }
 
-// Correlation of a piece of `columns` thinned columns with the memory, at each thinned column.
-std::vector<float> GlobalSearch::correlations(const std::int16_t* piece, int columns) const {
-  const int n = columns * options_.rows;
-  const auto places = static_cast<std::ptrdiff_t>(energy_.size()) - 1 - columns;
-  std::vector<float> result(energy_.size() - 1, 0.0F);
-  const double own = product_sum(piece, piece, n);
-  for (std::ptrdiff_t i = 0; i <= places; ++i) {
-    const double energy = own * (energy_[i + columns] - energy_[i]);
-    const std::int32_t sum = product_sum(piece, &memory_[i * options_.rows], n);
-    result[i] = energy > 0.0 ? static_cast<float>(sum / std::sqrt(energy)) : 0.0F;
+// Correlation of a piece of the query with the memory at each thinned column, for each turn.
+std::vector<std::vector<float>> GlobalSearch::correlations(const Turned& query, int piece) const {
+  const auto rows = static_cast<std::size_t>(options_.rows);
+  const std::size_t n = static_cast<std::size_t>(piece_) * rows;
+  const std::int16_t* a = &query.as_it_is[static_cast<std::size_t>(piece) * n];
+  const std::int16_t* b =
+      query.quarter.empty() ? nullptr : &query.quarter[static_cast<std::size_t>(piece) * n];
+  const std::size_t total = energy_.size() - 1;
+  const std::size_t turns = b == nullptr ? 1 : options_.turns.size();
+  std::vector<std::vector<float>> result(turns, std::vector<float>(total, 0.0F));
+  const double own = product_sum(a, a, n);
+  const double of_quarter = b == nullptr ? 0.0 : product_sum(b, b, n);
+  const double both = b == nullptr ? 0.0 : product_sum(a, b, n);
+  std::vector<float> cosine(turns, own > 0.0 ? static_cast<float>(1.0 / std::sqrt(own)) : 0.0F);
+  std::vector<float> sine(turns, 0.0F);
+  for (std::size_t t = 0; b != nullptr && t < turns; ++t) {
+    const double c = std::cos(options_.turns[t]), s = std::sin(options_.turns[t]);
+    const double energy = c * c * own + s * s * of_quarter + 2 * c * s * both;
+    cosine[t] = energy > 0.0 ? static_cast<float>(c / std::sqrt(energy)) : 0.0F;
+    sine[t] = energy > 0.0 ? static_cast<float>(s / std::sqrt(energy)) : 0.0F;
+  }
+  const auto length = static_cast<std::size_t>(piece_);
+  for (std::size_t i = 0; i + length <= total; i += kAtOnce) {
+    std::int32_t of_a[kAtOnce] = {}, of_b[kAtOnce] = {};
+    const std::size_t places = std::min<std::size_t>(kAtOnce, total - length + 1 - i);
+    const std::int16_t* memory = &memory_[i * rows];
+    const auto stride = static_cast<std::ptrdiff_t>(rows);
+    if (places < kAtOnce) {
+      for (std::size_t k = 0; k < places; ++k) {
+        of_a[k] = product_sum(a, memory + k * rows, n);
+        if (b != nullptr) of_b[k] = product_sum(b, memory + k * rows, n);
+      }
+    } else {
+      product_sums(a, memory, stride, static_cast<int>(n), of_a);
+      if (b != nullptr) product_sums(b, memory, stride, static_cast<int>(n), of_b);
+    }
+    for (std::size_t k = 0; k < places; ++k) {
+      const double energy = energy_[i + k + length] - energy_[i + k];
+      const float scale = energy > 0.0 ? static_cast<float>(1.0 / std::sqrt(energy)) : 0.0F;
+      for (std::size_t t = 0; t < turns; ++t) {
+        result[t][i + k] = scale * (cosine[t] * static_cast<float>(of_a[k]) +
+                                    sine[t] * static_cast<float>(of_b[k]));
+      }
+    }
   }
   return result;
 }
 
-// Score for each thinned column under the query's centre: the mean correlation of the pieces, each
-// at the best place within its slack.
-std::vector<float> GlobalSearch::scores(const Thinned& query) const {
+// Score for each thinned column under the query's centre, for each turn: the mean correlation of
+// the pieces, each at the best place within its slack.
+std::vector<std::vector<float>> GlobalSearch::scores(const Turned& query) const {
   const auto rows = static_cast<std::size_t>(options_.rows);
-  const auto columns = static_cast<int>(query.size() / rows);
+  const auto columns = static_cast<int>(query.as_it_is.size() / rows);
   const int pieces = columns / piece_;
-  const auto total = static_cast<std::ptrdiff_t>(energy_.size()) - 1;
-  std::vector<float> sum(static_cast<std::size_t>(total), 0.0F);
+  std::vector<std::vector<float>> sum;
   for (int p = 0; p < pieces; ++p) {
-    const std::vector<float> at = correlations(&query[p * piece_ * rows], piece_);
+    const std::vector<std::vector<float>> at = correlations(query, p);
+    sum.resize(at.size(), std::vector<float>(energy_.size() - 1, 0.0F));
     // From the query's centre to the piece's first thinned column, in the order of the memory.
     const int offset = p * piece_ - pieces * piece_ / 2;
     const int slack = static_cast<int>(std::ceil(options_.slack * std::abs(offset + 0.5 * piece_)));
-    for (std::ptrdiff_t i = 0; i < total; ++i) {
-      const auto from = std::max<std::ptrdiff_t>(0, i + offset - slack);
-      const auto to = std::min<std::ptrdiff_t>(total - 1, i + offset + slack);
-      float best = -1.0F;
-      for (auto k = from; k <= to; ++k) best = std::max(best, at[static_cast<std::size_t>(k)]);
-      sum[static_cast<std::size_t>(i)] += best / static_cast<float>(pieces);
+    for (std::size_t t = 0; t < at.size(); ++t) {
+      add_highest(at[t], offset - slack, offset + slack, 1.0F / static_cast<float>(pieces), sum[t]);
     }
   }
   return sum;
@@ -129,36 +193,58 @@ double GlobalSearch::second(const std::vector<float> (&score)[2], std::size_t be
   return second;
 }
 
-GlobalMatch GlobalSearch::find(const Columns& query, const SamePlace& same_place) const {
+GlobalMatch GlobalSearch::find(const std::vector<GlobalQuery>& queries,
+                               const SamePlace& same_place) const {
   GlobalMatch match;
-  const Columns both[2] = {query, query.colwise().reverse()};
-  std::vector<float> score[2];
-  const auto pieces = query.rows() / options_.thinning / piece_;
-  if (pieces < 2 || runs_.empty() || query.cols() != feature_rows_) return match;
-  for (int d = 0; d < 2; ++d) score[d] = scores(thin(both[d]));
+  if (queries.empty() || runs_.empty()) return match;
+  const Eigen::Index columns = queries.front().features.rows();
+  const auto pieces = columns / options_.thinning / piece_;
+  if (pieces < 2 || queries.front().features.cols() != feature_rows_) return match;
 
-  double squares = 0.0, mean = 0.0, best = -1.0;
+  const auto total = energy_.size() - 1;
+  // Where the memory covers the whole query, if anywhere: chance is measured there.
+  const auto half = static_cast<std::size_t>(pieces * piece_ / 2);
+  const bool covers = 2 * half < total;
+  const std::size_t first = covers ? half : 0, end = covers ? total - half : total;
+  std::vector<float> highest[2];  // of all queries and turns
+  double squares = 0.0, mean = 0.0, n = 0.0, best = -1.0;
   std::size_t place = 0;
-  const double n = 2.0 * static_cast<double>(score[0].size());
-  for (int d = 0; d < 2; ++d) {
-    for (std::size_t i = 0; i < score[d].size(); ++i) {
-      mean += score[d][i] / n;
-      squares += score[d][i] * score[d][i] / n;
-      if (score[d][i] <= best) continue;
-      best = score[d][i];
-      place = i;
-      match.mirrored = d == 1;
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    for (int d = 0; d < 2; ++d) {
+      const auto thinned = [&](const Columns& columns_of) {
+        return d == 0 ? thin(columns_of) : thin(columns_of.colwise().reverse());
+      };
+      Turned turned{thinned(queries[q].features), {}};
+      if (queries[q].quarter.size() > 0) turned.quarter = thinned(queries[q].quarter);
+      const std::vector<std::vector<float>> score = scores(turned);
+      highest[d].resize(total, -1.0F);
+      for (std::size_t t = 0; t < score.size(); ++t) {
+        for (std::size_t i = first; i < end; ++i) {
+          mean += score[t][i];
+          squares += score[t][i] * score[t][i];
+        }
+        n += static_cast<double>(end - first);
+        keep_larger(score[t].data(), total, highest[d].data());
+        const auto top = std::max_element(score[t].begin(), score[t].end());
+        if (*top <= best) continue;
+        best = *top;
+        place = static_cast<std::size_t>(top - score[t].begin());
+        match.mirrored = d == 1;
+        match.query = q;
+        match.turn = turned.quarter.empty() ? 0.0 : options_.turns[t];
+      }
     }
   }
-  const double chance = std::sqrt(std::max(1e-12, squares - mean * mean));
+  mean /= n;
+  const double chance = std::sqrt(std::max(1e-12, squares / n - mean * mean));
   match.valid = true;
   match.score = (best - mean) / chance;
-  match.margin = (best - second(score, place, match.mirrored, same_place)) / chance;
+  match.margin = (best - second(highest, place, match.mirrored, same_place)) / chance;
   match.accepted = match.margin >= options_.min_margin;
   // `place` is the middle one of the thinned columns that the pieces cover, from the query's start.
   const Eigen::Index thinned_before = pieces * piece_ / 2;
   const auto before = static_cast<double>(thinned_before * options_.thinning);
-  match.column = column_of(place) - before + 0.5 * static_cast<double>(query.rows() - 1);
+  match.column = column_of(place) - before + 0.5 * static_cast<double>(columns - 1);
   return match;
 }
 

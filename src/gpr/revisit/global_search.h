@@ -21,13 +21,22 @@ struct GlobalSearchOptions {
   double piece_m = 2.0;  // length of a piece, which is correlated as a whole
   double slack = 0.02;  // metres per metre of distance from the centre: how far a piece may lie off
   double distinct_m = 1.0;  // the second place is at least so far from the best one
-  double min_margin = 1.5;  // gate: best score less the second, in standard deviations of chance
+  double min_margin = 2.0;  // gate: best score less the second, in standard deviations of chance
+  std::vector<double> turns = {0.0, -0.8, 0.8};  // rad, of the pulse's phase, where they are tried
+};
+
+// The newest ground, (columns, rows) in the order driven.
+struct GlobalQuery {
+  Columns features;
+  Columns quarter;  // the same with a phase that is ahead by a quarter undone; empty: no turn tried
 };
 
 struct GlobalMatch {
   bool valid = false;     // false: nothing could be compared
   double column = 0.0;    // of the memory at the query's centre, to the thinning
   bool mirrored = false;  // driven against the memory's direction
+  std::size_t query = 0;  // which of the queries fits best there
+  double turn = 0.0;      // and by which turn its phase is ahead
   double score = 0.0;     // correlation, standard deviations of chance
   double margin = 0.0;    // over the second best place
   bool accepted = false;  // margin at or above GlobalSearchOptions::min_margin
@@ -37,7 +46,7 @@ class GlobalSearch {
  public:
   // Of features of `filter`, `spacing` m apart. Throws std::invalid_argument on options that make
   // no sense.
-  GlobalSearch(const PatchFilter& filter, double spacing, GlobalSearchOptions options = {});
+  GlobalSearch(const PatchFilter& filter, double spacing, const GlobalSearchOptions& options = {});
 
   // A run of the memory: features (columns, rows), the first of number `first`. In the order of
   // the numbers.
@@ -46,9 +55,10 @@ class GlobalSearch {
   // Whether two columns of the memory lie at the same place, which was then driven over twice.
   using SamePlace = std::function<bool(double, double)>;
 
-  // query: the newest ground, (columns, rows) in the order driven, at least two pieces long (else
-  // the match is not valid). A column at the same place as the best one is not the second place.
-  GlobalMatch find(const Columns& query, const SamePlace& same_place = {}) const;
+  // queries: the same ground, as it would be without one change or another, of which one is right;
+  // at least two pieces long (else the match is not valid). A column at the same place as the best
+  // one is not the second place, whichever query fits there.
+  GlobalMatch find(const std::vector<GlobalQuery>& queries, const SamePlace& same_place = {}) const;
 
   std::size_t bytes() const;
 
@@ -61,8 +71,11 @@ class GlobalSearch {
   using Thinned = std::vector<std::int16_t>;
 
   Thinned thin(const Columns& features) const;
-  std::vector<float> correlations(const std::int16_t* piece, int columns) const;
-  std::vector<float> scores(const Thinned& query) const;
+  struct Turned {
+    Thinned as_it_is, quarter;
+  };
+  std::vector<std::vector<float>> scores(const Turned& query) const;
+  std::vector<std::vector<float>> correlations(const Turned& query, int piece) const;
   double column_of(std::size_t thinned) const;
   double second(const std::vector<float> (&score)[2], std::size_t best, bool mirrored,
                 const SamePlace& same_place) const;

@@ -282,16 +282,16 @@ std::optional<MemoryColumn> TraceMemory::newest_place(int count) const {
 }
 
 std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
-                                                       double stretch) const {
+                                                       const TraceChange& change) const {
   const auto place = newest_place(count);
   if (!place) return std::nullopt;
   const auto all =
       std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
-  if (stretch == 0.0) return Newest{filtered_pending().bottomRows(all), *place};
+  if (change.none()) return Newest{filtered_pending().bottomRows(all), *place};
   const BandLimit& limit = sessions_.back();
   Columns columns = limited_pending();
   columns.array().rowwise() *= limit.deviation.array();
-  const Columns features = stretched_features(columns, sessions_.size() - 1, stretch);
+  const Columns features = features_of(columns, sessions_.size() - 1, change);
   return Newest{features.bottomRows(all), *place};
 }
 

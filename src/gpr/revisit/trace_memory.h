@@ -120,21 +120,20 @@ class TraceMemory {
   MemoryRange run_of(std::size_t number) const;
   // Features (columns, rows) of kept columns, in the order driven. Throws std::out_of_range.
   Columns patch(MemoryRange range) const;
-  // The same of columns within one run, as it would be if travel times had not changed.
-  Columns patch(MemoryRange range, double stretch) const;
+  // The same of columns within one run, as they would be without the change.
+  Columns patch(MemoryRange range, const TraceChange& change) const;
   // Whether features can be made of band-limited columns again: of ground that was restored so.
-  bool can_stretch() const { return of_columns_.has_value(); }
+  bool can_undo() const { return of_columns_.has_value(); }
 
   // The newest ground of the current run up to the antenna, in the order driven: `count` columns as
   // a query, up to `before` columns before them, and the query's middle column. Nothing if the run
   // is shorter than a query.
-  // stretch: ln of travel times of this ground over those of the ground restored; not zero only if
-  // can_stretch().
+  // change: of this ground since the ground that was restored; only if can_undo().
   struct Newest {
     Columns features;
     MemoryColumn centre;
   };
-  std::optional<Newest> newest(int count, int before = 0, double stretch = 0.0) const;
+  std::optional<Newest> newest(int count, int before = 0, const TraceChange& change = {}) const;
   // The middle column of such a query, without features.
   std::optional<MemoryColumn> newest_place(int count) const;
 
@@ -181,7 +180,7 @@ class TraceMemory {
   void forget_oldest();
   Columns filtered_pending() const;
   Columns limited_pending() const;
-  Columns stretched_features(const Columns& columns, std::size_t session, double stretch) const;
+  Columns features_of(const Columns& columns, std::size_t session, const TraceChange& change) const;
 
   TraceMemoryOptions options_;
   double sample_interval_ = 0.0;

@@ -79,16 +79,16 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
   return filters;
 }
 
-Columns TraceMemory::patch(MemoryRange range, double stretch) const {
-  if (stretch == 0.0) return patch(range);
+Columns TraceMemory::patch(MemoryRange range, const TraceChange& change) const {
+  if (change.none()) return patch(range);
   const StoredRun stored = stored_run(range);
-  return stretched_features(columns_of(stored, sessions_[stored.session]), stored.session, stretch);
+  return features_of(columns_of(stored, sessions_[stored.session]), stored.session, change);
 }
 
-Columns TraceMemory::stretched_features(const Columns& columns, std::size_t session,
-                                        double stretch) const {
+Columns TraceMemory::features_of(const Columns& columns, std::size_t session,
+                                 const TraceChange& change) const {
   const PatchFilter& filter = of_columns_->of(session);
-  Columns features = stretched(filter, sessions_[session], stretch).project(columns);
+  Columns features = undoing(change, filter, sessions_[session]).project(columns);
   smooth_along(filter.short_sigma(), features);
   return features;
 }

@@ -108,7 +108,7 @@ TEST(GroundMapFile, GroundIsFoundAgainAfterLoading) {
 TEST(GroundMapFile, ChangedGroundIsFoundByItsStretch) {
   GroundMap ground = read(written(driven(12.0)));
   const std::size_t end = ground.memory.kept().end;
-  ASSERT_TRUE(ground.memory.can_stretch());
+  ASSERT_TRUE(ground.memory.can_undo());
   drive(ground, 3, 4.0, 9.0, 5, 1e8 / 1.08);
   gpr::PatchMatcher matcher(*ground.memory.filter(), ground.memory.spacing());
   const Columns memory = ground.memory.patch({0, end});
@@ -118,7 +118,7 @@ TEST(GroundMapFile, ChangedGroundIsFoundByItsStretch) {
     const double there = ground.memory.column(first).distance_m + 45.5 * ground.memory.spacing() -
                          ground.memory.column(0).distance_m;
     const auto matched = [&](double stretch) {
-      const Columns query = ground.memory.patch({first, first + 92}, stretch);
+      const Columns query = ground.memory.patch({first, first + 92}, gpr::TraceChange{stretch, 0.0});
       const gpr::RevisitMatch match = matcher.match(memory, query, there - middle - 0.2, 0.6);
       return match.accepted && std::abs(match.offset_m - there + middle) < 0.03;
     };

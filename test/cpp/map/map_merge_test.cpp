@@ -52,7 +52,7 @@ TEST(MapMerge, TwoSessionsBecomeOne) {
     const MergedMaps merged = merge_maps(first, in_own_frame(second), {});
     ASSERT_EQ(merged.joins.size(), 1U);
     EXPECT_TRUE(merged.joins[0].proven);
-    EXPECT_NEAR(merged.joins[0].joined->stretch, -std::log(wave_speed / 1e8), 0.02);
+    EXPECT_NEAR(merged.joins[0].joined->change.stretch, -std::log(wave_speed / 1e8), 0.02);
     EXPECT_EQ(merged.ground.parents, (std::vector<std::uint64_t>{1, 2}));
     EXPECT_EQ(merged.ground.memory.sessions().size(), 2U);
     EXPECT_EQ(merged.ground.unused_map(), 1);

@@ -1,0 +1,81 @@
+#include "map/locator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "driven_ground.h"
+#include "map/change_follower.h"
+#include "map/ground_map_file.h"
+
+namespace gprodom {
+namespace {
+
+constexpr std::size_t kPatch = 92;  // columns
+
+// A map of 20 m of ground, and 9 m of it driven again where waves are slower.
+class ChangedGround : public ::testing::TestWithParam<double> {
+ protected:
+  ChangedGround() {
+    GroundMap first{gpr::TraceMemoryOptions()};
+    drive(first, 3, 1.0, 21.0);
+    ground = ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
+    before = ground.memory.kept().end;
+    drive(ground, 3, 6.0, 15.0, 5, 1e8 / std::exp(GetParam()));
+    ground.places.resize(first.places.size());  // where the new ground lies is not known
+  }
+
+  GroundMap ground{gpr::TraceMemoryOptions()};
+  std::size_t before = 0;  // columns of the map
+};
+
+// At a stretch between those that the search tries.
+TEST_P(ChangedGround, IsFoundAnywhereWithItsStretch) {
+  Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
+  const double newest = ground.memory.column(ground.memory.kept().end - 1).distance_m;
+  const PlanarPose body{{newest - kAntennaAhead, 1.0}, 0.0};
+  auto found = locator.find(ground, before, body, 9.0);
+  if (!found) found = locator.find(ground, before, body, 10.0);  // other stretches are tried
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->change.stretch, GetParam(), 0.015);
+  EXPECT_NEAR(found->change.turn, 0.0, 0.9);
+  EXPECT_NEAR(found->map_from_track.p.x(), 0.0, 0.3);
+}
+
+TEST_P(ChangedGround, ItsStretchIsFoundNearAPlace) {
+  const auto near = Locator::change_near(ground, before, {0, {14.0, 1.0}, 1.5});
+  ASSERT_TRUE(near);
+  EXPECT_NEAR(near->stretch, GetParam(), 0.025);
+  EXPECT_FALSE(Locator::change_near(ground, before, {0, {14.0, 60.0}, 1.5}));
+  EXPECT_FALSE(Locator::change_near(ground, before, {1, {14.0, 1.0}, 1.5}));
+}
+
+// The turn takes up what the direct wave, from which times are counted, is off; what counts is that
+// the ground fits as well as with the true stretch.
+TEST_P(ChangedGround, IsFollowedFromAStretchNearby) {
+  const gpr::TraceMemory& memory = ground.memory;
+  gpr::PatchMatcher matcher(*memory.filter(), memory.spacing());
+  ChangeFollower follower;
+  follower.believe({GetParam() + 0.03, 0.4});
+  double fits = 0.0, with_truth = 0.0;
+  for (std::size_t first = before; first + kPatch <= memory.kept().end; first += 12) {
+    const auto query = [&](const gpr::TraceChange& change) {
+      return memory.patch({first, first + kPatch}, change);
+    };
+    const double there = memory.column(first).distance_m - memory.column(0).distance_m;
+    const double column = there / memory.spacing() + 0.5 * (kPatch - 1);
+    follower.follow(memory, column, query);
+    if (first < before + 250) continue;  // it has come near by then
+    const auto at = static_cast<std::size_t>(column);
+    const gpr::Columns near = memory.patch({at - kPatch, at + kPatch});
+    fits += matcher.match(near, query(follower.change()), 0.0, 0.1).correlation;
+    with_truth += matcher.match(near, query({GetParam(), 0.0}), 0.0, 0.1).correlation;
+  }
+  EXPECT_NEAR(follower.change().stretch, GetParam(), 0.015);
+  EXPECT_GT(fits, 0.95 * with_truth);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stretches, ChangedGround, ::testing::Values(-0.07, 0.0, 0.03, 0.1));
+
+}  // namespace
+}  // namespace gprodom
