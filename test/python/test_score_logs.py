@@ -15,8 +15,8 @@ from gprodom.cli import main
 from gprodom.lcm import EventLog
 from gprodom.lcm.constants import kind
 from gprodom.lcm.messages import message
-from gprodom.odometry.answered import answered
 from gprodom.plot.observability import measure, observe, pool
+from gprodom.score.answered import answered
 
 START = 1_700_000_000_000_000
 JUMP_AT, JUMP_M = 12.0, 0.5

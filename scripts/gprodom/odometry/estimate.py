@@ -14,11 +14,11 @@ from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
-from gprodom.odometry.answered import Answered, answered
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.displacement import reckon, sequential
 from gprodom.odometry.methods import METHODS, Method
 from gprodom.odometry.replay import run_replay
+from gprodom.score.answered import Answered, answered
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.console import format_table
-from gprodom.odometry.answered import Answered
 from gprodom.score.align import Alignment
+from gprodom.score.answered import Answered
 from gprodom.score.figures import Figures
 from gprodom.score.jumps import MapJumps
 
