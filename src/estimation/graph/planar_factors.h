@@ -31,8 +31,9 @@ struct RelativePose {
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// W ([x, y, yaw](a to b) - [e^l measured (x, y); measured yaw] - d_scale (s - s_measured)), with s
-// the wheel's scale and l the slip of the step. m, rad.
+// W U ([x, y, yaw](a to b) - [e^l measured (x, y); measured yaw] - d_scale (s - s_measured)), with
+// s the wheel's scale, l the slip of the step, and U = diag(e^-l, e^-l, 1): the error is in metres
+// by the wheel, so that a track which is smaller as a whole does not have smaller errors. m, rad.
 class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
  public:
   PlanarStepFactor(const PlanarStep& step, const Eigen::Matrix3d& whitening)
@@ -45,13 +46,16 @@ class PlanarStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 1, 1> {
     error.head<2>() -= travelled;
     error -= step_.d_scale * (x[2][0] - step_.scale);
     error[2] = wrapped(error[2] - step_.measured.yaw);
-    Eigen::Map<Eigen::Vector3d>{residuals} = whitening_ * error;
+    const double shorter = std::exp(-x[3][0]);
+    const Eigen::Matrix3d weight = whitening_ * Eigen::Vector3d(shorter, shorter, 1.0).asDiagonal();
+    Eigen::Map<Eigen::Vector3d>{residuals} = weight * error;
     if (!jacobians) return true;
-    if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = whitening_ * relative.d_a;
-    if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = whitening_ * relative.d_b;
-    if (jacobians[2]) Eigen::Map<Eigen::Vector3d>{jacobians[2]} = -whitening_ * step_.d_scale;
+    if (jacobians[0]) Eigen::Map<RowMajor3d>{jacobians[0]} = weight * relative.d_a;
+    if (jacobians[1]) Eigen::Map<RowMajor3d>{jacobians[1]} = weight * relative.d_b;
+    if (jacobians[2]) Eigen::Map<Eigen::Vector3d>{jacobians[2]} = -weight * step_.d_scale;
     if (jacobians[3]) {
-      Eigen::Map<Eigen::Vector3d>{jacobians[3]} = -whitening_.leftCols<2>() * travelled;
+      Eigen::Map<Eigen::Vector3d>{jacobians[3]} =
+          -weight.leftCols<2>() * (travelled + error.head<2>());
     }
     return true;
   }

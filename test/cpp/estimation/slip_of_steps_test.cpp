@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
 #include "estimation/factors.h"
+#include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/graph/slip_factors.h"
 
@@ -17,17 +19,20 @@ using Eigen::Vector3d;
 constexpr double kStep = 0.5;     // m between nodes, as the wheel has it
 constexpr double kSeconds = 1.5;  // that a step takes
 constexpr int kLap = 40;          // steps
+constexpr double kNoise = 0.01;   // m, rad; of a step of noisy odometry
 
 // Laps of a square. The odometry reads e^-l times the true distance, with l the slip of each step.
 // If `tied`, each step from the second lap on ends at a revisit, whose older end lies on the step
-// from the node of the lap before, at this share of it.
+// from the node of the lap before, at this share of it. With `noise`, the odometry and the revisits
+// have errors.
 struct Laps {
   std::vector<PlanarPose> truth{PlanarPose()};
   PoseGraph graph;
 
   Laps(const std::vector<double>& slip, bool tied, double slip_sigma, const SlipModel& model = {},
-       double beyond = 0.0)
+       double beyond = 0.0, std::mt19937* noise = nullptr)
       : graph({}, options_with(model)) {
+    std::normal_distribution<double> normal;
     for (std::size_t i = 0; i < slip.size(); ++i) {
       const bool corner = i % (kLap / 4) == kLap / 4 - 1;
       const PlanarPose step{{kStep, 0.0}, corner ? M_PI / 2 : 0.0};
@@ -36,12 +41,18 @@ struct Laps {
       seen.measured = {std::exp(-slip[i]) * step.p, step.yaw};
       seen.d_scale.head<2>() = -seen.measured.p;
       seen.covariance = Vector3d(1e-5, 1e-5, 1e-8).asDiagonal();
+      if (noise) {
+        seen.covariance = 0.01 * kNoise * kNoise * Eigen::Matrix3d::Identity();
+        seen.measured.p += kNoise * Vector2d(normal(*noise), normal(*noise));
+        seen.measured.yaw += kNoise * normal(*noise);
+      }
       seen.seconds = kSeconds;
       seen.slip_sigma = slip_sigma;
       const std::size_t node = graph.add_node(seen);
       if (!tied || node <= kLap) continue;
       RevisitEdge edge{node - kLap, node};
       edge.sigma_m = 0.02;
+      if (noise) edge.offset_m = edge.sigma_m * normal(*noise);
       if (beyond > 0.0 && i + 1 < slip.size()) {
         edge.memory_way.p.x() = kStep * beyond * std::exp(-slip[node - kLap]);
         edge.query_way.p.x() = kStep * beyond * std::exp(-slip[node]);
@@ -56,6 +67,16 @@ struct Laps {
     PoseGraphOptions options;
     options.slip = model;
     return options;
+  }
+
+  // Largest distance of two nodes, over that of the truth.
+  double size(const PoseGraphSolution& solution) const {
+    const auto extent = [](const std::vector<PlanarPose>& nodes) {
+      double most = 0.0;
+      for (const PlanarPose& node : nodes) most = std::max(most, (node.p - nodes.back().p).norm());
+      return most;
+    };
+    return extent(solution.nodes) / extent(truth);
   }
 
   double error(const PoseGraphSolution& solution) const {
@@ -87,6 +108,25 @@ TEST(SlipOfSteps, DerivativesAreThoseOfTheResiduals) {
   EXPECT_NEAR(r, 2.0 * (b - 0.8 * a), 1e-12);
   EXPECT_DOUBLE_EQ(Ja, -1.6);
   EXPECT_DOUBLE_EQ(Jb, 2.0);
+}
+
+// Laps do not show how large they are. If a smaller track had smaller errors, the graph would
+// shrink.
+TEST(SlipOfSteps, ASmallerTrackHasTheSameErrors) {
+  PlanarStep step;
+  step.measured = {{0.5, 0.02}, 0.1};
+  Eigen::Matrix3d whitening = Vector3d(100.0, 80.0, 300.0).asDiagonal();
+  whitening(2, 0) = 20.0;
+  const PlanarStepFactor factor(step, whitening);
+  const double from[3] = {0.0, 0.0, 0.0}, scale = 1.0;
+  const auto errors = [&](double l) {
+    const double to[3] = {0.53 * std::exp(l), 0.01 * std::exp(l), 0.12};
+    const double* const blocks[] = {from, to, &scale, &l};
+    Vector3d r;
+    factor.Evaluate(blocks, r.data(), nullptr);
+    return r;
+  };
+  EXPECT_LT((errors(-0.7) - errors(0.0)).norm(), 1e-12 * errors(0.0).norm());
 }
 
 TEST(SlipOfSteps, KernelsStateTheirOwnDerivatives) {
@@ -139,6 +179,16 @@ TEST(SlipOfSteps, WithoutSlipNothingIsLost) {
   Laps may_slip(none, true, SlipModel().sigma()), never(none, true, 0.0);
   EXPECT_LT(may_slip.error(may_slip.graph.solve(1.0, 0.02)), 1e-3);
   EXPECT_LT(never.error(never.graph.solve(1.0, 0.02)), 1e-3);
+}
+
+// The errors are larger than the odometry's covariance says, and would fit together if the laps
+// were smaller.
+TEST(SlipOfSteps, LapsAreNotMadeSmallerToFitTogether) {
+  std::mt19937 engine(7);
+  for (int run = 0; run < 5; ++run) {
+    Laps laps(one_slip(-0.2, 8), true, SlipModel().sigma(), {}, 0.0, &engine);
+    EXPECT_NEAR(laps.size(laps.graph.solve(1.0, 0.02)), 1.0, 0.25) << run;
+  }
 }
 
 TEST(SlipOfSteps, AWheelThatSlippedMeasuredALongerWay) {
