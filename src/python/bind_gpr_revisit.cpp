@@ -120,7 +120,10 @@ void bind_anywhere(py::module_& module) {
            py::arg("spacing"), py::arg_v("options", GlobalSearchOptions{}, "GlobalSearchOptions()"))
       .def("add_run", &GlobalSearch::add_run, py::arg("first"), py::arg("features"))
       .def(
-          "find", [](const GlobalSearch& s, const Columns& q) { return s.find({{q, {}}}); },
+          "find",
+          [](const GlobalSearch& s, const Columns& q) {
+            return s.find({{q, {}}});
+          },
           py::arg("query"), py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("bytes", &GlobalSearch::bytes);
 }
