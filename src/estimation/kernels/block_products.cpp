@@ -41,11 +41,9 @@ __attribute__((always_inline)) inline void add_tiles(const BlockRows& A, const B
   }
 }
 
-}  // namespace
-
 GPRODOM_ALSO_FOR_AVX2
-ColumnGroups scale_columns(double* rows, int count,
-                           const Eigen::Matrix<double, kBlockSize, 1>& units) {
+ColumnGroups scale_columns_here(double* rows, int count,
+                                const Eigen::Matrix<double, kBlockSize, 1>& units) {
   const Four* unit = fours(units.data());
   ColumnGroups used = 0;
   for (int i = 0; i < kGroups; ++i) {
@@ -61,18 +59,18 @@ ColumnGroups scale_columns(double* rows, int count,
 }
 
 GPRODOM_ALSO_FOR_AVX2
-void add_product(BlockRows A, BlockRows B, int rows, Part part, Block& C) {
+void add_product_here(BlockRows A, BlockRows B, int rows, Part part, Block& C) {
   add_tiles<1>(A, B, rows, part, C.data());
 }
 
 // Columns of a column-major matrix are the rows of its transpose.
 GPRODOM_ALSO_FOR_AVX2
-void subtract_product(const Block& A, const Block& B, Part part, Block& C) {
+void subtract_product_here(const Block& A, const Block& B, Part part, Block& C) {
   add_tiles<-1>({A.data()}, {B.data()}, kN, part, C.data());
 }
 
 GPRODOM_ALSO_FOR_AVX2
-void solve_transposed_on_the_right(const Block& L, Block& X) {
+void solve_transposed_on_the_right_here(const Block& L, Block& X) {
   Four* columns = fours(X.data());
   for (int j = 0; j < kN; ++j) {
     Four* x = columns + j * kGroups;
@@ -95,7 +93,7 @@ void solve_transposed_on_the_right(const Block& L, Block& X) {
 
 // Column by column, each less its products with those before it.
 GPRODOM_ALSO_FOR_AVX2
-bool cholesky(Block& A) {
+bool cholesky_here(Block& A) {
   double* const a = A.data();
   for (int j = 0; j < kN; ++j) {
     double square = 0.0;
@@ -116,8 +114,8 @@ bool cholesky(Block& A) {
 
 // Columns of nine, with zeros below to three registers.
 GPRODOM_ALSO_FOR_AVX2
-Eigen::Matrix<double, 9, 9> propagated_covariance(const Eigen::Matrix<double, 9, kBlockSize>& F,
-                                                  const Block& P) {
+Eigen::Matrix<double, 9, 9> propagated_covariance_here(
+    const Eigen::Matrix<double, 9, kBlockSize>& F, const Block& P) {
   constexpr int kRows = 9, kHigh = 3;
   Four f[kN * kHigh] = {}, fp[kN * kHigh];
   for (int k = 0; k < kN; ++k)
@@ -144,6 +142,32 @@ Eigen::Matrix<double, 9, 9> propagated_covariance(const Eigen::Matrix<double, 9,
     for (int i = 0; i < kRows; ++i) out(i, j) = column[i / 4][i % 4];
   }
   return out;
+}
+
+}  // namespace
+
+ColumnGroups scale_columns(double* rows, int count,
+                           const Eigen::Matrix<double, kBlockSize, 1>& units) {
+  return scale_columns_here(rows, count, units);
+}
+
+void add_product(BlockRows A, BlockRows B, int rows, Part part, Block& C) {
+  add_product_here(A, B, rows, part, C);
+}
+
+void subtract_product(const Block& A, const Block& B, Part part, Block& C) {
+  subtract_product_here(A, B, part, C);
+}
+
+void solve_transposed_on_the_right(const Block& L, Block& X) {
+  solve_transposed_on_the_right_here(L, X);
+}
+
+bool cholesky(Block& A) { return cholesky_here(A); }
+
+Eigen::Matrix<double, 9, 9> propagated_covariance(const Eigen::Matrix<double, 9, kBlockSize>& F,
+                                                  const Block& P) {
+  return propagated_covariance_here(F, P);
 }
 
 }  // namespace gprodom

@@ -11,11 +11,9 @@ namespace {
 typedef float Eight __attribute__((vector_size(32), aligned(4), may_alias));
 constexpr std::ptrdiff_t kTile = 32;
 
-}  // namespace
-
 GPRODOM_ALSO_FOR_AVX2
-void sum_rows(const float* table, std::ptrdiff_t stride, const int* begin, int rows,
-              std::ptrdiff_t n, float* sum) {
+void sum_rows_here(const float* table, std::ptrdiff_t stride, const int* begin, int rows,
+                   std::ptrdiff_t n, float* sum) {
   if (n < kTile) {
     std::fill_n(sum, n, 0.0F);
     for (int i = 0; i < rows; ++i) {
@@ -40,6 +38,13 @@ void sum_rows(const float* table, std::ptrdiff_t stride, const int* begin, int r
     out[2] = c;
     out[3] = d;
   }
+}
+
+}  // namespace
+
+void sum_rows(const float* table, std::ptrdiff_t stride, const int* begin, int rows,
+              std::ptrdiff_t n, float* sum) {
+  sum_rows_here(table, stride, begin, rows, n, sum);
 }
 
 }  // namespace gprodom::gpr
