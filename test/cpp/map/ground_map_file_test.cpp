@@ -118,7 +118,8 @@ TEST(GroundMapFile, ChangedGroundIsFoundByItsStretch) {
     const double there = ground.memory.column(first).distance_m + 45.5 * ground.memory.spacing() -
                          ground.memory.column(0).distance_m;
     const auto matched = [&](double stretch) {
-      const Columns query = ground.memory.patch({first, first + 92}, gpr::TraceChange{stretch, 0.0});
+      const Columns query =
+          ground.memory.patch({first, first + 92}, gpr::TraceChange{stretch, 0.0});
       const gpr::RevisitMatch match = matcher.match(memory, query, there - middle - 0.2, 0.6);
       return match.accepted && std::abs(match.offset_m - there + middle) < 0.03;
     };
