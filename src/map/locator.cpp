@@ -9,9 +9,9 @@
 namespace gprodom {
 namespace {
 
-// m driven between two searches of all ground from before a reset, for likely changes and for
-// others each. Over ten kilometres such a search costs thirty times a gated one (docs/revisit.md),
-// so it is not made with every patch.
+// m driven between two searches of all ground from before a reset. Ground of another day is
+// searched for likely changes and for others, each at this distance. Over ten kilometres such a
+// search costs thirty times a gated one (docs/revisit.md), so it is not made with every patch.
 constexpr double kSearchEvery = 2.0;
 
 // m of the newest ground that are searched. A shorter query matches at too many places; over a
@@ -104,8 +104,9 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   const gpr::TraceMemory& memory = ground.memory;
   const gpr::MemoryRange kept = memory.kept();
   if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
-  next_m_ = travelled_m + kSearchEvery / 2;
-  const bool likely = !memory.can_undo() || std::exchange(likely_, !likely_);
+  const bool by_turns = memory.can_undo();
+  next_m_ = travelled_m + (by_turns ? kSearchEvery / 2 : kSearchEvery);
+  const bool likely = !by_turns || std::exchange(likely_, !likely_);
   return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body,
                likely ? kLikely : kUnlikely);
 }

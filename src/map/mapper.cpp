@@ -13,10 +13,9 @@
 namespace gprodom {
 namespace {
 
-constexpr double kConfirmWithin = 8.0;  // m driven without proof, then a hypothesis is dropped
-constexpr double kToldYawSigma = 0.15;  // rad; of a place told, as a hand sets it on a screen
-constexpr double kSupposeEvery =
-    1.0;  // m driven between two choices of a change, near a place told
+constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
+constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
+constexpr double kSupposeEvery = 1.0;     // m between two choices of a change near a place told
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded

@@ -58,10 +58,11 @@ void GraphProblem::add_slip_priors(const std::vector<WhitenedStep>& steps) {
     const double witnessed = step.slip_sigma / model.sigma();
     const double none = std::hypot(model.surface * witnessed, step.believed_slip_sigma);
     const double size = model.size * witnessed;
-    // Twice the log of the ratio of the densities that l has without slip and with one.
-    const double odds = std::max(1.0, 2 * std::log((1 - model.share) / model.share * size / none));
+    // The kernel's largest value: twice the log of the ratio of the densities that l has without
+    // slip and with one. At least 1, where a slip is as likely as none.
+    const double most = std::max(1.0, 2 * std::log((1 - model.share) / model.share * size / none));
     problem_.AddResidualBlock(new SlipFactor(root / none),
-                              new WideGemanMcClureLoss(root * std::sqrt(odds), width_), &slips_[i]);
+                              new WideGemanMcClureLoss(root * std::sqrt(most), width_), &slips_[i]);
     problem_.AddResidualBlock(new SlipFactor(root / size), nullptr, &slips_[i]);
     if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) continue;
     problem_.AddResidualBlock(

@@ -193,6 +193,34 @@ double GlobalSearch::second(const std::vector<float> (&score)[2], std::size_t be
   return second;
 }
 
+// Compares one query in both directions, and adds its scores to those of the others.
+void GlobalSearch::add(const GlobalQuery& query, std::size_t number, Survey& survey,
+                       GlobalMatch& match) const {
+  for (int d = 0; d < 2; ++d) {
+    const auto thinned = [&](const Columns& columns) {
+      return d == 0 ? thin(columns) : thin(columns.colwise().reverse());
+    };
+    Turned turned{thinned(query.features), {}};
+    if (query.quarter.size() > 0) turned.quarter = thinned(query.quarter);
+    const std::vector<std::vector<float>> score = scores(turned);
+    for (std::size_t t = 0; t < score.size(); ++t) {
+      for (std::size_t i = survey.first; i < survey.end; ++i) {
+        survey.sum += score[t][i];
+        survey.squares += score[t][i] * score[t][i];
+      }
+      survey.count += static_cast<double>(survey.end - survey.first);
+      keep_larger(score[t].data(), score[t].size(), survey.highest[d].data());
+      const auto top = std::max_element(score[t].begin(), score[t].end());
+      if (*top <= survey.best) continue;
+      survey.best = *top;
+      survey.place = static_cast<std::size_t>(top - score[t].begin());
+      match.mirrored = d == 1;
+      match.query = number;
+      match.turn = turned.quarter.empty() ? 0.0 : options_.turns[t];
+    }
+  }
+}
+
 GlobalMatch GlobalSearch::find(const std::vector<GlobalQuery>& queries,
                                const SamePlace& same_place) const {
   GlobalMatch match;
@@ -202,49 +230,26 @@ GlobalMatch GlobalSearch::find(const std::vector<GlobalQuery>& queries,
   if (pieces < 2 || queries.front().features.cols() != feature_rows_) return match;
 
   const auto total = energy_.size() - 1;
-  // Where the memory covers the whole query, if anywhere: chance is measured there.
   const auto half = static_cast<std::size_t>(pieces * piece_ / 2);
+  Survey survey;
   const bool covers = 2 * half < total;
-  const std::size_t first = covers ? half : 0, end = covers ? total - half : total;
-  std::vector<float> highest[2];  // of all queries and turns
-  double squares = 0.0, mean = 0.0, n = 0.0, best = -1.0;
-  std::size_t place = 0;
-  for (std::size_t q = 0; q < queries.size(); ++q) {
-    for (int d = 0; d < 2; ++d) {
-      const auto thinned = [&](const Columns& columns_of) {
-        return d == 0 ? thin(columns_of) : thin(columns_of.colwise().reverse());
-      };
-      Turned turned{thinned(queries[q].features), {}};
-      if (queries[q].quarter.size() > 0) turned.quarter = thinned(queries[q].quarter);
-      const std::vector<std::vector<float>> score = scores(turned);
-      highest[d].resize(total, -1.0F);
-      for (std::size_t t = 0; t < score.size(); ++t) {
-        for (std::size_t i = first; i < end; ++i) {
-          mean += score[t][i];
-          squares += score[t][i] * score[t][i];
-        }
-        n += static_cast<double>(end - first);
-        keep_larger(score[t].data(), total, highest[d].data());
-        const auto top = std::max_element(score[t].begin(), score[t].end());
-        if (*top <= best) continue;
-        best = *top;
-        place = static_cast<std::size_t>(top - score[t].begin());
-        match.mirrored = d == 1;
-        match.query = q;
-        match.turn = turned.quarter.empty() ? 0.0 : options_.turns[t];
-      }
-    }
-  }
-  mean /= n;
-  const double chance = std::sqrt(std::max(1e-12, squares / n - mean * mean));
+  survey.first = covers ? half : 0;
+  survey.end = covers ? total - half : total;
+  for (auto& highest : survey.highest) highest.resize(total, -1.0F);
+  for (std::size_t q = 0; q < queries.size(); ++q) add(queries[q], q, survey, match);
+
+  const double mean = survey.sum / survey.count;
+  const double chance = std::sqrt(std::max(1e-12, survey.squares / survey.count - mean * mean));
+  const double other = second(survey.highest, survey.place, match.mirrored, same_place);
   match.valid = true;
-  match.score = (best - mean) / chance;
-  match.margin = (best - second(highest, place, match.mirrored, same_place)) / chance;
+  match.score = (survey.best - mean) / chance;
+  match.margin = (survey.best - other) / chance;
   match.accepted = match.margin >= options_.min_margin;
-  // `place` is the middle one of the thinned columns that the pieces cover, from the query's start.
+  // The place is the middle one of the thinned columns that the pieces cover, from the query's
+  // start.
   const Eigen::Index thinned_before = pieces * piece_ / 2;
   const auto before = static_cast<double>(thinned_before * options_.thinning);
-  match.column = column_of(place) - before + 0.5 * static_cast<double>(columns - 1);
+  match.column = column_of(survey.place) - before + 0.5 * static_cast<double>(columns - 1);
   return match;
 }
 

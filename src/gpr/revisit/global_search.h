@@ -74,6 +74,15 @@ class GlobalSearch {
   struct Turned {
     Thinned as_it_is, quarter;
   };
+  // Over all queries, directions and turns.
+  struct Survey {
+    std::vector<float> highest[2];           // score of each thinned column, for each direction
+    std::size_t first = 0, end = 0;          // where the memory covers the whole query, if anywhere
+    double sum = 0, squares = 0, count = 0;  // of the scores there, which show what chance does
+    double best = -1.0;
+    std::size_t place = 0;  // of the best
+  };
+  void add(const GlobalQuery& query, std::size_t number, Survey& survey, GlobalMatch& match) const;
   std::vector<std::vector<float>> scores(const Turned& query) const;
   std::vector<std::vector<float>> correlations(const Turned& query, int piece) const;
   double column_of(std::size_t thinned) const;

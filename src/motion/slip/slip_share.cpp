@@ -6,7 +6,9 @@ namespace gprodom::slip {
 
 namespace {
 
-constexpr double kPriorCounts_s = 30.0;
+constexpr double kPriorCounts_s = 30.0;  // one slip and a half (SlipModel::lasts_s)
+// Beyond these no wheel is believed: one that never slipped may, and one that always does is no
+// wheel to drive by.
 constexpr double kLeast = 0.05, kMost = 0.6;
 
 }  // namespace

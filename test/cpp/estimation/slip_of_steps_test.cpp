@@ -110,6 +110,40 @@ TEST(SlipOfSteps, DerivativesAreThoseOfTheResiduals) {
   EXPECT_DOUBLE_EQ(Jb, 2.0);
 }
 
+TEST(SlipOfSteps, DerivativesOfAStepAreThoseOfItsResiduals) {
+  PlanarStep step;
+  step.measured = {{0.5, 0.02}, 0.1};
+  step.scale = 1.01;
+  step.d_scale << -0.5, 0.03, 0.002;
+  Eigen::Matrix3d whitening = Vector3d(3.0, 2.0, 5.0).asDiagonal();
+  whitening(1, 0) = 0.7;
+  whitening(2, 0) = 1.5;
+  const PlanarStepFactor factor(step, whitening);
+  double values[8] = {0.3, -0.2, 0.6, 0.8, 0.1, 0.75, 0.98, -0.3};  // two nodes, scale, slip
+  const double* const blocks[] = {values, values + 3, values + 6, values + 7};
+  const int begin[] = {0, 3, 6, 7, 8};
+  double by_first[9], by_second[9], by_scale[3], by_slip[3];
+  double* jacobians[] = {by_first, by_second, by_scale, by_slip};
+  Vector3d at, after, before;
+  factor.Evaluate(blocks, at.data(), jacobians);
+  for (int block = 0; block < 4; ++block) {
+    const int size = begin[block + 1] - begin[block];
+    for (int k = 0; k < size; ++k) {
+      constexpr double kStepSize = 1e-6;
+      double& value = values[begin[block] + k];
+      const double kept = value;
+      value = kept + kStepSize;
+      factor.Evaluate(blocks, after.data(), nullptr);
+      value = kept - kStepSize;
+      factor.Evaluate(blocks, before.data(), nullptr);
+      value = kept;
+      for (int row = 0; row < 3; ++row)
+        EXPECT_NEAR(jacobians[block][row * size + k], (after - before)[row] / (2 * kStepSize), 1e-7)
+            << "block " << block << ", row " << row;
+    }
+  }
+}
+
 // Laps do not show how large they are. If a smaller track had smaller errors, the graph would
 // shrink.
 TEST(SlipOfSteps, ASmallerTrackHasTheSameErrors) {
