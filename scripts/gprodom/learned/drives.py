@@ -16,8 +16,8 @@ from gprodom.learned.examples import REACH, Examples, joined
 from gprodom.learned.windows import COLUMN, LENGTH, MOST_STEP, WINDOW, image, step_at, to_rows
 from gprodom.random_streams import stream
 
-THINNED = (1, 2, 4)  # every so-manieth trace is taken: a rate that the speed does not go with
-# s, of the truth's positions, standard deviation; a longer one cuts reversals short.
+THINNED = (1, 2, 4)  # all traces, every second, every fourth: trace rates apart from the speed
+# s, standard deviation of the kernel over the truth's positions; a longer one rounds off reversals.
 _SMOOTH_S = 0.1
 _GAP_S = 1.0  # s; no example lies across a longer gap of traces or truth
 _MOVES = 0.03  # m/s
