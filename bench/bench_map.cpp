@@ -1,11 +1,14 @@
-// What the map costs: the fast path beside it, and its own job, with 10 m and 10 km remembered.
+// What the map costs: the fast path beside it, its own job, with 10 m and 10 km remembered, and a
+// search of all of it without a prior.
 //   build/bench/bench_map
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "map/locator.h"
 #include "map/map_task.h"
 
 namespace gprodom {
@@ -112,6 +115,75 @@ void job(benchmark::State& state) {
       static_cast<double>(std::max<std::int64_t>(1, after.jobs - before.jobs));
 }
 BENCHMARK(job)->ArgName("metres")->Arg(100)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+constexpr Eigen::Index kRows = 96;      // of a band-limited column, at most
+constexpr std::size_t kDriven = 600;    // columns of the newest ground
+constexpr std::size_t kStretch = 2500;  // columns of a run of the map
+
+// Band-limited ground of nothing but noise, smoothed along the track.
+gpr::StoredRun noise(std::size_t columns, std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  gpr::Columns ground = gpr::Columns::NullaryExpr(static_cast<Eigen::Index>(columns), kRows,
+                                                  [&] { return 200.0F * normal(random); });
+  gpr::smooth_along(4.0, ground);
+  gpr::StoredRun run;
+  run.times.resize(columns);
+  run.levels = ground.unaryExpr([](float level) {
+    return static_cast<std::int8_t>(std::clamp(std::round(level), -127.0F, 127.0F));
+  });
+  return run;
+}
+
+// A search of all ground, as a robot asks that was reset: travel times and turns of the pulse are
+// tried. The likely changes and the others take turns. known: the ground is in the map, and the
+// place found is looked at once more. The last metres are the newest ground.
+void search(benchmark::State& state) {
+  std::mt19937 random(1);
+  gpr::BandLimit limit;
+  limit.samples = kSamples;
+  limit.sample_interval = 0.2e-9;
+  limit.step = 3;
+  limit.low_cut = 80e6;
+  limit.long_sigma = 25.0;
+  limit.deviation = Eigen::RowVectorXf::Constant(limit.rows(), 100.0F);
+  std::vector<gpr::StoredRun> runs;
+  for (double metres = 0; metres < static_cast<double>(state.range(0)); metres += 0.02 * kStretch)
+    runs.push_back(noise(kStretch, random));
+  gpr::StoredRun newest = noise(kDriven, random);
+  if (state.range(2) != 0) newest.levels = runs[runs.size() / 2].levels.middleRows(900, kDriven);
+  runs.push_back(newest);
+  for (gpr::StoredRun& run : runs) run.levels.conservativeResize(Eigen::NoChange, limit.rows());
+
+  gpr::TraceMemoryOptions options;
+  options.max_length_m = 2e4;
+  GroundMap ground(options);
+  ground.memory.restore({limit}, runs);
+  const std::size_t columns = ground.memory.kept().end;
+  for (std::size_t run = 0; run < runs.size(); ++run) {
+    for (std::size_t column = 0; column < runs[run].times.size(); column += 25) {
+      const double along = 0.02 * static_cast<double>(column);
+      ground.places.push_back(
+          {run * kStretch + column, along, {{along, 5.0 * static_cast<double>(run)}, 0.0}, 0});
+    }
+  }
+  Locator locator({});
+  const auto ask = [&] { return locator.find(ground, columns - kDriven, {}, 10.0); };
+  bool found = ask().has_value();  // learns the ground, and asks for the likely changes
+  if (state.range(1) == 0) ask();
+  for (auto _ : state) {
+    found = ask().has_value();
+    state.PauseTiming();
+    ask();
+    state.ResumeTiming();
+  }
+  state.counters["found"] = found ? 1 : 0;
+}
+BENCHMARK(search)
+    ->ArgNames({"metres", "unlikely", "known"})
+    ->Args({10000, 0, 0})
+    ->Args({10000, 1, 0})
+    ->Args({10000, 0, 1})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace gprodom

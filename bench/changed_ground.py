@@ -24,7 +24,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -227,7 +227,7 @@ def main() -> int:
         if before:
             figures.append(summarise(change, "before", before, []))
     if args.json:
-        print_json(figures)
+        print_json({"figures": figures, "drives": [asdict(one) for run in runs for one in run]})
     else:
         rows = [
             ["-" if v is None else f"{v:.4g}" if isinstance(v, float) else v for v in one.values()]
