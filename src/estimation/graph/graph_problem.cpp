@@ -1,162 +1,207 @@
 #include "estimation/graph/graph_problem.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "estimation/graph/planar_factors.h"
-#include "estimation/graph/slip_factors.h"
+#include "estimation/graph/robust_kernels.h"
 
 namespace gprodom {
 namespace {
 
 // A fixed wheel scale needs a finite weight too: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
+constexpr double kHeld = 1e18;  // weight of what is held
 // Cauchy threshold, standard deviations of the random walk: a larger change is a slip that begins
 // or ends.
 constexpr double kSlipBegins = 2.0;
 constexpr double kLeastSeconds = 1e-3;  // s
+// A step that reduces the cost by less than this is the last one. No unknown, and no function of
+// them, is then moved by more than 1.4 % of its standard deviation.
+constexpr double kLeastGain = 1e-4;
+constexpr double kFirstDamping = 1e-4, kMoreDamping = 10.0;
+
+using One = Eigen::Matrix<double, 1, 1>;
+using RowOfTwo = Eigen::Matrix<double, 1, 2>;
 
 }  // namespace
 
-GraphProblem::GraphProblem(const std::vector<PlanarPose>& nodes,
-                           const std::vector<WhitenedStep>& steps, const std::vector<double>& slips,
-                           const Scale& scale, SlipPrior prior, const PoseGraphOptions& options)
-    : options_(options), slips_(slips), scale_(scale.initial) {
-  nodes_.reserve(nodes.size());
-  for (const PlanarPose& pose : nodes) nodes_.push_back({pose.p.x(), pose.p.y(), pose.yaw});
-  for (auto& node : nodes_) problem_.AddParameterBlock(node.data(), 3);
-  problem_.AddParameterBlock(&scale_, 1);
-  problem_.AddParameterBlock(map_.data(), 3);
-  problem_.SetParameterBlockConstant(map_.data());
-  for (double& none : no_slip_) {
-    problem_.AddParameterBlock(&none, 1);
-    problem_.SetParameterBlockConstant(&none);
-  }
-  problem_.SetParameterBlockConstant(nodes_.front().data());
-  problem_.AddResidualBlock(
-      new ScalePrior(scale.prior, std::max(scale.prior_sigma, kHeldScaleSigma)), nullptr, &scale_);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    problem_.AddResidualBlock(new PlanarStepFactor(steps[i].odometry, steps[i].whitening), nullptr,
-                              nodes_[i].data(), nodes_[i + 1].data(), &scale_, &slips_[i]);
-    if (steps[i].odometry.slip_sigma <= 0) problem_.SetParameterBlockConstant(&slips_[i]);
-  }
-  if (prior == SlipPrior::kGaussian)
-    add_gaussian_slip_priors(steps);
-  else
-    add_slip_priors(steps);
+GraphProblem::GraphProblem(const std::vector<WhitenedStep>& steps,
+                           const std::vector<RevisitEdge>& revisits, const ScalePrior& scale,
+                           const PoseGraphOptions& options)
+    : steps_(steps),
+      revisits_(revisits),
+      scale_prior_{scale.scale, std::max(scale.sigma, kHeldScaleSigma)},
+      options_(options),
+      equations_(4 * (steps.size() + 1)) {
+  for (std::size_t i = 0; i < steps.size(); ++i) slip_terms_.push_back(slip_terms(i));
 }
 
-void GraphProblem::add_slip_priors(const std::vector<WhitenedStep>& steps) {
+GraphProblem::SlipTerms GraphProblem::slip_terms(std::size_t i) const {
+  SlipTerms terms;
+  const PlanarStep& step = steps_[i].odometry;
+  terms.possible = step.slip_sigma > 0;
+  if (!terms.possible) return terms;
+  terms.follows = i > 0 && steps_[i - 1].odometry.slip_sigma > 0;
   const SlipModel& model = options_.slip;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const PlanarStep& step = steps[i].odometry;
-    if (step.slip_sigma <= 0) continue;
-    const double seconds = std::max(step.seconds, kLeastSeconds);
-    const double root = std::sqrt(seconds / model.lasts_s);
-    const double witnessed = step.slip_sigma / model.sigma();
-    const double none = std::hypot(model.surface * witnessed, step.believed_slip_sigma);
-    const double size = model.size * witnessed;
-    // The kernel's largest value: twice the log of the ratio of the densities that l has without
-    // slip and with one. At least 1, where a slip is as likely as none.
-    const double most = std::max(1.0, 2 * std::log((1 - model.share) / model.share * size / none));
-    problem_.AddResidualBlock(new SlipFactor(root / none),
-                              new WideGemanMcClureLoss(root * std::sqrt(most), width_), &slips_[i]);
-    problem_.AddResidualBlock(new SlipFactor(root / size), nullptr, &slips_[i]);
-    if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) continue;
-    problem_.AddResidualBlock(
-        new SlipChangeFactor(1.0, 1 / (model.change * witnessed * std::sqrt(seconds))),
-        new WideCauchyLoss(kSlipBegins, width_), &slips_[i - 1], &slips_[i]);
-  }
+  const double seconds = std::max(step.seconds, kLeastSeconds);
+  const double root = std::sqrt(seconds / model.lasts_s);
+  const double witnessed = step.slip_sigma / model.sigma();
+  const double none = std::hypot(model.surface * witnessed, step.believed_slip_sigma);
+  const double size = model.size * witnessed;
+  // The kernel's largest value: twice the log of the ratio of the densities that l has without
+  // slip and with one. At least 1, where a slip is as likely as none.
+  const double most = std::max(1.0, 2 * std::log((1 - model.share) / model.share * size / none));
+  terms.none = root / none;
+  terms.most = root * std::sqrt(most);
+  terms.size = root / size;
+  terms.change = 1 / (model.change * witnessed * std::sqrt(seconds));
+  terms.kept = terms.follows ? model.correlation(seconds) : 0.0;
+  terms.gaussian = 1 / (step.slip_sigma * std::sqrt(1 - terms.kept * terms.kept));
+  return terms;
 }
 
-void GraphProblem::add_gaussian_slip_priors(const std::vector<WhitenedStep>& steps) {
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const PlanarStep& step = steps[i].odometry;
-    if (step.slip_sigma <= 0) continue;
-    if (i == 0 || steps[i - 1].odometry.slip_sigma <= 0) {
-      problem_.AddResidualBlock(new SlipFactor(1 / step.slip_sigma), nullptr, &slips_[i]);
-      continue;
+// weight l^2 for one slip, and weight (l_b - kept l_a)^2 for those of two steps in a row.
+void GraphProblem::add_slip_prior(std::size_t i, const std::vector<double>& slips, double weight,
+                                  double kept, double weight_of_change) {
+  equations_.add<1, 1>({slip(i)}, One(1.0), One(slips[i]), weight);
+  if (!slip_terms_[i].follows) return;
+  const One change(slips[i] - kept * slips[i - 1]);
+  equations_.add<1, 2>({slip(i - 1), slip(i)}, RowOfTwo(-kept, 1.0), change, weight_of_change);
+}
+
+double GraphProblem::add_slip_priors(SlipPrior prior, double width,
+                                     const std::vector<double>& slips) {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    const SlipTerms& terms = slip_terms_[i];
+    if (!terms.possible) {
+      equations_.hold(slip(i), kHeld);
+    } else if (prior == SlipPrior::kGaussian) {
+      const double weight = terms.gaussian * terms.gaussian;
+      add_slip_prior(i, slips, terms.follows ? 0.0 : weight, terms.kept, weight);
+    } else {
+      const double none = terms.none * slips[i], size = terms.size * slips[i];
+      const Robust slipped = geman_mcclure(none * none, terms.most * width);
+      const double change = terms.follows ? terms.change * (slips[i] - slips[i - 1]) : 0.0;
+      const Robust began = cauchy(change * change, kSlipBegins * width);
+      cost += slipped.cost + size * size + began.cost;
+      add_slip_prior(i, slips, slipped.weight * terms.none * terms.none + terms.size * terms.size,
+                     1.0, began.weight * terms.change * terms.change);
     }
-    const double kept = options_.slip.correlation(std::max(step.seconds, kLeastSeconds));
-    problem_.AddResidualBlock(
-        new SlipChangeFactor(kept, 1 / (step.slip_sigma * std::sqrt(1 - kept * kept))), nullptr,
-        &slips_[i - 1], &slips_[i]);
   }
+  return cost;
 }
 
-// nullptr if the place lies at the node or beyond the track.
-double* GraphProblem::slip_of(std::size_t node, const WheelWay& way) {
-  const std::size_t step = way.step(node);
-  return way.p.isZero() || step >= slips_.size() ? nullptr : &slips_[step];
+// The step on which a place lies; none (their number) if it lies at the node or beyond the track.
+std::size_t GraphProblem::slip_step(std::size_t node, const WheelWay& way) const {
+  return way.p.isZero() ? steps_.size() : std::min(way.step(node), steps_.size());
 }
 
-void GraphProblem::add_revisit(const RevisitEdge& edge, bool robust) {
+double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms,
+                                 const Unknowns& at) {
   const bool in_map = edge.memory == kInMap;
-  double* memory_slip = slip_of(edge.memory, edge.memory_way);
-  double* query_slip = slip_of(edge.query, edge.query_way);
-  // A Ceres residual must not have the same parameter twice. If both places lie on the same step,
-  // the slip has hardly any effect between them.
-  if (!memory_slip || memory_slip == query_slip) memory_slip = &no_slip_[0];
-  if (!query_slip) query_slip = &no_slip_[1];
-  if (in_map) problem_.SetParameterBlockVariable(nodes_.front().data());
-  problem_.AddResidualBlock(
-      new PlanarRevisitFactor(edge, options_.revisit_yaw_sigma),
-      robust ? new WideCauchyLoss(options_.robust_threshold, width_) : nullptr,
-      in_map ? map_.data() : nodes_[edge.memory].data(), nodes_[edge.query].data(), memory_slip,
-      query_slip);
+  const std::size_t none = steps_.size(), query_step = slip_step(edge.query, edge.query_way);
+  std::size_t memory_step = slip_step(edge.memory, edge.memory_way);
+  // If both places lie on the same step, its slip has hardly any effect between them.
+  if (memory_step == query_step) memory_step = none;
+  const auto slip_at = [&](std::size_t step) { return step == none ? 0.0 : at.slips[step]; };
+  const PlanarResidual residual = revisit_residual(
+      edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : at.nodes[edge.memory],
+      at.nodes[edge.query], slip_at(memory_step), slip_at(query_step));
+  const double s = residual.value.squaredNorm();
+  const Robust kernel =
+      terms.robust ? cauchy(s, options_.robust_threshold * terms.width) : Robust{s, 1.0};
+  const int m = in_map ? kNoUnknown : node(edge.memory), q = node(edge.query);
+  equations_.add<3, 8>({m, in_map ? m : m + 1, in_map ? m : m + 2, q, q + 1, q + 2,
+                        memory_step == none ? kNoUnknown : slip(memory_step),
+                        query_step == none ? kNoUnknown : slip(query_step)},
+                       residual.J, residual.value, counts ? kernel.weight : 0.0);
+  return counts ? kernel.cost : 0.0;
 }
 
-void GraphProblem::solve(double width) {
-  width_ = width;
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = options_.max_iterations;
-  // Single steps of a chain are stiff, but the whole chain is soft. The default trust region would
-  // damp the motion of the whole chain.
-  options.initial_trust_region_radius = 1e12;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem_, &summary);
-  if (!summary.IsSolutionUsable()) {
-    throw std::runtime_error("pose graph: no solution: " + summary.message);
+double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknowns& at) {
+  equations_.clear();
+  const One scale_error(at.scale - scale_prior_.scale);
+  const double weight = 1 / (scale_prior_.sigma * scale_prior_.sigma);
+  equations_.add<1, 1>({scale()}, One(1.0), scale_error, weight);
+  double cost = weight * scale_error.squaredNorm();
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const PlanarResidual residual =
+        step_residual(steps_[i], at.nodes[i], at.nodes[i + 1], at.scale, at.slips[i]);
+    const int a = node(i), b = node(i + 1);
+    equations_.add<3, 8>({a, a + 1, a + 2, b, b + 1, b + 2, scale(), slip(i)}, residual.J,
+                         residual.value, 1.0);
+    cost += residual.value.squaredNorm();
   }
+  cost += add_slip_priors(prior, terms.width, at.slips);
+  // The first node is fixed unless a revisit ties the track to the map.
+  first_held_ = true;
+  for (std::size_t i = 0; i < revisits_.size(); ++i) {
+    cost += add_revisit(revisits_[i], terms.trusted[i], terms, at);
+    if (terms.trusted[i] && revisits_[i].memory == kInMap) first_held_ = false;
+  }
+  for (int k = 0; k < 3; ++k) equations_.hold(node(0) + k, first_held_ ? kHeld : 0.0);
+  return 0.5 * cost;
 }
 
-PlanarPose GraphProblem::node(std::size_t i) const {
-  return {{nodes_[i][0], nodes_[i][1]}, wrapped(nodes_[i][2])};
+GraphProblem::Unknowns GraphProblem::moved(const Unknowns& from, const Eigen::VectorXd& by) const {
+  Unknowns to = from;
+  for (std::size_t i = first_held_ ? 1 : 0; i < to.nodes.size(); ++i) {
+    to.nodes[i].p += by.segment<2>(node(i));
+    to.nodes[i].yaw = wrapped(to.nodes[i].yaw + by[node(i) + 2]);
+  }
+  for (std::size_t i = 0; i < to.slips.size(); ++i) {
+    if (slip_terms_[i].possible) to.slips[i] += by[slip(i)];
+  }
+  to.scale += by[scale()];
+  return to;
 }
 
-Matrix5d GraphProblem::newest_covariance() {
-  ceres::Problem::EvaluateOptions options;
-  const auto take = [&](double* block) {
-    if (!problem_.IsParameterBlockConstant(block)) options.parameter_blocks.push_back(block);
-  };
-  // The parameters whose covariance is computed come last.
-  const bool slips = !problem_.IsParameterBlockConstant(&slips_.back());
-  for (std::size_t i = 0; i + 1 < slips_.size(); ++i) take(&slips_[i]);
-  for (auto& node : nodes_) take(node.data());
-  take(&scale_);
-  take(&slips_.back());
-  ceres::CRSMatrix crs;
-  problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
-  using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  const Eigen::Map<const Sparse> J(crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()),
-                                   crs.rows.data(), crs.cols.data(), crs.values.data());
-  const Eigen::SparseMatrix<double> normal = J.transpose() * J;
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factorised(normal);
-  if (factorised.info() != Eigen::Success) {
+void GraphProblem::solve(const Terms& terms, Unknowns& at) {
+  double cost = linearise(terms, SlipPrior::kUsuallyNone, at), damping = 0.0;
+  bool solved = false;
+  for (int k = 0; k < options_.max_iterations; ++k) {
+    if (equations_.factorise(damping)) {
+      const Eigen::VectorXd step = -equations_.solve(equations_.gradient());
+      const double gain = -0.5 * step.dot(equations_.gradient());
+      Unknowns trial = moved(at, step);
+      if (gain < kLeastGain) {
+        at = std::move(trial);
+        return;
+      }
+      const double trial_cost = linearise(terms, SlipPrior::kUsuallyNone, trial);
+      if (trial_cost < cost) {
+        at = std::move(trial);
+        cost = trial_cost;
+        solved = true;
+        damping = damping > kFirstDamping ? damping / kMoreDamping : 0.0;
+        continue;
+      }
+      linearise(terms, SlipPrior::kUsuallyNone, at);
+    }
+    damping = std::max(kFirstDamping, kMoreDamping * damping);
+  }
+  if (!solved) throw std::runtime_error("pose graph: no solution");
+}
+
+Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const Unknowns& at) {
+  linearise({trusted, false, 1.0}, SlipPrior::kGaussian, at);
+  if (!equations_.factorise()) {
     throw std::runtime_error("pose graph: the normal equations are singular");
   }
-  const int size = slips ? 5 : 4;
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(crs.num_cols, size);
-  unit.bottomRows(size).setIdentity();
-  const Eigen::MatrixXd block = factorised.solve(unit).bottomRows(size);
+  const int last = static_cast<int>(steps_.size());
+  const int rows[] = {node(last), node(last) + 1, node(last) + 2, scale(), slip(last - 1)};
+  const int size = slip_terms_.back().possible ? 5 : 4;
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(scale() + 1, size);
+  for (int k = 0; k < size; ++k) unit(rows[k], k) = 1.0;
+  const Eigen::MatrixXd columns = equations_.solve(unit);
   Matrix5d covariance = Matrix5d::Zero();
-  covariance.topLeftCorner(size, size) = 0.5 * (block + block.transpose());
-  return covariance;
+  for (int i = 0; i < size; ++i) {
+    for (int k = 0; k < size; ++k) covariance(i, k) = columns(rows[i], k);
+  }
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 }  // namespace gprodom

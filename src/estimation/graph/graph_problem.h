@@ -1,61 +1,77 @@
-// The pose graph as a ceres::Problem: three parameters for each node, a slip for each step, and the
-// wheel's scale.
+// The least squares of the pose graph: three unknowns for each node, a slip for each step, and the
+// wheel's scale. Gauss-Newton with Levenberg's and Marquardt's damping where a step fails.
 #pragma once
 
-#include <ceres/ceres.h>
-
-#include <array>
+#include <cstddef>
 #include <vector>
 
+#include "estimation/graph/normal_matrix.h"
 #include "estimation/graph/pose_graph.h"
 
 namespace gprodom {
 
 class GraphProblem {
  public:
-  struct Scale {
-    double initial, prior, prior_sigma;  // sigma 0: held
+  struct Unknowns {
+    std::vector<PlanarPose> nodes;
+    std::vector<double> slips;  // of the steps
+    double scale;
   };
-  // Prior of the slips.
+  struct ScalePrior {
+    double scale, sigma;  // sigma 0: held
+  };
+  // Which revisits count, whether with a kernel, and a factor on the width of all kernels.
+  struct Terms {
+    const std::vector<bool>& trusted;
+    bool robust;
+    double width;
+  };
+
+  // The problem refers to steps and revisits.
+  GraphProblem(const std::vector<WhitenedStep>& steps, const std::vector<RevisitEdge>& revisits,
+               const ScalePrior& scale, const PoseGraphOptions& options);
+
+  // Throws std::runtime_error if no solution is found.
+  void solve(const Terms& terms, Unknowns& at);
+
+  // Marginal covariance of the newest node, the scale and the last slip, at a solution. Throws
+  // std::runtime_error if the normal equations are singular.
+  Matrix5d newest_covariance(const std::vector<bool>& trusted, const Unknowns& at);
+
+ private:
   enum class SlipPrior {
     kUsuallyNone,  // for the solution: robust; either no slip, or one that lasts
     kGaussian      // for the covariance: of the same variance
   };
+  // Constants of the priors on the slip of a step.
+  struct SlipTerms {
+    bool possible = false, follows = false;  // follows: the step before may slip too
+    double none = 0.0, most = 0.0;           // weight of "no slip", and its kernel's threshold
+    double size = 0.0, change = 0.0;         // weights
+    double kept = 0.0, gaussian = 0.0;       // of the Gaussian prior
+  };
+  SlipTerms slip_terms(std::size_t step) const;
 
-  GraphProblem(const std::vector<PlanarPose>& nodes, const std::vector<WhitenedStep>& steps,
-               const std::vector<double>& slips, const Scale& scale, SlipPrior prior,
-               const PoseGraphOptions& options);
-  // Ceres keeps pointers into the object.
-  GraphProblem(const GraphProblem&) = delete;
-  GraphProblem& operator=(const GraphProblem&) = delete;
+  int node(std::size_t i) const { return static_cast<int>(4 * i); }  // number of its first unknown
+  int slip(std::size_t step) const { return node(step) + 3; }
+  int scale() const { return slip(steps_.size()); }
+  std::size_t slip_step(std::size_t node, const WheelWay& way) const;
 
-  void add_revisit(const RevisitEdge& edge, bool robust);
+  // Half the sum of the squares, and its normal equations.
+  double linearise(const Terms& terms, SlipPrior prior, const Unknowns& at);
+  double add_slip_priors(SlipPrior prior, double width, const std::vector<double>& slips);
+  void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
+                      double kept, double weight_of_change);
+  double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);
+  Unknowns moved(const Unknowns& at, const Eigen::VectorXd& step) const;
 
-  // width: factor on the width of all robust kernels. Throws std::runtime_error if no solution is
-  // found.
-  void solve(double width);
-
-  PlanarPose node(std::size_t i) const;
-  double slip(std::size_t step) const { return slips_[step]; }
-  double scale() const { return scale_; }
-
-  // Marginal covariance of the newest node, the scale and the last slip, at the solution. Throws
-  // std::runtime_error if the normal equations are singular.
-  Matrix5d newest_covariance();
-
- private:
-  void add_slip_priors(const std::vector<WhitenedStep>& steps);
-  void add_gaussian_slip_priors(const std::vector<WhitenedStep>& steps);
-  double* slip_of(std::size_t node, const WheelWay& way);
-
+  const std::vector<WhitenedStep>& steps_;
+  const std::vector<RevisitEdge>& revisits_;
+  ScalePrior scale_prior_;
   PoseGraphOptions options_;
-  std::vector<std::array<double, 3>> nodes_;
-  std::vector<double> slips_;
-  std::array<double, 3> map_ = {0.0, 0.0, 0.0};  // node of the places that are fixed in map
-  std::array<double, 2> no_slip_ = {0.0, 0.0};   // slip of the places that lie on no step
-  double scale_;
-  double width_ = 1.0;      // the kernels point to it
-  ceres::Problem problem_;  // points to all of the above
+  std::vector<SlipTerms> slip_terms_;
+  NormalMatrix equations_;
+  bool first_held_ = true;  // the first node, in the last linearisation
 };
 
 }  // namespace gprodom

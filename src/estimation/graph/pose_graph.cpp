@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "estimation/graph/graph_problem.h"
 
@@ -27,6 +27,13 @@ constexpr double kWidest = 64.0, kNarrower = 4.0;
 PlanarPose moved(const PlanarStep& step, double scale, double slip) {
   const Eigen::Vector3d change = step.d_scale * (scale - step.scale);
   return {std::exp(slip) * step.measured.p + change.head<2>(), step.measured.yaw + change[2]};
+}
+
+PlanarPose place_at(const std::vector<PlanarPose>& nodes, const std::vector<double>& slips,
+                    std::size_t node, const PlanarPose& at, const WheelWay& way) {
+  if (node == kInMap) return at;
+  const std::size_t step = way.step(node);
+  return compose(nodes[node], step < slips.size() ? stretched(at, way, slips[step]) : at);
 }
 
 Matrix3d whitening_of(const Matrix3d& covariance) {
@@ -165,22 +172,16 @@ double PoseGraph::slip_sigma(std::size_t from) const {
 }
 
 PlanarPose PoseGraph::place(std::size_t node, const PlanarPose& at, const WheelWay& way) const {
-  return place(nodes_, node, at, way);
-}
-
-PlanarPose PoseGraph::place(const std::vector<PlanarPose>& nodes, std::size_t node,
-                            const PlanarPose& at, const WheelWay& way) const {
-  if (node == kInMap) return at;
-  const std::size_t step = way.step(node);
-  return compose(nodes[node], step < slips_.size() ? stretched(at, way, slips_[step]) : at);
+  return place_at(nodes_, slips_, node, at, way);
 }
 
 // Deviation of each revisit along the track, in standard deviations.
-std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes) const {
+std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes,
+                                          const std::vector<double>& slips) const {
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
-    const PlanarPose memory = place(nodes, edge.memory, edge.memory_at, edge.memory_way);
-    const PlanarPose query = place(nodes, edge.query, edge.query_at, edge.query_way);
+    const PlanarPose memory = place_at(nodes, slips, edge.memory, edge.memory_at, edge.memory_way);
+    const PlanarPose query = place_at(nodes, slips, edge.query, edge.query_at, edge.query_way);
     result.push_back(std::abs(between(memory, query).p.x() - edge.offset_m) / edge.sigma_m);
   }
   return result;
@@ -196,43 +197,19 @@ double PoseGraph::widest(const std::vector<double>& deviations) const {
 }
 
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
-  PoseGraphSolution solution;
-  solution.trusted.assign(revisits_.size(), true);
-  solution.nodes = nodes_;
-  solution.newest.scale = scale_.value_or(scale);
-  auto& trusted = solution.trusted;
-  using SlipPrior = GraphProblem::SlipPrior;
-  const auto problem_of = [&](SlipPrior prior, bool robust) {
-    auto problem = std::make_unique<GraphProblem>(
-        solution.nodes, steps_, slips_,
-        GraphProblem::Scale{solution.newest.scale, scale, scale_sigma}, prior, options_);
-    for (std::size_t i = 0; i < revisits_.size(); ++i) {
-      if (trusted[i]) problem->add_revisit(revisits_[i], robust);
-    }
-    return problem;
-  };
-  double width = widest(deviations(nodes_));
+  GraphProblem problem(steps_, revisits_, {scale, scale_sigma}, options_);
+  GraphProblem::Unknowns at{nodes_, slips_, scale_.value_or(scale)};
+  std::vector<bool> trusted(revisits_.size(), true);
+  double width = widest(deviations(nodes_, slips_));
   // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
   // robust kernel; right ones among them are restored afterwards. The final solution has no kernel.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
-    const auto problem = problem_of(SlipPrior::kUsuallyNone, stage != Stage::kFinal);
-    for (; width > 1.0; width /= kNarrower) problem->solve(width);
-    problem->solve(1.0);
-    for (std::size_t i = 0; i < nodes_.size(); ++i) solution.nodes[i] = problem->node(i);
-    for (std::size_t i = 0; i < slips_.size(); ++i) slips_[i] = problem->slip(i);
-    solution.newest.scale = problem->scale();
-    if (stage == Stage::kFinal) {
-      solution.newest.pose = solution.nodes.back();
-      if (nodes_.size() > 1) {
-        solution.newest.slip = slips_.back();
-        solution.newest.covariance = problem_of(SlipPrior::kGaussian, false)->newest_covariance();
-      }
-      nodes_ = solution.nodes;
-      scale_ = solution.newest.scale;
-      return solution;
-    }
-    const std::vector<double> deviation = deviations(solution.nodes);
+    const bool robust = stage != Stage::kFinal;
+    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, robust, width}, at);
+    problem.solve({trusted, robust, 1.0}, at);
+    if (stage == Stage::kFinal) break;
+    const std::vector<double> deviation = deviations(at.nodes, at.slips);
     double worst = 0;
     for (std::size_t i = 0; i < deviation.size(); ++i) {
       if (trusted[i]) worst = std::max(worst, deviation[i]);
@@ -249,6 +226,19 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
     }
     if (!drop) stage = restored ? Stage::kRestore : Stage::kFinal;
   }
+  PoseGraphSolution solution;
+  if (nodes_.size() > 1) {
+    solution.newest.slip = at.slips.back();
+    solution.newest.covariance = problem.newest_covariance(trusted, at);
+  }
+  solution.newest.pose = at.nodes.back();
+  solution.newest.scale = at.scale;
+  solution.trusted = std::move(trusted);
+  nodes_ = at.nodes;
+  slips_ = std::move(at.slips);
+  scale_ = at.scale;
+  solution.nodes = std::move(at.nodes);
+  return solution;
 }
 
 }  // namespace gprodom

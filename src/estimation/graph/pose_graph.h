@@ -110,9 +110,8 @@ class PoseGraph {
   std::vector<RevisitEdge> revisits_;
   std::optional<double> scale_;  // of the last solution
 
-  PlanarPose place(const std::vector<PlanarPose>& nodes, std::size_t node, const PlanarPose& at,
-                   const WheelWay& way) const;
-  std::vector<double> deviations(const std::vector<PlanarPose>& nodes) const;
+  std::vector<double> deviations(const std::vector<PlanarPose>& nodes,
+                                 const std::vector<double>& slips) const;
   double widest(const std::vector<double>& deviations) const;
 };
 

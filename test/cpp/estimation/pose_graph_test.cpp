@@ -86,40 +86,31 @@ Vector3d newest_error(const Drive& drive, const PoseGraphSolution& solution) {
 TEST(PoseGraph, DerivativesAreThoseOfTheResiduals) {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> uniform(-3, 3);
-  Matrix3d W;
-  W << 3, 0, 0, 1, 2, 0, 0.5, -1, 4;
-  PlanarStep odometry = step_of({{0.7, -0.2}, 2.9});
-  odometry.d_scale << -0.7, 0.1, 0.05;
-  const PlanarStepFactor step(odometry, W);
+  WhitenedStep step{step_of({{0.7, -0.2}, 2.9}), Matrix3d::Zero()};
+  step.whitening << 3, 0, 0, 1, 2, 0, 0.5, -1, 4;
+  step.odometry.d_scale << -0.7, 0.1, 0.05;
   RevisitEdge edge{0, 1, {{0.1, 0.2}, -0.3}, {{-0.2, 0.1}, 0.4}};
   edge.mirrored = true;
   edge.memory_way.p << 0.15, 0.1;
   edge.query_way.p << -0.2, 0.05;
-  const PlanarRevisitFactor revisit(edge, 0.3);
-  for (int trial = 0; trial < 20; ++trial) {
-    double x[8];
-    for (double& value : x) value = uniform(engine);
-    double* blocks[] = {x, x + 3, x + 6, x + 7};
-    for (const ceres::CostFunction* cost : {static_cast<const ceres::CostFunction*>(&step),
-                                            static_cast<const ceres::CostFunction*>(&revisit)}) {
-      const auto& sizes = cost->parameter_block_sizes();
-      double r[3], J0[9], J1[9], J2[3], J3[3];
-      double* jacobians[] = {J0, J1, J2, J3};
-      ASSERT_TRUE(cost->Evaluate(blocks, r, jacobians));
-      for (std::size_t block = 0; block < sizes.size(); ++block) {
-        for (int k = 0; k < sizes[block]; ++k) {
-          const double h = 1e-6, kept = blocks[block][k];
-          double plus[3], minus[3];
-          blocks[block][k] = kept + h;
-          cost->Evaluate(blocks, plus, nullptr);
-          blocks[block][k] = kept - h;
-          cost->Evaluate(blocks, minus, nullptr);
-          blocks[block][k] = kept;
-          for (int i = 0; i < 3; ++i) {
-            const double analytic = jacobians[block][i * sizes[block] + k];
-            EXPECT_NEAR((plus[i] - minus[i]) / (2 * h), analytic, 1e-6 * (1 + std::abs(analytic)));
-          }
-        }
+  using Unknowns = Eigen::Matrix<double, 8, 1>;  // two poses, and scale and slip, or two slips
+  const auto residual = [&](const Unknowns& x, bool revisit) {
+    const PlanarPose a{x.segment<2>(0), x[2]}, b{x.segment<2>(3), x[5]};
+    return revisit ? revisit_residual(edge, 0.3, a, b, x[6], x[7])
+                   : step_residual(step, a, b, x[6], x[7]);
+  };
+  for (int trial = 0; trial < 40; ++trial) {
+    const bool revisit = trial % 2 == 1;
+    Unknowns at;
+    for (double& value : at) value = uniform(engine);
+    const PlanarResidual analytic = residual(at, revisit);
+    for (int k = 0; k < 8; ++k) {
+      const Unknowns change = 1e-6 * Unknowns::Unit(k);
+      const Vector3d numeric =
+          (residual(at + change, revisit).value - residual(at - change, revisit).value) / 2e-6;
+      for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(numeric[i], analytic.J(i, k), 1e-6 * (1 + std::abs(analytic.J(i, k))))
+            << (revisit ? "revisit" : "step") << ", residual " << i << " by " << k;
       }
     }
   }

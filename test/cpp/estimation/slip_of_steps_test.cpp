@@ -8,7 +8,7 @@
 #include "estimation/factors.h"
 #include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
-#include "estimation/graph/slip_factors.h"
+#include "estimation/graph/robust_kernels.h"
 
 namespace gprodom {
 namespace {
@@ -95,55 +95,6 @@ std::vector<double> one_slip(double size, int laps) {
   return slip;
 }
 
-TEST(SlipOfSteps, DerivativesAreThoseOfTheResiduals) {
-  const SlipFactor none(3.0);
-  const SlipChangeFactor change(0.8, 2.0);
-  double a = 0.3, b = -0.2, r = 0.0, Ja = 0.0, Jb = 0.0;
-  double* blocks[] = {&a, &b};
-  double* jacobians[] = {&Ja, &Jb};
-  none.Evaluate(blocks, &r, jacobians);
-  EXPECT_DOUBLE_EQ(r, 0.9);
-  EXPECT_DOUBLE_EQ(Ja, 3.0);
-  change.Evaluate(blocks, &r, jacobians);
-  EXPECT_NEAR(r, 2.0 * (b - 0.8 * a), 1e-12);
-  EXPECT_DOUBLE_EQ(Ja, -1.6);
-  EXPECT_DOUBLE_EQ(Jb, 2.0);
-}
-
-TEST(SlipOfSteps, DerivativesOfAStepAreThoseOfItsResiduals) {
-  PlanarStep step;
-  step.measured = {{0.5, 0.02}, 0.1};
-  step.scale = 1.01;
-  step.d_scale << -0.5, 0.03, 0.002;
-  Eigen::Matrix3d whitening = Vector3d(3.0, 2.0, 5.0).asDiagonal();
-  whitening(1, 0) = 0.7;
-  whitening(2, 0) = 1.5;
-  const PlanarStepFactor factor(step, whitening);
-  double values[8] = {0.3, -0.2, 0.6, 0.8, 0.1, 0.75, 0.98, -0.3};  // two nodes, scale, slip
-  const double* const blocks[] = {values, values + 3, values + 6, values + 7};
-  const int begin[] = {0, 3, 6, 7, 8};
-  double by_first[9], by_second[9], by_scale[3], by_slip[3];
-  double* jacobians[] = {by_first, by_second, by_scale, by_slip};
-  Vector3d at, after, before;
-  factor.Evaluate(blocks, at.data(), jacobians);
-  for (int block = 0; block < 4; ++block) {
-    const int size = begin[block + 1] - begin[block];
-    for (int k = 0; k < size; ++k) {
-      constexpr double kStepSize = 1e-6;
-      double& value = values[begin[block] + k];
-      const double kept = value;
-      value = kept + kStepSize;
-      factor.Evaluate(blocks, after.data(), nullptr);
-      value = kept - kStepSize;
-      factor.Evaluate(blocks, before.data(), nullptr);
-      value = kept;
-      for (int row = 0; row < 3; ++row)
-        EXPECT_NEAR(jacobians[block][row * size + k], (after - before)[row] / (2 * kStepSize), 1e-7)
-            << "block " << block << ", row " << row;
-    }
-  }
-}
-
 // Laps do not show how large they are. If a smaller track had smaller errors, the graph would
 // shrink.
 TEST(SlipOfSteps, ASmallerTrackHasTheSameErrors) {
@@ -151,34 +102,20 @@ TEST(SlipOfSteps, ASmallerTrackHasTheSameErrors) {
   step.measured = {{0.5, 0.02}, 0.1};
   Eigen::Matrix3d whitening = Vector3d(100.0, 80.0, 300.0).asDiagonal();
   whitening(2, 0) = 20.0;
-  const PlanarStepFactor factor(step, whitening);
-  const double from[3] = {0.0, 0.0, 0.0}, scale = 1.0;
   const auto errors = [&](double l) {
-    const double to[3] = {0.53 * std::exp(l), 0.01 * std::exp(l), 0.12};
-    const double* const blocks[] = {from, to, &scale, &l};
-    Vector3d r;
-    factor.Evaluate(blocks, r.data(), nullptr);
-    return r;
+    const PlanarPose to = {{0.53 * std::exp(l), 0.01 * std::exp(l)}, 0.12};
+    return step_residual({step, whitening}, {}, to, 1.0, l).value;
   };
   EXPECT_LT((errors(-0.7) - errors(0.0)).norm(), 1e-12 * errors(0.0).norm());
 }
 
-TEST(SlipOfSteps, KernelsStateTheirOwnDerivatives) {
-  double width = 1.0;
-  const WideCauchyLoss cauchy(1.5, width);
-  const WideGemanMcClureLoss redescending(1.5, width);
-  for (const ceres::LossFunction* loss : {static_cast<const ceres::LossFunction*>(&cauchy),
-                                          static_cast<const ceres::LossFunction*>(&redescending)}) {
-    for (const double w : {1.0, 8.0}) {
-      width = w;
+TEST(SlipOfSteps, KernelsWeighByTheirOwnDerivatives) {
+  for (const auto kernel : {cauchy, geman_mcclure}) {
+    for (const double width : {1.5, 12.0}) {
       for (const double s : {0.1, 2.0, 50.0}) {
         const double h = 1e-5;
-        double at[3], after[3], before[3];
-        loss->Evaluate(s, at);
-        loss->Evaluate(s + h, after);
-        loss->Evaluate(s - h, before);
-        EXPECT_NEAR((after[0] - before[0]) / (2 * h), at[1], 1e-6);
-        EXPECT_NEAR((after[1] - before[1]) / (2 * h), at[2], 1e-6);
+        const double slope = (kernel(s + h, width).cost - kernel(s - h, width).cost) / (2 * h);
+        EXPECT_NEAR(slope, kernel(s, width).weight, 1e-6);
       }
     }
   }
