@@ -9,6 +9,10 @@ Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& 
   return gyro_bias + Eigen::Vector3d(0, 0, *step.wheel_turn / step.dt);
 }
 
+bool imu_silent(const std::vector<MotionStep>& steps) {
+  return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
+}
+
 void RecentMotion::forget_before(TimeNs time) {
   while (!stretches_.empty() && stretches_.front().time < time) stretches_.pop_front();
 }

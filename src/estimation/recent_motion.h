@@ -28,6 +28,9 @@ struct MotionStep {
 // to the latter, so that both can be treated alike.
 Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias);
 
+// Whether the IMU was silent in any of the steps.
+bool imu_silent(const std::vector<MotionStep>& steps);
+
 class RecentMotion {
  public:
   // Adds the steps that follow a state at `time`.

@@ -55,9 +55,7 @@ bool MountingWatch::Angle::beyond(double limit, double sigmas) const {
 
 void MountingWatch::add(const std::vector<MotionStep>& steps, std::optional<double> wheel_m,
                         const Vector3d& gyro_bias) {
-  const bool gap =
-      std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
-  if (gap) {
+  if (imu_silent(steps)) {
     open_ = {};
     windows_.clear();
     wheel_m_ = wheel_m;

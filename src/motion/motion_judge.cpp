@@ -243,7 +243,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   const TimeNs margin = state_period_ / 2;  // more samples for the same noise
   input.noise = noise(from - margin, to + margin);
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
-  const bool across_gaps = imu_silent(from - state_period_, to);
+  const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
   input.wheel_sigma_m = drive_noise_.increment_sigma();
@@ -286,11 +286,6 @@ Displacement MotionJudge::no_displacement(TimeNs from, TimeNs to) const {
   none.valid = true;
   none.sigma_m = StandstillSigmas().position;
   return none;
-}
-
-bool MotionJudge::imu_silent(TimeNs from, TimeNs to) const {
-  const std::vector<MotionStep> steps = imu_.steps(from, to);
-  return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
 }
 
 // A displacement may arrive before the state at its end, which waits for the reorder window.

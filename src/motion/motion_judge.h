@@ -109,7 +109,6 @@ class MotionJudge {
   AtRest at_rest() const;
   void learn_rest(TimeNs to);
   void compare_with_wheel(const gpr::PathLength& path);
-  bool imu_silent(TimeNs from, TimeNs to) const;
   std::vector<Displacement> take_displacements(TimeNs to);
   struct Waiting {
     Displacement displacement;

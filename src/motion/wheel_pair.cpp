@@ -68,8 +68,7 @@ std::optional<std::vector<WheelPair::Step>> WheelPair::steps_of(const StateInput
 void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
                          const WheelHistory& wheel, std::optional<double> ground_m) {
   slipping_ = SlippingSide::kNone;
-  const bool in_gap = std::any_of(input.steps.begin(), input.steps.end(),
-                                  [](const MotionStep& s) { return s.bridged; });
+  const bool in_gap = imu_silent(input.steps);
   if (!in_gap) in_gap_ = {};
   const auto steps = steps_of(input, from, newest.gyro_bias, wheel, in_gap);
   if (!steps || !drive_traits(config_).turns_by_difference) return interrupt();

@@ -33,6 +33,7 @@ constexpr double kGroundWalk = 0.01;   // 1/sqrt(m)
 constexpr double kSlowest_mps = 0.05;  // mean speed of a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
+constexpr double kUnknownSpeed = 1.0;  // m/s, one standard deviation
 // An undetected change of the gyro bias tilts the attitude, and gravity then looks like slip. So
 // the walk is that of a cheap gyro, whatever the data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
@@ -60,10 +61,15 @@ void SlipBelief::restart() {
 }
 
 void SlipBelief::begin(const StateResult& newest) {
+  q_ = newest.state.q_odom_body;
+  gyro_bias_ = newest.state.gyro_bias;
+  scale_ = newest.state.wheel_scale;
+  ground_known_ = false;
+  hypotheses_ = {first_hypothesis(newest)};
+}
+
+Hypothesis SlipBelief::first_hypothesis(const StateResult& newest) const {
   const NavState& at = newest.state;
-  q_ = at.q_odom_body;
-  gyro_bias_ = at.gyro_bias;
-  scale_ = at.wheel_scale;
   const Eigen::Vector3d forwards = level(q_ * Eigen::Vector3d::UnitX());
   Hypothesis h;
   h.x[row_of::kSpeed] = forwards.dot(at.v_odom);
@@ -79,19 +85,16 @@ void SlipBelief::begin(const StateResult& newest) {
   J(row_of::kScale, row::kScale) = 1 / at.wheel_scale;
   h.P = J * newest.covariance * J.transpose();
   h.P(row_of::kSlip, row_of::kSlip) = kGripSigma * kGripSigma;
-  ground_known_ = false;
-  hypotheses_ = {std::move(h)};
+  return h;
 }
 
-// false: the IMU was silent.
-bool SlipBelief::take_in(const StateInput& input) {
+void SlipBelief::take_in(const StateInput& input) {
   Block& b = block_;
   const Eigen::Vector3d gravity(0, 0, kStandardGravity);
   const Eigen::Vector3d began = level(q_ * Eigen::Vector3d::UnitX());
   Eigen::Vector3d dv = Eigen::Vector3d::Zero(), dp = Eigen::Vector3d::Zero();
   double dt = 0.0, turned = 0.0;
   for (const MotionStep& step : input.steps) {
-    if (step.bridged) return false;
     const Eigen::Vector3d phi = (step.angular_velocity - gyro_bias_) * step.dt;
     const Eigen::Vector3d more = (q_ * so3::exp(0.5 * phi) * step.acceleration - gravity) * step.dt;
     dp += dv * step.dt + 0.5 * more * step.dt;
@@ -100,6 +103,9 @@ bool SlipBelief::take_in(const StateInput& input) {
     dt += step.dt;
     turned += phi.z();
     b.rates += phi;
+    const ImuNoise& noise = step.bridged ? kBridgedImuNoise : input.noise;
+    b.speed_variance += noise.accel_density * noise.accel_density * step.dt;
+    b.tilt_variance += noise.gyro_density * noise.gyro_density * step.dt;
     b.wheel_m += step.wheel_m / scale_;
   }
   // Between the headings at both ends the change of speed is the one along the way.
@@ -116,14 +122,28 @@ bool SlipBelief::take_in(const StateInput& input) {
   b.wheel_variance += input.wheel_sigma_m * input.wheel_sigma_m;
   b.noise = input.noise;
   ++b.intervals;
-  return dt > 0;
+}
+
+// After a long gap of the IMU: attitude and speed are those of the newest state, and as uncertain.
+// The speed is the wheel's, so it is not known where the wheel slips.
+void SlipBelief::resume(const StateResult& newest) {
+  const Hypothesis fresh = first_hypothesis(newest);
+  q_ = newest.state.q_odom_body;
+  constexpr int kCount = row_of::kAccelBias;  // speed and tilt
+  for (Hypothesis& h : hypotheses_) {
+    h.x.head<kCount>() = fresh.x.head<kCount>();
+    h.P.topRows<kCount>().setZero();
+    h.P.leftCols<kCount>().setZero();
+    h.P.topLeftCorner<kCount, kCount>() = fresh.P.topLeftCorner<kCount, kCount>();
+    h.P(row_of::kSpeed, row_of::kSpeed) += kUnknownSpeed * kUnknownSpeed;
+  }
 }
 
 void SlipBelief::advance(const StateInput& given, const StateResult& newest, const ImuNoise& rest,
                          double driving_accel_density) {
   if (!enabled_) return;
   // The delay of a late wheel would look like slip.
-  if (newest.carried || given.gyro_bias || given.speed_correction || given.wheel_late) restart();
+  if (given.gyro_bias || given.speed_correction || given.wheel_late) restart();
   if (given.wheel_late) return;
   StateInput input = given;
   // The configured noise contains tilt and slip, which are states here.
@@ -131,33 +151,36 @@ void SlipBelief::advance(const StateInput& given, const StateResult& newest, con
   if (hypotheses_.empty()) begin(newest);
   gyro_bias_.z() = newest.state.gyro_bias.z();
   rest_ = rest;
+  const bool gap = imu_silent(input.steps);
+  if (newest.carried && !gap) resume(newest);
   // The first interval after a sudden slip may contain the end of it.
   const bool usable = input.has_wheel && !input.wheel_contradicted;
   const bool usable_before = std::exchange(usable_before_, usable);
   const bool wheel = usable && usable_before;
-  if (block_.intervals > 0 && (block_.wheel != wheel || block_.standing != input.standing)) {
+  if (block_.intervals > 0 &&
+      (block_.wheel != wheel || block_.standing != input.standing || block_.gap != gap)) {
     block_.wheel = block_.wheel && wheel;  // a sudden slip begins before it is detected
     close();
   }
   block_.wheel = wheel;
   block_.standing = input.standing;
+  block_.gap = gap;
   intervals_.push_back({input.time, wheel, blocks_});
   if (intervals_.size() > lag_) intervals_.pop_front();
-  if (!take_in(input))
-    restart();
-  else if (block_.dt >= kBlock_s)
-    close();
+  take_in(input);
+  if (block_.dt >= kBlock_s) close();
 }
 
 // Updates the hypotheses with the block's measurements.
 void SlipBelief::close() {
   const Block& b = block_;
-  const bool rolls = b.wheel && !b.standing && std::abs(b.wheel_m) > kRolls_mps * b.dt;
+  const bool turns = b.wheel && std::abs(b.wheel_m) > kRolls_mps * b.dt;
+  const bool rolls = !b.standing && (turns || b.gap);
   way_m_ += std::abs(b.wheel_m);
   if (rolls) branch(b.dt);
   for (Hypothesis& h : hypotheses_) {
     predict(h, rolls);
-    weigh(h);
+    if (!b.gap) weigh(h);
     // While the wheel grips, l is unevenness of the ground, which the wheel's noise covers.
     h.past.push_back(h.mode == Mode::kGrips
                          ? slip::Past{}
@@ -165,7 +188,7 @@ void SlipBelief::close() {
     if (h.past.size() > lag_) h.past.pop_front();
   }
   slip::prune(hypotheses_, kHypotheses);
-  if (rolls) learn_share();
+  if (rolls && !b.gap) learn_share();
   take_out_common_error();
   block_ = {};
   ++blocks_;
@@ -198,7 +221,14 @@ void SlipBelief::branch(double seconds) {
     h.log_weight += std::log(probability);
     all.push_back(std::move(h));
   };
+  const auto jump = [&](Hypothesis h, double sigma, Mode mode, double probability) {
+    h.set_slip(0.0, sigma);
+    add(std::move(h), mode, probability);
+  };
   for (const Hypothesis& h : hypotheses_) {
+    // A slip may end with a jump. That with which it begins is SlipWatch's to see, except in a gap.
+    if (h.mode != Mode::kGrips) jump(h, kGripSigma, Mode::kGrips, changes);
+    if (h.mode == Mode::kGrips && block_.gap) jump(h, model_.size, Mode::kHolds, begins);
     if (h.mode == Mode::kGrips) {
       add(h, Mode::kGrips, 1 - begins);
       add(h, Mode::kChanges, begins);
@@ -232,8 +262,8 @@ void SlipBelief::predict(Hypothesis& h, bool rolls) const {
   const double kept = std::exp(-way / slip::GroundNoise::kPlace);
   F(row_of::kPlace, row_of::kPlace) = kept;
   Vector added = Vector::Zero();
-  added[row_of::kSpeed] = b.noise.accel_density * b.noise.accel_density * dt;
-  added.segment<2>(row_of::kTilt).setConstant(b.noise.gyro_density * b.noise.gyro_density * dt);
+  added[row_of::kSpeed] = b.speed_variance;
+  added.segment<2>(row_of::kTilt).setConstant(b.tilt_variance);
   added.segment<2>(row_of::kAccelBias).setConstant(kAccelBiasWalk * kAccelBiasWalk * dt);
   added.segment<2>(row_of::kGyroBias).setConstant(kGyroBiasWalk * kGyroBiasWalk * dt);
   added[row_of::kGround] = kGroundWalk * kGroundWalk * way;

@@ -5,8 +5,8 @@
 // constant. It runs a Kalman filter over speed, tilt, biases, slip and the ground's decorrelation
 // length. Its measurements: accelerations along the track, centripetal acceleration in bends
 // (speed times turn rate), standstills, and the radar's coherence. A slip is detected seconds after
-// it begins, so the estimates of the last intervals are revised each time. docs/estimation.md,
-// "Slip as it goes".
+// it begins, so the estimates of the last intervals are revised each time. The hypotheses outlast
+// gaps of the IMU. docs/estimation.md, "Slip as it goes".
 #pragma once
 
 #include <deque>
@@ -64,11 +64,15 @@ class SlipBelief {
     Eigen::Vector3d rates = Eigen::Vector3d::Zero();  // rad, body
     double wheel_variance = 0;                        // m^2
     ImuNoise noise;
+    double speed_variance = 0, tilt_variance = 0;  // m^2/s^2, rad^2: by the IMU's noise
     bool standing = false, wheel = true;
+    bool gap = false;  // of the IMU
   };
 
   void begin(const StateResult& newest);
-  bool take_in(const StateInput& input);
+  slip::Hypothesis first_hypothesis(const StateResult& newest) const;
+  void resume(const StateResult& newest);
+  void take_in(const StateInput& input);
   void close();
   void branch(double seconds);
   void learn_share();

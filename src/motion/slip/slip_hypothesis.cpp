@@ -51,6 +51,13 @@ double Hypothesis::update(const Vector& H, double residual, double variance, dou
   return -0.5 * (q + std::log(S));
 }
 
+void Hypothesis::set_slip(double l, double sigma) {
+  x[row::kSlip] = l;
+  P.row(row::kSlip).setZero();
+  P.col(row::kSlip).setZero();
+  P(row::kSlip, row::kSlip) = sigma * sigma;
+}
+
 void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
   std::stable_sort(
       hypotheses.begin(), hypotheses.end(),

@@ -41,6 +41,9 @@ struct Hypothesis {
   // the log likelihood without terms that are the same in all hypotheses. `most`: bound of the
   // residual in standard deviations, for outliers; 0: none.
   double update(const Vector& H, double residual, double variance, double most = 0.0);
+
+  // Replaces the slip by another, independent of the rest.
+  void set_slip(double l, double sigma);
 };
 
 // Merges hypotheses that have become alike, and keeps the `most` likeliest, in the order of their

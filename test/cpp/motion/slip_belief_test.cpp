@@ -52,6 +52,12 @@ class Drive {
     bias_moves_after_ = after;
   }
 
+  // The IMU is silent from a time to another, s.
+  void silence(double from, double to) {
+    silent_from_ = from;
+    silent_to_ = to;
+  }
+
   // Up to a time, s. coherence: its error, one standard deviation of a span's length; 0: not asked.
   void to(double end, double coherence = 0.0) {
     while (now_ < end - 1e-9) interval(coherence);
@@ -82,6 +88,8 @@ class Drive {
       step.angular_velocity += draw(share_ * noise_.gyro_density / std::sqrt(dt));
       step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
       step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
+      step.bridged = t > silent_from_ && t < silent_to_;
+      if (step.bridged) step.acceleration << 0, 0, kGravity;
       step.wheel_m = v * std::exp(-slip_(t)) * dt;
       way += v * dt;
       if (i == 0) step.wheel_m += jitter_m_ * normal_(engine_);
@@ -113,6 +121,7 @@ class Drive {
   std::optional<SlipBelief> belief_;
   StateResult start_;
   double jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
+  double silent_from_ = 0.0, silent_to_ = 0.0;
   double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
   int intervals_ = 0;
   std::mt19937 engine_{5};
@@ -213,6 +222,30 @@ TEST(SlipBelief, ASharpBendIsNoSlip) {
     worst = std::max(worst, std::abs(drive.told()));
   }
   EXPECT_LT(worst, 0.03);
+}
+
+// Nothing shows the jump with which this slip begins, but that of its end does.
+TEST(SlipBelief, ASlipMayBeginWhileTheImuIsSilent) {
+  const auto slips = [](double t) { return t > 40.1 && t < 45.1 ? 0.5 : 0.0; };
+  Drive drive(kCart, wavy, zero, slips);
+  drive.silence(40.0, 40.2);
+  drive.to(48, 0.1);
+  EXPECT_GT(drive.told_of(4.0), 0.2);
+  EXPECT_NEAR(drive.told(), 0.0, 0.03);
+}
+
+// What was known of slip and ground before the IMU was silent holds after it.
+TEST(SlipBelief, ASlipOutlastsAGap) {
+  Drive drive(kCart, wavy, zero, [](double t) { return -0.25 * ramp(t, 40, 90); });
+  drive.silence(60.0, 60.2);
+  drive.to(60, 0.1);
+  const double before = drive.told();
+  drive.to(61.4, 0.1);
+  EXPECT_NEAR(drive.told(), before, 0.1);
+  Drive grips(kCart, wavy, zero, zero);
+  grips.silence(60.0, 60.2);
+  grips.to(62, 0.1);
+  EXPECT_NEAR(grips.told(), 0.0, 0.03);
 }
 
 TEST(SlipBelief, AWheelThatNeverSlipsOrIsNotThereIsNotAskedAbout) {
