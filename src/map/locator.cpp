@@ -39,6 +39,19 @@ std::size_t columns_of(const gpr::TraceMemory& memory, double metres) {
   return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
 }
 
+// The ground as it would be without one change or another.
+std::vector<gpr::GlobalQuery> queries(const gpr::TraceMemory& memory, gpr::MemoryRange driven,
+                                      const std::vector<double>& stretches) {
+  if (!memory.can_undo()) return {{memory.patch(driven), {}}};
+  std::vector<gpr::GlobalQuery> all;
+  all.reserve(stretches.size());
+  for (const double stretch : stretches) {
+    all.push_back(
+        {memory.patch(driven, {stretch, 0.0}), memory.patch(driven, {stretch, 0.5 * M_PI})});
+  }
+  return all;
+}
+
 // So many steps of a stretch to either side of `middle`, the nearest first.
 std::vector<double> stretches_round(double middle, double step, int steps) {
   std::vector<double> all = {middle};
@@ -86,43 +99,16 @@ void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
   }
 }
 
-// Up to the antenna: what is stored lags behind by a band-pass and a block.
-Locator::Driven Locator::newest(const GroundMap& ground, std::size_t end_of_before,
-                                const PlanarPose& body) {
-  const gpr::TraceMemory& memory = ground.memory;
-  Driven driven;
-  driven.columns =
-      std::min(memory.newest_columns(end_of_before), columns_of(memory, kLongestQuery));
-  if (driven.columns == 0) return driven;
-  driven.without = [&memory, n = driven.columns](const gpr::TraceChange& change) {
-    return memory.newest_ground(n, change);
-  };
-  driven.direction = memory.newest_column().direction;
-  driven.body = body;
-  return driven;
-}
-
-// The ground as it would be without one change or another.
-std::vector<gpr::GlobalQuery> Locator::queries(const Driven& driven, bool can_undo,
-                                               const std::vector<double>& stretches) {
-  if (!can_undo) return {{driven.without({}), {}}};
-  std::vector<gpr::GlobalQuery> all;
-  all.reserve(stretches.size());
-  for (const double stretch : stretches)
-    all.push_back({driven.without({stretch, 0.0}), driven.without({stretch, 0.5 * M_PI})});
-  return all;
-}
-
 std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end_of_before,
                                         const PlanarPose& newest_body, double travelled_m) {
   const gpr::TraceMemory& memory = ground.memory;
-  if (memory.kept().first >= end_of_before) return std::nullopt;
-  const Driven driven = newest(ground, end_of_before, newest_body);
-  if (driven.columns < columns_of(memory, kLeastQuery)) return std::nullopt;
+  const gpr::MemoryRange kept = memory.kept();
+  if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
   const bool by_turns = memory.can_undo();
   next_m_ = travelled_m + (by_turns ? kSearchEvery / 2 : kSearchEvery);
   const bool likely = !by_turns || std::exchange(likely_, !likely_);
-  return place(ground, end_of_before, driven, likely ? kLikely : kUnlikely);
+  return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body,
+               likely ? kLikely : kUnlikely);
 }
 
 double Locator::least_query() { return kLeastQuery; }
@@ -130,32 +116,33 @@ double Locator::least_query() { return kLeastQuery; }
 std::optional<gpr::TraceChange> Locator::change_near(const GroundMap& ground,
                                                      std::size_t end_of_before, const Near& near) {
   const gpr::TraceMemory& memory = ground.memory;
-  const Driven driven = newest(ground, end_of_before, {});
-  if (driven.columns < columns_of(memory, kLeastNear)) return std::nullopt;
+  gpr::MemoryRange newest = memory.run_of(memory.kept().end - 1);
+  const std::size_t longest = std::min(newest.end, columns_of(memory, kLongestQuery));
+  newest.first = std::max({newest.first, end_of_before, newest.end - longest});
+  if (newest.size() < columns_of(memory, kLeastNear)) return std::nullopt;
   const std::vector<double> stretches = stretches_round(
       0.0, 2 * kFineStep, static_cast<int>(std::lround(kFarthestTold / (2 * kFineStep))));
   const gpr::GlobalMatch match =
       search_near(ground, end_of_before, {near.map, near.at, near.within_m + kLongestQuery})
-          .find(queries(driven, memory.can_undo(), stretches));
+          .find(queries(memory, newest, stretches));
   if (!match.valid) return std::nullopt;
   return gpr::TraceChange{stretches[match.query], match.turn};
 }
 
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
                                          gpr::MemoryRange newest, const PlanarPose& newest_body) {
-  const gpr::TraceMemory& memory = ground.memory;
-  newest.first =
-      std::max(newest.first, newest.end - std::min(newest.end, columns_of(memory, kLongestQuery)));
-  if (newest.size() < columns_of(memory, kLeastQuery)) return std::nullopt;
-  const auto without = [&](const gpr::TraceChange& change) { return memory.patch(newest, change); };
-  const int direction = memory.column(newest.end - 1).direction;
-  return place(ground, end_of_before, {newest.size(), without, direction, newest_body}, kStretches);
+  return place(ground, end_of_before, newest, newest_body, kStretches);
 }
 
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
-                                         const Driven& driven,
+                                         gpr::MemoryRange newest, const PlanarPose& newest_body,
                                          const std::vector<double>& stretches) {
   const gpr::TraceMemory& memory = ground.memory;
+  const gpr::MemoryRange kept = memory.kept();
+  newest.first =
+      std::max(newest.first, newest.end - std::min(newest.end, columns_of(memory, kLongestQuery)));
+  if (newest.size() < columns_of(memory, kLeastQuery)) return std::nullopt;
+
   if (!search_) learn(ground, end_of_before);
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
   // they count as one place too; a revisit must prove the hypothesis anyway.
@@ -165,30 +152,30 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
     return at_a && at_b &&
            (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
   };
-  const gpr::GlobalMatch match =
-      search_->find(queries(driven, memory.can_undo(), stretches), same_place);
+  const gpr::GlobalMatch match = search_->find(queries(memory, newest, stretches), same_place);
   if (!match.accepted) return std::nullopt;
   // Uses the query's end, where the robot is, and not its centre: an error of the heading then has
   // less effect.
-  const double ahead = 0.5 * static_cast<double>(driven.columns - 1);
+  const double ahead = 0.5 * static_cast<double>(newest.size() - 1);
   double column = match.column + (match.mirrored ? -ahead : ahead);
-  column = std::clamp(column, static_cast<double>(memory.kept().first),
-                      static_cast<double>(end_of_before - 1));
+  column =
+      std::clamp(column, static_cast<double>(kept.first), static_cast<double>(end_of_before - 1));
   const auto then = ground.at(column, reach);
   if (!then) return std::nullopt;
   // The memory has the direction of driving, the pose the heading. They differ when driving
   // backwards.
   const int driven_then = memory.column(static_cast<std::size_t>(column)).direction;
-  const bool about = match.mirrored == (driven_then == driven.direction);
+  const int driven_now = memory.column(newest.end - 1).direction;
+  const bool about = match.mirrored == (driven_then == driven_now);
   PlanarPose antenna = compose(then->pose, antenna_);
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
   const PlanarPose body = compose(antenna, between(antenna_, {}));
-  Hypothesis found{compose(body, between(driven.body, {})), then->map, {}};
+  Hypothesis found{compose(body, between(newest_body, {})), then->map, {}};
   if (!memory.can_undo()) return found;
   const std::vector<double> finer = stretches_round(stretches[match.query], kFineStep, kFineSteps);
   const gpr::GlobalMatch fine =
       search_near(ground, end_of_before, {then->map, body.p, kLongestQuery + kFoundWithin})
-          .find(queries(driven, true, finer));
+          .find(queries(memory, newest, finer));
   if (fine.valid) found.change = {finer[fine.query], fine.turn};
   return found;
 }

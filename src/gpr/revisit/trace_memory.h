@@ -137,13 +137,6 @@ class TraceMemory {
   // The middle column of such a query, without features.
   std::optional<MemoryColumn> newest_place(int count) const;
 
-  // The newest ground driven one way, up to the antenna, whether it is stored yet or not: how many
-  // columns of number `first` or higher, features of the last `count` of them in the order driven,
-  // and the last one. For ground too long for newest().
-  std::size_t newest_columns(std::size_t first) const;
-  Columns newest_ground(std::size_t count, const TraceChange& change = {}) const;
-  MemoryColumn newest_column() const;
-
  private:
   struct Sample {  // one or more traces at nearly one place, averaged
     TimeNs time = 0;
@@ -186,7 +179,6 @@ class TraceMemory {
   SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
   void forget_oldest();
   Columns filtered_pending() const;
-  Columns filtered_pending(const TraceChange& change) const;
   Columns limited_pending() const;
   Columns features_of(const Columns& columns, std::size_t session, const TraceChange& change) const;
 

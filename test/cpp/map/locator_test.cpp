@@ -75,27 +75,6 @@ TEST_P(ChangedGround, IsFollowedFromAStretchNearby) {
   EXPECT_GT(fits, 0.95 * with_truth);
 }
 
-// After a little more than the shortest query, though less than that is stored by then: the first
-// search is for the likely changes, and an earlier one is not made.
-TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
-  GroundMap first{gpr::TraceMemoryOptions()};
-  drive(first, 3, 1.0, 21.0);
-  GroundMap ground =
-      ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
-  const std::size_t before = ground.memory.kept().end;
-  Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
-  drive(ground, 3, 6.0, 11.5, 5, 1e8, true);
-  EXPECT_FALSE(locator.find(ground, before, {}, 6.0));
-  EXPECT_TRUE(locator.is_due(6.0));
-  drive(ground, 3, 11.5, 12.3, 6, 1e8, true);
-  ASSERT_LT(ground.memory.kept().end - before, static_cast<std::size_t>(6.0 / 0.02));
-  const double newest = ground.memory.newest_column().distance_m;
-  const auto found = locator.find(ground, before, {{newest - kAntennaAhead, 1.0}, 0.0}, 6.3);
-  ASSERT_TRUE(found);
-  EXPECT_NEAR(found->map_from_track.p.x(), 0.0, 0.3);
-  EXPECT_FALSE(locator.is_due(6.4));
-}
-
 INSTANTIATE_TEST_SUITE_P(Stretches, ChangedGround, ::testing::Values(-0.07, 0.0, 0.03, 0.1));
 
 }  // namespace
