@@ -174,11 +174,14 @@ PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query,
   const double half_column = query_centre_ - std::floor(query_centre_);
   const double place = range.place - half_column;
   const double gate = range.bound_m / spacing_, wide = gate + range.surround_m / spacing_;
+  // The columns under the query at the outermost places: within the bound for all scales and for
+  // refine(), beyond it for the wide scale.
   const double longest = *std::max_element(range.scales.begin(), range.scales.end());
-  const double reach = (kRefined * longest) * query_centre_ + 2.0;
-  from_ = static_cast<int>(std::max(0.0, std::floor(place - wide - reach)));
+  const double finer = gate + options_.lobe_m / spacing_ + kRefined * longest * query_centre_;
+  const double reach = std::max(finer, wide + range.scales[range.wide] * query_centre_) + 2.0;
+  from_ = static_cast<int>(std::max(0.0, std::floor(place - reach)));
   const auto to = static_cast<int>(
-      std::min<double>(static_cast<double>(memory.rows()), std::ceil(place + wide + reach)));
+      std::min<double>(static_cast<double>(memory.rows()), std::ceil(place + reach)));
   const auto least = range.scales[range.wide] * static_cast<double>(query.rows());
   if (query.rows() < 4 || to - from_ < least) return {};
 

@@ -61,15 +61,7 @@ std::vector<PlaceFound> RevisitSearch::find(const Columns& newest, double moved_
     const SearchWindow& window = windows[w];
     const Belief* before = last_belief_on(window);
     const Stretches asked = stretches(window, before);
-    SurveyRange range;
-    range.place = window.expected - static_cast<double>(window.first);
-    range.bound_m = window.bound_m;
-    range.surround_m = options_.matcher.surround_m;
-    range.scales.resize(asked.size());
-    for (int i = 0; i < asked.size(); ++i) range.scales[i] = std::exp((asked.first + i) * step_);
-    asked.share.maxCoeff(&range.wide);
-    range.mirrored = window.mirrored;
-    PatchSurvey survey = matcher_.survey(window.features, query, range);
+    PatchSurvey survey = survey_of(query, window, before, asked, moved_m);
     if (survey.empty()) continue;
     Belief belief = expect(window, before, survey, asked, moved_m);
     // Patches overlap, and each piece of ground counts once.
@@ -109,6 +101,61 @@ const RevisitSearch::Belief* RevisitSearch::last_belief_on(const SearchWindow& w
     }
   }
   return before;
+}
+
+RevisitSearch::Peak RevisitSearch::peak_of(const Belief& belief) const {
+  Peak peak;
+  Eigen::Index at[2];
+  const Eigen::ArrayXd places[2] = {belief.places[0].rowwise().sum(),
+                                    belief.places[1].rowwise().sum()};
+  const double highest[2] = {places[0].maxCoeff(&at[0]), places[1].maxCoeff(&at[1])};
+  peak.direction = highest[1] > highest[0] ? 1 : 0;
+  peak.at = at[peak.direction];
+  const auto lobe = static_cast<Eigen::Index>(options_.matcher.lobe_m / matcher_.spacing());
+  const auto from = std::max<Eigen::Index>(0, peak.at - lobe);
+  const auto to = std::min(places[peak.direction].size(), peak.at + lobe + 1);
+  peak.share = places[peak.direction].segment(from, to - from).sum();
+  return peak;
+}
+
+// The place of the query if the belief of before is certain: it has moved along.
+std::optional<RevisitSearch::Held> RevisitSearch::held_place(const Belief* before,
+                                                             double moved_m) const {
+  if (before == nullptr || before->patches < options_.min_patches) return std::nullopt;
+  const Peak peak = peak_of(*before);
+  if (peak.share < options_.certainty) return std::nullopt;
+  const auto& places = before->places[peak.direction];
+  Eigen::Index stretch = 0;
+  places.row(peak.at).maxCoeff(&stretch);
+  const double ahead = moved_m / matcher_.spacing() *
+                       std::exp((before->first_stretch + static_cast<int>(stretch)) * step_);
+  const bool mirrored = peak.direction == 1;
+  return Held{static_cast<double>(before->first + peak.at) + (mirrored ? -ahead : ahead), mirrored};
+}
+
+// Compares the ground beside a certain place alone if the query clearly lies there; else the whole
+// window.
+PatchSurvey RevisitSearch::survey_of(const Columns& query, const SearchWindow& window,
+                                     const Belief* before, const Stretches& asked, double moved_m) {
+  SurveyRange range;
+  const auto first = static_cast<double>(window.first);
+  range.place = window.expected - first;
+  range.bound_m = window.bound_m;
+  range.surround_m = options_.matcher.surround_m;
+  range.mirrored = window.mirrored;
+  range.scales.resize(asked.size());
+  for (int i = 0; i < asked.size(); ++i) range.scales[i] = std::exp((asked.first + i) * step_);
+  asked.share.maxCoeff(&range.wide);
+  const std::optional<Held> held = held_place(before, moved_m);
+  if (held && options_.held_m < window.bound_m &&
+      std::abs(held->column - window.expected) * matcher_.spacing() < window.bound_m) {
+    SurveyRange beside = range;
+    beside.place = held->column - first;
+    beside.bound_m = options_.held_m;
+    PatchSurvey survey = matcher_.survey(window.features, query, beside);
+    if (!survey.empty() && survey.around(beside.place, held->mirrored).accepted) return survey;
+  }
+  return matcher_.survey(window.features, query, range);
 }
 
 RevisitSearch::Stretches RevisitSearch::prior_stretches(const SearchWindow& window) const {
@@ -217,22 +264,16 @@ void RevisitSearch::move(const Belief& before, const SearchWindow& window, doubl
 std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, PatchSurvey& survey,
                                               const SearchWindow& window) const {
   if (belief.patches < options_.min_patches) return {};
-  Eigen::Index at[2];
-  const Eigen::ArrayXd places[2] = {belief.places[0].rowwise().sum(),
-                                    belief.places[1].rowwise().sum()};
-  const double highest[2] = {places[0].maxCoeff(&at[0]), places[1].maxCoeff(&at[1])};
-  const int d = highest[1] > highest[0] ? 1 : 0;
-  const auto lobe = static_cast<Eigen::Index>(options_.matcher.lobe_m / matcher_.spacing());
-  const auto from = std::max<Eigen::Index>(0, at[d] - lobe);
-  const auto to = std::min(places[d].size(), at[d] + lobe + 1);
+  const Peak peak = peak_of(belief);
   PlaceFound place;
-  place.certainty = places[d].segment(from, to - from).sum();
+  place.certainty = peak.share;
   if (place.certainty < options_.certainty) return {};
-  const auto column = static_cast<double>(belief.first + at[d]);
+  const auto column = static_cast<double>(belief.first + peak.at);
   if (std::abs(column - window.expected) * matcher_.spacing() > window.bound_m) return {};
   const double in_window = column - static_cast<double>(window.first);
-  matcher_.refine(survey, in_window, d == 1, survey.around(in_window, d == 1).scale);
-  place.match = survey.around(in_window, d == 1);
+  const bool mirrored = peak.direction == 1;
+  matcher_.refine(survey, in_window, mirrored, survey.around(in_window, mirrored).scale);
+  place.match = survey.around(in_window, mirrored);
   // The prior alone must not accept a place: the newest patch has to support it by itself.
   if (place.match.half_sigmas < options_.min_half || place.match.score <= 0.0) return {};
   place.match.offset_m += static_cast<double>(window.first) * matcher_.spacing();

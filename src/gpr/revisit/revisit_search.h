@@ -2,7 +2,8 @@
 // at an even pitch) fits at many places; only as the robot drives on does it show which one it is.
 // The filter's cells are the columns of the memory, each in both directions of driving, and
 // "nowhere" for ground that is not in the memory. Each new patch multiplies in its likelihood, and
-// the distance driven moves the belief along. docs/revisit.md, "Along the track".
+// the distance driven moves the belief along. Beside a place that is certain, little ground
+// is compared. docs/revisit.md, "Along the track".
 #pragma once
 
 #include <Eigen/Core>
@@ -22,6 +23,7 @@ struct RevisitSearchOptions {
   double drift = 0.02;       // metres per metre: least difference of the odometry then and now
   double max_stretch = 0.5;  // ln; beyond it two patches share little more than half their ground
   double certainty = 0.999;  // least posterior probability of a place to be accepted
+  double held_m = 0.6;       // how far from a certain place the next one is looked for
   double min_half = 1.0;  // gate on the newest patch: least correlation of each of its halves, in
                           // standard deviations of chance; and it must fit best at the place
   int min_patches = 3;    // least number of patches behind an accepted place
@@ -84,7 +86,22 @@ class RevisitSearch {
     int size() const { return static_cast<int>(share.size()); }
   };
 
+  // The most probable place: row and direction (1: mirrored), and the probability of its lobe.
+  struct Peak {
+    int direction = 0;
+    Eigen::Index at = 0;
+    double share = 0.0;
+  };
+  struct Held {
+    double column = 0.0;  // number
+    bool mirrored = false;
+  };
+
   const Belief* last_belief_on(const SearchWindow& window) const;
+  Peak peak_of(const Belief& belief) const;
+  std::optional<Held> held_place(const Belief* before, double moved_m) const;
+  PatchSurvey survey_of(const Columns& query, const SearchWindow& window, const Belief* before,
+                        const Stretches& asked, double moved_m);
   Stretches prior_stretches(const SearchWindow& window) const;
   Stretches stretches(const SearchWindow& window, const Belief* before) const;
   Eigen::ArrayXd stretch_transition(const SearchWindow& window) const;

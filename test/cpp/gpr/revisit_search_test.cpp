@@ -42,11 +42,11 @@ Columns noisy(Columns traces, unsigned seed) {
 // expected place is wrong by `off` columns. place(i): the true column of query i. slip: standard
 // deviation of the stretch.
 struct Outcome {
-  int found = 0, wrong = 0, first = -1;  // first: the query's last column when first found
+  int found = 0, wrong = 0, first = -1, last = -1;  // the query's last column when first found
 };
 template <class Place>
 Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& queries, int off,
-              Place place, double slip = 0.0) {
+              Place place, double slip = 0.0, double bound_m = 0.8) {
   RevisitSearch search(filter, kSpacing);
   const int patch = search.patch_columns();
   constexpr int kStep = 12;
@@ -56,7 +56,7 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
     SearchWindow window;
     window.features = memory;
     window.expected = truth + off;
-    window.bound_m = 0.8;
+    window.bound_m = bound_m;
     window.stretch_sigma = slip;
     window.stretch_change = 0.25 * slip;
     const int before = std::min(end, patch + 50);
@@ -64,6 +64,7 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
          search.find(queries.middleRows(end - before, before), kStep * kSpacing, {window})) {
       ++outcome.found;
       if (outcome.first < 0) outcome.first = end;
+      outcome.last = end;
       if (std::abs(found.column - truth) > 1.5) ++outcome.wrong;
     }
   }
@@ -82,6 +83,21 @@ TEST(RevisitSearch, GroundSeenBeforeIsFoundInBothDirections) {
       drive(filter, memory, queries.colwise().reverse(), -15, [](double i) { return 499 - i; });
   EXPECT_GT(back.found, 20);
   EXPECT_EQ(back.wrong, 0);
+}
+
+// Beside a place that is certain, only little ground is compared. So after a jump of the odometry
+// the place lies beyond it, and must be found again.
+TEST(RevisitSearch, ACertainPlaceIsGivenUpAfterAJump) {
+  const Columns traces = ground(1, 601);
+  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto place = [](double i) { return i < 150 ? 20 + i : 120 + i; };  // a jump of 2 m
+  const Columns queries = filter.apply(noisy(ground(1, 400, place), 2));
+  const Outcome outcome = drive(filter, memory, queries, 0, place, 0.0, 4.0);
+  EXPECT_LE(outcome.first, 150);
+  EXPECT_GE(outcome.last, 380);
+  EXPECT_GT(outcome.found, 12);
+  EXPECT_EQ(outcome.wrong, 0);
 }
 
 TEST(RevisitSearch, OtherGroundIsNotFound) {
