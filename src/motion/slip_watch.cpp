@@ -15,11 +15,14 @@ constexpr double kWindow_s = 0.3;
 constexpr TimeNs kSilentAfter = 1'000'000'000;  // ns
 constexpr double kThresholdAfterSilence = 3.0;  // standard deviations
 
-// A slip is over if wheel and velocity agree within kAgreesAgain standard deviations, or if the
-// share that slips falls below kEndsBelow of its largest value: the end is a jump like the onset.
-// The threshold of the onset would not do: over a slip the velocity's variance grows until any
-// wheel is within it.
+// A slip is over if the share that slips has fallen, within kEndsWithin, below kEndsBelow of what
+// it was: the end is a jump like the onset. Where it falls for longer, the velocity drifts towards
+// the slipping wheel's. It is over as well if wheel and velocity agree within kAgreesAgain standard
+// deviations, and would not if the wheel slipped as before: over a slip the velocity's variance
+// grows until any wheel agrees. After the length of the smoother's window any agreement will do,
+// since a wheel that slips is better than none.
 constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
+constexpr TimeNs kEndsWithin = 1'000'000'000;  // ns
 
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
@@ -72,7 +75,7 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   now_ = slip_by_radar_;
   if (speed_known && moved) {
     now_ = seen;
-    largest_share_ = now_ == WheelSlip::kNone ? 0.0 : std::max(largest_share_, share_of(*moved));
+    follow_share(to, share_of(*moved));
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
   const bool turns = moved && std::abs(moved->wheel_m) > 2 * wheel_sigma_m_;
@@ -84,6 +87,22 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
 double SlipWatch::share_of(const Distances& moved) {
   const double larger = std::max(std::abs(moved.wheel_m), std::abs(moved.ground_m));
   return larger > 0 ? std::abs(moved.wheel_m - moved.ground_m) / larger : 0.0;
+}
+
+void SlipWatch::follow_share(TimeNs time, double share) {
+  if (now_ == WheelSlip::kNone) {
+    shares_.clear();
+    jumped_back_ = false;
+    largest_share_ = 0.0;
+    began_ = time;
+    return;
+  }
+  while (!shares_.empty() && shares_.front().time < time - kEndsWithin) shares_.pop_front();
+  jumped_back_ |= std::any_of(shares_.begin(), shares_.end(), [share](const Share& earlier) {
+    return share < kEndsBelow * earlier.value;
+  });
+  shares_.push_back({time, share});
+  largest_share_ = std::max(largest_share_, share);
 }
 
 // The velocity's error is constant over the window. The wheel's errors are those of its factor. Of
@@ -106,8 +125,12 @@ WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& mo
   const auto within = [&](double deviations) {
     return innovation * innovation < deviations * deviations * variance;
   };
-  const bool slips = now_ != WheelSlip::kNone && speed_known_ && !within(kAgreesAgain) &&
-                     share_of(moved) > kEndsBelow * largest_share_;
+  const double larger = std::max(std::abs(moved.wheel_m), std::abs(moved.ground_m));
+  const double in_slip = largest_share_ * larger;  // the innovation, if the wheel slips as before
+  const bool tells = in_slip * in_slip > 4 * kAgreesAgain * kAgreesAgain * variance ||
+                     judged_ > began_ + smoother_window_;
+  const bool over = jumped_back_ || (tells && within(kAgreesAgain));
+  const bool slips = now_ != WheelSlip::kNone && speed_known_ && !over;
   if (!slips && within(threshold)) return WheelSlip::kNone;
   return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }

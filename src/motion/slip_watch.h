@@ -91,6 +91,7 @@ class SlipWatch {
                                      double wheel_scale) const;
   static double share_of(const Distances& moved);  // that slips
   WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
+  void follow_share(TimeNs time, double share);
   void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                             double wheel_scale);
   void check_slow_wheel(WheelSlip seen, TimeNs time);
@@ -104,7 +105,14 @@ class SlipWatch {
   std::deque<Interval> slipped_;  // disjoint, oldest first
   TimeNs judged_ = 0;             // stamp of the wheel sample that now_ is about
   WheelSlip now_ = WheelSlip::kNone;
-  double largest_share_ = 0.0;  // that slipped, since the present slip began
+  struct Share {
+    TimeNs time;
+    double value;
+  };
+  std::deque<Share> shares_;  // that slipped, over the last moments of the present slip
+  bool jumped_back_ = false;  // in the present slip
+  double largest_share_ = 0.0;
+  TimeNs began_ = 0;  // the present slip
   // The wheel was silent. It may return in mid-slip, without the jump that shows an onset, so it is
   // not used until it agrees with the velocity.
   bool back_from_silence_ = false;

@@ -307,9 +307,19 @@ TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
   robot.sigma = off / 4;
   robot.run(1);
   EXPECT_TRUE(robot.contradicted());
-  robot.sigma = off / 1.5;
+  robot.sigma = off / 1.5;  // any wheel agrees
   robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.run(3);  // longer than the window
   EXPECT_FALSE(robot.contradicted());
+
+  Drive fades;  // without a jump
+  fades.radar_speaks = fades.asked = false;
+  fades.run(2);
+  fades.wheel_speed = slipping;
+  fades.run(1);
+  for (; fades.wheel_speed < kSpeed - 1e-9; fades.wheel_speed += 0.01 * kSpeed) fades.run(0.05);
+  EXPECT_FALSE(fades.contradicted());
 
   Drive unsure;  // as far off, but never seen to begin
   unsure.radar_speaks = unsure.asked = false;
@@ -332,6 +342,24 @@ TEST(SlipWatch, JumpBackEndsASlip) {
   robot.wheel_speed = kSpeed - 3 * robot.sigma;
   robot.run(1);
   EXPECT_FALSE(robot.contradicted());
+}
+
+// A velocity that accelerations with a wrong tilt carry towards the slipping wheel's. That is no
+// end of the slip: the wheel would be believed in mid-slip.
+TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.sigma = 0.02;
+  robot.run(2);
+  robot.wheel_speed = 1.6 * kSpeed;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  const double beyond = 3 * robot.sigma;  // within the threshold of the onset
+  while (robot.published < robot.wheel_speed - beyond) {
+    robot.published += 0.01 * kSpeed;  // 0.1 of it in a second
+    robot.run(0.1);
+  }
+  EXPECT_TRUE(robot.contradicted());
 }
 
 // A velocity that accelerations with a wrong tilt have carried off: the wheel is slower for longer
