@@ -18,6 +18,11 @@ constexpr double kSearchEvery = 2.0;
 // longer one the odometry then and now differs by more than the match bears.
 constexpr double kLeastQuery = 6.0, kLongestQuery = 10.0;
 
+// m of the newest ground that are not searched, a patch and more. A hypothesis is the best of all
+// places for the ground that was searched, so that ground says nothing more for it: other ground
+// must prove it, which are the patches from then on.
+constexpr double kForProof = 2.0;
+
 // ln of travel times now over then that are tried. Frost and rain change the permittivity by 10 to
 // 20 %, travel times by half of that; a place is found with half a step between them as well.
 const std::vector<double> kStretches = {0.0, -0.05, 0.05, -0.1, 0.1};
@@ -37,19 +42,6 @@ constexpr double kLeastNear = 4.0;    // m of ground from which a change is supp
 
 std::size_t columns_of(const gpr::TraceMemory& memory, double metres) {
   return static_cast<std::size_t>(std::lround(metres / memory.spacing()));
-}
-
-// The ground as it would be without one change or another.
-std::vector<gpr::GlobalQuery> queries(const gpr::TraceMemory& memory, gpr::MemoryRange driven,
-                                      const std::vector<double>& stretches) {
-  if (!memory.can_undo()) return {{memory.patch(driven), {}}};
-  std::vector<gpr::GlobalQuery> all;
-  all.reserve(stretches.size());
-  for (const double stretch : stretches) {
-    all.push_back(
-        {memory.patch(driven, {stretch, 0.0}), memory.patch(driven, {stretch, 0.5 * M_PI})});
-  }
-  return all;
 }
 
 // So many steps of a stretch to either side of `middle`, the nearest first.
@@ -99,16 +91,52 @@ void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
   }
 }
 
+std::optional<gpr::MemoryColumn> Locator::last_searched(const gpr::TraceMemory& memory,
+                                                        std::size_t end_of_before) {
+  const std::size_t proof = columns_of(memory, kForProof);
+  if (memory.newest_columns(end_of_before) <= proof) return std::nullopt;
+  return memory.newest_column(proof);
+}
+
+// Whether it is stored yet or not.
+Locator::Driven Locator::newest(const GroundMap& ground, std::size_t end_of_before,
+                                const PlanarPose& body) {
+  const gpr::TraceMemory& memory = ground.memory;
+  Driven driven;
+  const std::optional<gpr::MemoryColumn> last = last_searched(memory, end_of_before);
+  if (!last) return driven;
+  const std::size_t proof = columns_of(memory, kForProof);
+  driven.columns =
+      std::min(memory.newest_columns(end_of_before) - proof, columns_of(memory, kLongestQuery));
+  driven.without = [&memory, n = driven.columns, proof](const gpr::TraceChange& change) {
+    return gpr::Columns(memory.newest_ground(n + proof, change).topRows(n));
+  };
+  driven.direction = last->direction;
+  driven.body = body;
+  return driven;
+}
+
+// The ground as it would be without one change or another.
+std::vector<gpr::GlobalQuery> Locator::queries(const Driven& driven, bool can_undo,
+                                               const std::vector<double>& stretches) {
+  if (!can_undo) return {{driven.without({}), {}}};
+  std::vector<gpr::GlobalQuery> all;
+  all.reserve(stretches.size());
+  for (const double stretch : stretches)
+    all.push_back({driven.without({stretch, 0.0}), driven.without({stretch, 0.5 * M_PI})});
+  return all;
+}
+
 std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end_of_before,
                                         const PlanarPose& newest_body, double travelled_m) {
   const gpr::TraceMemory& memory = ground.memory;
-  const gpr::MemoryRange kept = memory.kept();
-  if (kept.end <= end_of_before || kept.first >= end_of_before) return std::nullopt;
+  if (memory.kept().first >= end_of_before) return std::nullopt;
+  const Driven driven = newest(ground, end_of_before, newest_body);
+  if (driven.columns < columns_of(memory, kLeastQuery)) return std::nullopt;
   const bool by_turns = memory.can_undo();
   next_m_ = travelled_m + (by_turns ? kSearchEvery / 2 : kSearchEvery);
   const bool likely = !by_turns || std::exchange(likely_, !likely_);
-  return place(ground, end_of_before, memory.run_of(kept.end - 1), newest_body,
-               likely ? kLikely : kUnlikely);
+  return place(ground, end_of_before, driven, likely ? kLikely : kUnlikely);
 }
 
 double Locator::least_query() { return kLeastQuery; }
@@ -116,33 +144,32 @@ double Locator::least_query() { return kLeastQuery; }
 std::optional<gpr::TraceChange> Locator::change_near(const GroundMap& ground,
                                                      std::size_t end_of_before, const Near& near) {
   const gpr::TraceMemory& memory = ground.memory;
-  gpr::MemoryRange newest = memory.run_of(memory.kept().end - 1);
-  const std::size_t longest = std::min(newest.end, columns_of(memory, kLongestQuery));
-  newest.first = std::max({newest.first, end_of_before, newest.end - longest});
-  if (newest.size() < columns_of(memory, kLeastNear)) return std::nullopt;
+  const Driven driven = newest(ground, end_of_before, {});
+  if (driven.columns < columns_of(memory, kLeastNear)) return std::nullopt;
   const std::vector<double> stretches = stretches_round(
       0.0, 2 * kFineStep, static_cast<int>(std::lround(kFarthestTold / (2 * kFineStep))));
   const gpr::GlobalMatch match =
       search_near(ground, end_of_before, {near.map, near.at, near.within_m + kLongestQuery})
-          .find(queries(memory, newest, stretches));
+          .find(queries(driven, memory.can_undo(), stretches));
   if (!match.valid) return std::nullopt;
   return gpr::TraceChange{stretches[match.query], match.turn};
 }
 
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
                                          gpr::MemoryRange newest, const PlanarPose& newest_body) {
-  return place(ground, end_of_before, newest, newest_body, kStretches);
-}
-
-std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
-                                         gpr::MemoryRange newest, const PlanarPose& newest_body,
-                                         const std::vector<double>& stretches) {
   const gpr::TraceMemory& memory = ground.memory;
-  const gpr::MemoryRange kept = memory.kept();
   newest.first =
       std::max(newest.first, newest.end - std::min(newest.end, columns_of(memory, kLongestQuery)));
   if (newest.size() < columns_of(memory, kLeastQuery)) return std::nullopt;
+  const auto without = [&](const gpr::TraceChange& change) { return memory.patch(newest, change); };
+  const int direction = memory.column(newest.end - 1).direction;
+  return place(ground, end_of_before, {newest.size(), without, direction, newest_body}, kStretches);
+}
 
+std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
+                                         const Driven& driven,
+                                         const std::vector<double>& stretches) {
+  const gpr::TraceMemory& memory = ground.memory;
   if (!search_) learn(ground, end_of_before);
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
   // they count as one place too; a revisit must prove the hypothesis anyway.
@@ -152,30 +179,30 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
     return at_a && at_b &&
            (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
   };
-  const gpr::GlobalMatch match = search_->find(queries(memory, newest, stretches), same_place);
+  const gpr::GlobalMatch match =
+      search_->find(queries(driven, memory.can_undo(), stretches), same_place);
   if (!match.accepted) return std::nullopt;
   // Uses the query's end, where the robot is, and not its centre: an error of the heading then has
   // less effect.
-  const double ahead = 0.5 * static_cast<double>(newest.size() - 1);
+  const double ahead = 0.5 * static_cast<double>(driven.columns - 1);
   double column = match.column + (match.mirrored ? -ahead : ahead);
-  column =
-      std::clamp(column, static_cast<double>(kept.first), static_cast<double>(end_of_before - 1));
+  column = std::clamp(column, static_cast<double>(memory.kept().first),
+                      static_cast<double>(end_of_before - 1));
   const auto then = ground.at(column, reach);
   if (!then) return std::nullopt;
   // The memory has the direction of driving, the pose the heading. They differ when driving
   // backwards.
   const int driven_then = memory.column(static_cast<std::size_t>(column)).direction;
-  const int driven_now = memory.column(newest.end - 1).direction;
-  const bool about = match.mirrored == (driven_then == driven_now);
+  const bool about = match.mirrored == (driven_then == driven.direction);
   PlanarPose antenna = compose(then->pose, antenna_);
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
   const PlanarPose body = compose(antenna, between(antenna_, {}));
-  Hypothesis found{compose(body, between(newest_body, {})), then->map, {}};
+  Hypothesis found{compose(body, between(driven.body, {})), then->map, {}};
   if (!memory.can_undo()) return found;
   const std::vector<double> finer = stretches_round(stretches[match.query], kFineStep, kFineSteps);
   const gpr::GlobalMatch fine =
       search_near(ground, end_of_before, {then->map, body.p, kLongestQuery + kFoundWithin})
-          .find(queries(memory, newest, finer));
+          .find(queries(driven, true, finer));
   if (fine.valid) found.change = {finer[fine.query], fine.turn};
   return found;
 }

@@ -3,6 +3,7 @@
 // in the earlier map, until a revisit proves it. docs/revisit.md, "After a reset".
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -25,9 +26,13 @@ class Locator {
   // Whether a search is due after this distance.
   bool is_due(double travelled_m) const { return travelled_m >= next_m_; }
 
-  // Compares the stored part of the current run (columns from `end_of_before` on) with all ground
-  // before that column. newest_body: pose of the robot in the track's frame at the last stored
-  // column.
+  // The last column that a search of the newest ground takes: what was driven since then proves a
+  // place found. Nothing while too little is driven.
+  static std::optional<gpr::MemoryColumn> last_searched(const gpr::TraceMemory& memory,
+                                                        std::size_t end_of_before);
+
+  // Compares the newest ground (columns from `end_of_before` on) with all ground before that
+  // column. newest_body: pose of the robot in the track's frame at last_searched().
   std::optional<Hypothesis> find(const GroundMap& ground, std::size_t end_of_before,
                                  const PlanarPose& newest_body, double travelled_m);
 
@@ -51,9 +56,18 @@ class Locator {
   static double least_query();
 
  private:
+  // Ground that is looked for.
+  struct Driven {
+    std::size_t columns = 0;
+    std::function<gpr::Columns(const gpr::TraceChange&)> without;  // features of the last columns
+    int direction = 1;
+    PlanarPose body;  // at the last column
+  };
+  static Driven newest(const GroundMap& ground, std::size_t end_of_before, const PlanarPose& body);
+  static std::vector<gpr::GlobalQuery> queries(const Driven& driven, bool can_undo,
+                                               const std::vector<double>& stretches);
   std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
-                                  gpr::MemoryRange driven, const PlanarPose& body,
-                                  const std::vector<double>& stretches);
+                                  const Driven& driven, const std::vector<double>& stretches);
   void learn(const GroundMap& ground, std::size_t end_of_before);
 
   const PlanarPose antenna_;

@@ -168,10 +168,9 @@ void Mapper::locate(MapAnswer& answer) {
         "locate_at: the ground there is not the one driven over: not located");
   hypothesis_.reset();
   told_sigma_m_ = 0.0;
-  const gpr::TraceMemory& memory = ground_.memory;
-  if (memory.kept().end <= end_of_before_) return;
-  const gpr::MemoryColumn newest = memory.column(memory.kept().end - 1);
-  const MapPath::Place place = path_.place(newest.time, newest.distance_m);
+  const auto newest = Locator::last_searched(ground_.memory, end_of_before_);
+  if (!newest) return;
+  const MapPath::Place place = path_.place(newest->time, newest->distance_m);
   const PlanarPose body = body_at(place);
   hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
   hypothesis_until_m_ = travelled + kConfirmWithin;
@@ -185,7 +184,6 @@ void Mapper::locate(MapAnswer& answer) {
 void Mapper::suppose_change() {
   const gpr::TraceMemory& memory = ground_.memory;
   if (!memory.can_undo() || path_.travelled() < next_change_m_) return;
-  if (memory.kept().end <= end_of_before_) return;
   next_change_m_ = path_.travelled() + kSupposeEvery;
   const PlanarPose here = compose(hypothesis_->map_from_track, newest_node_.pose);
   const double gate = std::min(kGateSigmas * sigma_m(), kGateMax);

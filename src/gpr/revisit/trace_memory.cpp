@@ -287,12 +287,35 @@ std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
   if (!place) return std::nullopt;
   const auto all =
       std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
-  if (change.none()) return Newest{filtered_pending().bottomRows(all), *place};
-  const BandLimit& limit = sessions_.back();
+  return Newest{filtered_pending(change).bottomRows(all), *place};
+}
+
+Columns TraceMemory::filtered_pending(const TraceChange& change) const {
+  if (change.none()) return filtered_pending();
   Columns columns = limited_pending();
-  columns.array().rowwise() *= limit.deviation.array();
-  const Columns features = features_of(columns, sessions_.size() - 1, change);
-  return Newest{features.bottomRows(all), *place};
+  columns.array().rowwise() *= sessions_.back().deviation.array();
+  return features_of(columns, sessions_.size() - 1, change);
+}
+
+std::size_t TraceMemory::newest_columns(std::size_t first) const {
+  const bool stored = run_kept_ || pending_.empty();
+  const std::size_t begin = stored && !runs_.empty() ? runs_.back().first : kept().end;
+  return kept().end - std::min(kept().end, std::max(begin, first)) +
+         (filter_ ? pending_.size() - settled_ : 0);
+}
+
+Columns TraceMemory::newest_ground(std::size_t count, const TraceChange& change) const {
+  const std::size_t fresh = std::min(count, pending_.size() - settled_);
+  const std::size_t end = kept().end, stored = count - fresh;
+  if (fresh == 0) return patch({end - stored, end}, change);
+  Columns ground(static_cast<Eigen::Index>(count), filter_->rows());
+  if (stored > 0) ground.topRows(stored) = patch({end - stored, end}, change);
+  ground.bottomRows(fresh) = filtered_pending(change).bottomRows(fresh);
+  return ground;
+}
+
+MemoryColumn TraceMemory::newest_column(std::size_t before) const {
+  return pending_.empty() ? column(kept().end - 1 - before) : pending_.rbegin()[before].place;
 }
 
 }  // namespace gprodom::gpr

@@ -137,6 +137,14 @@ class TraceMemory {
   // The middle column of such a query, without features.
   std::optional<MemoryColumn> newest_place(int count) const;
 
+  // The newest ground driven one way, up to the antenna, whether it is stored yet or not: how many
+  // columns of number `first` or higher, features of the last `count` of them in the order driven,
+  // and the one that is so many before the last (at most newest_m). For ground too long for
+  // newest().
+  std::size_t newest_columns(std::size_t first) const;
+  Columns newest_ground(std::size_t count, const TraceChange& change = {}) const;
+  MemoryColumn newest_column(std::size_t before = 0) const;
+
  private:
   struct Sample {  // one or more traces at nearly one place, averaged
     TimeNs time = 0;
@@ -179,6 +187,7 @@ class TraceMemory {
   SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
   void forget_oldest();
   Columns filtered_pending() const;
+  Columns filtered_pending(const TraceChange& change) const;
   Columns limited_pending() const;
   Columns features_of(const Columns& columns, std::size_t session, const TraceChange& change) const;
 

@@ -84,6 +84,30 @@ TEST(TraceMemory, TheWayBackIsFoundMirroredOnTheWayOut) {
   EXPECT_LT(std::sqrt(squares / n), 0.004);
 }
 
+// What is stored lags behind the antenna; the newest ground does not, and is the same as will be
+// stored. A part of the track that is known is a gap.
+TEST(TraceMemory, TheNewestGroundReachesTheAntenna) {
+  Drive drive;
+  drive.to(9.0);
+  const std::size_t all = drive.memory.newest_columns(0), stored = drive.memory.kept().end;
+  EXPECT_NEAR(drive.memory.newest_column().distance_m, 9.0, 0.025);
+  EXPECT_NEAR(static_cast<double>(all) * 0.02, 8.0, 0.05);
+  ASSERT_GT(all, stored + 25);
+  EXPECT_EQ(drive.memory.newest_columns(100), all - 100);
+  const Columns newest = drive.memory.newest_ground(all);
+  drive.to(16.0);
+  const Columns later = drive.memory.patch({0, all});
+  const auto settled = static_cast<Eigen::Index>(all) - 75;  // before the reach of the band-pass
+  EXPECT_LT((newest - later).topRows(settled).cwiseAbs().maxCoeff(), 0.05F);
+  EXPECT_GT(later.cwiseAbs().maxCoeff(), 1.0F);
+  drive.memory.mark_known(15.0, 16.5);
+  drive.to(19.0);
+  EXPECT_LT(drive.memory.newest_columns(0), static_cast<std::size_t>(3.0 / 0.02));
+  drive.memory.end_run();
+  EXPECT_GT(drive.memory.newest_columns(0), static_cast<std::size_t>(10.0 / 0.02));
+  EXPECT_EQ(drive.memory.newest_columns(drive.memory.kept().end), 0U);
+}
+
 TEST(TraceMemory, IsBoundedAndSmall) {
   TraceMemoryOptions options;
   options.max_length_m = 10.0;

@@ -12,8 +12,9 @@ constexpr double kAntennaAhead = 0.1;  // m, in body
 
 // Drives from `begin` to `end` (m) over ground `seed`, as another session of the map. The poses lie
 // along y = 1, x is the distance (its negative where the robot comes back).
+// on: it goes on driving, so that the last ground is not stored yet.
 inline void drive(GroundMap& ground, unsigned seed, double begin, double end, unsigned noise = 1,
-                  double wave_speed = 1e8) {
+                  double wave_speed = 1e8, bool on = false) {
   const gpr::SyntheticGround there(seed, 40.0, wave_speed);
   gpr::SyntheticRadar radar(noise, 60.0);
   ground.memory.begin_session();
@@ -25,7 +26,7 @@ inline void drive(GroundMap& ground, unsigned seed, double begin, double end, un
     ground.format = format_of(trace);
     ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, std::copysign(x, step));
   }
-  ground.memory.end_run();
+  if (!on) ground.memory.end_run();
   ground.origins.resize(ground.memory.sessions().size(), {{kAntennaAhead, 0.0, 0.2}, "test"});
   // Driven ahead, x is that of the body. Turned about, the body lies on the other side.
   const bool back = end < begin;

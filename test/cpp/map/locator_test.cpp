@@ -32,7 +32,7 @@ class ChangedGround : public ::testing::TestWithParam<double> {
 // At a stretch between those that the search tries.
 TEST_P(ChangedGround, IsFoundAnywhereWithItsStretch) {
   Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
-  const double newest = ground.memory.column(ground.memory.kept().end - 1).distance_m;
+  const double newest = Locator::last_searched(ground.memory, before)->distance_m;
   const PlanarPose body{{newest - kAntennaAhead, 1.0}, 0.0};
   auto found = locator.find(ground, before, body, 9.0);
   if (!found) found = locator.find(ground, before, body, 10.0);  // other stretches are tried
@@ -73,6 +73,27 @@ TEST_P(ChangedGround, IsFollowedFromAStretchNearby) {
   }
   EXPECT_NEAR(follower.change().stretch, GetParam(), 0.015);
   EXPECT_GT(fits, 0.95 * with_truth);
+}
+
+// After the shortest query and what is left to prove a place: the first search is for the likely
+// changes, and an earlier one is not made.
+TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
+  GroundMap first{gpr::TraceMemoryOptions()};
+  drive(first, 3, 1.0, 21.0);
+  GroundMap ground =
+      ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
+  const std::size_t before = ground.memory.kept().end;
+  Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
+  drive(ground, 3, 6.0, 13.5, 5, 1e8, true);
+  EXPECT_FALSE(locator.find(ground, before, {}, 6.0));
+  EXPECT_TRUE(locator.is_due(6.0));
+  drive(ground, 3, 13.5, 14.3, 6, 1e8, true);
+  const double newest = Locator::last_searched(ground.memory, before)->distance_m;
+  EXPECT_NEAR(newest, 12.3, 0.05);
+  const auto found = locator.find(ground, before, {{newest - kAntennaAhead, 1.0}, 0.0}, 6.3);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->map_from_track.p.x(), 0.0, 0.3);
+  EXPECT_FALSE(locator.is_due(6.4));
 }
 
 INSTANTIATE_TEST_SUITE_P(Stretches, ChangedGround, ::testing::Values(-0.07, 0.0, 0.03, 0.1));
