@@ -21,6 +21,8 @@ before it, and no estimator can know at once: the gyro's true bias (taken out of
 wheel's true scale, from the simulation's .json beside each SEQUENCE. What is then left is the
 start's own error.
 
+With --gyro-bias, the gyro is worse than the simulation's: so much is added to its rates.
+
     bench/mid_drive.py ../shared/data/cmu_like/*.zip
     bench/mid_drive.py --share 0.3 --share 0.6 SEQ... --json
 """
@@ -125,15 +127,14 @@ def cut_log(log: Path, at: int, output: Path) -> Path:
     return output
 
 
-def without_bias(log: Path, bias: Sequence[float]) -> None:
-    """Takes the gyro's bias (rad/s) out of a log's IMU messages."""
+def add_to_rates(log: Path, more: Floats) -> None:
+    """Adds a bias (rad/s; three axes) to the gyro in a log's IMU messages."""
     events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
     written = EventLog(str(log), "w", overwrite=True)
     for time, channel, data in events:
         if channel == STANDARD.imu:
             imu = message("imu_t").decode(data)
-            rates = zip(imu.angular_velocity, bias, strict=True)
-            imu.angular_velocity = [rate - off for rate, off in rates]
+            imu.angular_velocity = [*(imu.angular_velocity + more)]
             data = bytes(imu.encode())
         written.write_event(time, channel, data)
     written.close()
@@ -154,12 +155,15 @@ def measure(
     overrides: Sequence[str],
     folder: Path,
     given: Sequence[str] = (),
+    gyro_bias: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> list[Outcome]:
-    """A sequence, cut at each of the shares; `given`: of GIVEN."""
+    """A sequence, cut at each of the shares; `given`: of GIVEN; `gyro_bias`: added, rad/s."""
     known = json.loads(sequence.with_suffix(".json").read_text()) if given else {}
     scale = [f"wheel.scale={known['scale']}", "wheel.scale_sigma=0"] if "scale" in given else []
     log = as_log(sequence, folder)
     whole = cut_log(log, 0, folder / "whole.lcmlog")  # outputs lie beside what is run
+    if any(gyro_bias):
+        add_to_rates(whole, np.array(gyro_bias))
     normal = run(whole, overrides)
     truth = read_truth(whole).trajectory
     time, distance = wheel_distance(logs.read_roles(whole, STANDARD.of("imu", "wheel")))
@@ -168,7 +172,7 @@ def measure(
         cut = find_cut(time, distance, share)
         log = cut_log(whole, cut, folder / "short.lcmlog")
         if "bias" in given:
-            without_bias(log, known["bg"])
+            add_to_rates(log, -np.add(known["bg"], gyro_bias))
         short = run(log, [*overrides, *scale])
         rest = truth.select(truth.time >= short[0].time[0])
         pairs = [associate(trajectory, rest) for trajectory in (*normal, *short)]
@@ -215,6 +219,9 @@ def main() -> int:
     parser.add_argument("--share", type=float, action="append", metavar="0..1", dest="shares")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--given", action="append", default=[], choices=GIVEN)
+    parser.add_argument(
+        "--gyro-bias", type=float, nargs=3, default=[0.0] * 3, metavar="RAD_S", help="added to it"
+    )
     add_json_flag(parser)
     args = parser.parse_args()
     shares = args.shares or [0.5]
@@ -223,7 +230,8 @@ def main() -> int:
         with Progress("replaying", len(args.sequences)) as progress:
             for sequence in args.sequences:
                 with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-                    outcomes += measure(sequence, shares, args.overrides, Path(folder), args.given)
+                    also = (args.given, args.gyro_bias)
+                    outcomes += measure(sequence, shares, args.overrides, Path(folder), *also)
                 progress.advance()
     except Error as error:
         print(f"mid_drive: error: {error}", file=sys.stderr)

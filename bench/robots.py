@@ -6,9 +6,10 @@ DIR holds wid02/, wid09/, warthog_a/, car/ (tables), husky.bag and xsens_skid/te
 them. The Warthog is run with the mean of its wheels, and with left and right (skid steer). Each is
 converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and `imu_wheel` are
 run. Errors are of the truth's points from the start of imu_wheel on, for both the same, aligned by
-se2; in brackets that of `wheel` over all points.
+se2; in brackets that of `wheel` over all points. With --from, each recording also begins so many
+seconds later, as a rule while the robot drives.
 
-    bench/robots.py DIR [--only NAME]... [--set KEY=VALUE]... [--json]
+    bench/robots.py DIR [--only NAME]... [--from SECONDS]... [--set KEY=VALUE]... [--json]
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from gprodom.score.consistency import TruthError
 from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
+from mid_drive import cut_log
 
 TABLES = ("accelerometer", "gyroscope", "wheel-speed", "position")
 
@@ -101,13 +103,19 @@ def convert(recording: Recording, data: Path, log: Path) -> None:
         raise Error(f"{path}: could not be converted")
 
 
-def run(recording: Recording, data: Path, overrides: Sequence[str]) -> dict[str, Any]:
-    """The figures of one recording."""
+def run(
+    recording: Recording, data: Path, overrides: Sequence[str], from_s: float = 0.0
+) -> dict[str, Any]:
+    """The figures of one recording, without its first seconds."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log, output = Path(name) / "in.lcmlog", Path(name) / "out.lcmlog"
         convert(recording, data, log)
         sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
         mount = find_mount(sensors)
+        if from_s > 0:
+            begin = int(sensors["imu"]["utime"][0]) + round(from_s * 1e6)
+            log = cut_log(log, begin, Path(name) / "rest.lcmlog")
+            sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
         angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
         settings = [f"imu.rpy_body_imu=[{angles}]", *recording.settings]
         used = [*settings, *overrides]
@@ -203,6 +211,9 @@ def main() -> int:
     )
     parser.add_argument("data", type=Path, metavar="DIR")
     parser.add_argument("--only", action="append", choices=RECORDINGS, default=[])
+    parser.add_argument(
+        "--from", type=float, action="append", default=[], metavar="SECONDS", dest="begins"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     add_json_flag(parser)
     args = parser.parse_args()
@@ -211,10 +222,12 @@ def main() -> int:
         recording = RECORDINGS[name]
         if not (args.data / recording.path).exists():
             continue
-        try:
-            results[name] = run(recording, args.data, args.overrides)
-        except Error as error:  # one that does not start is a row, too
-            results[name] = {"error": str(error)}
+        for from_s in (0.0, *args.begins):
+            row = f"{name} from {from_s:g} s" if from_s > 0 else name
+            try:
+                results[row] = run(recording, args.data, args.overrides, from_s)
+            except Error as error:  # one that does not start is a row, too
+                results[row] = {"error": str(error)}
     if args.json:
         print_json(results)
     else:

@@ -171,7 +171,6 @@ std::string too_few(const std::vector<ImuSample>& samples, double needed_s) {
 }
 
 // Standard deviations for a start on the move.
-constexpr double kGyroBias = 0.002;  // rad/s; of an uncalibrated gyro
 constexpr double kLeastForce = 0.2;  // m/s^2; a slope of 0.02 rad
 constexpr double kLeastSpeed = 0.1;  // m/s
 constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, side slip
@@ -258,7 +257,7 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
 }
 
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel) {
+                                 const WheelAtStart& wheel, double gyro_bias_sigma) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(samples, config.initializer.duration); !why.empty())
@@ -295,7 +294,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double least_speed = wheel.agrees ? kSpeedIfAgreed : kLeastSpeed;
   const double share = wheel.agrees ? kShareIfAgreed : kSpeedShare;
   initial.prior = first_prior(config, initial.state,
-                              {least_speed + share * std::abs(wheel.end_mps), kGyroBias,
+                              {least_speed + share * std::abs(wheel.end_mps), gyro_bias_sigma,
                                std::max(wheel.agrees ? kForceIfAgreed : kLeastForce, spread)});
   return {initial, {}};
 }

@@ -44,11 +44,15 @@ bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& whee
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
                           const WheelAtStart& wheel, double share = 1.0);
 
+// Standard deviation of the bias of an uncalibrated MEMS gyro of good quality.
+inline constexpr double kUsualGyroBias = 0.002;  // rad/s
+
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
-// gyro explain; speed from the wheel; a gyro bias of zero with the deviation of an uncalibrated
-// gyro. The solutions of the first seconds improve this state. It is surer if the wheel agrees with
-// the accelerations.
+// gyro explain; speed from the wheel; a gyro bias of zero with the given standard deviation
+// (rad/s). The solutions of the first seconds improve this state. It is surer if the wheel agrees
+// with the accelerations.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel);
+                                 const WheelAtStart& wheel,
+                                 double gyro_bias_sigma = kUsualGyroBias);
 
 }  // namespace gprodom

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimation/factors.h"
+#include "motion/gyro_bias_size.h"
 #include "motion/imu_noise.h"
 #include "motion/radar_finding.h"
 
@@ -19,7 +20,8 @@ constexpr TimeNs kSecond = 1'000'000'000;
 // far in initializer.duration.
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;
 constexpr double kMoving_m = 0.1;
-// It waits for a wheel that does not slip, but not for longer than this.
+// It waits for a wheel that does not slip, and until the size of the gyro's bias shows, but not for
+// longer than this.
 constexpr TimeNs kStartAnyway = 9 * kSecond;
 
 // A start from a stop of less than initializer.duration: so much of it is enough. The wheel turns
@@ -44,7 +46,11 @@ WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
   const TimeNs part = from_seconds(WheelSpeeds::kPart);
   for (TimeNs t = from; t + part <= to; t += part) {
     const auto a = wheel.distance(t), b = wheel.distance(t + part);
-    if (!a || !b) break;
+    if (!a || !b) {
+      if (!result.mps.empty()) break;
+      result.from = t + part;  // the wheel's data begin later
+      continue;
+    }
     result.mps.push_back((*b - *a) / WheelSpeeds::kPart);
   }
   return result;
@@ -135,7 +141,8 @@ void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
 Initialization MotionJudge::initialize() {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   const TimeNs driven_from = imu_now_ - kStartOnTheMove;
-  imu_.forget_before(std::min(from, driven_from));
+  const TimeNs since = std::max(first_imu_, imu_now_ - kStartAnyway);
+  imu_.forget_before(std::min(from, since));
   Initialization found = initialize_at_rest(from, 1.0);
   if (found.initial) return found;
   // The robot may stand for less long than that, or have only just stopped.
@@ -146,11 +153,18 @@ Initialization MotionJudge::initialize() {
   }
   WheelAtStart wheel = wheel_at_start(from);
   if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
-    wheel.agrees = speeds_agree(imu_.between(driven_from, imu_now_),
-                                speeds(wheel_, driven_from, std::min(imu_now_, wheel_now_)));
-    if (!wheel.agrees && imu_now_ - first_imu_ < kStartAnyway)
+    const TimeNs wheel_to = std::min(imu_now_, wheel_now_);
+    const bool waits = imu_now_ - first_imu_ < kStartAnyway;
+    wheel.agrees =
+        speeds_agree(imu_.between(driven_from, imu_now_), speeds(wheel_, driven_from, wheel_to));
+    if (!wheel.agrees && waits)
       return {std::nullopt, "on the move, and the wheel disagrees with the accelerations"};
-    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel);
+    const GyroBiasSize gyro_bias =
+        gyro_bias_size(imu_.between(since, imu_now_), speeds(wheel_, since, wheel_to));
+    if (!gyro_bias.known && waits)
+      return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
+    Initialization moving =
+        initialize_moving(config_, imu_.between(from, imu_now_), wheel, gyro_bias.sigma);
     if (moving.initial) return moving;
   }
   return found;
