@@ -145,6 +145,9 @@ struct StateConfig {
   MapUse map = MapUse::kExtend;  // whether new ground is written
   double save_period = 1.0;     // s of data time, of pose and wheel scale; of ground 300 times that
   double resume_within = 10.0;  // s; a saved pose not older than that is gone on from
+  // Name of the robot, for the maps that it makes. Not a key: where it is empty, a live estimator
+  // takes the name of its host.
+  std::string robot;
 };
 
 struct LoggingConfig {

@@ -2,8 +2,10 @@
 #include "gprodom/live.h"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -25,6 +27,14 @@ constexpr std::size_t kResultCapacity = 10000;
 constexpr std::chrono::milliseconds kIdle(1000);
 constexpr std::chrono::seconds kOther(3);    // how long a Status of another estimator counts
 constexpr std::chrono::seconds kSilence(2);  // time without input until the status reports it
+
+// A live estimator runs on its robot, whose name goes into the maps that it makes.
+Config of_this_host(Config config) {
+  std::array<char, 100> name{};
+  if (config.state.robot.empty() && gethostname(name.data(), name.size() - 1) == 0)
+    config.state.robot = name.data();
+  return config;
+}
 
 void add(const std::string& name, double value, Status& status) {
   status.names.push_back(name);
@@ -100,7 +110,7 @@ void Live::heard_status(double instance) { threads_->heard_status(instance); }
 void Live::stop() { threads_->stop(); }
 
 LiveThreads::LiveThreads(const Config& config, Live::Handler handler, LiveOptions options)
-    : runner_(config, Execution::kThreaded, std::move(options.front_end)),
+    : runner_(of_this_host(config), Execution::kThreaded, std::move(options.front_end)),
       last_input_(Clock::now()),
       alive_(std::move(options.alive)),
       instance_(options.instance),

@@ -22,10 +22,20 @@ struct KnownPlace {
   int map = 0;              // number of its map; the frames of two maps are not related
 };
 
+// Standard deviations of the odometry along the path of a drive. Where a file does not say, those
+// of a robot that shakes on rough ground.
+struct PathErrors {
+  double position = 0.01;  // m after a metre, by the square root of the distance
+  double yaw = 0.003;      // rad, likewise
+  double scale = 0.014;    // of the wheel's scale, ln
+};
+
 // Of the drive that a session of the memory comes from.
 struct SessionOrigin {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  // m, in body
   std::string program;
+  std::string robot;  // its name; empty: not known
+  PathErrors errors;
 };
 
 struct GroundMap {
@@ -40,7 +50,7 @@ struct GroundMap {
   // are the identities of the files from which this was made.
   std::uint64_t identity = 0;
   std::vector<std::uint64_t> parents;
-  int version = 2;  // of the file
+  int version = 3;  // of the file
   void changes();   // call before it changes: the file becomes its parent
 
   // The stored runs, in order.

@@ -20,7 +20,7 @@ using gpr::PatchFilter;
 using gpr::TraceMemory;
 
 const std::string kKind = "gprodom ground map ";
-constexpr int kNewest = 2;
+constexpr int kNewest = 3;
 
 std::string title(int version) { return kKind + std::to_string(version); }
 
@@ -28,7 +28,8 @@ std::string title(int version) { return kKind + std::to_string(version); }
 constexpr std::uint32_t kMostSamples = 1U << 20U;
 constexpr double kMostColumns = 1e4;  // of the running mean
 constexpr std::size_t kLongestText = 100;
-// Of a trace in version 2. What is made of the figure takes memory before a trace was seen.
+constexpr double kLeastError = 1e-6, kLargestError = 10.0;  // of a path: m, rad, ln
+// Of a trace since version 2. What is made of the figure takes memory before a trace was seen.
 constexpr std::uint32_t kMostSamplesRead = 1U << 16U;
 
 void put(const PatchFilter& filter, ByteWriter& out) {
@@ -102,10 +103,33 @@ void put_sessions(const GroundMap& ground, ByteWriter& out) {
     const SessionOrigin& origin = ground.origins.at(i);
     for (const double x : origin.antenna) out.put(x);
     out.put_text(origin.program);
+    out.put_text(origin.robot.substr(0, kLongestText));
+    for (const double x : {origin.errors.position, origin.errors.yaw, origin.errors.scale})
+      out.put(std::clamp(x, kLeastError, kLargestError));
     out.put(sessions[i].low_cut);
     out.put(sessions[i].long_sigma);
     out.put_all(sessions[i].deviation.data(), static_cast<std::size_t>(sessions[i].rows()));
   }
+}
+
+std::string get_name(ByteReader& in, const char* whose) {
+  std::string name = in.get_text();
+  if (name.size() > kLongestText) in.refuse(std::string(whose) + " name is too long");
+  return name;
+}
+
+SessionOrigin get_origin(ByteReader& in, int version) {
+  SessionOrigin origin;
+  for (double& x : origin.antenna) x = get_finite(in, "the antenna's position");
+  origin.program = get_name(in, "a program's");
+  if (version == 2) return origin;
+  origin.robot = get_name(in, "a robot's");
+  for (double* x : {&origin.errors.position, &origin.errors.yaw, &origin.errors.scale}) {
+    *x = in.get<double>();
+    if (!(*x >= kLeastError && *x <= kLargestError))
+      in.refuse("the errors of a path are out of range");
+  }
+  return origin;
 }
 
 std::vector<BandLimit> get_sessions(ByteReader& in, GroundMap& ground) {
@@ -125,10 +149,7 @@ std::vector<BandLimit> get_sessions(ByteReader& in, GroundMap& ground) {
   in.need(count, 5 * sizeof(double) + sizeof(std::uint32_t) + rows * sizeof(float));
   std::vector<BandLimit> sessions;
   for (std::uint32_t i = 0; i < count; ++i) {
-    SessionOrigin origin;
-    for (double& x : origin.antenna) x = get_finite(in, "the antenna's position");
-    origin.program = in.get_text();
-    if (origin.program.size() > kLongestText) in.refuse("a program's name is too long");
+    ground.origins.push_back(get_origin(in, ground.version));
     limit.low_cut = in.get<double>();
     limit.long_sigma = in.get<double>();
     limit.deviation.resize(limit.rows());
@@ -140,7 +161,6 @@ std::vector<BandLimit> get_sessions(ByteReader& in, GroundMap& ground) {
                        (limit.deviation.array() <= BandLimit::kGreatest).all();
     if (!sound) in.refuse("the limits of a session are out of range");
     sessions.push_back(limit);
-    ground.origins.push_back(std::move(origin));
   }
   return sessions;
 }
@@ -206,10 +226,10 @@ int version_of(const std::string& name, std::string_view bytes) {
   const std::string version(bytes.substr(0, bytes.find('\n')));
   const bool number = !version.empty() && version.size() < 10 &&
                       version.find_first_not_of("0123456789") == std::string::npos;
-  if (version == "1") return 1;
+  if (version == "1" || version == "2") return version == "1" ? 1 : 2;
   if (number && version != std::to_string(kNewest))
     throw FileError(name + ": cannot be used: it is a ground map of version " + version +
-                    "; this program reads versions 1 and " + std::to_string(kNewest));
+                    "; this program reads versions 1 to " + std::to_string(kNewest));
   return kNewest;
 }
 

@@ -50,7 +50,7 @@ std::optional<JoinedTracks> MapJoiner::join(int map, const std::vector<gpr::Memo
       const bool proven = joined.proven(config_);
       if (proven) {
         // Now that the poses are known better, the rest.
-        for (int again = 0; again < 2; ++again) joint.sweep(0, 1e9);
+        for (int again = 0; again < 2; ++again) joint.sweep();
         joined = joint.result();
       }
       if (!best || joined.proven_m > best->proven_m) best = joined;

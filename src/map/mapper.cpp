@@ -40,7 +40,7 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       start_(std::move(start)),
       map_(ground_.unused_map()),
       locator_(antenna_) {
-  origin_ = {config.gpr.lever_arm, kVersion};
+  origin_ = {config.gpr.lever_arm, kVersion, config.state.robot, {}};
   ground_.memory.begin_session();
 }
 
@@ -49,6 +49,7 @@ MapAnswer Mapper::run(const MapInput& input) {
   const bool was_located = located_;
   follow(input.states);
   if (!graph_) return answer;
+  note_errors(input.scale_sigma);
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
   take_external(answer);
   if (input.told) suppose(*input.told, answer);
@@ -91,6 +92,9 @@ void Mapper::follow(const std::vector<PathState>& states) {
     }
     if (!step) continue;
     graph_->add_node(*step);
+    const Eigen::Vector3d variances = step->covariance.diagonal();
+    step_variances_ +=
+        Eigen::Vector3d(step->measured.p.norm(), 0.5 * (variances[0] + variances[1]), variances[2]);
     newest_node_ = extend(newest_node_, *step, slip_);
   }
 }
@@ -115,9 +119,19 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
   note_origin();
 }
 
+// Of the path so far. What revisits and other tracks say of it is in its poses, not in this.
+void Mapper::note_errors(double scale_sigma) {
+  const double metres = step_variances_[0];
+  if (metres < kNodeSpacing) return;
+  origin_.errors = {std::sqrt(step_variances_[1] / metres), std::sqrt(step_variances_[2] / metres),
+                    scale_sigma};
+}
+
 void Mapper::note_origin() {
   ground_.origins.resize(ground_.memory.sessions().size(), origin_);
-  if (ground_.memory.kept().end > end_of_before_) ground_.changes();
+  if (ground_.memory.kept().end <= end_of_before_) return;
+  ground_.changes();
+  if (!ground_.origins.empty()) ground_.origins.back().errors = origin_.errors;
 }
 
 // A hypothesis as told, in place of a found one. Only a revisit proves it.

@@ -117,6 +117,7 @@ class Mapper {
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void note_origin();
+  void note_errors(double scale_sigma);
   void search_memory(MapAnswer& answer);
   void forget_searches();
   void begin_searches();
@@ -159,8 +160,9 @@ class Mapper {
   bool record_ = false;
   std::vector<Revisit> merged_;  // where recorded
 
-  GroundMap ground_;                      // its places are those of earlier tracks
-  SessionOrigin origin_;                  // of this track
+  GroundMap ground_;      // its places are those of earlier tracks
+  SessionOrigin origin_;  // of this track
+  Eigen::Vector3d step_variances_ = Eigen::Vector3d::Zero();  // sums: m, m^2, rad^2
   std::size_t end_of_before_ = 0;         // number of the first column of this track
   std::optional<Start> start_;            // until there is a state
   int map_ = 0;                           // number of this track's map

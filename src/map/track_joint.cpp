@@ -15,15 +15,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Errors of the steps of a finished map, by the distance d between two places: those of a robot
-// that shakes on rough ground. A map does not say how sure its poses are.
-constexpr double kStepPosition = 0.01;  // m, times sqrt(d / m)
-constexpr double kStepYaw = 0.003;      // rad, times sqrt(d / m)
+// Errors of the steps of a finished map are those of the odometry along its path; more than this
+// even of neighbours, as poses are rounded and columns lie between states.
 constexpr double kLeastPosition = 1e-3, kLeastYaw = 1e-4;
 constexpr double kPieces = 0.05;  // m, more between two pieces of a track
-// The wheel's scale in one map over that in another, standard deviation; and that of their mean,
-// which no revisit tells.
-constexpr double kScaleSigma = 0.02, kMeanScaleSigma = 0.5 * kScaleSigma;
 
 // Error of a predicted place: at a tie, and by the distance from it, where the heading counts most.
 constexpr double kAtTie = 0.2, kFromTie = 0.05;
@@ -32,14 +27,15 @@ constexpr double kSolveEvery = 2.0;       // m driven, and
 constexpr double kSolveEveryNode = 2e-3;  // m a node, so that the work stays bounded
 constexpr std::size_t kMostWindows = 2;
 
-PlanarStep step_from(const PlanarPose& a, const PlanarPose& b, bool gap, double scale_share) {
+PlanarStep step_from(const PlanarPose& a, const PlanarPose& b, bool gap, double scale_share,
+                     const PathErrors& errors) {
   PlanarStep step;
   step.measured = between(a, b);
   step.d_scale.head<2>() = scale_share * step.measured.p;
   const double distance = step.measured.p.norm();
-  const double position = kStepPosition * kStepPosition * distance +
+  const double position = errors.position * errors.position * distance +
                           kLeastPosition * kLeastPosition + (gap ? kPieces * kPieces : 0.0);
-  const double yaw = kStepYaw * kStepYaw * distance + kLeastYaw * kLeastYaw;
+  const double yaw = errors.yaw * errors.yaw * distance + kLeastYaw * kLeastYaw;
   step.covariance = Eigen::Vector3d(position, position, yaw).asDiagonal();
   return step;
 }
@@ -56,6 +52,7 @@ TrackJoint::TrackJoint(const GroundMap& ground, int joining, std::vector<gpr::Me
       search_(*ground.memory.filter(), ground.memory.spacing(), search_options(config, true)),
       seen_(ground.at(static_cast<double>(seen), 2 * kNodeSpacing)->pose.p) {
   change_.believe(at.change);
+  ratio_sigma_ = std::hypot(scale_sigma(there_), scale_sigma(here_));
   PoseGraphOptions options;
   graph_.emplace(there_.places.front().pose, options);
   // Each track takes half of the ratio of their scales.
@@ -67,6 +64,18 @@ TrackJoint::TrackJoint(const GroundMap& ground, int joining, std::vector<gpr::Me
   loose.covariance = Eigen::Vector3d(1e4, 1e4, 10.0).asDiagonal();
   here_.node = graph_->add_node(loose);
   add_track(here_, 0.5);
+}
+
+const PathErrors& TrackJoint::errors_at(std::size_t column) const {
+  return ground_.origins.at(ground_.memory.session_of(column)).errors;
+}
+
+// Of the wheel's scale along a track: that of its worst session.
+double TrackJoint::scale_sigma(const Track& track) const {
+  double sigma = 0.0;
+  for (const KnownPlace& place : track.places)
+    sigma = std::max(sigma, errors_at(place.column).scale);
+  return sigma;
 }
 
 TrackJoint::Track TrackJoint::track_of(int map) const {
@@ -82,7 +91,7 @@ void TrackJoint::add_track(const Track& track, double scale_share) {
   for (std::size_t i = 1; i < track.places.size(); ++i) {
     const KnownPlace &a = track.places[i - 1], &b = track.places[i];
     const bool gap = memory.run_of(a.column).first != memory.run_of(b.column).first;
-    graph_->add_node(step_from(a.pose, b.pose, gap, scale_share));
+    graph_->add_node(step_from(a.pose, b.pose, gap, scale_share, errors_at(b.column)));
   }
 }
 
@@ -219,7 +228,7 @@ void TrackJoint::solve() {
   since_solved_m_ = 0.0;
   if (ties_.empty()) return;
   try {
-    solution_ = graph_->solve(1.0, kScaleSigma);
+    solution_ = graph_->solve(1.0, ratio_sigma_);
   } catch (const std::runtime_error&) {  // no solution: what was found contradicts itself
     solution_.reset();
   }
@@ -251,7 +260,8 @@ JoinedTracks TrackJoint::result() {
   take(there_);
   take(here_);
   joined.end = solution_->newest;
-  const Vector2d way = kMeanScaleSigma * (joined.end.pose.p - solution_->nodes.front().p);
+  // No revisit tells the mean of the two scales.
+  const Vector2d way = 0.5 * ratio_sigma_ * (joined.end.pose.p - solution_->nodes.front().p);
   joined.end.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   return joined;
 }

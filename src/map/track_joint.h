@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,9 +17,10 @@ class TrackJoint {
   TrackJoint(const GroundMap& ground, int joining, std::vector<gpr::MemoryRange> runs,
              const Hypothesis& at, std::size_t seen, const GraphConfig& config);
 
-  // Searches the runs for ground of the other track from column `first` on, as far as the poses
-  // tell where. give_up_m: ends when so much was driven without finding any.
-  void sweep(std::size_t first, double give_up_m);
+  // Searches the runs for ground of the other track, as far as the poses tell where. first: column
+  // with which it begins. give_up_m: it ends when so much was driven without finding any.
+  void sweep(std::size_t first = 0,
+             double give_up_m = std::numeric_limits<double>::infinity());
 
   JoinedTracks result();
 
@@ -33,6 +35,8 @@ class TrackJoint {
   };
 
   Track track_of(int map) const;
+  const PathErrors& errors_at(std::size_t column) const;
+  double scale_sigma(const Track& track) const;
   void add_track(const Track& track, double scale_share);
   void search_run(gpr::MemoryRange run, std::size_t first, double give_up_m);
   bool search_at(gpr::MemoryRange run, std::size_t end, double moved_m);
@@ -52,6 +56,7 @@ class TrackJoint {
   const GraphConfig config_;
   const std::vector<gpr::MemoryRange> runs_;
   Track there_, here_;
+  double ratio_sigma_ = 0.0;  // of the wheel's scale in one map over that in the other, ln
   std::optional<PoseGraph> graph_;
   gpr::RevisitSearch search_;
   ChangeFollower change_;

@@ -102,10 +102,12 @@ py::list sessions(const GroundMap& ground) {
   py::list all;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const SessionOrigin& origin = ground.origins[i];
-    all.append(
-        py::dict("from"_a = times[i].first, "to"_a = times[i].second,
-                 "antenna"_a = std::vector<double>(origin.antenna.begin(), origin.antenna.end()),
-                 "program"_a = origin.program));
+    all.append(py::dict(
+        "from"_a = times[i].first, "to"_a = times[i].second,
+        "antenna"_a = std::vector<double>(origin.antenna.begin(), origin.antenna.end()),
+        "program"_a = origin.program, "robot"_a = origin.robot,
+        "path_errors"_a =
+            std::vector<double>{origin.errors.position, origin.errors.yaw, origin.errors.scale}));
   }
   return all;
 }
@@ -183,7 +185,9 @@ void bind_map(py::module_& module) {
       .def(
           "sessions", &sessions,
           "The drives that the ground comes from: times of the first and last column stored (ns),\n"
-          "position of the antenna in body (m), program. None in version 1.")
+          "position of the antenna in body (m), program, robot (empty where it is not known), and\n"
+          "standard deviations of the odometry: m and rad after a metre, and ln of the wheel's\n"
+          "scale. None in version 1.")
       .def_property_readonly(
           "version", [](const GroundMap& g) { return g.version; }, "of the file")
       .def_property_readonly(

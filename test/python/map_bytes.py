@@ -20,8 +20,8 @@ def sealed(version: int, body: bytes) -> bytes:
 
 def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     """Files with a right checksum that make no sense, and what is said of each."""
-    body = whole[len(b"gprodom ground map 2\n") + 16 :]
-    assert sealed(2, body) == whole
+    body = whole[len(b"gprodom ground map 3\n") + 16 :]
+    assert sealed(3, body) == whole
     parents = 24
     (count,) = struct.unpack_from("<I", body, parents)
     step = parents + 4 + 8 * count + 1
@@ -29,7 +29,10 @@ def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     rows = -(-samples // struct.unpack_from("<I", body, step)[0])
     antenna = step + 8
     (letters,) = struct.unpack_from("<I", body, antenna + 24)
-    low_cut = antenna + 28 + letters
+    robot = antenna + 28 + letters
+    (more,) = struct.unpack_from("<I", body, robot)
+    errors = robot + 4 + more
+    low_cut = errors + 24
     deviation = low_cut + 16
     runs = deviation + 4 * rows
     times = runs + 8 + 8 + 4 + 1 + 8
@@ -52,6 +55,10 @@ def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     yield "not finite", changed(antenna, "d", np.inf)
     yield "ends too early", changed(antenna + 24, "I", 2**31)
     yield "too long", changed(antenna + 24, "I", 1000)
+    yield "too long", changed(robot, "I", 1000)
+    yield "out of range", changed(errors, "d", 0.0)
+    yield "out of range", changed(errors + 8, "d", np.nan)
+    yield "out of range", changed(errors + 16, "d", 11.0)
     yield "out of range", changed(low_cut, "d", 0.0)
     yield "out of range", changed(low_cut, "d", np.nan)
     yield "out of range", changed(low_cut + 8, "d", 1e9)

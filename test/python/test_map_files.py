@@ -68,7 +68,7 @@ def info(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = made / "two.map"
     found = info(path, capsys)
-    assert found["version"] == 2
+    assert found["version"] == 3
     assert found["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert (found["samples"], found["sample_interval_s"]) == (201, 2e-10)
     assert found["bytes"] == path.stat().st_size
@@ -83,10 +83,15 @@ def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[
     assert found["parents"] == [] and len(found["identity"]) == 16
     assert [session["program"] for session in found["sessions"]] == [gprodom.__version__] * 2
     assert found["sessions"][0]["to"] < found["sessions"][1]["from"]
-    assert all(found[name] is None for name in ("datum", "robot"))
+    assert found["datum"] is None
+    assert [session["robot"] for session in found["sessions"]] == [None] * 2  # of no live robot
+    for session in found["sessions"]:
+        errors = session["path_errors"]
+        assert 1e-5 < errors["m_per_root_m"] < 0.02 and 1e-6 < errors["rad_per_root_m"] < 0.01
+        assert 1e-5 < errors["scale"] < 0.05
     assert main(["map", "info", str(path), "--runs"]) == 0
     text = capsys.readouterr().out
-    assert text.count("not in this version") == 2
+    assert text.count("not in this version") == 1
     assert found["sha256"] in text and "ahead" in text and "back" in text
 
 
@@ -193,7 +198,7 @@ def test_version_1_still_loads_and_says_what_it_lacks(
     assert found["version"] == 1 and found["length_m"] == pytest.approx(4.0)
     assert all(found[name] is None for name in ("identity", "parents", "sessions"))
     assert main(["map", "info", str(path)]) == 0
-    assert capsys.readouterr().out.count("not in this version") == 4
+    assert capsys.readouterr().out.count("not in this version") == 3
     estimator = gprodom.Odometry()
     estimator.load_map(str(path))
     estimator.save_map(str(tmp_path / "again.map"))
@@ -222,7 +227,7 @@ def test_files_that_make_no_sense_are_refused_with_the_reason(
     made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "bad.map"
-    bad = [(2, *each) for each in bodies((made / "one.map").read_bytes())]
+    bad = [(3, *each) for each in bodies((made / "one.map").read_bytes())]
     bad += [(1, *each) for each in bodies_of_version_1(version_1())]
     for version, reason, body in bad:
         path.write_bytes(sealed(version, body))
@@ -241,7 +246,7 @@ def test_damaged_files_are_refused(
     flipped = [bytearray(whole) for _ in range(20)]
     for one in flipped:
         one[random.integers(len(whole))] ^= 1 << random.integers(8)
-    later = sealed(3, b"of a later program")
+    later = sealed(4, b"of a later program")
     cut = [whole[:n] for n in (0, 5, 21, 30, len(whole) // 2, len(whole) - 1)]
     path, output = tmp_path / "bad.map", tmp_path / "out"
     for data in (*flipped, *cut, whole + b"\0", later, b"gprodom state 2\n" + whole[21:]):
@@ -254,7 +259,7 @@ def test_damaged_files_are_refused(
             said = capsys.readouterr().err
             assert said.startswith(f"gprodom: error: {path}: cannot be used: ")
             assert said.count("\n") == 1
-            assert ("of version 3; this program reads versions 1 and 2" in said) == (data is later)
+            assert ("of version 4; this program reads versions 1 to 3" in said) == (data is later)
     assert not output.exists()
 
 

@@ -16,7 +16,7 @@ from gprodom.export.paths import write_csv, write_geojson
 from gprodom.files import write_bytes
 from gprodom.map import cut, service
 from gprodom.map import merge as merging
-from gprodom.map.ground import NOT_IN_FILE, MapFile, facts, map_from, read_map
+from gprodom.map.ground import MapFile, facts, map_from, read_map
 from gprodom.map.picture import map_figure
 from gprodom.options import Subparsers, add_command
 from gprodom.trajectory import Trajectory
@@ -229,11 +229,11 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
         f"{1000 * found['spacing_m']:.0f} mm of {found['features']} features",
         "size": f"{found['bytes']} bytes" + (f", {metres:.2f} kB/m" if metres else ""),
         "frame": f"as the first track started; its place on Earth: {none}",
-    } | {name: none for name in NOT_IN_FILE if name != "datum"}
+    }
     width = max(map(len, rows))
     text = "\n".join(f"{name.ljust(width)}  {value}" for name, value in rows.items()) + "\n"
     if found["sessions"]:
-        header = ["session", "from", "to", "antenna (m)", "program"]
+        header = ["session", "from", "to", "antenna (m)", "program", "robot"]
         sessions = enumerate(found["sessions"])
         text += "\n" + format_table(header, [_session_row(i, one) for i, one in sessions]) + "\n"
     if found["maps"]:
@@ -248,7 +248,7 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
 def _session_row(number: int, one: dict[str, Any]) -> list[object]:
     times = [(one[name] or "-")[:19] for name in ("from", "to")]
     antenna = ", ".join(f"{x:.3g}" for x in one["antenna_m"])
-    return [number, *times, antenna, one["program"]]
+    return [number, *times, antenna, one["program"], one["robot"] or "-"]
 
 
 def _map_row(one: dict[str, Any]) -> list[object]:

@@ -19,7 +19,8 @@ from gprodom.trajectory import Trajectory
 if TYPE_CHECKING:
     from gprodom._core import GroundMap
 
-NOT_IN_FILE = ("datum", "robot")  # what no version holds yet
+NOT_IN_FILE = ("datum",)  # what no version holds yet
+PATH_ERRORS = ("m_per_root_m", "rad_per_root_m", "scale")
 NOT_IN_VERSION_1 = ("identity", "parents", "sessions")
 
 
@@ -144,6 +145,8 @@ def _session_facts(session: dict[str, Any]) -> dict[str, Any]:
         "to": times[1] if stored else None,
         "antenna_m": session["antenna"],
         "program": session["program"],
+        "robot": session["robot"] or None,
+        "path_errors": dict(zip(PATH_ERRORS, session["path_errors"], strict=True)),
     }
 
 

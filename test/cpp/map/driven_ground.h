@@ -27,7 +27,8 @@ inline void drive(GroundMap& ground, unsigned seed, double begin, double end, un
     ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, std::copysign(x, step));
   }
   if (!on) ground.memory.end_run();
-  ground.origins.resize(ground.memory.sessions().size(), {{kAntennaAhead, 0.0, 0.2}, "test"});
+  ground.origins.resize(ground.memory.sessions().size(),
+                        {{kAntennaAhead, 0.0, 0.2}, "test", "mole", {0.004, 0.002, 0.005}});
   // Driven ahead, x is that of the body. Turned about, the body lies on the other side.
   const bool back = end < begin;
   for (std::size_t column = first; column < ground.memory.kept().end; column += 25) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/sealed_bytes.h"
 #include "driven_ground.h"
 #include "gpr/revisit/revisit.h"
 #include "gprodom/error.h"
@@ -37,11 +38,15 @@ TEST(GroundMapFile, RoundTripKeepsAllOfIt) {
   const std::string bytes = written(ground);
   const GroundMap back = read(bytes);
   EXPECT_EQ(written(back), bytes);
-  EXPECT_EQ(back.version, 2);
+  EXPECT_EQ(back.version, 3);
   EXPECT_EQ(back.parents, ground.parents);
   EXPECT_NE(back.identity, 0U);
   ASSERT_EQ(back.origins.size(), 2U);
   EXPECT_EQ(back.origins[1].program, "test");
+  EXPECT_EQ(back.origins[1].robot, "mole");
+  EXPECT_EQ(back.origins[1].errors.position, 0.004);
+  EXPECT_EQ(back.origins[1].errors.yaw, 0.002);
+  EXPECT_EQ(back.origins[1].errors.scale, 0.005);
   EXPECT_EQ(back.origins[1].antenna, Eigen::Vector3d(0.1, 0.0, 0.2));
   ASSERT_EQ(back.memory.kept().size(), ground.memory.kept().size());
   for (const MemoryRange& run : ground.runs()) {
@@ -144,6 +149,31 @@ TEST(GroundMapFile, VersionOneIsReadAndStaysSo) {
   EXPECT_GT(back.memory.kept().size(), kept.size() + 150);
   EXPECT_EQ(written(back).substr(0, 21), "gprodom ground map 1\n");
   EXPECT_EQ(back.part({{10, 200}}).version, 1);
+}
+
+// The same bytes without a session's robot and the errors of its path.
+std::string as_version_2(const std::string& bytes) {
+  constexpr std::size_t kSeal = 21 + 16, kAntenna = 24 + 4 + 1 + 4 + 4;  // of one without parents
+  std::string body = bytes.substr(kSeal);
+  const std::size_t robot = kAntenna + 24 + 4 + std::string("test").size();
+  body.erase(robot, 4 + std::string("mole").size() + 3 * sizeof(double));
+  ByteWriter out;
+  out.put_all(body.data(), body.size());
+  return out.sealed("gprodom ground map 2");
+}
+
+TEST(GroundMapFile, VersionTwoIsReadAsOfAnUnknownRobot) {
+  const GroundMap ground = driven(6.0);
+  const GroundMap back = read(as_version_2(written(ground)));
+  EXPECT_EQ(back.version, 2);
+  ASSERT_EQ(back.origins.size(), 1U);
+  EXPECT_EQ(back.origins[0].program, "test");
+  EXPECT_EQ(back.origins[0].robot, "");
+  EXPECT_EQ(back.origins[0].errors.yaw, PathErrors().yaw);
+  EXPECT_EQ(back.memory.stored_run(back.memory.kept()).levels,
+            ground.memory.stored_run(ground.memory.kept()).levels);
+  EXPECT_EQ(back.places.size(), ground.places.size());
+  EXPECT_EQ(read(written(back)).version, 3);
 }
 
 TEST(GroundMapFile, PartHoldsItsSessionsAlone) {
