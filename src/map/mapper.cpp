@@ -141,7 +141,8 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   const auto most =
       std::max_element(places.begin(), places.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
-  const int map = told.map < 0 && most != places.end() ? most->first : told.map;
+  const RoughPlace& place = told.place;
+  const int map = place.map < 0 && most != places.end() ? most->first : place.map;
   if (located_) {
     answer.notes.emplace_back("locate_at: not used: the track is located already; reset first");
     return;
@@ -151,13 +152,14 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
         "locate_at: not used: there is no earlier ground, or no map of that number");
     return;
   }
-  const PlanarPose in_map = compose(told.map_from_odom, path_.newest().pose);
+  const PlanarPose since = between(told.in_odom, path_.newest().pose);
+  const PlanarPose in_map = compose({{place.x, place.y}, place.yaw}, since);
   hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map, {}};
   change_.believe({});
   next_change_m_ = 0.0;
-  told_sigma_m_ = told.sigma_m;
+  told_sigma_m_ = place.sigma_m;
   hypothesis_from_m_ = path_.travelled();
-  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * told.sigma_m;
+  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * place.sigma_m;
   forget_searches();
 }
 
@@ -330,9 +332,19 @@ std::vector<KnownPlace> Mapper::places() const {
   std::vector<KnownPlace> all;
   std::copy_if(ground_.places.begin(), ground_.places.end(), std::back_inserter(all),
                [first](const KnownPlace& place) { return place.column >= first; });
+  const auto off = [this](const KnownPlace& place) {
+    return std::abs(place.distance_m - ground_.memory.column(place.column).distance_m);
+  };
   for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
     const auto column = column_at(node);
-    if (column) all.push_back({*column, path_.distance_of(node), graph_->nodes()[node], map_});
+    if (!column) continue;
+    const KnownPlace place{*column, path_.distance_of(node), graph_->nodes()[node], map_};
+    // Where no ground is stored, several nodes have the run's last column: the nearest counts.
+    if (all.empty() || all.back().column != *column) {
+      all.push_back(place);
+    } else if (off(place) < off(all.back())) {
+      all.back() = place;
+    }
   }
   return all;
 }

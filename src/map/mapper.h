@@ -30,11 +30,10 @@ constexpr double kGateMin = 0.6, kGateMax = 5.0;  // m
 // Options of the memory, from the configuration.
 gpr::TraceMemoryOptions memory_options(const Config& config);
 
-// About where the track lies in a map of earlier ground, as told by an operator.
+// A place as told by an operator.
 struct ToldPlace {
-  PlanarPose map_from_odom;
-  double sigma_m = 0.0;  // of the robot's position when it was told
-  int map = -1;          // its number; -1: the map with the most places
+  RoughPlace place;
+  PlanarPose in_odom;  // of the robot when it was told
 };
 
 struct MapInput {

@@ -19,8 +19,7 @@ class TrackJoint {
 
   // Searches the runs for ground of the other track, as far as the poses tell where. first: column
   // with which it begins. give_up_m: it ends when so much was driven without finding any.
-  void sweep(std::size_t first = 0,
-             double give_up_m = std::numeric_limits<double>::infinity());
+  void sweep(std::size_t first = 0, double give_up_m = std::numeric_limits<double>::infinity());
 
   JoinedTracks result();
 

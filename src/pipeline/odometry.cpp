@@ -146,8 +146,7 @@ void Odometry::locate_at(const RoughPlace& place) {
         "ground by itself");
   const Eigen::Vector3d ahead = here_.q_odom_body * Eigen::Vector3d::UnitX();
   const PlanarPose in_odom{here_.p_odom_body.head<2>(), std::atan2(ahead.y(), ahead.x())};
-  const PlanarPose in_map{{place.x, place.y}, place.yaw};
-  pipeline_->locate_at({compose(in_map, between(in_odom, {})), place.sigma_m, place.map});
+  pipeline_->locate_at({place, in_odom});
 }
 
 // Throws an error about the file unless there is a map.

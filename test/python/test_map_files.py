@@ -95,6 +95,12 @@ def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[
     assert found["sha256"] in text and "ahead" in text and "back" in text
 
 
+def test_a_column_has_one_place(made: Path) -> None:
+    """Beyond a run's end, several nodes of the path have its last column as the nearest."""
+    columns = read_map(made / "two.map").places["column"]
+    assert (np.diff(columns) > 0).all()
+
+
 def test_the_picture_shows_paths_and_ground(made: Path, drawn: list[Figure]) -> None:
     assert main(["map", "plot", str(made / "two.map"), "-o", str(made / "two.png")]) == 0
     axes = drawn[-1].axes
