@@ -1,5 +1,5 @@
-// What the map costs: the fast path beside it, its own job, with 10 m and 10 km remembered, and a
-// search of all of it without a prior.
+// What the map costs: the fast path beside it, its own job, with 10 m and 10 km remembered, a
+// search of all of it without a prior, and questions near a place of it on another day.
 //   build/bench/bench_map
 #include <benchmark/benchmark.h>
 
@@ -8,8 +8,10 @@
 #include <random>
 #include <vector>
 
+#include "map/change_follower.h"
 #include "map/locator.h"
 #include "map/map_task.h"
+#include "map/search_window.h"
 
 namespace gprodom {
 namespace {
@@ -134,11 +136,7 @@ gpr::StoredRun noise(std::size_t columns, std::mt19937& random) {
   return run;
 }
 
-// A search of all ground, as a robot asks that was reset: travel times and turns of the pulse are
-// tried. The likely changes and the others take turns. known: the ground is in the map, and the
-// place found is looked at once more. The last metres are the newest ground.
-void search(benchmark::State& state) {
-  std::mt19937 random(1);
+gpr::BandLimit limit() {
   gpr::BandLimit limit;
   limit.samples = kSamples;
   limit.sample_interval = 0.2e-9;
@@ -146,19 +144,16 @@ void search(benchmark::State& state) {
   limit.low_cut = 80e6;
   limit.long_sigma = 25.0;
   limit.deviation = Eigen::RowVectorXf::Constant(limit.rows(), 100.0F);
-  std::vector<gpr::StoredRun> runs;
-  for (double metres = 0; metres < static_cast<double>(state.range(0)); metres += 0.02 * kStretch)
-    runs.push_back(noise(kStretch, random));
-  gpr::StoredRun newest = noise(kDriven, random);
-  if (state.range(2) != 0) newest.levels = runs[runs.size() / 2].levels.middleRows(900, kDriven);
-  runs.push_back(newest);
-  for (gpr::StoredRun& run : runs) run.levels.conservativeResize(Eigen::NoChange, limit.rows());
+  return limit;
+}
 
+// A map of these runs of kStretch columns, side by side; the last one may be shorter.
+GroundMap map_of(std::vector<gpr::StoredRun> runs) {
+  for (gpr::StoredRun& run : runs) run.levels.conservativeResize(Eigen::NoChange, limit().rows());
   gpr::TraceMemoryOptions options;
   options.max_length_m = 2e4;
   GroundMap ground(options);
-  ground.memory.restore({limit}, runs);
-  const std::size_t columns = ground.memory.kept().end;
+  ground.memory.restore({limit()}, runs);
   for (std::size_t run = 0; run < runs.size(); ++run) {
     for (std::size_t column = 0; column < runs[run].times.size(); column += 25) {
       const double along = 0.02 * static_cast<double>(column);
@@ -166,6 +161,22 @@ void search(benchmark::State& state) {
           {run * kStretch + column, along, {{along, 5.0 * static_cast<double>(run)}, 0.0}, 0});
     }
   }
+  return ground;
+}
+
+// A search of all ground, as a robot asks that was reset: travel times and turns of the pulse are
+// tried. The likely changes and the others take turns. known: the ground is in the map, and the
+// place found is looked at once more. The last metres are the newest ground.
+void search(benchmark::State& state) {
+  std::mt19937 random(1);
+  std::vector<gpr::StoredRun> runs;
+  for (double metres = 0; metres < static_cast<double>(state.range(0)); metres += 0.02 * kStretch)
+    runs.push_back(noise(kStretch, random));
+  gpr::StoredRun newest = noise(kDriven, random);
+  if (state.range(2) != 0) newest.levels = runs[runs.size() / 2].levels.middleRows(900, kDriven);
+  runs.push_back(newest);
+  const GroundMap ground = map_of(std::move(runs));
+  const std::size_t columns = ground.memory.kept().end;
   Locator locator({});
   const auto ask = [&] { return locator.find(ground, columns - kDriven, {}, 10.0); };
   bool found = ask().has_value();  // learns the ground, and asks for the likely changes
@@ -184,6 +195,58 @@ BENCHMARK(search)
     ->Args({10000, 1, 0})
     ->Args({10000, 0, 1})
     ->Unit(benchmark::kMillisecond);
+
+// A map of 100 m, and 12 m of other ground driven over on another day.
+struct AnotherDay {
+  AnotherDay() : ground(map_of({noise(kStretch, random), noise(kStretch, random)})) {
+    ground.memory.begin_session();
+    gpr::Columns traces =
+        gpr::Columns::NullaryExpr(kDriven, kSamples, [&] { return level(random); });
+    gpr::smooth_along(4.0, traces);
+    for (Eigen::Index i = 0; i < traces.rows(); ++i) {
+      const std::vector<float> trace(traces.row(i).begin(), traces.row(i).end());
+      ground.memory.add(1 + i, trace, limit().sample_interval, 0.02 * static_cast<double>(i));
+    }
+  }
+
+  std::mt19937 random{1};
+  std::normal_distribution<float> level{0.0F, 1000.0F};
+  GroundMap ground;
+  const gpr::TraceChange change{0.05, 0.4};  // as believed
+};
+
+// A question as the mapper asks it every 25 cm near known ground of another day: the change of the
+// ground is undone in the query, one direction is known, and a step of the change is tried, as it
+// is where a place was found.
+void gated_query(benchmark::State& state) {
+  AnotherDay day;
+  const gpr::TraceMemory& memory = day.ground.memory;
+  gpr::RevisitSearch search(*memory.filter(), memory.spacing(),
+                            search_options(GraphConfig(), true));
+  ChangeFollower follower;
+  gpr::SearchWindow window = window_on(
+      memory, kStretch / 2, 0.0, 0.01 * static_cast<double>(state.range(0)), search.reach_m());
+  window.mirrored = false;
+  for (auto _ : state) {
+    const auto query = [&](int before, const gpr::TraceChange& change) {
+      return memory.newest(search.patch_columns(), before, change)->features;
+    };
+    benchmark::DoNotOptimize(search.find(query(kBefore, day.change), kQuerySpacing, {window}));
+    follower.believe(day.change);
+    follower.follow(memory, kStretch / 2, [&](const auto& change) { return query(0, change); });
+  }
+}
+BENCHMARK(gated_query)->ArgName("bound_cm")->Arg(60)->Arg(500)->Unit(benchmark::kMillisecond);
+
+// What is done every metre besides while a place was told and is not proved: of all changes, the
+// one that fits best near there is supposed.
+void change_near(benchmark::State& state) {
+  const AnotherDay day;
+  const Locator::Near near{0, {25.0, 0.0}, 0.01 * static_cast<double>(state.range(0))};
+  const std::size_t end = 2 * kStretch;
+  for (auto _ : state) benchmark::DoNotOptimize(Locator::change_near(day.ground, end, near));
+}
+BENCHMARK(change_near)->ArgName("within_cm")->Arg(60)->Arg(500)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace gprodom
