@@ -210,6 +210,19 @@ void Mapper::suppose_change() {
   forget_searches();
 }
 
+// A place that was found is the best of a great many, and a drive over other ground tries many such
+// places. So one revisit does not prove it: it needs another one whose patch has none of the
+// ground of the first.
+bool Mapper::is_proved() {
+  if (told_sigma_m_ > 0.0) return true;
+  const double travelled = path_.travelled();
+  if (!hypothesis_->revisit_m) {
+    hypothesis_->revisit_m = travelled;
+    hypothesis_until_m_ = travelled + kConfirmWithin;
+  }
+  return travelled - *hypothesis_->revisit_m >= config_.patch_length;
+}
+
 // The track is located: from now on `map` is the frame of the earlier ground.
 void Mapper::join_map(const Hypothesis& at) {
   graph_->move(at.map_from_track);
@@ -271,6 +284,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   End query_end = end_at(now);
   if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
 
+  if (from_before && !located_ && !is_proved()) return;
   RevisitEdge edge = edge_of(found.match, moved_m, config_);
   // The memory has the direction of driving, the edge the heading. They differ when driving
   // backwards.

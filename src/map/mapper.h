@@ -126,6 +126,7 @@ class Mapper {
   void suppose(const ToldPlace& told, MapAnswer& answer);
   void suppose_change();
   double sigma_m() const;
+  bool is_proved();  // the hypothesis, by a revisit now
   void join_map(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;

@@ -174,6 +174,13 @@ def test_a_robot_is_located_on_changed_ground() -> None:
     assert before["matcher"] == "before" and before["right_within_20_m"] < 2
 
 
+def test_a_stranger_is_not_located() -> None:
+    """One of two drives over other ground that a single revisit located."""
+    options = ["--runs", 1, "--first-seed", 87, "--change", 10, "--no-beside", "--json"]
+    (found,) = json.loads(run(BENCH / "changed_ground.py", *options))["figures"]
+    assert (found["right"], found["strangers"], found["false_on_strangers"]) == (1, 1, 0)
+
+
 def test_maps_of_two_days_become_one() -> None:
     """The short form of bench/merge.py."""
     command = [BENCH / "merge.py", "--runs", 1, "--change", 10, "--jobs", 1, "--json"]
