@@ -287,7 +287,14 @@ std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
   if (!place) return std::nullopt;
   const auto all =
       std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
-  return Newest{filtered_pending(change).bottomRows(all), *place};
+  if (change.none()) return Newest{filtered_pending().bottomRows(all), *place};
+  // To undo a change costs by the column. Smoothing needs so many before those asked for.
+  const auto before_them = 3 * static_cast<Eigen::Index>(std::ceil(filter_->short_sigma() + 1.0));
+  const auto used =
+      std::min<Eigen::Index>(all + before_them, static_cast<Eigen::Index>(pending_.size()));
+  Columns columns = limited_pending().bottomRows(used);
+  columns.array().rowwise() *= sessions_.back().deviation.array();
+  return Newest{features_of(columns, sessions_.size() - 1, change).bottomRows(all), *place};
 }
 
 Columns TraceMemory::filtered_pending(const TraceChange& change) const {

@@ -96,6 +96,20 @@ TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
   EXPECT_FALSE(locator.is_due(6.4));
 }
 
+// Of few columns as of all. None of them is stored yet, which rounds them.
+TEST(Locator, AChangeIsUndoneInFewColumnsAsInAll) {
+  GroundMap first{gpr::TraceMemoryOptions()};
+  drive(first, 3, 1.0, 21.0);
+  GroundMap ground =
+      ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
+  drive(ground, 3, 6.0, 12.0, 5, 1e8, true);
+  const gpr::TraceChange change{0.05, 0.4};
+  const gpr::Columns all = ground.memory.newest_ground(40, change);
+  const gpr::Columns newest = ground.memory.newest(20, 20, change)->features;
+  ASSERT_EQ(newest.rows(), 40);
+  EXPECT_LT((newest - all).cwiseAbs().maxCoeff(), 1e-4F * all.cwiseAbs().maxCoeff());
+}
+
 INSTANTIATE_TEST_SUITE_P(Stretches, ChangedGround, ::testing::Values(-0.07, 0.0, 0.03, 0.1));
 
 }  // namespace
