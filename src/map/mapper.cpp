@@ -14,6 +14,7 @@ namespace gprodom {
 namespace {
 
 constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypothesis is dropped
+constexpr double kAgainWithin = 24.0;     // m driven from a revisit without another, likewise
 constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kSupposeEvery = 1.0;     // m between two choices of a change near a place told
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
@@ -218,7 +219,7 @@ bool Mapper::is_proved() {
   const double travelled = path_.travelled();
   if (!hypothesis_->revisit_m) {
     hypothesis_->revisit_m = travelled;
-    hypothesis_until_m_ = travelled + kConfirmWithin;
+    hypothesis_until_m_ = travelled + kAgainWithin;
   }
   return travelled - *hypothesis_->revisit_m >= config_.patch_length;
 }
