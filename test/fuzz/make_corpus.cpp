@@ -81,7 +81,7 @@ gprodom::GroundMap ground() {
     ground.memory.add(gprodom::TimeNs{i}, samples, ground.format.sample_interval_s, 0.02 * i);
   }
   ground.memory.end_run();
-  ground.origins = {{Eigen::Vector3d::Zero(), "corpus"}};
+  ground.origins = {{Eigen::Vector3d::Zero(), "corpus", "mole", {0.004, 0.002, 0.005}}};
   ground.parents = {1};
   ground.places = {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}};
   return ground;
