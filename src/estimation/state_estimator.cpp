@@ -17,7 +17,8 @@ namespace {
 // A fixed scale needs a finite weight too: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
 
-// Random walk in an interval in which the biases have changed by more than usual; rad/s, m/s^2.
+// Random walk, in the solution over all data, in an interval in which the biases have changed by
+// more than usual; rad/s, m/s^2. The window begins anew with the biases after the change.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 
 SmootherOptions smoother_options(const SmootherConfig& c) {
@@ -158,10 +159,10 @@ StateResult StateEstimator::add(const StateInput& input) {
   const double scale_walk = config_.wheel.scale_sigma > 0 && !scale_held_ ? kWheelScaleWalk : 0.0;
   const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
                accel_walk = config_.imu.accel_bias_walk * root_dt;
-  add_factor(a, b,
-             std::make_shared<RandomWalkFactor>(input.gyro_bias ? kGyroBiasStep : gyro_walk,
-                                                input.gyro_bias ? kAccelBiasStep : accel_walk,
-                                                std::max(scale_walk * root_dt, kFixedScaleSigma)));
+  const double scale_step = std::max(scale_walk * root_dt, kFixedScaleSigma);
+  const auto walk = std::make_shared<RandomWalkFactor>(gyro_walk, accel_walk, scale_step);
+  const auto step = std::make_shared<RandomWalkFactor>(kGyroBiasStep, kAccelBiasStep, scale_step);
+  add_factor(a, b, walk, input.gyro_bias ? step : walk);
   if (input.standing) {
     add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
   } else if (config_.wheel.enabled) {
@@ -217,11 +218,12 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
 void StateEstimator::record() { batch_.emplace(smoother_.newest(), smoother_.prior()); }
 
 bool StateEstimator::add_factor(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
-                                std::shared_ptr<const Factor> factor) {
+                                const std::shared_ptr<const Factor>& factor,
+                                const std::shared_ptr<const Factor>& in_batch) {
   if (!smoother_.add_factor(a, b, factor)) return false;
   if (batch_)
     batch_->add_factor(static_cast<size_t>(a + id_offset_), static_cast<size_t>(b + id_offset_),
-                       std::move(factor));
+                       in_batch ? in_batch : factor);
   return true;
 }
 
@@ -325,7 +327,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   else
     factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold,
                                            slip_of(input.time));
-  add_factor(a, b, std::move(factor));
+  add_factor(a, b, factor);
 }
 
 // Connects the states nearest to the measurement's two ends; velocities cover the remaining time.

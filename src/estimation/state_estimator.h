@@ -138,8 +138,10 @@ class StateEstimator {
   StateMatrix covariance_of_held_scale() const;
   void add_lasting_errors(const StateInput& input, const NavState& before);
   StateMatrix covariance_of_lasting_errors() const;
+  // `in_batch`: the factor's place in the solution over all data, if that is another one.
   bool add_factor(FixedLagSmoother::StateId a, FixedLagSmoother::StateId b,
-                  std::shared_ptr<const Factor> factor);
+                  const std::shared_ptr<const Factor>& factor,
+                  const std::shared_ptr<const Factor>& in_batch = nullptr);
 
   Config config_;
   DriveTraits drive_;

@@ -133,6 +133,29 @@ TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
   EXPECT_LT(sigma(result, row::kTheta), 0.01);
 }
 
+// The standstill ends with the interval that tells of the step: what it has shown stays known.
+TEST(BiasStep, TheNewBiasIsKnownThoughTheRobotDrivesOffAtOnce) {
+  constexpr double kStep = 5e-3;  // rad/s
+  StateEstimator estimator = at_ten_seconds(0.0);
+  std::mt19937 random(1);
+  StateResult at_stop, result;
+  for (int i = 0; i < 40; ++i) {
+    Motion motion{i > 30 ? kSpeed : 0.0, 0.0};
+    motion.push = i == 31 ? kSpeed / kStateInterval : 0.0;
+    if (i == 31) motion.speed *= 0.5;
+    motion.bias = kStep;
+    motion.standing = i == 30;
+    StateInput input = interval(10.0 + i * kStateInterval, motion, random);
+    if (i == 30) input.gyro_bias = Eigen::Vector3d(0, 0, kStep);
+    result = estimator.add(input);
+    ASSERT_TRUE(result.solve.usable) << i;
+    if (i == 30) at_stop = result;
+  }
+  EXPECT_NEAR(result.state.gyro_bias.z(), kStep, 1e-3);
+  EXPECT_LT(sigma(result, row::kBg + 2), 1.2e-3);
+  EXPECT_LT(sigma(result, row::kTheta + 2), sigma(at_stop, row::kTheta + 2) + 5e-3);
+}
+
 // For 5 s the wheel seemed to slip, but the published speed was wrong.
 TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   constexpr double kBelieved = 0.3;  // m/s
