@@ -259,15 +259,19 @@ void RevisitSearch::move(const Belief& before, const SearchWindow& window, doubl
   after.nowhere =
       options_.lost * after.nowhere + (1.0 - options_.lost) * std::max(before.nowhere, 1.0 - kept);
   after.patches = before.patches;
+  after.clear = before.clear;
 }
 
-std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, PatchSurvey& survey,
+std::vector<PlaceFound> RevisitSearch::decide(Belief& belief, PatchSurvey& survey,
                                               const SearchWindow& window) const {
   if (belief.patches < options_.min_patches) return {};
   const Peak peak = peak_of(belief);
   PlaceFound place;
   place.certainty = peak.share;
-  if (place.certainty < options_.certainty) return {};
+  if (place.certainty < options_.certainty) {
+    belief.clear = false;
+    return {};
+  }
   const auto column = static_cast<double>(belief.first + peak.at);
   if (std::abs(column - window.expected) * matcher_.spacing() > window.bound_m) return {};
   const double in_window = column - static_cast<double>(window.first);
@@ -276,6 +280,8 @@ std::vector<PlaceFound> RevisitSearch::decide(const Belief& belief, PatchSurvey&
   place.match = survey.around(in_window, mirrored);
   // The prior alone must not accept a place: the newest patch has to support it by itself.
   if (place.match.half_sigmas < options_.min_half || place.match.score <= 0.0) return {};
+  belief.clear = belief.clear || place.match.score >= options_.matcher.min_score;
+  if (!belief.clear) return {};
   place.match.offset_m += static_cast<double>(window.first) * matcher_.spacing();
   place.column = place.match.offset_m / matcher_.spacing();
   return {place};

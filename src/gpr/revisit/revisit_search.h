@@ -78,6 +78,7 @@ class RevisitSearch {
     Eigen::ArrayXXd places[2];  // (place, stretch), as driven and mirrored
     double nowhere = 1.0;
     int patches = 0;
+    bool clear = false;  // since the place is certain, a patch has shown it by itself
   };
   // The stretches at which a query is compared (first * step_, ...) and their probabilities.
   struct Stretches {
@@ -108,7 +109,7 @@ class RevisitSearch {
   Belief expect(const SearchWindow& window, const Belief* before, const PatchSurvey& survey,
                 const Stretches& stretches, double moved_m) const;
   void move(const Belief& before, const SearchWindow& window, double moved_m, Belief& after) const;
-  std::vector<PlaceFound> decide(const Belief& belief, PatchSurvey& survey,
+  std::vector<PlaceFound> decide(Belief& belief, PatchSurvey& survey,
                                  const SearchWindow& window) const;
   bool agrees_backwards(const Columns& newest, const SearchWindow& window, const PlaceFound& found);
 

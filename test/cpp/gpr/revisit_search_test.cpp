@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "gpr/synthetic_ground.h"
 
@@ -43,11 +44,13 @@ Columns noisy(Columns traces, unsigned seed) {
 // deviation of the stretch.
 struct Outcome {
   int found = 0, wrong = 0, first = -1, last = -1;  // the query's last column when first found
+  std::vector<double> scores;                       // of the places found
 };
 template <class Place>
 Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& queries, int off,
-              Place place, double slip = 0.0, double bound_m = 0.8) {
-  RevisitSearch search(filter, kSpacing);
+              Place place, double slip = 0.0, double bound_m = 0.8,
+              const RevisitSearchOptions& options = {}) {
+  RevisitSearch search(filter, kSpacing, options);
   const int patch = search.patch_columns();
   constexpr int kStep = 12;
   Outcome outcome;
@@ -65,6 +68,7 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
       ++outcome.found;
       if (outcome.first < 0) outcome.first = end;
       outcome.last = end;
+      outcome.scores.push_back(found.match.score);
       if (std::abs(found.column - truth) > 1.5) ++outcome.wrong;
     }
   }
@@ -83,6 +87,27 @@ TEST(RevisitSearch, GroundSeenBeforeIsFoundInBothDirections) {
       drive(filter, memory, queries.colwise().reverse(), -15, [](double i) { return 499 - i; });
   EXPECT_GT(back.found, 20);
   EXPECT_EQ(back.wrong, 0);
+}
+
+// Patches that are each a little more alike at one place make it certain in the end, whether it is
+// the right one or not.
+TEST(RevisitSearch, APlaceIsToldFromAPatchOnThatIsClearByItself) {
+  const Columns traces = ground(1, 601);
+  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
+  const Columns memory = filter.apply(noisy(traces, 1));
+  const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 400);
+  const auto place = [](double i) { return 100 + i; };
+  const Outcome all = drive(filter, memory, queries, 15, place);
+  const auto clearest = std::max_element(all.scores.begin(), all.scores.end());
+  ASSERT_GT(clearest - all.scores.begin(), 2);
+  ASSERT_GT(all.scores.end() - clearest, 2);
+
+  RevisitSearchOptions options;
+  options.matcher.min_score = *clearest;
+  const Outcome later = drive(filter, memory, queries, 15, place, 0.0, 0.8, options);
+  EXPECT_EQ(later.found, all.scores.end() - clearest);
+  options.matcher.min_score = 1.01 * *clearest;
+  EXPECT_EQ(drive(filter, memory, queries, 15, place, 0.0, 0.8, options).found, 0);
 }
 
 // Beside a place that is certain, only little ground is compared. So after a jump of the odometry
