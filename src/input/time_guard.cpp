@@ -55,10 +55,11 @@ std::string TimeGuard::take_stray(TimeNs time, TimeNs stamp, const char* reason)
 }
 
 // Whether all other running sensors, at least one, jumped to that time together with the IMU.
-// (Displacements of other processes are no sensor.)
+// (Displacements of other processes are no sensor.) A jump of at most kLongestGap may as well be a
+// silence of all, in which the robot has driven on.
 bool TimeGuard::all_are_ahead(TimeNs time) const {
   const Track& imu = tracks_[kImu];
-  if (time < imu.newest || time - imu.newest > kMostAhead - ahead()) return false;
+  if (time <= imu.newest + kLongestGap || time - imu.newest > kMostAhead - ahead()) return false;
   bool one = false;
   for (const Source source : {kWheel, kWheels, kGpr}) {
     const Track& other = tracks_[source];
@@ -100,7 +101,7 @@ std::string TimeGuard::check_other(Track& track, TimeNs time) const {
   add_stray(track, time);
   const Track& imu = tracks_[kImu];
   const bool with_imu =
-      ahead > kMaxJump && imu.strays > 0 && std::abs(time - imu.stray) <= reorder_;
+      ahead > kLongestGap && imu.strays > 0 && std::abs(time - imu.stray) <= reorder_;
   if (track.strays >= kStraysToFollow && !with_imu) return {};  // with it: it decides
   return ahead > kMaxJump ? "stamp jumped ahead" : "stamp ahead of the IMU's";
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gprodom::gpr {
 namespace {
@@ -42,10 +43,8 @@ void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
 
 DecorrelationPath::DecorrelationPath(int gate) : gate_(std::max(gate, 2)) {}
 
-void DecorrelationPath::reset() { *this = DecorrelationPath(gate_); }
-
 void DecorrelationPath::prepare(int n) {
-  reset();
+  *this = DecorrelationPath(gate_);
   gates_ = std::max(n / gate_, 1);
   for (Eigen::VectorXf* v :
        {&trace_, &previous_, &anchor_, &older_, &background_, &mean_, &slope_, &curve_, &delta_})
@@ -137,6 +136,12 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
     move_anchor();
     return;
   }
+  if (std::exchange(interrupted_, false)) {
+    previous_ = anchor_ = trace_;
+    block_.setZero();
+    block_traces_ = 0;
+    return;
+  }
   difference(previous_, trace_);
   previous_ = trace_;
   follow_noise(time);
@@ -166,7 +171,7 @@ CoherenceFrontEnd::CoherenceFrontEnd(const GprConfig& config)
 
 void CoherenceFrontEnd::reset() {
   filter_.reset();
-  path_.reset();
+  path_.interrupt();
   places_.clear();
   from_ = 0;
 }

@@ -40,7 +40,9 @@ class DecorrelationPath {
   int steps() const { return steps_; }                    // anchors passed
   int steps_too_long() const { return too_long_; }        // those with hardly any similarity left
   bool sees_ground() const { return usable_gates_ > 0; }  // some gate stands out of the noise
-  void reset();
+  // The next trace lies on other ground. What is known of noise and ground stays: noise that is
+  // learnt anew while the antenna moves is too large, and makes every distance too short.
+  void interrupt() { interrupted_ = true; }
 
  private:
   struct Similarity {
@@ -62,7 +64,7 @@ class DecorrelationPath {
   Eigen::ArrayXf noise_, block_;   // per gate: of change_; sum over the second under way
   int block_traces_ = 0, places_ = 0;
   TimeNs block_start_ = 0;
-  bool knows_noise_ = false;
+  bool knows_noise_ = false, interrupted_ = false;
   int usable_gates_ = 0, steps_ = 0, too_long_ = 0;
   double base_ = 0.0, length_ = 0.0;
   double unlike_ = 1.0;  // q of traces that are far apart

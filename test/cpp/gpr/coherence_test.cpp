@@ -19,9 +19,11 @@ struct Span {
   bool valid;
 };
 
-// Stands for 3 s, then goes as `position` says (m, at s since then), to the end of the time.
+// Stands for 3 s, then goes as `position` says (m, at s since then), to the end of the time. The
+// front end is reset at `reset_at` (s since then).
 std::vector<Span> drive(unsigned seed, double seconds,
-                        const std::function<double(double)>& position, double gain = 1.0) {
+                        const std::function<double(double)>& position, double gain = 1.0,
+                        double reset_at = 1e6) {
   const SyntheticGround ground(seed);
   SyntheticRadar radar(seed + 1000, kNoise, gain);
   CoherenceFrontEnd front_end{GprConfig()};
@@ -29,6 +31,7 @@ std::vector<Span> drive(unsigned seed, double seconds,
   const double still = 3.0;
   for (int i = 0; i < kRate * (still + seconds); ++i) {
     const double t = i / kRate;
+    if (i == std::lround(kRate * (still + reset_at))) front_end.reset();
     front_end.add_trace(radar.measure(ground, position(std::max(0.0, t - still)), 100 + t));
     if (i % 2 == 1)
       for (const Finding& finding : front_end.tick(from_seconds(100 + t))) {
@@ -64,6 +67,17 @@ TEST(Coherence, PathLengthIsIndependentOfSpeedDirectionAndGain) {
     EXPECT_NEAR(slow / reference, 1.0, 0.15);
     EXPECT_NEAR(back / reference, 1.0, 0.1);
     EXPECT_NEAR(loud / reference, 1.0, 0.05);
+  }
+}
+
+// As after a gap in the traces of a robot that drives on.
+TEST(Coherence, ALengthIsTheSameAfterAReset) {
+  auto position = [](double t) { return 2 + 0.4 * t; };
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const std::vector<Span> spans = drive(seed, 30, position, 1.0, 10.0);
+    std::vector<Span> before, after;
+    for (const Span& s : spans) (s.to <= 10.0 ? before : after).push_back(s);
+    EXPECT_NEAR(per_metre(after, position) / per_metre(before, position), 1.0, 0.2);
   }
 }
 

@@ -76,6 +76,20 @@ TEST(TimeGuard, PauseOfAllSensorsIsAcceptedUpToMaxJump) {
   EXPECT_FALSE(clock.guard.moved());
 }
 
+// All sensors fall silent together for longer than kMaxJump. The robot may have driven on, so the
+// time must not be continued as after a clock that was set.
+TEST(TimeGuard, SilenceOfAllSensorsIsNoClockSetAhead) {
+  Clock clock;
+  clock.run(1);
+  clock.now += 10'000 * kMs;
+  clock.run(1);
+  EXPECT_GE(clock.taken_imu, 185);
+  EXPECT_FALSE(clock.guard.moved());
+  EXPECT_EQ(clock.guard.sensor_stamp(clock.now), clock.now);
+  TimeNs next = clock.now + 10 * kMs;
+  EXPECT_EQ(check(clock.guard, TimeGuard::kImu, next), "");
+}
+
 TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
   Clock clock;
   clock.run(1);
