@@ -44,12 +44,20 @@ void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
 DecorrelationPath::DecorrelationPath(int gate) : gate_(std::max(gate, 2)) {}
 
 void DecorrelationPath::prepare(int n) {
-  *this = DecorrelationPath(gate_);
+  const DecorrelationPath before = std::exchange(*this, DecorrelationPath(gate_));
   gates_ = std::max(n / gate_, 1);
   for (Eigen::VectorXf* v :
        {&trace_, &previous_, &anchor_, &older_, &background_, &mean_, &slope_, &curve_, &delta_})
     v->setZero(n);
   for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_}) v->setZero(gates_);
+  if (!before.knows_noise_ || before.trace_.size() < n) return;
+  background_ = before.background_.head(n);
+  level_ = before.level_.head(gates_);
+  noise_ = before.noise_.head(gates_);
+  knows_noise_ = true;
+  places_ = before.places_;
+  unlike_ = before.unlike_;
+  unlike_seen_ = before.unlike_seen_;
 }
 
 void DecorrelationPath::difference(const Eigen::VectorXf& a, const Eigen::VectorXf& b) {
@@ -131,13 +139,10 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
   const bool first = n != trace_.size();
   if (first) prepare(n);
   trace_ = Eigen::Map<const Eigen::VectorXf>(y, n);
-  if (first) {
-    previous_ = trace_;
-    move_anchor();
-    return;
-  }
-  if (std::exchange(interrupted_, false)) {
+  if (first || interrupted_) {
+    interrupted_ = false;
     previous_ = anchor_ = trace_;
+    if (places_ == 0) move_anchor();
     block_.setZero();
     block_traces_ = 0;
     return;

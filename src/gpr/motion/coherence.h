@@ -50,7 +50,7 @@ class DecorrelationPath {
     double step = 0.0;  // mean of sqrt(q), likewise
   };
 
-  void prepare(int n);
+  void prepare(int n);  // shorter traces: what is known of the gates that are left stays
   void difference(const Eigen::VectorXf& a, const Eigen::VectorXf& b);  // -> change_
   Similarity compare(const Eigen::VectorXf& before);  // of `trace_`, after difference()
   void learn_unlike();
