@@ -98,10 +98,16 @@ std::optional<Correction> MapTask::correct(const OdometryEstimate& estimate) {
   if (!pose_) return std::nullopt;
   const MapPose pose = *std::exchange(pose_, std::nullopt);
   const double yaw = pose.in_map.pose.yaw - pose.in_odom.pose.yaw;
+  const Eigen::Rotation2Dd turn(yaw);
+  const Eigen::Vector2d here = estimate.p_odom_body.head<2>();
+  // The settled state is some seconds old: the graph's scale and slip hold since then too.
+  const double longer = std::exp(pose.in_map.slip) * pose.in_odom.scale / pose.in_map.scale;
+  const Eigen::Vector2d in_map =
+      pose.in_map.pose.p + longer * (turn * (here - pose.in_odom.pose.p));
   Correction correction;
   correction.time = estimate.time;
   correction.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-  correction.p_map_odom << pose.in_map.pose.p - Eigen::Rotation2Dd(yaw) * pose.in_odom.pose.p, 0.0;
+  correction.p_map_odom << in_map - turn * here, 0.0;
   correction.revisits = pose.revisits;
   correction.covariance = estimate.pose_covariance;
   const Eigen::Matrix3d planar =

@@ -17,7 +17,6 @@ constexpr double kConfirmWithin = 8.0;    // m driven without proof, then a hypo
 constexpr double kAgainWithin = 24.0;     // m driven from a revisit without another, likewise
 constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand sets it on a screen
 constexpr double kSupposeEvery = 1.0;     // m between two choices of a change near a place told
-constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 constexpr double kSolveAnyway = 10.0;     // s of data time; solves without a new revisit, since the
@@ -108,6 +107,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     ground_.origins.clear();
     end_of_before_ = 0;
     hypothesis_.reset();
+    supporting_.clear();
     search_.reset();
     search_before_.reset();
     change_ = ChangeFollower();
@@ -156,6 +156,7 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   const PlanarPose since = between(told.in_odom, path_.newest().pose);
   const PlanarPose in_map = compose({{place.x, place.y}, place.yaw}, since);
   hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map, {}};
+  supporting_.clear();
   change_.believe({});
   next_change_m_ = 0.0;
   told_sigma_m_ = place.sigma_m;
@@ -184,6 +185,7 @@ void Mapper::locate(MapAnswer& answer) {
     answer.notes.emplace_back(
         "locate_at: the ground there is not the one driven over: not located");
   hypothesis_.reset();
+  supporting_.clear();
   told_sigma_m_ = 0.0;
   const auto newest = Locator::last_searched(ground_.memory, end_of_before_);
   if (!newest) return;
@@ -243,97 +245,6 @@ std::optional<std::size_t> Mapper::column_at(std::size_t node) const {
   if (!column) return std::nullopt;
   const double apart = ground_.memory.column(*column).distance_m - path_.distance_of(node);
   return std::abs(apart) > kNodeSpacing ? std::nullopt : column;
-}
-
-Mapper::End Mapper::end_at(const MapPath::Place& place) const {
-  return {place.node, place.at, graph_->nodes()[place.node].yaw, place.way};
-}
-
-std::optional<Mapper::End> Mapper::remembered_end(double column) const {
-  const auto number = static_cast<std::size_t>(column);
-  if (number < end_of_before_) {
-    const auto then = ground_.at(column, 2 * kNodeSpacing);
-    if (!then) return std::nullopt;
-    return End{kInMap, then->pose, then->pose.yaw, {}};
-  }
-  const gpr::MemoryColumn then = ground_.memory.column(number);
-  const double beyond = (column - static_cast<double>(number)) * ground_.memory.spacing();
-  return end_at(path_.place(then.time, then.distance_m + then.direction * beyond));
-}
-
-// Returns false if both ends lie at the same node, or if the headings contradict the direction.
-bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
-  const bool turned = std::cos(query.yaw - memory.yaw) < 0.0;
-  if (memory.node == query.node || turned != edge.mirrored) return false;
-  edge.memory = memory.node;
-  edge.query = query.node;
-  edge.memory_at = compose(memory.body, antenna_);
-  edge.query_at = compose(query.body, antenna_);
-  edge.memory_way = memory.way;
-  edge.query_way = query.way;
-  graph_->add_revisit(edge);
-  return true;
-}
-
-void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
-                 MapAnswer& answer) {
-  const gpr::MemoryColumn then = ground_.memory.column(static_cast<std::size_t>(found.column));
-  const auto memory_end = remembered_end(found.column);
-  if (!memory_end) return;
-  const bool from_before = memory_end->node == kInMap;
-  const MapPath::Place now = path_.place(query.time, query.distance_m);
-  End query_end = end_at(now);
-  if (from_before && !located_) query_end.yaw += hypothesis_->map_from_track.yaw;
-
-  if (from_before && !located_ && !is_proved()) return;
-  RevisitEdge edge = edge_of(found.match, moved_m, config_);
-  // The memory has the direction of driving, the edge the heading. They differ when driving
-  // backwards.
-  edge.mirrored = found.match.mirrored == (then.direction == query.direction);
-  if (!add_edge(*memory_end, query_end, edge)) return;
-  if (from_before && !located_) join_map(*hypothesis_);
-  // A track that is not located yet keeps all its ground, since the search in earlier ground needs
-  // it whole.
-  if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {
-    const double half = 0.5 * config_.patch_length;
-    ground_.memory.mark_known(query.distance_m - half, query.distance_m + half);
-  }
-
-  Displacement told;
-  told.from = from_before ? 0 : then.time;  // 0: the earlier pass belongs to another track
-  told.to = query.time;
-  told.source = "revisit";
-  told.kind = DisplacementKind::kRevisit;
-  told.valid = true;
-  told.sigma_m = edge.sigma_m;
-  told.lateral_sigma_m = edge.lateral_sigma_m;
-  told.mirrored = found.match.mirrored;
-  told.scale = found.match.scale;
-  told.score = found.match.score;
-  answer.revisits.push_back(std::move(told));
-}
-
-void Mapper::take_external(MapAnswer& answer) {
-  while (!external_.empty() && external_.front().to <= path_.newest().time) {
-    const Displacement told = external_.front();
-    external_.pop_front();
-    const MapPath::Place memory = path_.place(told.from), query = path_.place(told.to);
-    RevisitEdge edge;
-    edge.offset_m = told.distance_m;
-    edge.sigma_m = std::max(kLeastRevisitSigma, told.sigma_m);
-    edge.lateral_m = told.lateral_m;
-    edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
-    edge.mirrored = told.mirrored == (memory.direction == query.direction);
-    if (told.from < path_.time_of(0)) {
-      answer.notes.push_back("a revisit of another process begins before the track: not used");
-    } else if (path_.is_forgotten(told.from)) {
-      answer.notes.push_back(
-          "a revisit of another process begins on a pass that the map has merged with an "
-          "earlier one: not used");
-    } else if (!add_edge(end_at(memory), end_at(query), edge)) {
-      answer.notes.push_back("a revisit of another process contradicts the headings: not used");
-    }
-  }
 }
 
 PlanarPose Mapper::map_from_odom() const {

@@ -113,6 +113,14 @@ class Mapper {
     WheelWay way;      // the part of `body` that the wheel measured
   };
 
+  // A revisit found by this mapper. Its newer end is placed when it is used.
+  struct Sighting {
+    End memory;
+    gpr::MemoryColumn query;
+    RevisitEdge edge;
+    Displacement told;
+  };
+
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void note_origin();
@@ -133,6 +141,11 @@ class Mapper {
   void predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
                        gpr::SearchWindow& window) const;
   PlanarPose body_at(const MapPath::Place& place) const;
+  Sighting sighting(const End& memory, const gpr::MemoryColumn& then,
+                    const gpr::MemoryColumn& query, const gpr::RevisitMatch& match,
+                    double moved_m) const;
+  bool support(const Sighting& seen, MapAnswer& answer);
+  bool use(const Sighting& seen, MapAnswer& answer);
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);
   std::optional<End> remembered_end(double column) const;
@@ -169,6 +182,7 @@ class Mapper {
   bool located_ = false;                  // tied to an earlier map, whose frame is `map`
   bool moved_ = false;                    // to a map, at the start or since
   std::optional<Hypothesis> hypothesis_;  // not confirmed yet
+  std::vector<Sighting> supporting_;      // those found for it, in time order
   double hypothesis_from_m_ = 0.0, hypothesis_until_m_ = 0.0;  // travelled
   double told_sigma_m_ = 0.0;   // of the hypothesis; 0: it was found, not told
   double next_change_m_ = 0.0;  // travelled, then the change is supposed again
