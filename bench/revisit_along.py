@@ -47,6 +47,7 @@ VARIANTS = {
     "one patch suffices": _options(min_patches=1),
     "not carried along": _options(min_patches=1, lost=1.0),
     "newest patch not asked": _options(min_half=-100.0),
+    "no patch clear by itself": _options(clear_once=False),
     "memory not looked for in turn": _options(agree_m=0.0),
     "certainty 0.99": _options(certainty=0.99),
 }

@@ -479,6 +479,7 @@ class RevisitSearchOptions:
     See gpr/revisit_search.h.
     """
 
+    clear_once: bool
     matcher: RevisitOptions
     def __init__(self) -> None: ...
     @property

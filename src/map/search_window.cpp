@@ -17,8 +17,11 @@ constexpr double kChosenFrom = 15.0;  // changes; a hypothesis has the best of t
 gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool changed) {
   gpr::RevisitSearchOptions options;
   options.patch_m = config.patch_length;
-  // One of several changes was chosen, by the same ground in part.
-  if (changed) options.nowhere = 1.0 - (1.0 - options.nowhere) / kChosenFrom;
+  if (!changed) return options;
+  // One of several changes was chosen, by the same ground in part. That it is this ground at all
+  // rests on more than the patches: on a search of all ground, or on what was told.
+  options.nowhere = 1.0 - (1.0 - options.nowhere) / kChosenFrom;
+  options.clear_once = false;
   return options;
 }
 

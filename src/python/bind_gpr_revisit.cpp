@@ -80,6 +80,7 @@ void bind_along_the_track(py::module_& module) {
       .def_readwrite("certainty", &RevisitSearchOptions::certainty)
       .def_readwrite("min_half", &RevisitSearchOptions::min_half)
       .def_readwrite("min_patches", &RevisitSearchOptions::min_patches)
+      .def_readwrite("clear_once", &RevisitSearchOptions::clear_once)
       .def_readwrite("agree_m", &RevisitSearchOptions::agree_m);
   py::class_<RevisitSearch>(module, "RevisitSearch",
                             "Bayes filter for revisits along the track; see gpr/revisit_search.h.")

@@ -281,7 +281,7 @@ std::vector<PlaceFound> RevisitSearch::decide(Belief& belief, PatchSurvey& surve
   // The prior alone must not accept a place: the newest patch has to support it by itself.
   if (place.match.half_sigmas < options_.min_half || place.match.score <= 0.0) return {};
   belief.clear = belief.clear || place.match.score >= options_.matcher.min_score;
-  if (!belief.clear) return {};
+  if (options_.clear_once && !belief.clear) return {};
   place.match.offset_m += static_cast<double>(window.first) * matcher_.spacing();
   place.column = place.match.offset_m / matcher_.spacing();
   return {place};

@@ -24,11 +24,12 @@ struct RevisitSearchOptions {
   double max_stretch = 0.5;  // ln; beyond it two patches share little more than half their ground
   double certainty = 0.999;  // least posterior probability of a place to be accepted
   double held_m = 0.6;       // how far from a certain place the next one is looked for
-  double min_half = 1.0;  // gate on the newest patch: least correlation of each of its halves, in
-                          // standard deviations of chance; and it must fit best at the place
-  int min_patches = 3;    // least number of patches behind an accepted place
-  double agree_m = 0.05;  // gate on the search backwards, from the memory into the newer ground:
-                          // how far its place may differ (0: no such search)
+  double min_half = 1.0;   // gate on the newest patch: least correlation of each of its halves, in
+                           // standard deviations of chance; and it must fit best at the place
+  int min_patches = 3;     // least number of patches behind an accepted place
+  bool clear_once = true;  // since a place is certain, a patch must have shown it by itself
+  double agree_m = 0.05;   // gate on the search backwards, from the memory into the newer ground:
+                           // how far its place may differ (0: no such search)
 };
 
 // A stretch of the memory on which the query may lie. Columns are numbered along the run from
