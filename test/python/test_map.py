@@ -90,6 +90,11 @@ def test_after_a_reset_the_robot_is_located_on_known_ground(tmp_path: Path, seed
     for later, shift in ((estimator, 10**13), (other, -(10**13))):
         outputs = drive(later, run, shift, 1.01, 30.0)
         assert outputs.status[-1]["values"]["map.located"] == 1.0
+        # The revisits of the proof are those that tie the track: over more than one patch.
+        told = [one for one in outputs.displacements if one["from"] == 0]
+        proof = [one["to"] - shift for one in told if one["time"] == told[0]["time"]]
+        travelled = np.interp(np.array(proof) // 1000, run.truth_utime, run.truth.travelled)
+        assert travelled[-1] - travelled[0] > 1.7
         placed = outputs.odometry_map
         before = first.odometry_map
         end = [
