@@ -24,6 +24,27 @@ OdometryEstimate planar_estimate(const PathState& state) {
 
 }  // namespace
 
+Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {
+  const double yaw = settled.in_map.pose.yaw - settled.in_odom.pose.yaw;
+  const Eigen::Rotation2Dd turn(yaw);
+  const Eigen::Vector2d here = now.p_odom_body.head<2>();
+  const double longer =
+      std::exp(settled.in_map.slip) * settled.in_odom.scale / settled.in_map.scale;
+  const Eigen::Vector2d in_map =
+      settled.in_map.pose.p + longer * (turn * (here - settled.in_odom.pose.p));
+  Correction correction;
+  correction.time = now.time;
+  correction.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+  correction.p_map_odom << in_map - turn * here, 0.0;
+  correction.revisits = settled.revisits;
+  correction.covariance = now.pose_covariance;
+  const Eigen::Matrix3d planar =
+      carried_covariance(correction, settled.in_map.covariance.topLeftCorner<3, 3>(),
+                         planar_estimate(settled.in_odom), now);
+  set_planar_block(planar, correction.covariance);
+  return correction;
+}
+
 MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
                  std::optional<Mapper::Start> start)
     : enabled_(config.gpr.enabled && config.graph.enabled),
@@ -96,25 +117,7 @@ std::optional<MapAnswer> MapTask::next_due(TimeNs now) {
 
 std::optional<Correction> MapTask::correct(const OdometryEstimate& estimate) {
   if (!pose_) return std::nullopt;
-  const MapPose pose = *std::exchange(pose_, std::nullopt);
-  const double yaw = pose.in_map.pose.yaw - pose.in_odom.pose.yaw;
-  const Eigen::Rotation2Dd turn(yaw);
-  const Eigen::Vector2d here = estimate.p_odom_body.head<2>();
-  // The settled state is some seconds old: the graph's scale and slip hold since then too.
-  const double longer = std::exp(pose.in_map.slip) * pose.in_odom.scale / pose.in_map.scale;
-  const Eigen::Vector2d in_map =
-      pose.in_map.pose.p + longer * (turn * (here - pose.in_odom.pose.p));
-  Correction correction;
-  correction.time = estimate.time;
-  correction.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-  correction.p_map_odom << in_map - turn * here, 0.0;
-  correction.revisits = pose.revisits;
-  correction.covariance = estimate.pose_covariance;
-  const Eigen::Matrix3d planar =
-      carried_covariance(correction, pose.in_map.covariance.topLeftCorner<3, 3>(),
-                         planar_estimate(pose.in_odom), estimate);
-  set_planar_block(planar, correction.covariance);
-  return correction;
+  return correction_by(*std::exchange(pose_, std::nullopt), estimate);
 }
 
 }  // namespace gprodom

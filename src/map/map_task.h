@@ -17,6 +17,11 @@
 
 namespace gprodom {
 
+// The map -> odom correction that puts the robot, which is at `now` in odom, where it is in map: at
+// the settled pose, and from there on by the way since then. The settled state is some seconds old,
+// and the graph's wheel scale and slip hold since then too.
+Correction correction_by(const MapPose& settled, const OdometryEstimate& now);
+
 class MapTask {
  public:
   // How odom lies in map, as Mapper has it.
