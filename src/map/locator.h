@@ -16,8 +16,7 @@ namespace gprodom {
 struct Hypothesis {
   PlanarPose map_from_track;
   int map = 0;
-  gpr::TraceChange change;                         // of the ground now since the map
-  std::optional<double> revisit_m = std::nullopt;  // travelled at its first revisit
+  gpr::TraceChange change;  // of the ground now since the map
 };
 
 class Locator {

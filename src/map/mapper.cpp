@@ -106,8 +106,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     ground_.places.clear();
     ground_.origins.clear();
     end_of_before_ = 0;
-    hypothesis_.reset();
-    supporting_.clear();
+    candidate_.reset();
     search_.reset();
     search_before_.reset();
     change_ = ChangeFollower();
@@ -155,46 +154,49 @@ void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
   }
   const PlanarPose since = between(told.in_odom, path_.newest().pose);
   const PlanarPose in_map = compose({{place.x, place.y}, place.yaw}, since);
-  hypothesis_ = Hypothesis{compose(in_map, between(newest_node_.pose, {})), map, {}};
-  supporting_.clear();
+  Candidate candidate;
+  candidate.at = {compose(in_map, between(newest_node_.pose, {})), map, {}};
+  candidate.told_sigma_m = place.sigma_m;
+  candidate.from_m = path_.travelled();
+  candidate.until_m = candidate.from_m + kConfirmWithin + kGateSigmas * place.sigma_m;
+  candidate_ = std::move(candidate);
   change_.believe({});
-  next_change_m_ = 0.0;
-  told_sigma_m_ = place.sigma_m;
-  hypothesis_from_m_ = path_.travelled();
-  hypothesis_until_m_ = hypothesis_from_m_ + kConfirmWithin + kGateSigmas * place.sigma_m;
   forget_searches();
 }
 
-// Standard deviation of the position now, in the frame of the hypothesis if there is one.
+// Standard deviation of the position now, in the frame of the candidate if there is one.
 double Mapper::sigma_m() const {
   const double odometry = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
-  if (!hypothesis_ || told_sigma_m_ == 0.0) return odometry;
-  const double turned = kToldYawSigma * (path_.travelled() - hypothesis_from_m_);
-  return std::hypot(odometry, std::hypot(told_sigma_m_, turned));
+  if (!candidate_ || candidate_->told_sigma_m == 0.0) return odometry;
+  const double turned = kToldYawSigma * (path_.travelled() - candidate_->from_m);
+  return std::hypot(odometry, std::hypot(candidate_->told_sigma_m, turned));
 }
 
 // Until the track is located, searches all ground of earlier tracks.
 void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
   if (located_ || !locator_.is_due(travelled)) return;
-  if (hypothesis_ && travelled < hypothesis_until_m_) {
-    if (told_sigma_m_ > 0.0) suppose_change();
+  const bool was_told = candidate_ && candidate_->told_sigma_m > 0.0;
+  if (candidate_ && travelled < candidate_->until_m) {
+    if (was_told) suppose_change();
     return;
   }
-  if (hypothesis_ && told_sigma_m_ > 0.0)
+  if (was_told)
     answer.notes.emplace_back(
         "locate_at: the ground there is not the one driven over: not located");
-  hypothesis_.reset();
-  supporting_.clear();
-  told_sigma_m_ = 0.0;
+  candidate_.reset();
   const auto newest = Locator::last_searched(ground_.memory, end_of_before_);
   if (!newest) return;
   const MapPath::Place place = path_.place(newest->time, newest->distance_m);
   const PlanarPose body = body_at(place);
-  hypothesis_ = locator_.find(ground_, end_of_before_, body, travelled);
-  hypothesis_until_m_ = travelled + kConfirmWithin;
-  if (!hypothesis_) return;
-  change_.believe(hypothesis_->change);
+  const auto found = locator_.find(ground_, end_of_before_, body, travelled);
+  if (!found) return;
+  Candidate candidate;
+  candidate.at = *found;
+  candidate.from_m = travelled;
+  candidate.until_m = travelled + kConfirmWithin;
+  candidate_ = std::move(candidate);
+  change_.believe(found->change);
   forget_searches();
 }
 
@@ -202,11 +204,12 @@ void Mapper::locate(MapAnswer& answer) {
 // supposed, again and again, until the place is proved.
 void Mapper::suppose_change() {
   const gpr::TraceMemory& memory = ground_.memory;
-  if (!memory.can_undo() || path_.travelled() < next_change_m_) return;
-  next_change_m_ = path_.travelled() + kSupposeEvery;
-  const PlanarPose here = compose(hypothesis_->map_from_track, newest_node_.pose);
+  if (!memory.can_undo() || path_.travelled() < candidate_->next_change_m) return;
+  candidate_->next_change_m = path_.travelled() + kSupposeEvery;
+  const Hypothesis& at = candidate_->at;
+  const PlanarPose here = compose(at.map_from_track, newest_node_.pose);
   const double gate = std::min(kGateSigmas * sigma_m(), kGateMax);
-  const auto best = Locator::change_near(ground_, end_of_before_, {hypothesis_->map, here.p, gate});
+  const auto best = Locator::change_near(ground_, end_of_before_, {at.map, here.p, gate});
   const gpr::TraceChange& now = change_.change();
   if (!best || (best->stretch == now.stretch && best->turn == now.turn)) return;
   change_.believe(*best);
@@ -217,13 +220,13 @@ void Mapper::suppose_change() {
 // places. So one revisit does not prove it: it needs another one whose patch has none of the
 // ground of the first.
 bool Mapper::is_proved() {
-  if (told_sigma_m_ > 0.0) return true;
+  if (candidate_->told_sigma_m > 0.0) return true;
   const double travelled = path_.travelled();
-  if (!hypothesis_->revisit_m) {
-    hypothesis_->revisit_m = travelled;
-    hypothesis_until_m_ = travelled + kAgainWithin;
+  if (!candidate_->supported_m) {
+    candidate_->supported_m = travelled;
+    candidate_->until_m = travelled + kAgainWithin;
   }
-  return travelled - *hypothesis_->revisit_m >= config_.patch_length;
+  return travelled - *candidate_->supported_m >= config_.patch_length;
 }
 
 // The track is located: from now on `map` is the frame of the earlier ground.
@@ -235,7 +238,6 @@ void Mapper::join_map(const Hypothesis& at) {
   newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
   map_ = at.map;
   moved_ = located_ = true;
-  hypothesis_.reset();
   next_solve_ = 0;
 }
 

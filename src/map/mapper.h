@@ -121,6 +121,16 @@ class Mapper {
     Displacement told;
   };
 
+  // A hypothesis that is not proved yet, with all that belongs to it.
+  struct Candidate {
+    Hypothesis at;
+    double from_m = 0.0, until_m = 0.0;  // travelled; it is dropped at until_m
+    double told_sigma_m = 0.0;           // 0: it was found, not told
+    double next_change_m = 0.0;          // travelled, then the change is supposed again
+    std::vector<Sighting> supporting;    // the revisits found for it, in time order
+    std::optional<double> supported_m;   // travelled at the first of them
+  };
+
   void follow(const std::vector<PathState>& states);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void note_origin();
@@ -134,7 +144,7 @@ class Mapper {
   void suppose(const ToldPlace& told, MapAnswer& answer);
   void suppose_change();
   double sigma_m() const;
-  bool is_proved();  // the hypothesis, by a revisit now
+  bool is_proved();  // the candidate, by a revisit now
   void join_map(const Hypothesis& at);
   std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
@@ -176,16 +186,12 @@ class Mapper {
   GroundMap ground_;      // its places are those of earlier tracks
   SessionOrigin origin_;  // of this track
   Eigen::Vector3d step_variances_ = Eigen::Vector3d::Zero();  // sums: m, m^2, rad^2
-  std::size_t end_of_before_ = 0;         // number of the first column of this track
-  std::optional<Start> start_;            // until there is a state
-  int map_ = 0;                           // number of this track's map
-  bool located_ = false;                  // tied to an earlier map, whose frame is `map`
-  bool moved_ = false;                    // to a map, at the start or since
-  std::optional<Hypothesis> hypothesis_;  // not confirmed yet
-  std::vector<Sighting> supporting_;      // those found for it, in time order
-  double hypothesis_from_m_ = 0.0, hypothesis_until_m_ = 0.0;  // travelled
-  double told_sigma_m_ = 0.0;   // of the hypothesis; 0: it was found, not told
-  double next_change_m_ = 0.0;  // travelled, then the change is supposed again
+  std::size_t end_of_before_ = 0;  // number of the first column of this track
+  std::optional<Start> start_;     // until there is a state
+  int map_ = 0;                    // number of this track's map
+  bool located_ = false;           // tied to an earlier map, whose frame is `map`
+  bool moved_ = false;             // to a map, at the start or since
+  std::optional<Candidate> candidate_;
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;
   // Ground of earlier tracks may have changed. So it has a search of its own, with a query whose

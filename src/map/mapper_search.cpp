@@ -94,12 +94,12 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
                             : !column_at(pass.place);
   };
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
-  if (located_ || hypothesis_) {
-    const PlanarPose in_map = located_ ? here : compose(hypothesis_->map_from_track, here);
+  if (located_ || candidate_) {
+    const PlanarPose in_map = located_ ? here : compose(candidate_->at.map_from_track, here);
     PassFinder before(in_map, antenna_, gate + kNodeSpacing, aside);
     for (std::size_t i = 0; i < ground_.places.size(); ++i) {
       const KnownPlace& place = ground_.places[i];
-      if (place.map == (located_ ? map_ : hypothesis_->map)) before.offer(i, place.pose, true);
+      if (place.map == (located_ ? map_ : candidate_->at.map)) before.offer(i, place.pose, true);
     }
     std::vector<Pass> found = before.passes();
     found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());

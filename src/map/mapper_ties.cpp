@@ -72,15 +72,16 @@ Mapper::Sighting Mapper::sighting(const End& memory, const gpr::MemoryColumn& th
   return seen;
 }
 
-// A revisit of the hypothesis joins the track to the map if it proves it; until then it waits.
+// A revisit of the candidate joins the track to the map if it proves it; until then it waits.
 bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   const double yaw = end_at(path_.place(seen.query.time, seen.query.distance_m)).yaw +
-                     hypothesis_->map_from_track.yaw;
+                     candidate_->at.map_from_track.yaw;
   if ((std::cos(yaw - seen.memory.yaw) < 0.0) != seen.edge.mirrored) return false;
-  supporting_.push_back(seen);
+  candidate_->supporting.push_back(seen);
   if (!is_proved()) return false;
-  join_map(*hypothesis_);
-  for (const Sighting& one : std::exchange(supporting_, {})) use(one, answer);
+  const Candidate proved = *std::exchange(candidate_, std::nullopt);
+  join_map(proved.at);
+  for (const Sighting& one : proved.supporting) use(one, answer);
   return true;
 }
 
