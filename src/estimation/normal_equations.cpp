@@ -72,8 +72,8 @@ double NormalEquations::linearise(const Window& window) {
     add_product(A, A, rows, Part::kLower, block(H_, a, a));
     add_product(B, A, rows, Part::kAll, block(H_, b, a));
     add_product(B, B, rows, Part::kLower, block(H_, b, b));
-    g_[a].noalias() += Ja.transpose().lazyProduct(r);
-    g_[b].noalias() += Jb.transpose().lazyProduct(r);
+    add_rows(Ja.data(), r.data(), rows, g_[a]);
+    add_rows(Jb.data(), r.data(), rows, g_[b]);
   }
   return sum;
 }

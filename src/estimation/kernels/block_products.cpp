@@ -45,17 +45,31 @@ GPRODOM_ALSO_FOR_AVX2
 ColumnGroups scale_columns_here(double* rows, int count,
                                 const Eigen::Matrix<double, kBlockSize, 1>& units) {
   const Four* unit = fours(units.data());
-  ColumnGroups used = 0;
-  for (int i = 0; i < kGroups; ++i) {
-    Four sum{};
-    for (int r = 0; r < count; ++r) {
-      Four& x = fours(rows)[r * kGroups + i];
-      x *= unit[i];
-      sum += x * x;
-    }
-    if (!(sum[0] + sum[1] + sum[2] + sum[3] == 0.0)) used |= 1U << i;
+  Four sum0{}, sum1{}, sum2{}, sum3{};
+  for (int r = 0; r < count; ++r) {
+    Four* x = fours(rows) + r * kGroups;
+    x[0] *= unit[0];
+    x[1] *= unit[1];
+    x[2] *= unit[2];
+    x[3] *= unit[3];
+    sum0 += x[0] * x[0];
+    sum1 += x[1] * x[1];
+    sum2 += x[2] * x[2];
+    sum3 += x[3] * x[3];
   }
-  return used;
+  const auto bit = [](const Four& sum, ColumnGroups group) {
+    return sum[0] + sum[1] + sum[2] + sum[3] == 0.0 ? 0U : group;
+  };
+  return bit(sum0, 1U) | bit(sum1, 2U) | bit(sum2, 4U) | bit(sum3, 8U);
+}
+
+GPRODOM_ALSO_FOR_AVX2
+void add_rows_here(const double* rows, const double* weights, int count, double* sum) {
+  for (int i = 0; i < kGroups; ++i) {
+    Four all{};
+    for (int r = 0; r < count; ++r) all += fours(rows)[r * kGroups + i] * weights[r];
+    fours(sum)[i] += all;
+  }
 }
 
 GPRODOM_ALSO_FOR_AVX2
@@ -149,6 +163,11 @@ Eigen::Matrix<double, 9, 9> propagated_covariance_here(
 ColumnGroups scale_columns(double* rows, int count,
                            const Eigen::Matrix<double, kBlockSize, 1>& units) {
   return scale_columns_here(rows, count, units);
+}
+
+void add_rows(const double* rows, const double* weights, int count,
+              Eigen::Matrix<double, kBlockSize, 1>& sum) {
+  add_rows_here(rows, weights, count, sum.data());
 }
 
 void add_product(BlockRows A, BlockRows B, int rows, Part part, Block& C) {

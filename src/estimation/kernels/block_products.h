@@ -19,6 +19,10 @@ constexpr ColumnGroups kAllColumns = 0xF;
 ColumnGroups scale_columns(double* rows, int count,
                            const Eigen::Matrix<double, kBlockSize, 1>& units);
 
+// sum += each of `count` rows of 16 doubles times its weight.
+void add_rows(const double* rows, const double* weights, int count,
+              Eigen::Matrix<double, kBlockSize, 1>& sum);
+
 // Some rows of 16 doubles. Columns outside the given groups must be zero.
 struct BlockRows {
   const double* first;
