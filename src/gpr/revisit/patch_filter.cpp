@@ -5,21 +5,36 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/processor.h"
+
 namespace gprodom::gpr {
 namespace {
 
 constexpr int kLags = 64;  // of the autocorrelation over depth
 
+// The next running mean: a row enters the sum and one leaves it.
+GPRODOM_ALSO_FOR_AVX2
+void next_mean(const float* __restrict enters, const float* __restrict leaves, double count,
+               Eigen::Index width, double* __restrict sum, float* __restrict mean) {
+  for (Eigen::Index k = 0; k < width; ++k) {
+    sum[k] = sum[k] + enters[k] - leaves[k];
+    mean[k] = static_cast<float>(sum[k] / count);
+  }
+}
+
 // Mean over 2 * half + 1 columns, fewer at the ends.
-void running_mean(int half, const Columns& in, Columns& out) {
-  const Eigen::Index n = in.rows();
-  out.resize(n, in.cols());
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(in.cols());
-  Eigen::Index first = 0, end = 0;
+void running_mean(Eigen::Index half, const Columns& in, Columns& out) {
+  const Eigen::Index n = in.rows(), width = in.cols();
+  out.resize(n, width);
+  const Eigen::RowVectorXf none = Eigen::RowVectorXf::Zero(width);
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(width);
+  for (Eigen::Index i = 0; i < std::min(n, half); ++i) sum += in.row(i).cast<double>();
   for (Eigen::Index i = 0; i < n; ++i) {
-    for (; end < std::min<Eigen::Index>(n, i + half + 1); ++end) sum += in.row(end).cast<double>();
-    for (; first < i - half; ++first) sum -= in.row(first).cast<double>();
-    out.row(i) = (sum / static_cast<double>(end - first)).cast<float>();
+    const Eigen::Index newest = i + half, gone = i - half - 1;
+    const auto count =
+        static_cast<double>(std::min(n - 1, newest) - std::max<Eigen::Index>(-1, gone));
+    next_mean(newest < n ? &in(newest, 0) : none.data(), gone >= 0 ? &in(gone, 0) : none.data(),
+              count, width, sum.data(), &out(i, 0));
   }
 }
 
