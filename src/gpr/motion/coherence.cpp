@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "gpr/kernels/add_multiple.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -36,7 +38,7 @@ FilterOptions filter_for_coherence(const GprFilterConfig& config) {
 
 void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
   const float norm = along.squaredNorm();
-  if (norm > 0.0f) x -= along * (x.dot(along) / norm);
+  if (norm > 0.0f) add_multiple(-x.dot(along) / norm, along.data(), x.size(), x.data());
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpr/kernels/add_multiple.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -52,6 +54,7 @@ void WindowAnalyser::resize(Eigen::Index samples, Eigen::Index traces) {
     polynomials_.resize(samples, kPolynomials);
     fill_legendre(polynomials_);
     nuisances_.resize(samples, kNuisances);
+    used_.resize(0);
     mean_.resize(samples);
     contrast_.resize(samples);
   }
@@ -63,8 +66,12 @@ void WindowAnalyser::resize(Eigen::Index samples, Eigen::Index traces) {
 
 // Gram-Schmidt, twice for orthogonality in single precision; returns how many are independent.
 int WindowAnalyser::build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& used) {
-  int count = 0;
-  for (int k = 0; k < kNuisances; ++k) {
+  // Those of the polynomials depend on nothing but the samples used, which are mostly the same.
+  const bool as_before = used_.size() == used.size() && used_ == used;
+  used_ = used;
+  int count = as_before ? polynomials_used_ : 0;
+  for (int k = as_before ? kPolynomials : 0; k < kNuisances; ++k) {
+    if (k == kPolynomials) polynomials_used_ = count;
     auto column = nuisances_.col(count);
     if (k < kPolynomials) {
       column = polynomials_.col(k);
@@ -81,7 +88,8 @@ int WindowAnalyser::build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& use
     const float before = column.squaredNorm();
     for (int pass = 0; pass < 2; ++pass) {
       for (int j = 0; j < count; ++j) {
-        column -= nuisances_.col(j).dot(column) * nuisances_.col(j);
+        add_multiple(-nuisances_.col(j).dot(column), &nuisances_(0, j), column.size(),
+                     column.data());
       }
     }
     const float after = column.squaredNorm();
@@ -91,6 +99,12 @@ int WindowAnalyser::build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& use
     }
   }
   return count;
+}
+
+void WindowAnalyser::take_out_nuisances(int count, Eigen::Ref<Eigen::VectorXf> trace) const {
+  for (int j = 0; j < count; ++j) {
+    add_multiple(-nuisances_.col(j).dot(trace), &nuisances_(0, j), trace.size(), trace.data());
+  }
 }
 
 // The largest |sum_i c_i R_i|^2 over the contrasts c.
@@ -143,8 +157,7 @@ double WindowAnalyser::difference(const Eigen::VectorXf& other,
                                   const Eigen::Ref<const Eigen::VectorXf>& used) {
   const int nuisances = build_nuisances(used);
   contrast_ = (mean_ - other).cwiseProduct(used);
-  for (int j = 0; j < nuisances; ++j)
-    contrast_ -= nuisances_.col(j).dot(contrast_) * nuisances_.col(j);
+  take_out_nuisances(nuisances, contrast_);
   return contrast_.squaredNorm() / std::max(1.0, static_cast<double>(used.sum()) - nuisances);
 }
 
@@ -172,7 +185,7 @@ WindowStatistics WindowAnalyser::analyse(const Eigen::Ref<const Eigen::MatrixXf>
     if (weight[i] <= 0.0f) continue;
     auto r = residual_.col(k++);
     r.array() = std::sqrt(weight[i]) * (traces.col(i) - mean_).array() * used.array();
-    for (int j = 0; j < nuisances; ++j) r -= nuisances_.col(j).dot(r) * nuisances_.col(j);
+    take_out_nuisances(nuisances, r);
     const double energy = r.squaredNorm();
     sum += energy;
     if (energy > largest) {

@@ -57,11 +57,14 @@ class WindowAnalyser {
   void resize(Eigen::Index samples, Eigen::Index traces);
   double mean_square_step(int n) const;
   int build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& used);
+  void take_out_nuisances(int count, Eigen::Ref<Eigen::VectorXf> trace) const;
   double largest_contrast(int n);
   double whiteness(int n) const;
 
   Eigen::MatrixXf polynomials_;  // samples x kPolynomials
   Eigen::MatrixXf nuisances_;    // samples x kNuisances, orthonormal
+  Eigen::VectorXf used_;         // for which they were built last, and
+  int polynomials_used_ = 0;     // how many of them come from polynomials
   Eigen::MatrixXf residual_;     // samples x n, whitened by sqrt(weight)
   Eigen::MatrixXf cumulative_;   // samples x (n + 1), running sums of the residual
   Eigen::VectorXf mean_, contrast_;

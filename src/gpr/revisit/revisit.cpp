@@ -1,12 +1,12 @@
 #include "gpr/revisit/revisit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "gpr/kernels/add_multiple.h"
 #include "gpr/revisit/matrix_product.h"
 #include "gpr/revisit/row_sums.h"
 
@@ -28,7 +28,10 @@ Columns delay_rows(const Columns& columns, double shift) {
     const double sinc = std::abs(at) < 1e-9 ? 1.0 : std::sin(M_PI * at) / (M_PI * at);
     const auto weight = static_cast<float>(sinc * (0.5 + 0.5 * std::cos(M_PI * at / kReach)));
     const auto from = std::max<Eigen::Index>(0, k), n = rows - std::abs(k);
-    delayed.middleCols(from, n) += weight * columns.middleCols(std::max(0, -k), n);
+    for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+      add_multiple(weight, columns.row(i).data() + std::max(0, -k), n,
+                   delayed.row(i).data() + from);
+    }
   }
   return delayed;
 }
@@ -78,29 +81,29 @@ void PatchMatcher::add_block(int block, const std::vector<int>& begin, Curves& c
   constexpr float kTiny = std::numeric_limits<float>::min();
   const auto n = curves.shifted.size();
   const auto columns = static_cast<int>(begin.size()), halfway = columns / 2;
-  // Of the query's two halves.
-  const auto sums = [&](const float* table, Eigen::Index stride) {
-    std::array<Eigen::ArrayXf, 2> halves{Eigen::ArrayXf(n), Eigen::ArrayXf(n)};
-    sum_rows(table, stride, begin.data(), halfway, n, halves[0].data());
-    sum_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n,
-             halves[1].data());
-    return halves;
+  using Halves = Eigen::Array<float, Eigen::Dynamic, 2>;  // of the query
+  const auto add_up = [&](const float* table, Eigen::Index stride, Halves& sum) {
+    sum_rows(table, stride, begin.data(), halfway, n, &sum(0, 0));
+    sum_rows(table + halfway * stride, stride, &begin[halfway], columns - halfway, n, &sum(0, 1));
   };
-  const auto energy = sums(memory_energy_[block].data(), 0);
+  Halves energy(n, 2), sum(n, 2);
+  add_up(memory_energy_[block].data(), 0, energy);
   const auto share = static_cast<float>(1.0 / options_.depth_blocks);
   const Columns& table = tables_[block];
-  Eigen::ArrayXf best;
+  Eigen::ArrayXf rho, best;
   for (int s = 0; s < kShifts; ++s) {
     const auto own = query_energy_[block].segment(s * columns, columns);
-    const auto sum = sums(&table(s * columns, 0), table.cols());
-    const Eigen::ArrayXf rho =
-        share * (sum[0] + sum[1]) / ((energy[0] + energy[1]) * own.sum()).max(kTiny).sqrt();
-    best = s == 0 ? rho : best.max(rho).eval();
+    add_up(&table(s * columns, 0), table.cols(), sum);
+    rho = share * (sum.col(0) + sum.col(1)) /
+          ((energy.col(0) + energy.col(1)) * own.sum()).max(kTiny).sqrt();
+    if (s == 0) best = rho;
+    best = best.max(rho);
     if (s != kShifts / 2) continue;
     curves.correlation += rho.cast<double>();
     const float parts[2] = {own.head(halfway).sum(), own.tail(columns - halfway).sum()};
     for (int h = 0; h < 2; ++h) {
-      curves.half[h] += (share * sum[h] / (energy[h] * parts[h]).max(kTiny).sqrt()).cast<double>();
+      curves.half[h] +=
+          (share * sum.col(h) / (energy.col(h) * parts[h]).max(kTiny).sqrt()).cast<double>();
     }
   }
   curves.shifted += best.cast<double>();
