@@ -128,6 +128,9 @@ LcmMessage encode(const std::string& channel, const Message& message) {
 
 std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs) {
   std::vector<LcmMessage> messages;
+  messages.reserve(outputs.corrections.size() + outputs.displacements.size() + outputs.sfm.size() +
+                   outputs.odometry.size() + 2 * outputs.odometry_in_map.size() +
+                   outputs.status.size());
   for (const auto& c : outputs.corrections) {
     messages.push_back(encode(channels.correction, to_message(c)));
   }
