@@ -1,6 +1,9 @@
 #include "estimation/revised_state.h"
 
 #include <cmath>
+#include <utility>
+
+#include "estimation/state_estimator.h"
 
 namespace gprodom {
 
@@ -18,6 +21,10 @@ constexpr double kTiltMemory_s = 2.0;    // s; time constant with which gravity 
 constexpr double kSideways = 0.05;  // m/s
 constexpr double kTilt = 0.05;      // rad; the wrong speed may have been explained by tilt
 constexpr double kShift = 0.3;      // share of the correction: the track need not be straight
+
+// Of driving, after which accelerations must have shown the wheel's scale. By then their noise on
+// the move is known, and a start or a stop has been seen.
+constexpr double kScaleTrial_s = 20.0;
 
 }  // namespace
 
@@ -57,6 +64,57 @@ CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrecti
   const Vector3d velocity(correction.sigma, kSideways, kSideways);
   replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {x, 0.5 * (P + P.transpose())};
+}
+
+// The wheel's scale while it is held: docs/estimation.md, "A scale that is held".
+
+// A relative error of the scale gives the path since the start, and the speed, the same relative
+// error.
+StateMatrix StateEstimator::covariance_of_held_scale() const {
+  if (!scale_held_) return StateMatrix::Zero();
+  const NavState& x = smoother_.newest();
+  StateVector share = StateVector::Zero();
+  share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
+  share.segment<3>(row::kV) = -x.v_odom / x.wheel_scale;
+  share[row::kScale] = 1;
+  return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
+}
+
+// True once, at the end of the trial, if accelerations have told less about the scale than was
+// known before.
+bool StateEstimator::scale_not_shown(const StateInput& input) {
+  if (scale_held_ || config_.wheel.scale_sigma <= 0 || driven_s_ >= kScaleTrial_s) return false;
+  const double seconds = to_seconds(input.time - smoother_.newest().time);
+  if (!input.standing && input.has_wheel && !input.wheel_contradicted) driven_s_ += seconds;
+  const double variance = last_covariance_(row::kScale, row::kScale);
+  return driven_s_ >= kScaleTrial_s && variance > 0.5 * first_scale_sigma_ * first_scale_sigma_;
+}
+
+// Returns to the first value, of which accelerations have shown too little, with the state that
+// belongs to it.
+CarriedState StateEstimator::with_first_scale() const {
+  CarriedState now{smoother_.newest(), last_covariance_};
+  const StateVector gain =
+      now.covariance.col(row::kScale) / now.covariance(row::kScale, row::kScale);
+  now.state = retract(now.state, gain * (first_scale_ - now.state.wheel_scale));
+  now.covariance -= gain * last_covariance_.row(row::kScale);
+  return now;
+}
+
+void StateEstimator::hold_scale(CarriedState now) {
+  scale_held_ = true;
+  now.state.wheel_scale = first_scale_;
+  replace(now.covariance, row::kScale, 1,
+          Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
+  continue_from(now);
+}
+
+// Accelerations seem to show the scale of a wheel that is late, and would mislead the solution over
+// all data as well.
+void StateEstimator::hold_scale_of_late_wheel() {
+  if (config_.wheel.scale_sigma <= 0 || std::exchange(known_late_, true)) return;
+  if (!scale_held_) hold_scale({smoother_.newest(), last_covariance_});
+  if (batch_) batch_->hold_scale(first_scale_, kFixedScaleSigma);
 }
 
 }  // namespace gprodom

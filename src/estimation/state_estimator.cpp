@@ -14,9 +14,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A fixed scale needs a finite weight too: 0.1 ppm.
-constexpr double kFixedScaleSigma = 1e-7;
-
 // Random walk, in the solution over all data, in an interval in which the biases have changed by
 // more than usual; rad/s, m/s^2. The window begins anew with the biases after the change.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
@@ -74,18 +71,6 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
       smoother_(smoother_options(config.smoother), initial.state,
                 scale_held_ ? with_fixed_scale(initial.prior) : initial.prior) {}
 
-// A relative error of the scale gives the path since the start, and the speed, the same relative
-// error.
-StateMatrix StateEstimator::covariance_of_held_scale() const {
-  if (!scale_held_) return StateMatrix::Zero();
-  const NavState& x = smoother_.newest();
-  StateVector share = StateVector::Zero();
-  share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
-  share.segment<3>(row::kV) = -x.v_odom / x.wheel_scale;
-  share[row::kScale] = 1;
-  return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
-}
-
 // Errors of the path that go on for longer than an interval, and that no sensor shows.
 // - In a bend a wheel that is late by a time tau adds each distance with a heading that has turned
 //   on by tau times the turn rate.
@@ -120,19 +105,9 @@ StateMatrix StateEstimator::covariance_of_lasting_errors() const {
   return covariance;
 }
 
-// Returns to the first value: what accelerations have shown so far is wrong.
-void StateEstimator::hold_scale() {
-  scale_held_ = true;
-  CarriedState now{smoother_.newest(), last_covariance_};
-  now.state.wheel_scale = first_scale_;
-  replace(now.covariance, row::kScale, 1,
-          Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
-  if (batch_) batch_->hold_scale(first_scale_, kFixedScaleSigma);
-  continue_from(now);
-}
-
 StateResult StateEstimator::add(const StateInput& input) {
-  if (input.wheel_late && !scale_held_ && config_.wheel.scale_sigma > 0) hold_scale();
+  if (input.wheel_late) hold_scale_of_late_wheel();
+  if (scale_not_shown(input)) hold_scale(with_first_scale());
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));

@@ -69,6 +69,9 @@ struct StateInput {
 // changed the states within the window.
 constexpr double kSettledAfter = 4.0;
 
+// A fixed scale needs a finite weight too: 0.1 ppm.
+constexpr double kFixedScaleSigma = 1e-7;
+
 struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
@@ -134,7 +137,10 @@ class StateEstimator {
   void carry_over(const StateInput& input);
   void continue_from(const CarriedState& state);
   void restart(const NavState& state);
-  void hold_scale();
+  bool scale_not_shown(const StateInput& input);
+  CarriedState with_first_scale() const;
+  void hold_scale(CarriedState now);
+  void hold_scale_of_late_wheel();
   StateMatrix covariance_of_held_scale() const;
   void add_lasting_errors(const StateInput& input, const NavState& before);
   StateMatrix covariance_of_lasting_errors() const;
@@ -150,6 +156,8 @@ class StateEstimator {
   // contain its uncertainty.
   bool scale_held_;
   double first_scale_, first_scale_sigma_;
+  bool known_late_ = false;
+  double driven_s_ = 0.0;  // with a usable wheel, up to the end of the scale's trial
   // Change of the path's end (m/s, in odom) by a delay of the wheel, which is not compensated.
   Eigen::Vector3d turned_by_delay_ = Eigen::Vector3d::Zero();
   double wheel_delay_s_ = 0.0;

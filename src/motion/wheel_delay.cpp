@@ -1,6 +1,7 @@
 #include "motion/wheel_delay.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace gprodom {
@@ -18,6 +19,10 @@ constexpr double kForget = 1.0 / 600;  // share of the sums, per interval: two m
 // and 1.5 times: 29 %).
 constexpr double kFewest = 100;
 constexpr double kSignificant = 2.0;
+// Noises are not alike. So less is enough if wheel and IMU have, with the delay, a correlation of
+// more than kAlike: then most of what is compared are changes of the robot's speed.
+constexpr double kAlike = 0.6;
+constexpr double kEnoughIfAlike = 1.5;
 
 }  // namespace
 
@@ -33,9 +38,13 @@ void WheelDelay::add(double by_imu_mps, double by_wheel_mps, double dt) {
   };
   const double by_wheel = second_difference(&Speeds::wheel_mps, kNeeded - 1);
   for (std::size_t lag = 0; lag < kLags; ++lag) {
-    const double difference = by_wheel - second_difference(&Speeds::imu_mps, kNeeded - 1 - lag);
+    const double by_imu = second_difference(&Speeds::imu_mps, kNeeded - 1 - lag);
+    const double difference = by_wheel - by_imu;
     squares_[lag] += difference * difference - kForget * squares_[lag];
+    products_[lag] += by_wheel * by_imu - kForget * products_[lag];
+    if (lag == 0) imu_square_ += by_imu * by_imu - kForget * imu_square_;
   }
+  wheel_square_ += by_wheel * by_wheel - kForget * wheel_square_;
   count_ += 1 - kForget * count_;
   dt_ = dt;
 }
@@ -45,8 +54,10 @@ void WheelDelay::add(double by_imu_mps, double by_wheel_mps, double dt) {
 double WheelDelay::delay_s() const {
   if (count_ < kFewest) return 0.0;
   const auto least = std::min_element(squares_.begin(), squares_.end());
-  if (squares_.front() < kSignificant * *least) return 0.0;
-  const auto lag = static_cast<double>(std::distance(squares_.begin(), least));
+  const auto at = static_cast<std::size_t>(std::distance(squares_.begin(), least));
+  const bool alike = products_[at] > kAlike * std::sqrt(wheel_square_ * imu_square_);
+  if (squares_.front() < (alike ? kEnoughIfAlike : kSignificant) * *least) return 0.0;
+  const auto lag = static_cast<double>(at);
   if (least == squares_.begin() || std::next(least) == squares_.end()) return lag * dt_;
   const double before = *std::prev(least), after = *std::next(least);
   return (lag + 0.5 * (before - after) / (before - 2 * *least + after)) * dt_;

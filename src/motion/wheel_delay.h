@@ -28,8 +28,9 @@ class WheelDelay {
   };
   std::deque<Speeds> speeds_;  // of the newest intervals; an offset is common to all
   // For each lag, in intervals: squared difference of the wheel's second difference and that of the
-  // IMU's speed before the lag.
-  std::array<double, kLags> squares_{};
+  // IMU's speed before the lag, and product of the two.
+  std::array<double, kLags> squares_{}, products_{};
+  double wheel_square_ = 0.0, imu_square_ = 0.0;  // of the second differences themselves
   double count_ = 0.0, dt_ = 0.0;
 };
 

@@ -48,3 +48,7 @@ def test_knowledge_comes_from_measurements_alone(
     yaw_sigma = np.sqrt(odometry["pose_covariance"].reshape(-1, 6, 6)[:, 5, 5])
     driving = (odometry["flags"][1:] & STANDING) == 0
     assert np.all((yaw_sigma[1:] / yaw_sigma[:-1])[driving] > 0.8)
+
+    # Accelerations of these show too little of the wheel's scale: it stays as it was given.
+    assert odometry["wheel_scale"][-1] == pytest.approx(1.0, abs=1e-4)
+    assert odometry["wheel_scale_sigma"][-1] == pytest.approx(0.02, rel=0.01)
