@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.calibrate.mount import find_mount
+from gprodom.calibrate.mount import Mount, find_mount
 from gprodom.cli import main as gprodom
 from gprodom.config import STANDARD
 from gprodom.console import add_json_flag, format_table, print_json
@@ -43,6 +43,7 @@ from gprodom.trajectory import Trajectory, path_length
 from mid_drive import cut_log
 
 TABLES = ("accelerometer", "gyroscope", "wheel-speed", "position")
+JUMP = "odom.largest_jump_m"  # in STATUS
 
 
 @dataclass(frozen=True)
@@ -108,28 +109,42 @@ def run(
 ) -> dict[str, Any]:
     """The figures of one recording, without its first seconds."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log, output = Path(name) / "in.lcmlog", Path(name) / "out.lcmlog"
+        log = Path(name) / "in.lcmlog"
         convert(recording, data, log)
         sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
         mount = find_mount(sensors)
         if from_s > 0:
             begin = int(sensors["imu"]["utime"][0]) + round(from_s * 1e6)
             log = cut_log(log, begin, Path(name) / "rest.lcmlog")
-            sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
-        angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-        settings = [f"imu.rpy_body_imu=[{angles}]", *recording.settings]
-        used = [*settings, *overrides]
-        found = estimate(log, find_method("imu_wheel"), (), used, output, smooth=True)
-        truth = read_truth(log).trajectory
-        wheel = wheel_and_gyro(sensors)
-        odometry = logs.read_roles(output, STANDARD.of("odometry"))["odometry"]
+        return measure(recording, log, mount, overrides)
+
+
+def measure(
+    recording: Recording, log: Path, mount: Mount, overrides: Sequence[str], smooth: bool = True
+) -> dict[str, Any]:
+    """The figures of its log; what is run is written beside that."""
+    output = log.with_suffix(".out.lcmlog")
+    sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
+    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
+    settings = [f"imu.rpy_body_imu=[{angles}]", *recording.settings]
+    found = estimate(
+        log, find_method("imu_wheel"), (), [*settings, *overrides], output, smooth=smooth
+    )
+    truth = read_truth(log).trajectory
+    wheel = wheel_and_gyro(sensors)
+    told = logs.read_roles(output, STANDARD.of("odometry", "status"))
+    odometry, status = told["odometry"], told["status"]["messages"]
     start = int(found.trajectory.time[0])
     data_start = min(int(channel["utime"][0]) for channel in sensors.values())
+    after = [message for message in status if message.utime > start]
+    jumps = [dict(zip(m.names, m.values, strict=True)).get(JUMP, 0.0) for m in after]
     figures: dict[str, Any] = {
         "settings": settings,
         "start_s": (start - data_start) * 1e-6,
         "scale": float(odometry["wheel_scale"][-1]),
         "scale_sigma": float(odometry["wheel_scale_sigma"][-1]),
+        "jump_m": max(jumps, default=0.0),
+        "reasons": sorted({reason for message in after for reason in message.reasons}),
     }
     if not recording.points:
         return figures | distances(wheel, found.trajectory, truth)

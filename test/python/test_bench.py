@@ -109,6 +109,21 @@ def test_a_start_in_mid_drive_with_a_cheap_gyro() -> None:
         assert outcome["nees_xy"] < 4
 
 
+def test_variations_of_a_recording() -> None:
+    """The short form of bench/robot_variations.py. Which side is left makes no difference."""
+    kinds = ["as recorded", "mirrored", "IMU upside down", "wheel 10 Hz", "wheel loses 0.5 s, 5 %"]
+    varied = [word for kind in kinds for word in ("--vary", kind)]
+    rows = json.loads(run(BENCH / "robot_variations.py", SAMPLE, *varied, "--json"))
+    found = {row["variation"]: row for row in rows}
+    assert list(found) == kinds
+    for row in rows:
+        assert row["ratio"] < 1.15, row
+        assert row["nees_xy"] < 6, row
+        assert row["start_s"] < 10, row
+        assert row["jump_m"] < 0.1, row
+    assert found["mirrored"]["causal_m"] == pytest.approx(found["as recorded"]["causal_m"], 1e-3)
+
+
 def test_a_wrong_mounting_is_told() -> None:
     """The short form of bench/mounting.py, on a drive of a minute and a half."""
     (found,) = json.loads(run(BENCH / "mounting.py", SAMPLE, "--json")).values()

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Recordings of real robots, varied in what differs from one robot to the next.
+
+The motion and its noise stay real; rates, delays, biases, mounting, encoder and the moment of the
+start change (variations.py). Each is measured as bench/robots.py measures a recording, its IMU's
+mounting found anew: error of dead reckoning and of `imu_wheel` (m), their ratio, NEES of x and y,
+seconds until the start, the largest jump of `odom` (m), and what health says after the start.
+
+SOURCE is the folder of bench/robots.py, or a sequence or log with truth.
+
+    bench/robot_variations.py SOURCE [--only RECORDING]... [--vary NAME]... [-j 2] [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom.calibrate.mount import find_mount
+from gprodom.config import STANDARD
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.lcm import logs
+from gprodom.odometry.estimate import as_log
+from gprodom.score.consistency import TruthError
+from robots import RECORDINGS, Recording, convert, measure
+from variations import VARIATIONS, read, write
+
+Row = dict[str, Any]
+
+
+def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Row:
+    """The figures of one variation of one recording."""
+    recording = RECORDINGS.get(name) or Recording("", (), TruthError())
+    row: Row = {"recording": name, "variation": variation}
+    varied = VARIATIONS[variation]
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+        log = Path(folder) / "recorded.lcmlog"
+        if recording.path:
+            convert(recording, source, log)
+        else:
+            log = as_log(source, Path(folder))
+        sensors = varied.change(read(log), np.random.default_rng(1))
+        try:
+            whole = write(sensors, Path(folder) / "whole.lcmlog")
+            try:
+                mount = find_mount(logs.read_roles(whole, STANDARD.of("imu", "wheel", "wheels")))
+            except Error:  # as found in the recording; a user measures it otherwise
+                row["mounting"] = "of the recording"
+                mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
+            log = write(varied.cut(sensors), Path(folder) / "in.lcmlog")
+            return row | measure(recording, log, mount, overrides, smooth=False)
+        except Error as error:  # one that does not start is a row, too
+            return row | {"error": str(error)}
+
+
+def table(rows: Sequence[Row]) -> str:
+    """A line for each variation of each recording."""
+    lines: list[list[object]] = []
+    for row in rows:
+        begin: list[object] = [row["variation"], row["recording"]]
+        if "error" in row:
+            lines.append([*begin, *[""] * 6, row["error"].splitlines()[0][:60]])
+            continue
+        if "ratio" in row:
+            errors = [row["wheel_m"], row["causal_m"], f"{row['ratio']:.2f}"]
+            errors.append("" if row["nees_xy"] is None else f"{row['nees_xy']:.1f}")
+        else:
+            errors = [f"{row['wheel_distance_m']:.1f} of {row['distance_m']:.1f}"]
+            errors += [f"{row['causal_distance_m']:.1f}", "", ""]
+        said = "mounting not found; " * ("mounting" in row)
+        said += "; ".join(sorted({reason.split(":")[0] for reason in row["reasons"]}))
+        lines.append([*begin, *errors, f"{row['start_s']:.1f}", f"{row['jump_m']:.2f}", said[:60]])
+    header = ["variation", "recording", "wheel", "imu_wheel", "ratio", "nees", "start", "jump"]
+    return format_table([*header, "health"], lines)
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("source", type=Path, metavar="SOURCE")
+    parser.add_argument("--only", action="append", choices=RECORDINGS, default=[])
+    parser.add_argument("--vary", action="append", choices=VARIATIONS, default=[])
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    names = [name for name, r in RECORDINGS.items() if (args.source / r.path).exists()]
+    names = args.only or names or [args.source.stem]
+    cases = [(name, variation) for variation in args.vary or VARIATIONS for name in names]
+    of, kinds = zip(*cases, strict=True)
+    rows: list[Row] = []
+    try:
+        with ProcessPoolExecutor(args.jobs) as pool, Progress("variations", len(cases)) as bar:
+            for row in pool.map(run, repeat(args.source), of, repeat(args.overrides), kinds):
+                rows.append(row)
+                bar.advance()
+    except Error as error:
+        print(f"robot_variations: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json(rows)
+    else:
+        print(table(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,366 @@
+"""A recording's sensors, and what may differ in them from one robot to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gprodom import rotation
+from gprodom.arrays import Floats, Ints
+from gprodom.config import STANDARD, TRUTH_CHANNEL
+from gprodom.lcm import logs
+from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.lcm.wire import encode
+from gprodom.score.sources import read_truth
+
+FINEST_M = 1e-6  # of a wheel's count, if nothing makes it coarse
+SLOW_HZ = 20.0  # to which a wheel is thinned before its stamps or samples get worse
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Times in us. force m/s^2, rate rad/s (n, 3); wheels: distances (m, 1 or 2), m; quantum_m: of
+    a wheel's count; truth (k, 3), m."""
+
+    imu_time: Ints
+    force: Floats
+    rate: Floats
+    wheel_time: Ints
+    wheels: Floats
+    truth_time: Ints
+    truth: Floats
+    quantum_m: float = FINEST_M
+
+    @property
+    def seconds(self) -> Floats:
+        """Of the IMU's samples, from the first."""
+        return np.asarray((self.imu_time - self.imu_time[0]) * 1e-6)
+
+
+Change = Callable[[Sensors, np.random.Generator], Sensors]
+
+
+def read(log: Path) -> Sensors:
+    """Of a log."""
+    found = logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels"))
+    imu, wheel = found["imu"], found.get("wheels", found.get("wheel"))
+    assert wheel is not None
+    ticks = [wheel[name] for name in ("left_ticks", "right_ticks", "ticks") if name in wheel]
+    truth = read_truth(log).trajectory
+    return Sensors(
+        imu["utime"],
+        imu["linear_acceleration"],
+        imu["angular_velocity"],
+        wheel["utime"],
+        np.column_stack(ticks) * wheel["metres_per_tick"][:, None],
+        truth.time,
+        truth.position,
+    )
+
+
+def write(sensors: Sensors, log: Path) -> Path:
+    """As a log."""
+    ticks = np.floor(sensors.wheels / sensors.quantum_m + 0.5).astype(np.int64)
+    names = ("left_ticks", "right_ticks") if ticks.shape[1] == 2 else ("ticks",)
+    counts = dict(zip(names, ticks.T, strict=True)) | {"metres_per_tick": sensors.quantum_m}
+    imu = {
+        "linear_acceleration": sensors.force,
+        "angular_velocity": sensors.rate,
+        "has_orientation": False,
+        "orientation": np.tile([1.0, 0.0, 0.0, 0.0], (len(sensors.force), 1)),
+    }
+    pair = ticks.shape[1] == 2
+    streams = [
+        (STANDARD.imu, "imu_t", sensors.imu_time, imu),
+        (
+            STANDARD.wheels if pair else STANDARD.wheel,
+            "wheels_t" if pair else "wheel_t",
+            sensors.wheel_time,
+            counts,
+        ),
+        (TRUTH_CHANNEL, "position_truth_t", sensors.truth_time, {"position": sensors.truth}),
+    ]
+    write_log(
+        log,
+        [
+            Stream(channel, time, encode(kind, {"utime": time, **fields}, len(time)))
+            for channel, kind, time, fields in streams
+        ],
+    )
+    return log
+
+
+def rate_hz(time: Ints) -> float:
+    """Samples per second."""
+    return float(1e6 / np.median(np.diff(time)))
+
+
+def slower_imu(hz: float, mean: bool) -> Change:
+    """Every kth sample, or the mean of k with the stamp of their middle, as a sensor's filter."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        k = max(round(rate_hz(s.imu_time) / hz), 1)
+        if not mean:
+            return replace(s, imu_time=s.imu_time[::k], force=s.force[::k], rate=s.rate[::k])
+        n = len(s.imu_time) // k
+
+        def of(values: Floats) -> Floats:
+            return np.asarray(values[: n * k].reshape(n, k, -1).mean(axis=1))
+
+        first = s.imu_time[0]
+        time = first + of((s.imu_time - first).astype(float))[:, 0].astype(np.int64)
+        return replace(s, imu_time=time, force=of(s.force), rate=of(s.rate))
+
+    return change
+
+
+def slower_wheel(s: Sensors, hz: float) -> Sensors:
+    """Every kth sample."""
+    k = max(round(rate_hz(s.wheel_time) / hz), 1)
+    return replace(s, wheel_time=s.wheel_time[::k], wheels=s.wheels[::k])
+
+
+def held_wheel(seconds: float) -> Change:
+    """The driver repeats a speed until it has the next: so much later it is the path's."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        corners = np.arange(s.wheel_time[0], s.wheel_time[-1], seconds * 1e6)
+        held = [
+            np.interp(s.wheel_time, corners + seconds * 1e6, np.interp(corners, s.wheel_time, w))
+            for w in s.wheels.T
+        ]
+        return replace(s, wheels=np.column_stack(held))
+
+    return change
+
+
+def jittered_wheel(s: Sensors, generator: np.random.Generator) -> Sensors:
+    """Stamps up to 30 ms off, as of a busy computer."""
+    slow = slower_wheel(s, SLOW_HZ)
+    off = generator.uniform(-30e3, 30e3, len(slow.wheel_time)).astype(np.int64)
+    return replace(slow, wheel_time=np.maximum.accumulate(slow.wheel_time + off + 30_000))
+
+
+def lost(time: Ints, share: float, burst_s: float, generator: np.random.Generator) -> Ints:
+    """Indices of what is left if so much of the time is lost, in bursts (0: single samples)."""
+    length = max(round(burst_s * rate_hz(time)), 1)
+    begins = np.flatnonzero(generator.random(len(time)) < share / length)
+    gone = np.unique(np.concatenate([begins + i for i in range(length)] or [begins]))
+    return np.setdiff1d(np.arange(len(time)), gone)
+
+
+def lossy_wheel(burst_s: float) -> Change:
+    """5 % of the samples."""
+
+    def change(s: Sensors, generator: np.random.Generator) -> Sensors:
+        slow = slower_wheel(s, SLOW_HZ)
+        kept = lost(slow.wheel_time, 0.05, burst_s, generator)
+        return replace(slow, wheel_time=slow.wheel_time[kept], wheels=slow.wheels[kept])
+
+    return change
+
+
+def lossy_imu(burst_s: float) -> Change:
+    """5 % of the samples."""
+
+    def change(s: Sensors, generator: np.random.Generator) -> Sensors:
+        kept = lost(s.imu_time, 0.05, burst_s, generator)
+        return replace(s, imu_time=s.imu_time[kept], force=s.force[kept], rate=s.rate[kept])
+
+    return change
+
+
+def noisy_wheel(share: float) -> Change:
+    """White noise on each speed, of so much of it."""
+
+    def change(s: Sensors, generator: np.random.Generator) -> Sensors:
+        slow = slower_wheel(s, SLOW_HZ)
+        steps = np.diff(slow.wheels, axis=0, prepend=slow.wheels[:1])
+        noise = 1 + share * generator.standard_normal(steps.shape)
+        return replace(slow, wheels=slow.wheels[0] + np.cumsum(steps * noise, axis=0))
+
+    return change
+
+
+def shaken(times: float) -> Change:
+    """What changes within half a second is so many times larger."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        n = max(round(0.5 * rate_hz(s.imu_time)), 1)
+
+        def of(values: Floats) -> Floats:
+            padded = np.pad(values, ((n // 2, n - 1 - n // 2), (0, 0)), mode="edge")
+            summed = np.cumsum(np.vstack([np.zeros((1, 3)), padded]), axis=0)
+            smooth = (summed[n:] - summed[:-n]) / n
+            return np.asarray(smooth + times * (values - smooth))
+
+        return replace(s, force=of(s.force), rate=of(s.rate))
+
+    return change
+
+
+def noisy_imu(s: Sensors, generator: np.random.Generator) -> Sensors:
+    """As much white noise again as there is from sample to sample."""
+
+    def of(values: Floats) -> Floats:
+        size = np.median(np.abs(np.diff(values, n=2, axis=0)), axis=0) * 1.483 / np.sqrt(6)
+        return np.asarray(values + size * generator.standard_normal(values.shape))
+
+    return replace(s, force=of(s.force), rate=of(s.rate))
+
+
+def mirrored(s: Sensors, _: np.random.Generator) -> Sensors:
+    """Left is right. Rates are axial vectors."""
+    flip = np.array([1.0, -1.0, 1.0])
+    return replace(
+        s, force=s.force * flip, rate=-s.rate * flip, wheels=s.wheels[:, ::-1], truth=s.truth * flip
+    )
+
+
+def turned(*quaternion: float) -> Change:
+    """The IMU is mounted otherwise."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        R = rotation.to_matrix(np.array(quaternion) / np.linalg.norm(quaternion))
+        return replace(s, force=s.force @ R, rate=s.rate @ R)
+
+    return change
+
+
+def backwards_in_time(s: Sensors, _: np.random.Generator) -> Sensors:
+    """The same forces, opposite rates, and the robot's rear is its front."""
+    ends = s.imu_time[0] + s.imu_time[-1]
+    return replace(
+        s,
+        imu_time=ends - s.imu_time[::-1],
+        force=s.force[::-1],
+        rate=-s.rate[::-1],
+        wheel_time=ends - s.wheel_time[::-1],
+        wheels=-s.wheels[::-1, ::-1],
+        truth_time=ends - s.truth_time[::-1],
+        truth=s.truth[::-1],
+    )
+
+
+def tail_first(s: Sensors, _: np.random.Generator) -> Sensors:
+    """All the way: the wheel counts down, and the IMU looks to the rear."""
+    return replace(s, wheels=-s.wheels[:, ::-1])
+
+
+def imu_errors(
+    rate: Sequence[float] = (0, 0, 0),
+    warming: Sequence[float] = (0, 0, 0),
+    force: Sequence[float] = (0, 0, 0),
+    force_scale: float = 1.0,
+    rate_scale: float = 1.0,
+) -> Change:
+    """Biases of gyro (rad/s) and accelerometer (m/s^2), drift of the gyro's (rad/s in a minute),
+    scales."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        drift = np.outer(s.seconds / 60, warming)
+        return replace(
+            s, force=force_scale * s.force + force, rate=rate_scale * s.rate + rate + drift
+        )
+
+    return change
+
+
+def wheel_errors(
+    scale: float = 1.0, late_s: float = 0.0, quantum_m: float = FINEST_M, hz: float = 1e3
+) -> Change:
+    """Scale, delay, a coarse encoder, a slower one."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        late = round(late_s * 1e6)
+        s = replace(s, wheels=scale * s.wheels, wheel_time=s.wheel_time + late)
+        return replace(slower_wheel(s, hz), quantum_m=quantum_m)
+
+    return change
+
+
+def same(s: Sensors, _: np.random.Generator) -> Sensors:
+    """As recorded."""
+    return s
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A change, and the shares of the recording's time between which it is run, with the seconds
+    after the first."""
+
+    change: Change = same
+    begin: float = 0.0
+    end: float = 1.0
+    begin_s: float = 0.0
+
+    def cut(self, s: Sensors) -> Sensors:
+        """The part that is run."""
+        first, last = int(s.imu_time[0]), int(s.imu_time[-1])
+        begin = first + round(self.begin * (last - first)) + round(self.begin_s * 1e6)
+        end = first + round(self.end * (last - first))
+
+        def of(time: Ints) -> slice:
+            return slice(*np.searchsorted(time, [begin, end + 1]).tolist())
+
+        imu, wheel, truth = of(s.imu_time), of(s.wheel_time), of(s.truth_time)
+        return replace(
+            s,
+            imu_time=s.imu_time[imu],
+            force=s.force[imu],
+            rate=s.rate[imu],
+            wheel_time=s.wheel_time[wheel],
+            wheels=s.wheels[wheel],
+            truth_time=s.truth_time[truth],
+            truth=s.truth[truth],
+        )
+
+
+VARIATIONS = {
+    "as recorded": Variation(),
+    "IMU 60 Hz, mean": Variation(slower_imu(60, mean=True)),
+    "IMU 60 Hz, plain": Variation(slower_imu(60, mean=False)),
+    "IMU 40 Hz, mean": Variation(slower_imu(40, mean=True)),
+    "IMU 40 Hz, plain": Variation(slower_imu(40, mean=False)),
+    "IMU 20 Hz, plain": Variation(slower_imu(20, mean=False)),
+    "IMU shaken twice as much": Variation(shaken(2)),
+    "IMU shaken four times": Variation(shaken(4)),
+    "IMU with more white noise": Variation(noisy_imu),
+    "IMU loses samples, 5 %": Variation(lossy_imu(0)),
+    "IMU loses 0.5 s, 5 %": Variation(lossy_imu(0.5)),
+    "IMU turned": Variation(turned(1, 0.3, -0.5, 0.8)),
+    "IMU upside down": Variation(turned(0.1, 1, 0.1, -0.1)),
+    "gyro bias 0.01 rad/s": Variation(imu_errors(rate=(0.01, -0.01, 0.01))),
+    "gyro bias -0.02 rad/s": Variation(imu_errors(rate=(-0.02, 0.015, -0.02))),
+    "gyro warms, 0.002 rad/s a minute": Variation(imu_errors(warming=(0.002, 0.002, 0.002))),
+    "gyro scale 1.005": Variation(imu_errors(rate_scale=1.005)),
+    "gyro scale 0.995": Variation(imu_errors(rate_scale=0.995)),
+    "accelerometer bias 0.3 m/s^2": Variation(imu_errors(force=(0.3, -0.2, 0.1))),
+    "accelerometer scale 1.02": Variation(imu_errors(force_scale=1.02)),
+    "accelerometer scale 0.98": Variation(imu_errors(force_scale=0.98)),
+    "wheel 10 Hz": Variation(wheel_errors(hz=10)),
+    "wheel 5 Hz": Variation(wheel_errors(hz=5)),
+    "wheel held 0.25 s": Variation(held_wheel(0.25)),
+    "wheel 0.1 s late": Variation(wheel_errors(late_s=0.1)),
+    "wheel 0.2 s late": Variation(wheel_errors(late_s=0.2)),
+    "wheel 0.3 s late": Variation(wheel_errors(late_s=0.3)),
+    "wheel stamps +-30 ms": Variation(jittered_wheel),
+    "wheel scale 1.1": Variation(wheel_errors(scale=1.1)),
+    "wheel scale 0.9": Variation(wheel_errors(scale=0.9)),
+    "wheel counts 1 cm": Variation(wheel_errors(quantum_m=0.01)),
+    "wheel counts 10 cm": Variation(wheel_errors(quantum_m=0.1)),
+    "wheel loses samples, 5 %": Variation(lossy_wheel(0)),
+    "wheel loses 0.5 s, 5 %": Variation(lossy_wheel(0.5)),
+    "wheel noise 5 %": Variation(noisy_wheel(0.05)),
+    "wheel noise 20 %": Variation(noisy_wheel(0.2)),
+    "mirrored": Variation(mirrored),
+    "tail first": Variation(tail_first),
+    "backwards in time": Variation(backwards_in_time),
+    "from 20 s": Variation(begin_s=20),
+    "from 40 s": Variation(begin_s=40),
+    "first half": Variation(end=0.5),
+    "second half": Variation(begin=0.5),
+}
