@@ -295,12 +295,13 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
   variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
+  const Vector3d wheel_at(c.lever_arm.x(), input.wheel_y_m, c.lever_arm.z());
   std::shared_ptr<const Factor> factor;
   if (c.form == WheelForm::kDistance)
     factor = std::make_shared<WheelDistanceFactor>(increment.distance(), std::sqrt(variance[0]),
-                                                   c.lever_arm, c.robust_threshold);
+                                                   wheel_at, c.robust_threshold);
   else
-    factor = std::make_shared<WheelFactor>(increment, c.lever_arm, variance, c.robust_threshold,
+    factor = std::make_shared<WheelFactor>(increment, wheel_at, variance, c.robust_threshold,
                                            slip_of(input.time));
   add_factor(a, b, factor);
 }

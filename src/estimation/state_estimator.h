@@ -55,6 +55,7 @@ struct StateInput {
   double turn_variance = 0.0;       // rad^2, of the sum of the steps' wheel_turn
   bool wheel_late = false;          // delayed: accelerations cannot show the wheel's scale
   double wheel_delay_s = 0.0;       // learnt; 0 if none is significant
+  double wheel_y_m = 0.0;           // lateral position of the wheel's contact point in body
   bool standing = false;            // a standstill was detected
   bool wheel_contradicted = false;  // the robot does not move as the wheel says
   // rad/s, body; set if a standstill shows that the bias has changed by more than its walk.

@@ -32,12 +32,14 @@ void DriveNoise::add(const StateInput& input, const NavState& at) {
     const Eigen::Vector3d up = q.conjugate() * Eigen::Vector3d(0, 0, kStandardGravity);
     const Eigen::Vector3d acceleration = step.acceleration - at.accel_bias - up;
     const double forwards = acceleration.x();
+    // Of the body's origin, from the wheel.
+    const double way_m = step.wheel_m / at.wheel_scale + input.wheel_y_m * rate.z() * step.dt;
     // Without side slip the only sideways acceleration is the centripetal one.
-    sideways += acceleration.y() * step.dt - rate.z() * step.wheel_m / at.wheel_scale;
+    sideways += acceleration.y() * step.dt - rate.z() * way_m;
     p += v * step.dt + 0.5 * forwards * step.dt * step.dt;
     v += forwards * step.dt;
     dt += step.dt;
-    wheel_m += step.wheel_m / at.wheel_scale;
+    wheel_m += way_m;
     bridged |= step.bridged;
   }
   const bool continues =

@@ -260,6 +260,8 @@ StateInput MotionJudge::judge(TimeNs to) {
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
+  input.wheel_y_m = slip_belief_.position().believed_m();
+  slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
   const double delay_s = wheel_delay_s();
   input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);

@@ -61,7 +61,8 @@ class MotionJudge {
 
   // Share of the path on which the wheel slips, as learnt.
   double slip_share() const { return slip_belief_.share().value(); }
-  const slip::SlipShare::Counts& slip_counts() const { return slip_belief_.share().counts(); }
+  slip::Learnt learnt_slip() const { return slip_belief_.learnt(); }
+  const slip::WheelPosition& wheel_position() const { return slip_belief_.position(); }
   // Is the wheel compared with the radar's coherence, at present?
   bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
 
@@ -78,7 +79,7 @@ class MotionJudge {
   // then.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
-  void resume_slip(const slip::SlipShare::Counts& counts) { slip_belief_.take_up(counts); }
+  void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.

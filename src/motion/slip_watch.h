@@ -62,6 +62,8 @@ class SlipWatch {
                                                        double wheel_scale);
 
   // Also makes the window long enough for two held values.
+  // m, y of body: where the wheel is.
+  void set_wheel_position(double y_m) { config_.lever_arm.y() = y_m; }
   void set_wheel_error(const WheelError& error);
 
   // Signed distance (m) by the published velocity; nothing where that is not known.

@@ -11,7 +11,7 @@ namespace gprodom {
 namespace {
 
 const char* const kTitle = "gprodom wheel 1";
-const char* const kSlipTitle = "gprodom slip 1";
+const char* const kSlipTitle = "gprodom slip 2";
 const char* const kPairTitle = "gprodom wheels 1";
 
 // A setting as text, every digit of its figures.
@@ -55,8 +55,9 @@ SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes) {
 
 std::string to_bytes(const SavedSlip& slip) {
   ByteWriter out;
-  out.put(slip.counts.rolled_s);
-  out.put(slip.counts.slipped_s);
+  const auto& [counts, position] = slip.learnt;
+  for (const double figure : {counts.rolled_s, counts.slipped_s, position.y_m, position.sigma_m})
+    out.put(figure);
   out.put_text(slip.setting);
   return out.sealed(kSlipTitle);
 }
@@ -64,12 +65,14 @@ std::string to_bytes(const SavedSlip& slip) {
 SavedSlip saved_slip_from(const std::string& name, std::string_view bytes) {
   ByteReader in(name, bytes, kSlipTitle);
   SavedSlip slip;
-  slip.counts.rolled_s = in.get<double>();
-  slip.counts.slipped_s = in.get<double>();
+  auto& [counts, position] = slip.learnt;
+  for (double* figure : {&counts.rolled_s, &counts.slipped_s, &position.y_m, &position.sigma_m})
+    *figure = in.get<double>();
   slip.setting = in.get_text();
   in.expect_end();
-  const bool sound = std::isfinite(slip.counts.rolled_s) && slip.counts.slipped_s >= 0 &&
-                     slip.counts.slipped_s <= slip.counts.rolled_s;
+  const bool sound = std::isfinite(counts.rolled_s) && counts.slipped_s >= 0 &&
+                     counts.slipped_s <= counts.rolled_s && std::isfinite(position.y_m) &&
+                     std::isfinite(position.sigma_m) && position.sigma_m >= 0;
   if (!sound) in.refuse("a figure of it is out of range");
   return slip;
 }

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "gprodom/config.h"
-#include "motion/slip/slip_share.h"
+#include "motion/slip/slip_belief.h"
 #include "motion/turn_calibration.h"
 
 namespace gprodom {
@@ -26,9 +26,9 @@ std::string to_bytes(const SavedWheel& wheel);
 // name: of the file, for errors. Throws FileError where it is not a whole one that makes sense.
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes);
 
-// Likewise: how much of the path the wheel slipped.
+// Likewise: how much of the path the wheel slipped, and where it is.
 struct SavedSlip {
-  slip::SlipShare::Counts counts;
+  slip::Learnt learnt;
   std::string setting;  // wheel_setting() when it was learnt
 };
 

@@ -90,12 +90,12 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
   return said;
 }
 
-std::optional<slip::SlipShare::Counts> StateStore::slip(std::vector<std::string>& notices) const {
+std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) const {
   if (!enabled()) return std::nullopt;
   const std::string path = directory_ + kSlipFile;
   const auto slip = read(path, notices, saved_slip_from);
   if (!slip) return std::nullopt;
-  if (slip->setting == wheel_setting_) return slip->counts;
+  if (slip->setting == wheel_setting_) return slip->learnt;
   notices.push_back(path + ": not used: " + kOtherWheel);
   return std::nullopt;
 }
@@ -175,8 +175,8 @@ void StateStore::save(const LearntTurn& pair) {
     writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
 }
 
-void StateStore::save(const slip::SlipShare::Counts& slip) {
-  if (enabled() && slip.rolled_s > 0)
+void StateStore::save(const slip::Learnt& slip) {
+  if (enabled() && slip.counts.rolled_s > 0)
     writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
 }
 

@@ -29,8 +29,8 @@ class StateStore {
   // wheel is another one, or if the scale contradicts the configured prior. This and the next four
   // functions add to notices what was found, or why it cannot be used.
   Config config_with_wheel_scale(std::vector<std::string>& notices) const;
-  // How much the wheel slipped in the last run, if it is the same wheel.
-  std::optional<slip::SlipShare::Counts> slip(std::vector<std::string>& notices) const;
+  // How much the wheel slipped in the last run, and where it is, if it is the same wheel.
+  std::optional<slip::Learnt> slip(std::vector<std::string>& notices) const;
   // The turn calibration of the last run, if the configured wheels are the same and the expected
   // track is not another one.
   std::optional<LearntTurn> pair(std::vector<std::string>& notices) const;
@@ -48,7 +48,7 @@ class StateStore {
   // In the background. estimate: whose scale is kept.
   void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);
   void save(const LearntTurn& pair);
-  void save(const slip::SlipShare::Counts& slip);
+  void save(const slip::Learnt& slip);
 
   std::string ground_path() const { return directory_ + "/ground.map"; }
   FileWriter& writer() { return writer_; }

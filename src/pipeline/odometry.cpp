@@ -99,7 +99,7 @@ void Odometry::save_due(Outputs& out) {
 void Odometry::save_state() {
   store_->save(newest_, pipeline_->state(map_frame_->now()));
   if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
-  store_->save(pipeline_->slip_counts());
+  store_->save(pipeline_->learnt_slip());
 }
 
 void Odometry::begin_saving(const std::string& path) {
@@ -174,7 +174,7 @@ Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
   restart(
-      {pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair(), pipeline_->slip_counts()});
+      {pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair(), pipeline_->learnt_slip()});
 }
 
 void Odometry::forget() { restart({}); }

@@ -235,6 +235,10 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
 
   health_.value("wheel.unwitnessed", result.slip_sigma);
   if (motion_.wheel_delay_s() > 0) health_.value("wheel.delay_s", motion_.wheel_delay_s());
+  if (motion_.wheel_position().learns()) {
+    health_.value("wheel.y_m", motion_.wheel_position().learnt().y_m);
+    health_.value("wheel.y_sigma_m", motion_.wheel_position().learnt().sigma_m);
+  }
   health_.add("states", 1);
   health_.add("solver.steps", result.solve.steps);
   health_.add("solver.steps_accepted", result.solve.accepted);

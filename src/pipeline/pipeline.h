@@ -32,9 +32,9 @@ namespace gprodom {
 // What a pipeline takes over from the one before it, or from a saved run.
 struct StartingPoint {
   std::optional<GroundMap> ground;
-  std::optional<SavedState> state;              // used if it is at most state.resume_within old
-  std::optional<LearntTurn> pair;               // calibration of left and right wheels
-  std::optional<slip::SlipShare::Counts> slip;  // of the wheel
+  std::optional<SavedState> state;   // used if it is at most state.resume_within old
+  std::optional<LearntTurn> pair;    // calibration of left and right wheels
+  std::optional<slip::Learnt> slip;  // of the wheel
 };
 
 class Pipeline {
@@ -72,7 +72,7 @@ class Pipeline {
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
   // Likewise the calibration of left and right wheels (WheelPair::learnt).
   std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
-  slip::SlipShare::Counts slip_counts() const { return motion_.slip_counts(); }
+  slip::Learnt learnt_slip() const { return motion_.learnt_slip(); }
   // The correction of the resumed state; returned once.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);

@@ -51,6 +51,7 @@ SlipBelief::SlipBelief(const Config& config)
       unseen_(config),
       wheel_noise_(config.wheel.noise),
       wheel_floor_(config.wheel.noise_floor),
+      position_(config.wheel),
       lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {}
 
 void SlipBelief::restart() {
@@ -85,6 +86,8 @@ Hypothesis SlipBelief::first_hypothesis(const StateResult& newest) const {
   J(row_of::kScale, row::kScale) = 1 / at.wheel_scale;
   h.P = J * newest.covariance * J.transpose();
   h.P(row_of::kSlip, row_of::kSlip) = kGripSigma * kGripSigma;
+  h.x[row_of::kWheelY] = position_.learnt().y_m;
+  h.P(row_of::kWheelY, row_of::kWheelY) = std::pow(position_.learnt().sigma_m, 2);
   return h;
 }
 
@@ -190,6 +193,7 @@ void SlipBelief::close() {
   slip::prune(hypotheses_, kHypotheses);
   if (rolls && !b.gap) learn_share();
   take_out_common_error();
+  position_.learn(hypotheses_);
   block_ = {};
   ++blocks_;
 }
@@ -208,8 +212,7 @@ void SlipBelief::learn_share() {
   share_.add(block_.dt, slips, 1 - left);
 }
 
-// Replaces each hypothesis by one for each change of mode that may have happened in the last
-// second.
+// Replaces each hypothesis by those for each change of mode within the last second.
 void SlipBelief::branch(double seconds) {
   const double share = share_.value();
   const double begins = seconds * share / ((1 - share) * model_.lasts_s);
@@ -315,10 +318,12 @@ void SlipBelief::weigh(Hypothesis& h) const {
     H[row_of::kSpeed] = dt;
     H[row_of::kSlip] = -by_wheel;
     H[row_of::kScale] = by_wheel;
+    H[row_of::kWheelY] = -b.turned;
     const double white = wheel_noise_ * wheel_noise_ * std::abs(b.wheel_m);
     const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
     const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
-    const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt;
+    const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt -
+                       h.x[row_of::kWheelY] * b.turned;  // of the wheel
     // The wheel's noise is stretched with its distance. The likelihood must not prefer a hypothesis
     // for the size of its noise, which is not known so well; the last term removes that.
     const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;
@@ -385,10 +390,8 @@ std::vector<IntervalSlip> SlipBelief::recent() const {
       square += w * (past.variance + past.l * past.l);
       slips += w * past.slips;
     }
-    // An unlikely slip is left to the robust loss of the wheel's factor.
-    const double shrunk = slips * slips / (slips * slips + (1 - slips) * (1 - slips));
     const double variance = slips * (square - mean * mean);
-    mean *= slips > 0 ? shrunk / slips : 1.0;
+    mean *= slips > 0 ? slip::without_unlikely(slips) / slips : 1.0;
     result.push_back({interval.to, mean, std::sqrt(std::max(0.0, variance))});
   }
   return result;

@@ -20,8 +20,19 @@
 #include "motion/slip/slip_hypothesis.h"
 #include "motion/slip/slip_share.h"
 #include "motion/slip/unseen_slip.h"
+#include "motion/slip/wheel_position.h"
 
 namespace gprodom {
+
+namespace slip {
+
+// What is saved for the next run.
+struct Learnt {
+  SlipShare::Counts counts;
+  LearntPosition position;
+};
+
+}  // namespace slip
 
 class SlipBelief {
  public:
@@ -42,9 +53,14 @@ class SlipBelief {
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
+  const slip::WheelPosition& position() const { return position_; }
   const slip::SlipShare& share() const { return share_; }
+  slip::Learnt learnt() const { return {share_.counts(), position_.learnt()}; }
   // Of an earlier run.
-  void take_up(const slip::SlipShare::Counts& earlier) { share_.take_up(earlier); }
+  void take_up(const slip::Learnt& earlier) {
+    share_.take_up(earlier.counts);
+    position_.resume(earlier.position);
+  }
 
  private:
   struct Interval {
@@ -85,6 +101,7 @@ class SlipBelief {
   slip::SlipShare share_;
   slip::UnseenSlip unseen_;
   double wheel_noise_, wheel_floor_;
+  slip::WheelPosition position_;
   std::size_t lag_;  // intervals that recent() gives
   std::vector<slip::Hypothesis> hypotheses_;
   std::deque<Interval> intervals_;

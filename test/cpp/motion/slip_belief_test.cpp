@@ -43,6 +43,10 @@ class Drive {
     start_.covariance(row::kScale, row::kScale) = 4e-6;
   }
 
+  // The wheel's true lateral position, m; configured is 0.
+  void put_wheel(double y_m) { wheel_y_m_ = y_m; }
+  void seed(unsigned value) { engine_.seed(value); }
+
   // Of each interval's wheel distance, m, beyond what is configured.
   void jitter(double sigma_m) { jitter_m_ = sigma_m; }
 
@@ -63,6 +67,7 @@ class Drive {
     while (now_ < end - 1e-9) interval(coherence);
   }
 
+  const slip::WheelPosition& position() const { return belief_->position(); }
   double told() const { return belief_->recent().back().l; }
   double sigma() const { return belief_->recent().back().sigma; }
   // Of the interval that ended so long ago.
@@ -90,7 +95,7 @@ class Drive {
       step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
       step.bridged = t > silent_from_ && t < silent_to_;
       if (step.bridged) step.acceleration << 0, 0, kGravity;
-      step.wheel_m = v * std::exp(-slip_(t)) * dt;
+      step.wheel_m = (v - wheel_y_m_ * turn_(t)) * std::exp(-slip_(t)) * dt;
       way += v * dt;
       if (i == 0) step.wheel_m += jitter_m_ * normal_(engine_);
       wheel += step.wheel_m;
@@ -120,7 +125,7 @@ class Drive {
   OfTime speed_, turn_, slip_;
   std::optional<SlipBelief> belief_;
   StateResult start_;
-  double jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
+  double wheel_y_m_ = 0.0, jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
   double silent_from_ = 0.0, silent_to_ = 0.0;
   double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
   int intervals_ = 0;
@@ -222,6 +227,65 @@ TEST(SlipBelief, ASharpBendIsNoSlip) {
     worst = std::max(worst, std::abs(drive.told()));
   }
   EXPECT_LT(worst, 0.03);
+}
+
+// A corner every ten seconds, to the left and to the right.
+double corners(double t) {
+  return 0.4 * (ramp(std::fmod(t, 20.0) * 3, 6, 21) - ramp(std::fmod(t, 20.0) * 3, 36, 51));
+}
+
+TEST(SlipBelief, BendsTellWhereTheWheelIs) {
+  for (const double y : {-0.6, 0.0, 0.3}) {
+    Drive drive(kCart, wavy, corners, zero);
+    drive.put_wheel(y);
+    drive.to(10);
+    EXPECT_NEAR(drive.position().learnt().sigma_m, 0.1, 0.1) << y;
+    double worst = 0.0;
+    for (int t = 20; t <= 100; ++t) {
+      drive.to(t);
+      worst = std::max(worst, std::abs(drive.told()));
+    }
+    EXPECT_NEAR(drive.position().learnt().y_m, y, 0.03) << y;
+    EXPECT_LT(drive.position().learnt().sigma_m, 0.03) << y;
+    EXPECT_NEAR(drive.position().believed_m(), y, 0.03) << y;
+    EXPECT_LT(worst, 0.05) << y;  // it is not taken for slip
+  }
+}
+
+TEST(SlipBelief, ErrorOfTheWheelsPositionIsAsLargeAsItSays) {
+  constexpr int kDrives = 60;
+  std::mt19937 engine(7);
+  std::normal_distribution<double> prior(0.0, slip::WheelPosition({}).learnt().sigma_m);
+  double sum = 0.0;
+  for (int i = 0; i < kDrives; ++i) {
+    const double y = prior(engine);
+    Drive drive({3e-4, 0.05}, wavy, corners, zero);
+    drive.seed(static_cast<unsigned>(i));
+    drive.put_wheel(y);
+    drive.to(25);
+    const slip::LearntPosition& told = drive.position().learnt();
+    sum += std::pow((told.y_m - y) / told.sigma_m, 2);
+  }
+  EXPECT_GT(sum / kDrives, 0.3);
+  EXPECT_LT(sum / kDrives, 1.6);
+}
+
+TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
+  Drive straight(kCart, wavy, zero, zero);
+  straight.put_wheel(-0.6);
+  straight.to(30);
+  EXPECT_NEAR(straight.position().believed_m(), 0.0, 0.01);
+  Config pair;
+  pair.wheel.drive = WheelDrive::kDifferential;
+  pair.wheel.lever_arm.y() = 0.1;
+  EXPECT_FALSE(slip::WheelPosition(pair.wheel).learns());
+  EXPECT_EQ(slip::WheelPosition(pair.wheel).believed_m(), 0.1);
+  // Of an earlier run: that it is elsewhere is kept.
+  slip::WheelPosition position{WheelConfig()};
+  position.resume({-0.6, 0.1});
+  EXPECT_NEAR(position.believed_m(), -0.6, 0.01);
+  position.resume({-0.6, 2.0});  // less than is known anyway
+  EXPECT_NEAR(position.learnt().sigma_m, 0.1, 0.01);
 }
 
 // Nothing shows the jump with which this slip begins, but that of its end does.

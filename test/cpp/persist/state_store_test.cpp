@@ -131,9 +131,10 @@ TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
 }
 
 TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
-  const auto save_slip = [&](const slip::SlipShare::Counts& counts) {
+  const auto save_slip = [&](const slip::SlipShare::Counts& counts,
+                             const slip::LearntPosition& position = {-0.6, 0.2}) {
     StateStore store(config_);
-    store.save(counts);
+    store.save({counts, position});
     store.writer().flush();
     EXPECT_EQ(store.trouble(), "");
   };
@@ -142,21 +143,27 @@ TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
   save_slip({100.0, 20.0});
   const auto back = StateStore(config_).slip(notices_);
   ASSERT_TRUE(back);
-  EXPECT_EQ(back->rolled_s, 100.0);
-  EXPECT_EQ(back->slipped_s, 20.0);
+  EXPECT_EQ(back->counts.rolled_s, 100.0);
+  EXPECT_EQ(back->counts.slipped_s, 20.0);
+  EXPECT_EQ(back->position.y_m, -0.6);
+  EXPECT_EQ(back->position.sigma_m, 0.2);
   EXPECT_TRUE(notices_.empty());
   config_.wheel.lever_arm.x() += 0.1;
   EXPECT_FALSE(StateStore(config_).slip(notices_));
   ASSERT_EQ(notices_.size(), 1u);
   EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
-  for (const slip::SlipShare::Counts broken :
-       {slip::SlipShare::Counts{100.0, 101.0}, slip::SlipShare::Counts{100.0, NAN},
-        slip::SlipShare::Counts{INFINITY, 1.0}}) {
+  const auto refused = [&](const slip::SlipShare::Counts& counts,
+                           const slip::LearntPosition& position) {
     notices_.clear();
-    save_slip(broken);
+    save_slip(counts, position);
     EXPECT_FALSE(StateStore(config_).slip(notices_));
     EXPECT_EQ(notices_.size(), 1u);
-  }
+  };
+  refused({100.0, 101.0}, {0.0, 0.5});
+  refused({100.0, NAN}, {0.0, 0.5});
+  refused({INFINITY, 1.0}, {0.0, 0.5});
+  refused({100.0, 20.0}, {NAN, 0.5});
+  refused({100.0, 20.0}, {0.0, -0.5});
 }
 
 TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
