@@ -30,8 +30,8 @@ class WheelPosition {
   bool learns() const { return prior_sigma_m_ > 0; }
   const LearntPosition& learnt() const { return learnt_; }
 
-  // What the estimate uses, m. Most likely the configuration is right, so a small or uncertain offset
-  // from it does not count.
+  // What the estimate uses, m. Most likely the configuration is right, so a small or uncertain
+  // offset from it does not count.
   double believed_m() const;
 
  private:
