@@ -109,7 +109,8 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
-    compare_with_wheel(std::get<gpr::PathLength>(finding));
+    late_wheel_.keep(std::get<gpr::PathLength>(finding));
+    compare_with_wheel();
   }
   displacements_.push_back({in_metres, by_coherence});
 }
@@ -130,12 +131,15 @@ std::optional<double> MotionJudge::unseen_speed() const {
 }
 
 // A path with sudden slip in it, or near it, is left out.
-void MotionJudge::compare_with_wheel(const gpr::PathLength& path) {
+void MotionJudge::compare_with_wheel() {
   constexpr TimeNs kMargin = 400'000'000;
-  const auto from = wheel_.distance(path.from), to = wheel_.distance(path.to);
-  if (!from || !to || slip_.between(path.from - kMargin, path.to + kMargin)) return;
-  slip_belief_.compare(path, *to - *from);
-  compared_to_ = path.to;
+  for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
+    const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
+    const auto from = wheel_.distance(begin), to = wheel_.distance(end);
+    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
+    slip_belief_.compare(path, *to - *from);
+    compared_to_ = path.to;
+  }
 }
 
 Initialization MotionJudge::initialize() {
@@ -283,9 +287,13 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
-  slip_belief_.advance(input, newest_, noise_at_standstill_,
-                       drive_noise_.accel_density_of_one_second());
+  if (late_wheel_.follow(input)) slip_belief_.restart();
+  compare_with_wheel();
+  if (!late_wheel_.waits())
+    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_,
+                         noise_at_standstill_, drive_noise_.accel_density_of_one_second());
   input.slips = slip_belief_.recent();
+  if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;

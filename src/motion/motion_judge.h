@@ -17,6 +17,7 @@
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
 #include "motion/immobilised.h"
+#include "motion/late_wheel.h"
 #include "motion/sensor_history.h"
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
@@ -109,7 +110,7 @@ class MotionJudge {
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
   void learn_rest(TimeNs to);
-  void compare_with_wheel(const gpr::PathLength& path);
+  void compare_with_wheel();  // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
   struct Waiting {
     Displacement displacement;
@@ -142,6 +143,7 @@ class MotionJudge {
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;
   SlipBelief slip_belief_;
+  LateWheel late_wheel_;
   TimeNs compared_to_ = -kComparedFor;  // end of the last distance by coherence
   ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;

@@ -34,6 +34,7 @@ constexpr double kSlowest_mps = 0.05;  // mean speed of a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
 constexpr double kUnknownSpeed = 1.0;  // m/s, one standard deviation
+constexpr double kAcceleration = 1.0;  // m/s^2, usual on a robot
 // An undetected change of the gyro bias tilts the attitude, and gravity then looks like slip. So
 // the walk is that of a cheap gyro, whatever the data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
@@ -145,9 +146,7 @@ void SlipBelief::resume(const StateResult& newest) {
 void SlipBelief::advance(const StateInput& given, const StateResult& newest, const ImuNoise& rest,
                          double driving_accel_density) {
   if (!enabled_) return;
-  // The delay of a late wheel would look like slip.
-  if (given.gyro_bias || given.speed_correction || given.wheel_late) restart();
-  if (given.wheel_late) return;
+  if (given.gyro_bias || given.speed_correction) restart();
   StateInput input = given;
   // The configured noise contains tilt and slip, which are states here.
   if (driving_accel_density > 0) input.noise.accel_density = driving_accel_density;
