@@ -96,9 +96,11 @@ bool WheelHistory::insert(const WheelSample& sample) {
   const double moved = sample.distance_m - before.reported;
   const double dt = to_seconds(sample.time - before.time);
   const bool newest = next == entries_.end();
-  // A stamp may be wrong by some milliseconds, so 20 ms are added.
-  const bool jumped = newest ? !plausible(std::abs(moved) / (dt + kStampError_s))
-                             : std::abs(moved) > fastest() * (dt + kStampError_s);
+  // A stamp may be wrong by some milliseconds, so 20 ms are added. Those of a busy computer come
+  // closer together than the samples were taken.
+  const double took = std::max(dt + kStampError_s, period_s_);
+  const bool jumped =
+      newest ? !plausible(std::abs(moved) / took) : std::abs(moved) > fastest() * took;
   if (newest && !jumped) watch_repeats(before, sample.time, moved / dt);
   entries_.insert(
       next, {sample.time, sample.distance_m, before.distance_m + (jumped ? 0.0 : moved), jumped});

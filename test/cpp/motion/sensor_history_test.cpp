@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace gprodom {
 namespace {
@@ -180,6 +181,24 @@ TEST(WheelHistory, FastVehicleIsAccepted) {
   for (int i = 0; i < 50; ++i)
     dropped += !late.insert({from_seconds(100 + i * kPeriod), 20 * i * kPeriod});
   EXPECT_LE(dropped, 6);
+}
+
+// Of a busy computer: stamps come up to a period early or late, but every count is right.
+TEST(WheelHistory, NothingIsLostWhereStampsComeCloseTogether) {
+  constexpr double kPeriod_s = 0.05, kSpeed_mps = 12.0;
+  WheelHistory wheel(kMaxSpeed);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> off(-0.6 * kPeriod_s, 0.6 * kPeriod_s);
+  double metres = 0.0, stamp = 0.0;
+  int dropped = 0;
+  for (int i = 0; i < 400; ++i) {
+    metres += kPeriod_s * std::min(kSpeed_mps, 0.1 * i);
+    const double late = i < 150 ? 0.0 : off(random);
+    stamp = std::max(stamp + 1e-4, 100 + i * kPeriod_s + late);  // in the order of the counts
+    dropped += !wheel.insert({from_seconds(stamp), metres});
+  }
+  EXPECT_EQ(dropped, 0);
+  EXPECT_FALSE(wheel.insert({from_seconds(100 + 400 * kPeriod_s), metres + 10}));
 }
 
 TEST(WheelHistory, MeasuresHowLongAValueIsRepeated) {
