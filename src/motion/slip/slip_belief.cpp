@@ -34,7 +34,6 @@ constexpr double kSlowest_mps = 0.05;  // mean speed of a span that is compared
 constexpr double kOutlier = 3.0;       // standard deviations
 constexpr double kStands_mps = 2e-3;
 constexpr double kUnknownSpeed = 1.0;  // m/s, one standard deviation
-constexpr double kAcceleration = 1.0;  // m/s^2, usual on a robot
 // An undetected change of the gyro bias tilts the attitude, and gravity then looks like slip. So
 // the walk is that of a cheap gyro, whatever the data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
