@@ -52,9 +52,6 @@ double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*
   return std::sqrt(square.maxCoeff());
 }
 
-// Apparent speed at rest of a wheel whose signal has no sign, so that its noise is rectified (0.011
-// for a gyro on a wheel).
-constexpr double kRestingWheel = 0.02;  // m/s
 // Limits for the IMU's means over half a second while the wheel stands. A robot that is pushed or
 // rolls exceeds them.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
@@ -65,10 +62,12 @@ constexpr double kMaxGyroDeviation = 0.02;  // rad/s
 constexpr double kMaxAccelDeviation = 0.2;  // m/s^2
 constexpr double kMaxMeanRate = 0.05;       // rad/s
 
-// Standard deviation of a mean: that of white noise. If the parts differ more than white noise lets
-// them in one of a thousand standstills, that of the parts.
+// Standard deviations of white noise that parts exceed in one of a thousand standstills.
+constexpr double kBeyondChance = 2.5;
+
+// Standard deviation of a mean: that of white noise. If the parts differ more than chance lets
+// them, that of the parts.
 double sigma_of_mean(double white, double unsteady) {
-  constexpr double kBeyondChance = 2.5;
   const double shown = unsteady / std::sqrt(static_cast<double>(kParts));
   return shown > kBeyondChance * white ? shown : white;
 }
@@ -92,8 +91,9 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
         "to start",
         std::max(at_begin, at_end), even);
   const bool quiet = gyro.deviation <= kMaxGyroDeviation && accel.deviation <= kMaxAccelDeviation;
-  const bool steady = unsteadiness(samples, &ImuSample::angular_velocity) < kSteadyRate &&
-                      unsteadiness(samples, &ImuSample::acceleration) < kSteadyForce;
+  const double root_dt = std::sqrt(seconds / static_cast<double>(samples.size() - 1));
+  const ImuNoise vibration{gyro.deviation * root_dt, accel.deviation * root_dt};
+  const bool steady = steady_means(samples, kSteadyRate, kSteadyForce, vibration);
   if (gyro.deviation > kMaxGyroDeviation && !(wheel.received && steady))
     return refuse("gyro deviation %.4f rad/s (limit %.4f): hold the robot still", gyro.deviation,
                   kMaxGyroDeviation);
@@ -204,6 +204,16 @@ std::vector<double> speeds_by_imu(const std::vector<ImuSample>& samples, TimeNs 
 }
 
 }  // namespace
+
+bool steady_means(const std::vector<ImuSample>& samples, double most_rate, double most_force,
+                  const ImuNoise& vibration) {
+  const double part_s = to_seconds(samples.back().time - samples.front().time) / kParts;
+  const double chance = kBeyondChance / std::sqrt(part_s);
+  return unsteadiness(samples, &ImuSample::angular_velocity) <
+             std::hypot(most_rate, chance * vibration.gyro_density) &&
+         unsteadiness(samples, &ImuSample::acceleration) <
+             std::hypot(most_force, chance * vibration.accel_density);
+}
 
 bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& wheel) {
   constexpr std::size_t kFewest = 10;  // parts

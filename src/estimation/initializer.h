@@ -36,6 +36,16 @@ struct WheelSpeeds {
 // looked for are the jumps with which a slip begins and ends. samples: of the same time.
 bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& wheel);
 
+// Apparent speed at rest of a wheel whose signal has no sign, so that its noise is rectified (0.011
+// for a gyro on a wheel).
+inline constexpr double kRestingWheel = 0.02;  // m/s
+
+// Do the means of gyro and accelerometer over the quarters of the time agree, within most_rate
+// (rad/s) and most_force (m/s^2)? A robot that is pushed, or rolls, moves them; an engine does not,
+// beyond what white noise of its size does.
+bool steady_means(const std::vector<ImuSample>& samples, double most_rate, double most_force,
+                  const ImuNoise& vibration = {});
+
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration
 // seconds. If the wheel shows only noise and the means of the IMU are steady, the robot stands,
 // even if its engine shakes it. Without a wheel the IMU must be quiet. The state stands at the last

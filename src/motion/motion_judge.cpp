@@ -179,7 +179,7 @@ Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
   const WheelAtStart wheel = wheel_at_start(from);
   Initialization found = gprodom::initialize(config_, samples, wheel, share);
   if (found.initial)
-    resting_wheel_mps_ = wheel.path_m / to_seconds(samples.back().time - samples.front().time);
+    rest_.measure(samples, wheel.path_m / to_seconds(samples.back().time - samples.front().time));
   return found;
 }
 
@@ -195,8 +195,7 @@ WheelAtStart MotionJudge::wheel_at_start(TimeNs from) const {
 
 void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
   newest_ = first;
-  noise_at_standstill_ = initial.noise;
-  rest_known_ = !initial.on_the_move;
+  rest_.begin(initial);
   judged_to_ = first.state.time;
 }
 
@@ -211,7 +210,7 @@ void MotionJudge::adopt(const StateResult& newest) {
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   auto samples = imu_.between(from, to);
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
-  ImuNoise noise = prevailing_noise(samples, noise_at_standstill_);
+  ImuNoise noise = prevailing_noise(samples, rest_.noise());
   if (newest_.standing) return noise;
   const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
   noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
@@ -228,29 +227,36 @@ double MotionJudge::wheel_delay_s() const {
 
 AtRest MotionJudge::at_rest() const {
   const double variance = newest_.covariance.diagonal().segment<3>(row::kBg).mean();
-  return {noise_at_standstill_, resting_wheel_mps_, newest_.state.gyro_bias, std::sqrt(variance),
-          unseen_speed().value_or(kUnseenAtFirst)};
+  return {rest_.noise(),
+          rest_.wheel_mps(),
+          newest_.state.gyro_bias,
+          std::sqrt(variance),
+          unseen_speed().value_or(kUnseenAtFirst),
+          rest_.known()};
 }
 
-// After a start on the move, the noise at standstill is learnt from the first second in which the
-// wheel stands and the IMU vibrates much less than before.
-void MotionJudge::learn_rest(TimeNs to) {
-  if (rest_known_) return;
-  const TimeNs from = to - kSecond;
+// Unsigned path of the wheel, or of either side of a pair, which also turns on the spot.
+double MotionJudge::rolled(TimeNs from, TimeNs to) const {
+  return std::max(wheel_.path(from, to), pair_.path(from, to));
+}
+
+bool MotionJudge::stands_for_a_second(TimeNs now) const {
+  const TimeNs from = now - from_seconds(LastSecond::kBefore),
+               to = now + from_seconds(LastSecond::kAfter);
+  if (!config_.standstill.enabled || !wheel_.distance(from) || !wheel_.distance(to)) return false;
+  const LastSecond last{imu_.between(from, to), rolled(from, to),
+                        rolled(to - from_seconds(LastSecond::kLately), to),
+                        newest_.state.v_odom.norm()};
+  AtRest vibrating = at_rest();
+  vibrating.noise = rest_.vibration();
+  return gprodom::stands_for_a_second(config_.wheel, vibrating, vibration_, last);
+}
+
+void MotionJudge::learn_vibration(TimeNs from, TimeNs to) {
+  constexpr double kTurns_mps = 0.05;
+  if (rolled(from, to) < kTurns_mps * to_seconds(to - from)) return;
   const auto samples = imu_.between(from, to);
-  const ImuNoise now = measured_noise(samples);
-  const double rolled_m = std::max(wheel_.path(from, to), pair_.path(from, to));
-  if (rolled_m > 2 * config_.wheel.noise_floor) {
-    constexpr double kLearningRate = 0.1;
-    moving_accel_ += kLearningRate * (now.accel_density - moving_accel_);
-    return;
-  }
-  if (!wheel_.distance(from) || !wheel_.distance(to) || samples.size() < 4) return;
-  if (now.accel_density > 0.5 * moving_accel_) return;
-  const ImuNoise& least = noise_at_standstill_;
-  noise_at_standstill_ = {std::max(least.gyro_density, now.gyro_density),
-                          std::max(least.accel_density, now.accel_density)};
-  rest_known_ = true;
+  if (samples.size() >= 4) vibration_.drives(measured_noise(samples));
 }
 
 StateInput MotionJudge::judge(TimeNs to) {
@@ -272,13 +278,16 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_delay_s = delay_s;
   slip_.set_wheel_error(
       {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
-  learn_rest(to);
+  learn_vibration(from - margin, to + margin);
 
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
   if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
-  const StandstillVerdict verdict =
+  StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
+  if (!verdict.standing && !verdict.steady_rate) verdict.standing = stands_for_a_second(to);
+  if (verdict.standing && !verdict.wheel_contradicted)
+    rest_.stood(imu_.between(to - kSecond, to), wheel_.path(to - kSecond, to));
   input.gyro_bias = bias_watch_.new_bias(verdict, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
@@ -290,8 +299,8 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (late_wheel_.follow(input)) slip_belief_.restart();
   compare_with_wheel();
   if (!late_wheel_.waits())
-    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_,
-                         noise_at_standstill_, drive_noise_.accel_density_of_one_second());
+    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
+                         drive_noise_.accel_density_of_one_second());
   input.slips = slip_belief_.recent();
   if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);

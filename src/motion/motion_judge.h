@@ -18,6 +18,7 @@
 #include "motion/drive_noise.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
+#include "motion/rest_levels.h"
 #include "motion/sensor_history.h"
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
@@ -97,7 +98,7 @@ class MotionJudge {
   // The IMU's noise between two times: that at standstill, or what the samples show if that is
   // more.
   ImuNoise noise(TimeNs from, TimeNs to) const;
-  const ImuNoise& noise_at_standstill() const { return noise_at_standstill_; }
+  const ImuNoise& noise_at_standstill() const { return rest_.noise(); }
 
   const ImuHistory& imu() const { return imu_; }
   const WheelHistory& wheel() const { return wheel_; }
@@ -109,7 +110,9 @@ class MotionJudge {
   Initialization initialize_at_rest(TimeNs from, double share);
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
-  void learn_rest(TimeNs to);
+  double rolled(TimeNs from, TimeNs to) const;
+  bool stands_for_a_second(TimeNs now) const;
+  void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
   struct Waiting {
@@ -134,10 +137,8 @@ class MotionJudge {
   std::vector<Waiting> displacements_;           // not handed out yet
 
   TimeNs first_imu_ = 0;
-  ImuNoise noise_at_standstill_;
-  bool rest_known_ = false;         // that noise was measured at a standstill
-  double resting_wheel_mps_ = 0.0;  // unsigned speed that the wheel shows at rest
-  double moving_accel_ = 0.0;       // m/s^2/sqrt(Hz), running mean while the wheel turns
+  RestLevels rest_;
+  Vibration vibration_;
   DriveNoise drive_noise_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/initializer.h"
 #include "motion/imu_noise.h"
 
 namespace gprodom {
@@ -22,6 +23,14 @@ constexpr double kRestVarianceRatio = 1.6;
 constexpr double kLargestBiasStep = 0.02;  // rad/s; a real turn is faster or less steady
 
 constexpr double kRestSpread = 1.5;  // times the wheel's path at rest
+
+// Limits for the means over quarters of a second. A body that still rocks after a stop turns by
+// several times this rate.
+constexpr double kSteadyRate = 1e-3, kSteadyForce = 0.05;  // rad/s, m/s^2
+
+// m/s; a robot that brakes is slower than this by the estimate when its wheel has stood for a
+// second.
+constexpr double kSlow = 0.2;
 
 struct Stillness {
   bool quiet = false;                // no vibration
@@ -47,6 +56,19 @@ Stillness stillness(const AtRest& at_rest, const std::vector<ImuSample>& samples
   const double seconds = to_seconds(samples.back().time - samples.front().time);
   s.rate_sigma = std::hypot(reference.gyro_density / std::sqrt(seconds), at_rest.bias_sigma);
   return s;
+}
+
+// The wheel's motion at rest: by another amount at each standstill, but spread evenly over the
+// time.
+bool within_noise(const WheelConfig& config, const AtRest& at_rest, const LastSecond& last) {
+  constexpr double kUneven = 0.5;  // share of the mean speed
+  constexpr double kAll_s = LastSecond::kBefore + LastSecond::kAfter;
+  const double floor_m = 2 * config.noise_floor;
+  const bool moves_at_rest = !at_rest.known || at_rest.wheel_mps > floor_m;
+  const double resting_mps = moves_at_rest ? kRestingWheel : 0.0;
+  const double even_m = last.rolled_m * LastSecond::kLately / kAll_s;
+  return last.rolled_m <= floor_m + resting_mps * kAll_s &&
+         std::abs(last.rolled_lately_m - even_m) <= floor_m + kUneven * even_m;
 }
 
 }  // namespace
@@ -81,6 +103,19 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   verdict.standing = radar_still || (wheel_still && longer.quiet && !longer.turns());
   verdict.wheel_contradicted = radar_still && !wheel_still;
   return verdict;
+}
+
+bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
+                         const Vibration& vibration, const LastSecond& last) {
+  if (last.imu.size() < kEnoughForNoise || last.estimated_mps > kSlow) return false;
+  if (!within_noise(config, at_rest, last)) return false;
+  AtRest shaken = at_rest;
+  shaken.noise = measured_noise(last.imu);
+  std::optional<ImuNoise> known;
+  if (at_rest.known) known = at_rest.noise;
+  return vibration.hides_rest(shaken.noise, known) &&
+         steady_means(last.imu, kSteadyRate, kSteadyForce, shaken.noise) &&
+         !stillness(shaken, last.imu).turns();
 }
 
 std::optional<Vector3d> BiasWatch::new_bias(const StandstillVerdict& verdict, double dt_s) {

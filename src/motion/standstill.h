@@ -10,6 +10,7 @@
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/sensor_history.h"
+#include "motion/vibration.h"
 
 namespace gprodom {
 
@@ -33,6 +34,7 @@ struct AtRest {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   double bias_sigma = 0.0;  // rad/s, per axis
   double unseen_mps = 0.0;  // the radar may miss motion slower than this
+  bool known = true;        // noise and wheel_mps were measured at a standstill
 };
 
 // Over [from, to], the interval between two states. The robot stands if both hold:
@@ -44,6 +46,22 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
                                    const ImuHistory& imu, const WheelHistory& wheel,
                                    const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to);
+
+// The time around the end of a state's interval.
+struct LastSecond {
+  static constexpr double kBefore = 1.0, kAfter = 0.2;  // s; the robot does not drive off either
+  static constexpr double kLately = 0.4;                 // s, at the end of that
+  std::vector<ImuSample> imu;
+  double rolled_m = 0.0;         // unsigned path of the wheel, or of either side of a pair
+  double rolled_lately_m = 0.0;  // over kLately
+  double estimated_mps = 0.0;    // speed of the newest state
+};
+
+// A standstill that the IMU's vibration hides, as with an engine that runs: the wheel is within its
+// own noise for a second, and the means of the IMU are steady. The estimated speed must be low as
+// well, or a wheel that is stuck would stop a robot that drives.
+bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
+                         const Vibration& vibration, const LastSecond& last);
 
 // Detects a gyro bias that has changed by more than its random walk: at the next standstill, the
 // steady rate is the new bias. Until then the error of the heading cannot be noticed.

@@ -52,3 +52,26 @@ def test_knowledge_comes_from_measurements_alone(
     # Accelerations of these show too little of the wheel's scale: it stays as it was given.
     assert odometry["wheel_scale"][-1] == pytest.approx(1.0, abs=1e-4)
     assert odometry["wheel_scale_sigma"][-1] == pytest.approx(0.02, rel=0.01)
+
+
+@pytest.mark.parametrize("every", [1, 2, 6])  # 120, 60 and 20 Hz
+def test_a_car_stands_with_its_engine_running(every: int, shared: Path, tmp_path: Path) -> None:
+    """The engine's vibration, aliased, once passed for driving: no standstill showed the bias."""
+    data, log, out = shared / "robots" / "wid02", tmp_path / "in.lcmlog", tmp_path / "out.lcmlog"
+    files = [f"--wheel-speed={data / 'wheel.csv'}"]
+    for sensor in ("accelerometer", "gyroscope"):
+        header, *rows = (data / f"{sensor}.csv").read_text().splitlines()
+        thinned = tmp_path / f"{sensor}.csv"
+        thinned.write_text("\n".join([header, *rows[::every], ""]))
+        files.append(f"--{sensor}={thinned}")
+    assert main(["convert", "tables", *files, "-o", str(log)]) == 0
+    mounting = "imu.rpy_body_imu=[-0.1, 0.01, -1.47]"
+    assert main(["run", str(log), "--method", "imu_wheel", "--set", mounting, "-o", str(out)]) == 0
+    odometry = logs.read(out, ["ODOMETRY"])["ODOMETRY"]
+    begun = int(logs.read(log, ["IMU"])["IMU"]["utime"][0])
+    seconds = (odometry["utime"] - begun) * 1e-6
+    assert seconds[0] < 3
+    at_first = (seconds > 3) & (seconds < 12)  # it sets off at 13 s
+    assert np.mean((odometry["flags"][at_first] & STANDING) != 0) > 0.95
+    driving = (seconds > 20) & (seconds < 120)
+    assert not np.any(odometry["flags"][driving] & STANDING)

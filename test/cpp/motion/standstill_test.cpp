@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace gprodom {
@@ -153,6 +154,69 @@ TEST(Standstill, UnknownGyroBiasIsNotTakenForTurning) {
   EXPECT_TRUE(judge(robot).standing);
   robot.rate = 0.05;
   EXPECT_FALSE(judge(robot).standing);
+}
+
+// The last second of a car whose engine shakes it at rest, by another amount than before.
+struct Car {
+  double vibration = 1.8;  // of the noise at the standstill before
+  double rate_step = 0.0;  // rad/s, in the last quarter
+  double force_step = 0.0;
+  double wheel = 0.011, wheel_lately = 0.011;  // m/s
+  double estimated = 0.02;                     // m/s
+  AtRest at_rest{kReference, 0.011, Eigen::Vector3d::Zero(), 1e-4, 0.0, true};
+};
+
+bool stands(const Car& car) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  LastSecond last;
+  constexpr double kAll_s = LastSecond::kBefore + LastSecond::kAfter;
+  const int count = static_cast<int>(kAll_s * kImuRate);
+  const double scale = car.vibration * std::sqrt(kImuRate);
+  for (int i = 0; i < count; ++i) {
+    ImuSample sample{from_seconds(i / kImuRate), {0, 0, 9.80665}, {0, 0, 0}};
+    if (i > 0.75 * count) {
+      sample.angular_velocity.y() += car.rate_step;
+      sample.acceleration.x() += car.force_step;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.acceleration[axis] += scale * kReference.accel_density * noise(random);
+      sample.angular_velocity[axis] += scale * kReference.gyro_density * noise(random);
+    }
+    last.imu.push_back(sample);
+  }
+  last.rolled_lately_m = car.wheel_lately * LastSecond::kLately;
+  last.rolled_m = car.wheel * (kAll_s - LastSecond::kLately) + last.rolled_lately_m;
+  last.estimated_mps = car.estimated;
+  return stands_for_a_second(WheelConfig(), car.at_rest, Vibration(), last);
+}
+
+TEST(StandsForASecond, WithAnEngineThatRuns) {
+  EXPECT_TRUE(stands({}));
+  Car idles_otherwise;
+  idles_otherwise.wheel = idles_otherwise.wheel_lately = 0.018;
+  EXPECT_TRUE(stands(idles_otherwise));
+  Car first_stop;  // after a start on the move
+  first_stop.at_rest.known = false;
+  first_stop.at_rest.wheel_mps = 0.0;
+  first_stop.vibration = 10.0;
+  EXPECT_TRUE(stands(first_stop));
+}
+
+TEST(StandsForASecond, NotWhatMoves) {
+  Car rolls, brakes, sets_off, rocks, pushed, stuck_wheel, shaken, exact_wheel;
+  rolls.wheel = rolls.wheel_lately = 0.03;
+  brakes.wheel_lately = 0.0;
+  sets_off.wheel_lately = 0.04;
+  rocks.rate_step = 0.01;
+  pushed.force_step = 0.3;
+  stuck_wheel.wheel = stuck_wheel.wheel_lately = 0.0;
+  stuck_wheel.estimated = 5.0;
+  shaken.vibration = 5.0;
+  exact_wheel.at_rest.wheel_mps = 0.0;  // it has shown no motion at rest
+  for (const Car& car : {rolls, brakes, sets_off, rocks, pushed, stuck_wheel, shaken, exact_wheel})
+    EXPECT_FALSE(stands(car)) << car.wheel << " " << car.wheel_lately << " " << car.rate_step << " "
+                              << car.force_step << " " << car.estimated << " " << car.vibration;
 }
 
 }  // namespace

@@ -149,9 +149,9 @@ class Judged {
       left_m_ += 0.005 * (speed - side_mps) + slipped * noise_(random_);
       right_m_ += 0.005 * (speed + side_mps) + slipped * noise_(random_);
       if (i_ % 4 == 0) judge.add(WheelsSample{time, left_m_, right_m_});
-      if (i_ % 40 != 36) continue;
-      newest_.state.time = time;
-      last = judge.judge(time);
+      if (i_ % 40 != 36 || i_ < 40) continue;
+      newest_.state.time = time - 200'000'000;  // after the reorder window
+      last = judge.judge(newest_.state.time);
       judge.adopt(newest_);
     }
     return last;
