@@ -50,7 +50,7 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
 // The time around the end of a state's interval.
 struct LastSecond {
   static constexpr double kBefore = 1.0, kAfter = 0.2;  // s; the robot does not drive off either
-  static constexpr double kLately = 0.4;                 // s, at the end of that
+  static constexpr double kLately = 0.4;                // s, at the end of that
   std::vector<ImuSample> imu;
   double rolled_m = 0.0;         // unsigned path of the wheel, or of either side of a pair
   double rolled_lately_m = 0.0;  // over kLately
