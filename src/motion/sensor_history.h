@@ -15,8 +15,8 @@ namespace gprodom {
 class ImuHistory {
  public:
   // ns. Without samples for longer, the values held are no measurement. At 20 Hz, the slowest IMUs,
-  // one lost sample is no gap yet.
-  static constexpr TimeNs kGap = 100'000'000;
+  // one lost sample is no gap yet, also where stamps jitter by a fifth of the period.
+  static constexpr TimeNs kGap = 120'000'000;
 
   // Late samples are sorted in by their stamp. Body axes. false: there is already one of that
   // stamp.
