@@ -30,8 +30,9 @@ void RestLevels::begin(const InitialState& initial) {
 void RestLevels::stood(const std::vector<ImuSample>& samples, double wheel_mps) {
   if (!own_) return;
   const ImuNoise now = larger(measured_noise(samples), *own_);
-  if (!known_ || now.accel_density < noise_.accel_density) noise_ = vibration_ = now;
-  wheel_mps_ = std::max(wheel_mps_, wheel_mps);
+  if (known_ && now.accel_density >= noise_.accel_density) return;
+  noise_ = vibration_ = now;
+  wheel_mps_ = wheel_mps;
   known_ = true;
 }
 
