@@ -64,7 +64,7 @@ bool within_noise(const WheelConfig& config, const AtRest& at_rest, const LastSe
   constexpr double kUneven = 0.5;  // share of the mean speed
   constexpr double kAll_s = LastSecond::kBefore + LastSecond::kAfter;
   const double floor_m = 2 * config.noise_floor;
-  const bool moves_at_rest = !at_rest.known || at_rest.wheel_mps > floor_m;
+  const bool moves_at_rest = !at_rest.known || at_rest.wheel_mps > floor_m;  // over a second
   const double resting_mps = moves_at_rest ? kRestingWheel : 0.0;
   const double even_m = last.rolled_m * LastSecond::kLately / kAll_s;
   return last.rolled_m <= floor_m + resting_mps * kAll_s &&
