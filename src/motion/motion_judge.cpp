@@ -240,16 +240,36 @@ double MotionJudge::rolled(TimeNs from, TimeNs to) const {
   return std::max(wheel_.path(from, to), pair_.path(from, to));
 }
 
-bool MotionJudge::stands_for_a_second(TimeNs now) const {
+// While no standstill is known, a wheel may show motion at rest or roll slowly as the robot brakes.
+// That does not last.
+bool MotionJudge::stands_with_engine(TimeNs now) {
+  constexpr TimeNs kLongerThanBraking = 2 * kSecond;
   const TimeNs from = now - from_seconds(LastSecond::kBefore),
                to = now + from_seconds(LastSecond::kAfter);
-  if (!config_.standstill.enabled || !wheel_.distance(from) || !wheel_.distance(to)) return false;
-  const LastSecond last{imu_.between(from, to), rolled(from, to),
-                        rolled(to - from_seconds(LastSecond::kLately), to),
-                        newest_.state.v_odom.norm()};
-  AtRest vibrating = at_rest();
-  vibrating.noise = rest_.vibration();
-  return gprodom::stands_for_a_second(config_.wheel, vibrating, vibration_, last);
+  bool stands = config_.standstill.enabled && wheel_.distance(from) && wheel_.distance(to);
+  if (stands) {
+    const LastSecond last{imu_.between(from, to), rolled(from, to),
+                          rolled(to - from_seconds(LastSecond::kLately), to),
+                          newest_.state.v_odom.norm()};
+    AtRest vibrating = at_rest();
+    vibrating.noise = rest_.vibration();
+    stands = stands_for_a_second(config_.wheel, vibrating, vibration_, last);
+  }
+  stands_in_a_row_ = stands ? stands_in_a_row_ + 1 : 0;
+  return stands && (rest_.known() || stands_in_a_row_ * state_period_ >= kLongerThanBraking);
+}
+
+// After a start on the move. Until a standstill is known, the IMU must vibrate much less than
+// before if the wheel does not turn, or the robot stand by the rules for an engine.
+void MotionJudge::learn_rest(TimeNs to, bool with_engine) {
+  const TimeNs from = to - kSecond;
+  if (!wheel_.distance(from) || !wheel_.distance(to)) return;
+  const bool wheel_stood = rolled(from, to) <= 2 * config_.wheel.noise_floor;
+  const auto samples = imu_.between(from, to);
+  if (samples.size() < 4 || (!wheel_stood && !with_engine)) return;
+  const bool shows = rest_.known() || vibration_.far_below_driving(measured_noise(samples));
+  if (shows || with_engine)
+    rest_.stood(samples, wheel_stood ? 0.0 : wheel_.path(from, to) / to_seconds(kSecond));
 }
 
 void MotionJudge::learn_vibration(TimeNs from, TimeNs to) {
@@ -279,15 +299,16 @@ StateInput MotionJudge::judge(TimeNs to) {
   slip_.set_wheel_error(
       {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
   learn_vibration(from - margin, to + margin);
+  if (!rest_.known()) learn_rest(to, false);
 
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
   if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
-  if (!verdict.standing && !verdict.steady_rate) verdict.standing = stands_for_a_second(to);
-  if (verdict.standing && !verdict.wheel_contradicted)
-    rest_.stood(imu_.between(to - kSecond, to), wheel_.path(to - kSecond, to));
+  const bool with_engine = !verdict.standing && !verdict.steady_rate && stands_with_engine(to);
+  verdict.standing |= with_engine;
+  if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);

@@ -111,7 +111,8 @@ class MotionJudge {
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
   double rolled(TimeNs from, TimeNs to) const;
-  bool stands_for_a_second(TimeNs now) const;
+  bool stands_with_engine(TimeNs now);
+  void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
@@ -139,6 +140,7 @@ class MotionJudge {
   TimeNs first_imu_ = 0;
   RestLevels rest_;
   Vibration vibration_;
+  int stands_in_a_row_ = 0;  // intervals, by the rules for an engine
   DriveNoise drive_noise_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state

@@ -30,7 +30,9 @@ void RestLevels::begin(const InitialState& initial) {
 void RestLevels::stood(const std::vector<ImuSample>& samples, double wheel_mps) {
   if (!own_) return;
   const ImuNoise now = larger(measured_noise(samples), *own_);
-  if (known_ && now.accel_density >= noise_.accel_density) return;
+  // By more than chance: the least of many measurements of one noise is below that noise.
+  constexpr double kClearly = 1.2;
+  if (known_ && kClearly * now.accel_density > noise_.accel_density) return;
   noise_ = vibration_ = now;
   wheel_mps_ = wheel_mps;
   known_ = true;

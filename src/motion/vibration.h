@@ -17,12 +17,15 @@ class Vibration {
   // Densities over an interval in which the wheel turned.
   void drives(const ImuNoise& measured);
 
+  // Does it vibrate much less than it usually does while it drives?
+  bool far_below_driving(const ImuNoise& measured) const;
+
   // May a robot that vibrates like this stand, although it does not vibrate as it did at rest?
   // at_rest: densities of an earlier standstill, if there was one.
   bool hides_rest(const ImuNoise& measured, const std::optional<ImuNoise>& at_rest) const;
 
  private:
-  double low_of_driving(double ImuNoise::*sensor) const;
+  double driving(double ImuNoise::*sensor, double share) const;
 
   std::deque<ImuNoise> driving_;  // newest last
 };
