@@ -44,7 +44,7 @@ inline constexpr double kRestingWheel = 0.02;  // m/s
 // (rad/s) and most_force (m/s^2)? A robot that is pushed, or rolls, moves them; an engine does not,
 // beyond what white noise of its size does.
 bool steady_means(const std::vector<ImuSample>& samples, double most_rate, double most_force,
-                  const ImuNoise& vibration = {});
+                  const ImuNoise& vibration);
 
 // From a standstill. samples: IMU in body axes, in time order, the last initializer.duration
 // seconds. If the wheel shows only noise and the means of the IMU are steady, the robot stands,

@@ -240,8 +240,8 @@ double MotionJudge::rolled(TimeNs from, TimeNs to) const {
   return std::max(wheel_.path(from, to), pair_.path(from, to));
 }
 
-// While no standstill is known, a wheel may show motion at rest or roll slowly as the robot brakes.
-// That does not last.
+// While no standstill is known, a wheel that turns slowly may be noisy at rest, or the robot may be
+// braking. Braking ends within two seconds.
 bool MotionJudge::stands_with_engine(TimeNs now) {
   constexpr TimeNs kLongerThanBraking = 2 * kSecond;
   const TimeNs from = now - from_seconds(LastSecond::kBefore),
@@ -259,8 +259,8 @@ bool MotionJudge::stands_with_engine(TimeNs now) {
   return stands && (rest_.known() || stands_in_a_row_ * state_period_ >= kLongerThanBraking);
 }
 
-// After a start on the move. Until a standstill is known, the IMU must vibrate much less than
-// before if the wheel does not turn, or the robot stand by the rules for an engine.
+// After a start on the move. The first standstill must be certain: the wheel does not turn and the
+// IMU vibrates much less than while driving, or the robot stands by the rules for an engine.
 void MotionJudge::learn_rest(TimeNs to, bool with_engine) {
   const TimeNs from = to - kSecond;
   if (!wheel_.distance(from) || !wheel_.distance(to)) return;

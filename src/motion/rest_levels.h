@@ -14,8 +14,8 @@ class RestLevels {
   // From the standstill at a start. wheel_mps: unsigned speed that the wheel showed.
   void measure(const std::vector<ImuSample>& samples, double wheel_mps);
   void begin(const InitialState& initial);
-  // The robot stood for a second. After a start on the move, the levels are those of the first such
-  // second that none was clearly quieter than: the body rocks in the first one after a stop.
+  // The robot stood for a second. After a start on the move, the levels are those of its first such
+  // second, and are replaced by those of one that is clearly quieter: after a stop the body rocks.
   void stood(const std::vector<ImuSample>& samples, double wheel_mps);
 
   bool known() const { return known_; }                     // measured at a standstill

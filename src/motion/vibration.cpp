@@ -7,7 +7,7 @@ namespace gprodom {
 
 namespace {
 
-constexpr std::size_t kMost = 600;     // intervals: two minutes of driving
+constexpr std::size_t kMost = 600;     // intervals between states: two minutes of driving
 constexpr std::size_t kFewest = 5;     // a second
 constexpr double kQuietDriving = 0.1;  // share of the driving that vibrates less than its low level
 

@@ -43,6 +43,12 @@ TEST(Vibration, BeforeDrivingHasShownItsLevelAnEngineMayVaryByTwo) {
   EXPECT_FALSE(vibration.hides_rest(times(2.1), kRest));
 }
 
+TEST(Vibration, FarBelowDrivingIsLessThanHalfOfIt) {
+  EXPECT_FALSE(Vibration().far_below_driving(times(0.1)));
+  EXPECT_TRUE(after_driving(times(5.0)).far_below_driving(times(2.0)));
+  EXPECT_FALSE(after_driving(times(5.0)).far_below_driving(times(3.0)));
+}
+
 TEST(Vibration, WithoutAnEarlierStandstillItTellsNothing) {
   EXPECT_TRUE(after_driving(times(5.0)).hides_rest(times(1.5), std::nullopt));
 }
