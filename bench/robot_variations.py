@@ -31,20 +31,27 @@ from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
-from robots import RECORDINGS, Recording, convert, measure
+from recordings import Recording, convert, recordings_of
+from robots import measure
 from variations import VARIATIONS, read, write
 
 Row = dict[str, Any]
+SEQUENCE = Recording((), TruthError(), "")
+
+
+def is_folder(source: Path) -> bool:
+    """Of recordings; not a sequence's."""
+    return source.is_dir() and not any(source.glob("we_odom*.csv"))
 
 
 def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Row:
     """The figures of one variation of one recording."""
-    recording = RECORDINGS.get(name) or Recording("", (), TruthError())
+    recording = recordings_of(source)[name] if is_folder(source) else SEQUENCE
     row: Row = {"recording": name, "variation": variation}
     varied = VARIATIONS[variation]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         log = Path(folder) / "recorded.lcmlog"
-        if recording.path:
+        if recording.files:
             convert(recording, source, log)
         else:
             log = as_log(source, Path(folder))
@@ -89,14 +96,20 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("source", type=Path, metavar="SOURCE")
-    parser.add_argument("--only", action="append", choices=RECORDINGS, default=[])
+    parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
     parser.add_argument("--vary", action="append", choices=VARIATIONS, default=[])
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
     add_json_flag(parser)
     args = parser.parse_args()
-    names = [name for name, r in RECORDINGS.items() if (args.source / r.path).exists()]
-    names = args.only or names or [args.source.stem]
+    try:
+        known = list(recordings_of(args.source)) if is_folder(args.source) else [args.source.stem]
+        if unknown := [name for name in args.only if name not in known]:
+            raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
+    except Error as error:
+        print(f"robot_variations: error: {error}", file=sys.stderr)
+        return 1
+    names = args.only or known
     cases = [(name, variation) for variation in args.vary or VARIATIONS for name in names]
     of, kinds = zip(*cases, strict=True)
     rows: list[Row] = []

@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Errors on drives with gradual slip, with and without IMU, coherence and revisits as witnesses.
+"""Errors on drives, with and without IMU, coherence and revisits as witnesses.
 
-Each SEQUENCE (a zip or folder; a folder with zips stands for them) may have `.json`
-(gpr_sample_interval) beside it; nothing else of it is read. A row a drive: position RMSE aligned in
+Each SEQUENCE (a zip or folder; a folder with zips stands for them) has truth, and may have `.json`
+(gpr_sample_interval) beside it; nothing else of it is read. So a folder of drives that nobody has
+seen is enough. A row a drive: position RMSE aligned in
 the plane, m, of dead reckoning and of each method, causal (c) and smoothed (s), and NEES of x, y of
 `gprodom_full` in odom and in map. Below, the mean error over the mean of dead reckoning, and in
 brackets the mean of the drives' ratios.
 
 With --without, a row each for the same with one witness left out (gprodom_full).
 
-    bench/rough.py ../shared/data/rough/*.zip [-j 2] [--json] [--without]
+    bench/rough.py ../shared/data/rough [-j 2] [--json] [--without]
+    bench/rough.py ../shared/data/cmu_like ../shared/data/pairs
 """
 
 from __future__ import annotations
@@ -108,6 +110,14 @@ def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> 
     return rows
 
 
+def attempt(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> list[Row] | str:
+    """The rows, or why there are none: one sequence that fails leaves the others going."""
+    try:
+        return run(sequence, methods)
+    except Error as error:
+        return f"{sequence.name}: {error}"
+
+
 def ratio(rows: Sequence[Row], figure: str) -> str:
     """Mean over mean of dead reckoning, and the mean of the ratios."""
     values = [getattr(row, figure) for row in rows]
@@ -178,21 +188,29 @@ def main() -> int:
     else:
         cases = [(name, name, more) for name in METHODS if args.only in (None, name)]
     rows: list[Row] = []
+    failed: list[str] = []
     sequences = sequences_of(args.sequences)
     try:
         with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(sequences)) as bar:
-            for some in pool.map(run, sequences, [cases] * len(sequences)):
-                rows += some
+            for some in pool.map(attempt, sequences, [cases] * len(sequences)):
+                if isinstance(some, str):
+                    failed.append(some)
+                else:
+                    rows += some
                 bar.advance()
     except Error as error:
         print(f"rough: error: {error}", file=sys.stderr)
+        return 1
+    for each in failed:
+        print(f"rough: error: {each}", file=sys.stderr)
+    if not rows:
         return 1
     names = [name for name, _, _ in cases]
     if args.json:
         print_json([asdict(row) for row in rows])
     else:
         print(table_without(rows, names) if args.without else table(rows, names))
-    return 0
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

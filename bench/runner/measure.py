@@ -1,0 +1,223 @@
+"""Measures the jobs of benches by an executor, or takes what was measured before."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from figures import Measured, Report
+from job import MOST_S, Bench, Job, Program, command_line, digests_of_data, key_of
+
+from gprodom.calls import Answer, Call
+from gprodom.console import to_json
+from gprodom.errors import Error
+from gprodom.executor import Executor, LocalExecutor
+from gprodom.files import write_bytes
+
+# A bench ends with 1 where a figure is over what its program asks for, which is no failure here.
+FINE = (0, 1)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all jobs share. overrides: of the estimator's settings."""
+
+    data: Path
+    cache: Path
+    short: bool
+    overrides: tuple[str, ...] = ()
+    fresh: bool = False
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job that can be run. arguments: with the overrides."""
+
+    bench: Bench
+    job: Job
+    arguments: tuple[str, ...]
+    data: dict[str, str]
+    key: str
+
+    @property
+    def name(self) -> str:
+        """For people, and to find how long it took before."""
+        return f"{self.bench.name}/{self.job.name}"
+
+
+class Measurement:
+    """Of one program."""
+
+    def __init__(self, program: Program, settings: Settings, executor: Executor) -> None:
+        self._program, self._settings, self._executor = program, settings, executor
+        self._durations = _Durations(settings.cache / "durations.json")
+
+    def of(self, benches: Sequence[Bench]) -> list[Report]:
+        """Their reports, in their order; without benches of which nothing is short, if it is."""
+        tasks: list[Task] = []
+        measured: dict[str, Measured] = {}
+        failed: dict[str, str] = {}
+        for bench in benches:
+            for job in bench.jobs:
+                if self._settings.short and not job.short:
+                    continue
+                try:
+                    task = self._task(bench, job)
+                except Error as error:
+                    failed[f"{bench.name}/{job.name}"] = str(error)
+                    continue
+                kept = None if self._settings.fresh else self._kept(task)
+                if kept is None:
+                    tasks.append(task)
+                else:
+                    measured[task.name] = kept
+        if measured:
+            print(f"{len(measured)} jobs were measured before", file=sys.stderr)
+        together = [task for task in tasks if not task.bench.alone]
+        alone = [task for task in tasks if task.bench.alone]
+        left = _Left(tasks, self._durations)
+        for some, executor in ((together, self._executor), (alone, LocalExecutor(1))):
+            workers = executor.workers
+            for task, answer in self._run(some, executor):
+                try:
+                    measured[task.name] = self._read(task, answer)
+                    said = f"{answer.seconds:.0f} s"
+                except Error as error:
+                    failed[task.name] = str(error)
+                    said = f"failed: {str(error).splitlines()[0]}"
+                print(f"{left.after(task, workers)} {task.name}: {said}", file=sys.stderr)
+        return [report for bench in benches if (report := _report(bench, measured, failed))]
+
+    def _task(self, bench: Bench, job: Job) -> Task:
+        arguments = job.command(self._settings.short)
+        if bench.settable:
+            overrides = self._settings.overrides
+            arguments += tuple(word for each in overrides for word in ("--set", each))
+        data = digests_of_data(job, self._settings.data)
+        key = key_of(self._program, bench, arguments, data)
+        return Task(bench, job, arguments, data, key)
+
+    def _run(self, tasks: list[Task], executor: Executor) -> Iterator[tuple[Task, Answer]]:
+        environment = self._program.environment()
+        calls = [
+            Call(command_line(task.bench, task.arguments, self._settings.data), environment, MOST_S)
+            for task in tasks
+        ]
+        for index, finished in executor.run(calls):
+            try:
+                answer = finished.result()
+            except Exception as error:  # a job that fails in any way is told, the others go on
+                answer = Answer(-1, "", f"{type(error).__name__}: {error}", 0.0)
+            yield tasks[index], answer
+
+    def _path(self, key: str) -> Path:
+        return self._settings.cache / key[:2] / f"{key}.json"
+
+    def _kept(self, task: Task) -> Measured | None:
+        path = self._path(task.key)
+        if not path.exists():
+            return None
+        content = json.loads(path.read_text(encoding="utf-8"))
+        figures = tuple(task.bench.read(content["output"]))
+        return Measured.of({**content["measured"], "figures": [asdict(each) for each in figures]})
+
+    def _read(self, task: Task, answer: Answer) -> Measured:
+        """What was measured, which is kept; raises `Error` where it failed."""
+        said = answer.said.splitlines()[-1:] or ["said nothing"]
+        if answer.code not in FINE:
+            raise Error(f"exit code {answer.code}: {said[0]}")
+        try:
+            output = json.loads(answer.output)
+            figures = tuple(task.bench.read(output))
+        except (KeyError, TypeError, ValueError) as error:
+            why = f" ({type(error).__name__} {error})" if answer.output.strip() else ""
+            raise Error(f"no figures: {said[0]}{why}") from None
+        words = [task.bench.program, *task.arguments]
+        words = [word.replace("{data}", "../shared/data") for word in words]
+        words = [word.replace("{checkout}/", "") for word in words]
+        measured = Measured(
+            task.job.name,
+            "bench/"
+            + " ".join(words).replace("{data}", "../shared/data").replace("{checkout}/", ""),
+            self._program.commit,
+            datetime.now(UTC).date().isoformat(),
+            machine(),
+            round(answer.seconds, 1),
+            task.data,
+            task.key,
+            figures,
+        )
+        path = self._path(task.key)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        kept = {"output": output, "measured": asdict(measured)}
+        write_bytes(path, (to_json(kept) + "\n").encode())
+        self._durations.tell(task.name, answer.seconds)
+        return measured
+
+
+def machine() -> str:
+    """Where times were measured: its processor and cores."""
+    name = platform.machine()
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                name = line.partition(":")[2].strip()
+                break
+    except OSError:
+        pass
+    return f"{name}, {os.cpu_count()} cores"
+
+
+def _report(bench: Bench, measured: dict[str, Measured], failed: dict[str, str]) -> Report | None:
+    names = [f"{bench.name}/{job.name}" for job in bench.jobs]
+    jobs = tuple(measured[name] for name in names if name in measured)
+    lost = {name.split("/", 1)[1]: failed[name] for name in names if name in failed}
+    return Report(bench.name, bench.title, jobs, lost) if jobs or lost else None
+
+
+class _Durations:
+    """How long each job took when it was last measured, with whatever program."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._known: dict[str, float] = {}
+        if path.exists():
+            self._known = json.loads(path.read_text(encoding="utf-8"))
+
+    def of(self, task: Task) -> float | None:
+        return self._known.get(task.name)
+
+    def tell(self, name: str, seconds: float) -> None:
+        self._known[name] = round(seconds, 1)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(self._path, to_json(self._known).encode())
+
+
+class _Left:
+    """Jobs and time left, by how long each took before; one that is new is a mean one."""
+
+    def __init__(self, tasks: Sequence[Task], durations: _Durations) -> None:
+        known = [seconds for task in tasks if (seconds := durations.of(task)) is not None]
+        usual = sum(known) / len(known) if known else None
+        self._expected = {task.name: durations.of(task) or usual for task in tasks}
+        self._total, self._done = len(tasks), 0
+        self._started = time.monotonic()
+
+    def after(self, task: Task, workers: int) -> str:
+        """Once this one has ended: [3/20, 5 min left]."""
+        self._done += 1
+        self._expected.pop(task.name, None)
+        known = [seconds for seconds in self._expected.values() if seconds is not None]
+        if len(known) == len(self._expected):
+            seconds = sum(known) / workers
+        else:
+            seconds = (time.monotonic() - self._started) / self._done * len(self._expected)
+        left = f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
+        return f"[{self._done}/{self._total}, {left} left]"

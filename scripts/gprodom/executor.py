@@ -1,0 +1,91 @@
+"""Where many independent tasks run: processes of this machine."""
+
+from __future__ import annotations
+
+import signal
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from typing import Protocol, TypeVar
+
+from gprodom.errors import Error
+
+Result = TypeVar("Result")
+Given = TypeVar("Given", covariant=True)
+# A task that was running each time that a worker died is most likely why.
+MOST_LOSSES = 3
+
+
+class Finished(Protocol[Given]):
+    """A task that has ended; `result` gives what it returned, or raises what it raised."""
+
+    def result(self) -> Given:
+        """What the task returned; raises what it raised, or `Error` where its workers died."""
+        ...
+
+
+class Executor(Protocol):
+    """Runs tasks, which must be picklable. A worker that dies loses no result: what it was working
+    on is run again elsewhere, up to `MOST_LOSSES` times."""
+
+    @property
+    def workers(self) -> int:
+        """Tasks at once."""
+        ...
+
+    def run(self, tasks: Sequence[Callable[[], Result]]) -> Iterator[tuple[int, Finished[Result]]]:
+        """Number of a task and its end, in the order in which they end."""
+        ...
+
+    def close(self) -> None:
+        """Leaves the workers."""
+        ...
+
+
+class LocalExecutor:
+    """Processes of this machine."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+
+    def run(self, tasks: Sequence[Callable[[], Result]]) -> Iterator[tuple[int, Finished[Result]]]:
+        """See `Executor`."""
+        waiting = deque(range(len(tasks)))
+        losses: Counter[int] = Counter()
+        while waiting:
+            pool = ProcessPoolExecutor(self.workers, initializer=_leave_interrupts)
+            running: dict[Future[Result], int] = {}
+            broken = False
+            try:
+                while running or (waiting and not broken):
+                    # No more than run at once, so that a dead worker is known by what it did.
+                    while waiting and not broken and len(running) < self.workers:
+                        index = waiting.popleft()
+                        running[pool.submit(tasks[index])] = index
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        index = running.pop(future)
+                        if not isinstance(future.exception(), BrokenExecutor):
+                            yield index, future
+                            continue
+                        broken = True
+                        losses[index] += 1
+                        if losses[index] < MOST_LOSSES:
+                            waiting.append(index)
+                        else:
+                            yield index, _lost()
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+    def close(self) -> None:
+        """See `Executor`."""
+
+
+def _lost() -> Future[Result]:
+    future: Future[Result] = Future()
+    future.set_exception(Error(f"its worker ended without a word {MOST_LOSSES} times"))
+    return future
+
+
+def _leave_interrupts() -> None:
+    """An interrupt ends a worker at once, without a traceback; the parent cancels the rest."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

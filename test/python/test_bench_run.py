@@ -1,0 +1,84 @@
+"""bench/run: one JSON form, what was measured is kept, a failure is told and the others go on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conftest import CHECKOUT
+
+RUNNER = CHECKOUT / "bench" / "runner"
+ROBOTS = CHECKOUT / "bench" / "robots.py"
+pytestmark = pytest.mark.usefixtures("compiled")
+
+
+def run(*arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
+    """bench/run, without its building."""
+    command = [sys.executable, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == code, done.stderr
+    return done
+
+
+def read(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text())
+    return content
+
+
+def test_figures_have_one_form_and_are_kept(tmp_path: Path) -> None:
+    options = ["--cache", tmp_path / "cache", "-o"]
+    run(RUNNER, "sample", *options, tmp_path / "one")
+    report = read(tmp_path / "one" / "sample.json")
+    [job] = report["jobs"]
+    assert (report["name"], report["failed"], job["job"]) == ("sample", {}, "sample")
+    assert job["command"].startswith("bench/rough.py sample/")
+    assert all(len(digest) == 64 for digest in job["data"].values())
+    assert {name.partition(".")[2] for name in job["data"]} == {"zip", "json", "truth.npz"}
+    figures = {figure["name"]: figure for figure in job["figures"]}
+    error = figures["1700000000/gprodom_full/causal_m"]
+    assert (error["unit"], error["better"], error["spread"]) == ("m", "lower", None)
+    assert 0 < error["value"] < 0.05 < figures["1700000000/gprodom_full/dead_m"]["value"]
+    assert figures["1700000000/gprodom_full/nees_map"]["better"] == "near 2"
+
+    again = run(RUNNER, "sample", *options, tmp_path / "two")
+    assert "1 jobs were measured before" in again.stderr
+    assert read(tmp_path / "two" / "sample.json") == report
+
+    # Other arguments are measured anew, and what fails of them is told.
+    other = [*options, tmp_path / "three", "--set", "wheel.no_such=1"]
+    failed = run(RUNNER, "sample", *other, code=1)
+    assert "wheel.no_such=1: unknown key" in failed.stderr
+    assert "unknown key" in read(tmp_path / "three" / "sample.json")["failed"]["sample"]
+
+
+def test_unknown_names_are_refused(tmp_path: Path) -> None:
+    assert "twelve, rough" in run(RUNNER, "no_such", "-o", tmp_path, code=2).stderr
+    assert "expected one of" in run(RUNNER, "robots/none", "-o", tmp_path, code=2).stderr
+
+
+def test_other_recordings_by_a_description(shared: Path, tmp_path: Path) -> None:
+    """A folder that the table does not know gives what the table's own gives."""
+    folder = tmp_path / "more"
+    folder.mkdir()
+    for file in ("accelerometer", "gyroscope", "wheels", "position"):
+        (folder / f"my_{file}.csv").symlink_to(shared / "robots" / "phil1" / f"{file}.csv")
+    description = folder / "recordings.yaml"
+    described = (
+        "mine:\n  accelerometer: my_accelerometer.csv\n  gyroscope: my_gyroscope.csv\n"
+        "  wheel: my_wheels.csv\n  position: my_position.csv\n"
+        "  truth_sigma_m: 0.002\n  truth_delay_sigma_s: 0.05\n"
+    )
+    description.write_text(described)
+    [mine] = json.loads(run(ROBOTS, folder, "--json").stdout).values()
+    known = json.loads(run(ROBOTS, shared / "robots", "--only", "phil1", "--json").stdout)
+    assert mine == known["phil1"]
+
+    description.write_text(described + "  truth_sigma: 1\n")
+    assert "mine: unknown key truth_sigma" in run(ROBOTS, folder, code=1).stderr
+    description.write_text(described.replace("  truth_sigma_m: 0.002\n", ""))
+    assert "mine: truth_sigma_m is missing" in run(ROBOTS, folder, code=1).stderr
