@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gprodom.files import write_bytes
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -69,7 +71,7 @@ def png(figure: Figure, dpi: int = 110) -> bytes:
 def save(figure: Figure, path: Path) -> bytes:
     """Writes the figure as PNG and returns its bytes."""
     data = png(figure)
-    path.write_bytes(data)
+    write_bytes(path, data)
     return data
 
 

@@ -7,6 +7,9 @@ Every subcommand is a module with two functions:
 ``run(args) -> int``
     does the work and returns the exit code.
 
+Arguments that are paths are inputs, or of a type of `gprodom.files.Output`: no command writes over
+its inputs.
+
 A module is registered by its name in `COMMANDS`. Modules are all imported to build the parser, so
 they import what is slow (matplotlib, scipy) inside `run`.
 
@@ -21,11 +24,14 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
 
 import gprodom
 from gprodom.errors import Error
+from gprodom.files import Output, check_outputs, reading
+from gprodom.options import Parser
 
 COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
@@ -55,9 +61,9 @@ exit codes: 0 done, 1 failed, 2 bad usage
 """
 
 
-def build_parser() -> argparse.ArgumentParser:
+def build_parser() -> Parser:
     """The parser with all registered subcommands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="gprodom",
         description=DESCRIPTION,
         epilog=EPILOG,
@@ -81,6 +87,18 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+def paths_of(args: argparse.Namespace) -> tuple[list[Output], list[Path]]:
+    """The outputs and the inputs among the arguments: all paths are one or the other."""
+    values = [
+        value
+        for each in vars(args).values()
+        for value in (each if isinstance(each, (list, tuple)) else [each])
+        if isinstance(value, Path)
+    ]
+    outputs = [value for value in values if isinstance(value, Output)]
+    return outputs, [value for value in values if not isinstance(value, Output)]
+
+
 def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise SystemExit(128 + signal.SIGTERM)  # unwinds, so that half-written files are removed
 
@@ -90,7 +108,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, _terminate)
     try:
         args = build_parser().parse_args(arguments)
-        code: int = args.run(args)
+        outputs, inputs = paths_of(args)
+        with reading(inputs):
+            check_outputs(outputs)
+            code: int = args.run(args)
         sys.stdout.flush()
         return code
     except Error as error:

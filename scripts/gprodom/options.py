@@ -3,10 +3,47 @@
 from __future__ import annotations
 
 import argparse
+import re
+import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 Subparsers = Any  # argparse's own class for this is private
+
+_NEGATIVE = re.compile(r"-\.?\d")  # begins a value, and no option of ours
+
+
+class Parser(argparse.ArgumentParser):
+    """The value of a long option may begin with a minus, as coordinates do: `--datum -33.9,18.4`.
+
+    argparse takes such a word for an option where it is not a single number.
+    """
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """As argparse's own."""
+        return super().parse_known_args(
+            list(_joined(sys.argv[1:] if args is None else args)), namespace
+        )
+
+
+def _joined(words: Iterable[str]) -> Iterable[str]:
+    """`--option -1,2` as `--option=-1,2`."""
+    option = ""
+    for word in words:
+        if option and _NEGATIVE.match(word):
+            yield f"{option}={word}"
+            option = ""
+            continue
+        if option:
+            yield option
+        option = word if word.startswith("--") and len(word) > 2 and "=" not in word else ""
+        if not option:
+            yield word
+    if option:
+        yield option
 
 
 def add_command(

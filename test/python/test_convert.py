@@ -282,7 +282,7 @@ def test_failed_write_keeps_the_old_log(
     assert "disk full" in capsys.readouterr().err
     assert log.read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "a.lcmlog"]
-    assert main(["convert", "cmu", str(sequence), "-o", str(tmp_path)]) == 1
+    assert main(["convert", "cmu", str(sequence), "-o", str(tmp_path)]) == 2
     with pytest.raises(SystemExit, match="2"):
         main(["convert", "cmu", str(sequence), "-o", str(log), "--sample-interval", "0"])
 

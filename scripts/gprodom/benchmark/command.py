@@ -17,6 +17,7 @@ from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
+from gprodom.files import OutputFolder, check_output
 from gprodom.ground.survey import shipped
 from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
 from gprodom.options import Subparsers, add_command, add_config_options, add_networks_option
@@ -71,7 +72,12 @@ def add_parser(subparsers: Subparsers) -> None:
         help="see above (default: all but the signed and the learned ones)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the results"
+        "-o",
+        "--output",
+        type=OutputFolder,
+        required=True,
+        metavar="DIR",
+        help="folder for the results",
     )
     parser.add_argument(
         "-j",
@@ -162,7 +168,10 @@ def name_sequences(
             raise UsageError(f"{source}: a second sequence of the name {name}")
         scene = scene_of(name)
         interval = intervals.get(scene, intervals.get(""))
-        sequences[name] = Sequence(name, source.resolve(), output / name, interval)
+        sequence = Sequence(name, source.resolve(), output / name, interval)
+        if sequence.log.exists() and not sequence.log.is_symlink():
+            check_output(sequence.log)  # made anew where it is old, and removed at the end
+        sequences[name] = sequence
     return list(sequences.values())
 
 

@@ -17,7 +17,7 @@ from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
 from gprodom.config import Channels, config_files, read_channels
 from gprodom.errors import Error
-from gprodom.files import replacing
+from gprodom.files import replacing, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, reckon
 from gprodom.odometry.estimate import Estimate, as_log, estimate
@@ -217,8 +217,7 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
         "records": [record.as_dict() for record in records],
         "curves": asdict(curves) if curves else None,
     }
-    with replacing(kept) as part:
-        part.write_text(json.dumps(content), encoding="utf-8")
+    write_text(kept, json.dumps(content))
     return Outcome(sequence.name, method.name, records, curves, k=fit)
 
 

@@ -12,7 +12,7 @@ from gprodom.benchmark.jobs import CAUSAL, Outcome, Sequence, Settings
 from gprodom.benchmark.pairs import compare_methods, pair_cells
 from gprodom.benchmark.published import FUSED, GPR_ONLY, SCENES, Published, is_of_dataset
 from gprodom.benchmark.results import mean_of, summarise, table_cells, weighted_mean
-from gprodom.files import replacing
+from gprodom.files import write_text
 from gprodom.score.figures import FIGURE_NAMES
 from gprodom.score.page import text
 from gprodom.score.record import Record
@@ -48,8 +48,7 @@ def write_report(
     ]
     values = [[text(record.as_dict()[name]) for name in SHOWN] for record in records]
     parts += [canvas.heading("Every score"), canvas.table(SHOWN, values), *_fits(outcomes)]
-    with replacing(path) as part:
-        part.write_text(canvas.page("gprodom benchmark", parts), encoding="utf-8")
+    write_text(path, canvas.page("gprodom benchmark", parts))
 
 
 def _best_row(rows: Items[Items[object]], column: int) -> list[int]:

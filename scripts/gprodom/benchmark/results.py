@@ -12,7 +12,7 @@ from typing import Any
 from gprodom.benchmark.jobs import Outcome, Settings
 from gprodom.benchmark.pairs import compare_methods, pair_cells
 from gprodom.console import format_table, to_json
-from gprodom.files import replacing
+from gprodom.files import replacing, write_text
 from gprodom.score.record import COLUMNS, Record
 
 AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw", "answered")
@@ -111,8 +111,7 @@ def as_json(
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Writes results.json."""
-    with replacing(path) as part:
-        part.write_text(to_json(content) + "\n", encoding="utf-8")
+    write_text(path, to_json(content) + "\n")
 
 
 def describe(records: Sequence[Record], align: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom.files import replacing
+from gprodom.files import OutputFile, write_text
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ def add_output_option(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="YAML",
-        type=Path,
+        type=OutputFile,
         help="write the result, with its uncertainty, as a configuration for -c",
     )
 
@@ -58,5 +58,4 @@ def fragment(found: Sequence[Found]) -> str:
 def write_fragment(path: Path | None, found: Sequence[Found]) -> None:
     """Writes the fragment where `path` is given."""
     if path is not None:
-        with replacing(path) as part:
-            part.write_text(fragment(found), encoding="utf-8")
+        write_text(path, fragment(found))

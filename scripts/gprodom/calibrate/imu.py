@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
+from gprodom.files import OutputFile
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
@@ -152,7 +153,9 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
-    parser.add_argument("--plot", metavar="PNG", type=Path, help="picture of the Allan deviations")
+    parser.add_argument(
+        "--plot", metavar="PNG", type=OutputFile, help="picture of the Allan deviations"
+    )
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)

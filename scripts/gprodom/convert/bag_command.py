@@ -14,6 +14,7 @@ from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.summary import describe_times
 from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
+from gprodom.files import OutputFile
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -49,7 +50,9 @@ def add_parser(formats: Subparsers) -> None:
     """Adds ``convert bag``."""
     parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, EXAMPLES)
     parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
-    parser.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    parser.add_argument(
+        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
+    )
     for what in ("imu", "wheel", "truth", "gpr"):
         parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
     parser.add_argument(

@@ -14,7 +14,7 @@ from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
-from gprodom.errors import Error
+from gprodom.files import OutputFile
 from gprodom.lcm.log_writer import write_log
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -48,7 +48,9 @@ def add_parser(subparsers: Subparsers) -> None:
         formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION, CMU_EXAMPLES
     )
     cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
-    cmu.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    cmu.add_argument(
+        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
+    )
     cmu.add_argument(
         "--sample-interval",
         metavar="S",
@@ -73,18 +75,15 @@ def _positive(text: str) -> float:
 
 def run(args: argparse.Namespace) -> int:
     """Converts and prints the summary."""
-    output: Path = args.output
-    if output.is_dir() or (output.exists() and output.samefile(args.sequence)):
-        raise Error(f"{output}: expected a file to write, got a directory or the sequence itself")
     channels = read_channels(args.configs, args.overrides)
     recording = read_recording(args.sequence)
     interval = args.sample_interval or recording.sample_interval
     made = streams(recording, interval, channels)
     check_streams(made)
-    write_log(output, made)
+    write_log(args.output, made)
     summary = summarise(recording, interval)
     if args.json:
-        print_json({"log": str(output), **summary})
+        print_json({"log": str(args.output), **summary})
     else:
         print(as_text(summary))
     return 0

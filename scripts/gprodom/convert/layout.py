@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.errors import Error
+from gprodom.files import also_read
 
 # Sources of data, each a table's columns: the time, then the values named here.
 SOURCES = {
@@ -133,6 +134,7 @@ def _source(
         file = table if named is None else Path(named)
     if file is None:
         raise Error(f"{where}: {name}: which table? Give its file")
+    also_read(file)
     return Source(
         file,
         tuple(str(column).strip() for column in columns),

@@ -15,6 +15,7 @@ from typing import Any
 from gprodom.console import warn
 from gprodom.convert.source import File
 from gprodom.errors import Error
+from gprodom.files import also_read
 
 SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
 _KEY = "sample_interval_s"
@@ -33,6 +34,7 @@ def find_sample_interval(sequence: Path, facts: File | None) -> float:
     if facts is not None:
         return _interval(facts.data, _KEY, facts.label)
     beside = sequence.with_name(sequence.name.removesuffix(".zip") + ".json")
+    also_read(beside)
     data = beside.read_bytes() if beside.is_file() else b""
     if _TOLD_BESIDE.search(data) is None:
         return SAMPLE_INTERVAL

@@ -11,6 +11,7 @@ from gprodom.arrays import Ints
 from gprodom.console import add_json_flag, format_table, print_json, warn
 from gprodom.convert.survey_files import Line, read_line
 from gprodom.errors import Error, UsageError
+from gprodom.files import OutputFile
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
 from gprodom.options import Subparsers, add_command
 
@@ -40,7 +41,12 @@ def add_parser(formats: Subparsers) -> None:
         "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"
     )
     parser.add_argument(
-        "-o", "--output", metavar="NPZ", type=Path, required=True, help="ground to write (npz)"
+        "-o",
+        "--output",
+        metavar="NPZ",
+        type=OutputFile,
+        required=True,
+        help="ground to write (npz)",
     )
     parser.add_argument(
         "--aside",

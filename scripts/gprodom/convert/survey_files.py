@@ -19,6 +19,7 @@ import numpy as np
 
 from gprodom.arrays import Ints
 from gprodom.errors import Error
+from gprodom.files import also_read
 
 _FOOT = 0.3048  # m
 _MAX_SAMPLES = 16_384  # of a trace; the estimator takes no more
@@ -57,6 +58,7 @@ def read_line(path: Path) -> Line:
 def _beside(path: Path, suffix: str) -> Path:
     for candidate in (path.with_suffix(suffix), path.with_suffix(suffix.upper())):
         if candidate.is_file():
+            also_read(candidate)
             return candidate
     raise Error(f"{path}: expected its header {path.with_suffix(suffix).name} beside it")
 

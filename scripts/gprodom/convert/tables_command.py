@@ -24,6 +24,7 @@ from gprodom.convert.survey_files import SUFFIXES, read_line
 from gprodom.convert.table import Table
 from gprodom.convert.wheels import added_up, pair_stream, wheel_stream
 from gprodom.errors import Error, UsageError
+from gprodom.files import OutputFile
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -73,7 +74,9 @@ def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
     parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES)
     parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
-    parser.add_argument("-o", "--output", metavar="LOG", type=Path, required=True, help="LCM log")
+    parser.add_argument(
+        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
+    )
     parser.add_argument("--layout", metavar="YAML", type=Path, help="see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")

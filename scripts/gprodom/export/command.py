@@ -11,6 +11,7 @@ from gprodom.arrays import Bools
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error, UsageError
+from gprodom.files import OutputFile
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -65,7 +66,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
     for name in OUTPUTS:
-        parser.add_argument(f"--{name}", metavar="FILE", type=Path, help="see above")
+        parser.add_argument(f"--{name}", metavar="FILE", type=OutputFile, help="see above")
     parser.add_argument("--frame", choices=FRAMES, default="map", help="default %(default)s")
     parser.add_argument(
         "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"

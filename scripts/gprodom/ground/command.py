@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.files import OutputFile
 from gprodom.ground.scene import Scene, read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
 from gprodom.options import Subparsers, add_command
@@ -32,7 +33,9 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="YAML file")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="npz")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", type=OutputFile, required=True, help="npz"
+    )
     add_json_flag(parser)
     parser.set_defaults(run=run)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.errors import Error
-from gprodom.files import write_npz
+from gprodom.files import also_read, write_npz
 
 FULL_SCALE = 30_000  # counts, of the strongest sample of a survey
 SHIPPED = Path(__file__).parent / "lines"
@@ -138,4 +138,5 @@ def find_survey(name: str) -> Survey:
     path = Path(name)
     if not path.is_file():
         raise Error(f"{name}: expected a survey file or one of {', '.join(shipped())}")
+    also_read(path)
     return read_survey(path)

@@ -16,7 +16,7 @@ import numpy as np
 import gprodom
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import Error, UsageError
-from gprodom.files import write_bytes
+from gprodom.files import OutputFolder, replacing, write_bytes
 from gprodom.learned.drives import drive_examples
 from gprodom.learned.examples import joined, make_examples
 from gprodom.learned.grounds import KEPT, seeds
@@ -52,7 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("-o", "--output", type=OutputFolder, required=True, metavar="DIR")
     parser.add_argument("--seed", type=int, default=1, help="of the training (default 1)")
     parser.add_argument(
         "--epochs", type=int, default=4, help="passes over all examples (default 4)"
@@ -164,7 +164,8 @@ def prepare(
             if part == "train":
                 driven = drive_examples(sequences, progress.advance)
                 examples = joined([examples, *driven])
-            np.savez(folder / f"{part}.npz", **examples)  # type: ignore[arg-type]
+            with replacing(folder / f"{part}.npz") as new, new.open("wb") as file:
+                np.savez(file, **examples)  # type: ignore[arg-type]
     seconds = round(time.monotonic() - started, 1)
     write_bytes(kept, json.dumps({"key": key, "seconds": seconds}).encode())
     return grounds, seconds

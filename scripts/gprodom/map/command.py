@@ -13,7 +13,7 @@ from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.export.command import parse_datum
 from gprodom.export.paths import write_csv, write_geojson
-from gprodom.files import write_bytes
+from gprodom.files import Output, OutputFile, OutputFolder, write_bytes
 from gprodom.map import cut, service
 from gprodom.map import merge as merging
 from gprodom.map.ground import MapFile, facts, map_from, read_map
@@ -50,8 +50,7 @@ its x axis, in degrees.
 
 CUT = """\
 Writes the part of a map that all of the given options name. The poses stay as they are. Ground
-along which no pose is known is found by --runs and --distance alone. Where a value begins with a
-minus, write it behind an equals sign: --area=-2,-2,3,3.
+along which no pose is known is found by --runs and --distance alone.
 """
 
 MERGE = """\
@@ -107,12 +106,12 @@ def _add_number(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_folder(parser: argparse.ArgumentParser) -> None:
+def _add_folder(parser: argparse.ArgumentParser, kind: type[Path]) -> None:
     parser.add_argument(
         "--folder",
         metavar="DIR",
-        type=Path,
-        default=service.FOLDER,
+        type=kind,
+        default=kind(service.FOLDER),
         help="state.directory of the service (default %(default)s)",
     )
 
@@ -128,7 +127,9 @@ def _add_info(works: Subparsers) -> None:
 def _add_plot(works: Subparsers) -> None:
     parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES)
     _add_file(parser)
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
+    )
     parser.set_defaults(run=run_plot)
 
 
@@ -136,7 +137,7 @@ def _add_export(works: Subparsers) -> None:
     parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES)
     _add_file(parser)
     for name in ("geojson", "csv"):
-        parser.add_argument(f"--{name}", metavar="OUT", type=Path, help="see above")
+        parser.add_argument(f"--{name}", metavar="OUT", type=OutputFile, help="see above")
     parser.add_argument(
         "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
     )
@@ -163,7 +164,9 @@ def _add_cut(works: Subparsers) -> None:
         help="rectangle in the map's frame, m",
     )
     _add_number(parser)
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="map file")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="OUT", help="map file"
+    )
     add_json_flag(parser)
     parser.set_defaults(run=run_cut)
 
@@ -172,7 +175,9 @@ def _add_merge(works: Subparsers) -> None:
     parser = add_command(works, "merge", "two sessions become one map", MERGE, EXAMPLES)
     parser.add_argument("first", metavar="FIRST", type=Path, help="map file, whose frame stays")
     parser.add_argument("second", metavar="SECOND", type=Path, help="map file that joins it")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="map file")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="OUT", help="map file"
+    )
     add_json_flag(parser)
     parser.set_defaults(run=run_merge)
 
@@ -181,7 +186,7 @@ def _add_install(works: Subparsers) -> None:
     parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
     parser.add_argument("--as", metavar="NAME", dest="name", help="its name there (default FILE's)")
-    _add_folder(parser)
+    _add_folder(parser, OutputFolder)
     parser.set_defaults(run=run_install)
 
 
@@ -191,12 +196,12 @@ def _add_fetch(works: Subparsers) -> None:
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
-        default=Path(),
+        type=Output,
+        default=Output(),
         metavar="OUT",
         help="file or folder (default .)",
     )
-    _add_folder(parser)
+    _add_folder(parser, Path)
     parser.set_defaults(run=run_fetch)
 
 

@@ -51,8 +51,11 @@ def path_in(folder: Path, name: str) -> Path:
 
 
 def install(data: bytes, path: Path) -> None:
-    """Writes a map of the service's, entirely or not at all."""
+    """Writes a map of the service's, entirely or not at all. A link of that name is replaced: maps
+    are in this folder and nowhere else."""
     with as_service():
+        if path.is_symlink():
+            path.unlink()
         write_bytes(path, data, MODE)
 
 

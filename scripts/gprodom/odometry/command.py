@@ -9,6 +9,7 @@ from pathlib import Path
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json, warn
 from gprodom.errors import UsageError
+from gprodom.files import OutputFile
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
 from gprodom.options import Subparsers, add_command, add_config_options, add_networks_option
@@ -41,15 +42,15 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
     add_networks_option(parser)
-    parser.add_argument("--tum", type=Path, metavar="FILE", help="file for the trajectory")
+    parser.add_argument("--tum", type=OutputFile, metavar="FILE", help="file for the trajectory")
     parser.add_argument(
         "--smoothed",
-        type=Path,
+        type=OutputFile,
         metavar="FILE",
         help="file for every state from one solution over all data (TUM)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="LOG", help="file for the replay's log"
+        "-o", "--output", type=OutputFile, metavar="LOG", help="file for the replay's log"
     )
     parser.add_argument(
         "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"

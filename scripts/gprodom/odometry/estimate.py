@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,52 +99,46 @@ def estimate(
     sensors = channels.of("imu", "wheel")
     if method.reckoned == "wheel":
         return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
-    smooth = smooth and not method.reckoned
-    tum = output.with_suffix(".smoothed.tum") if smooth else None
-    if method.network:
-        log = _with_answers(log, method, configs, overrides, output)
-    run_replay(
-        log,
-        output,
-        configs,
-        [*method.overrides, *overrides],
-        on_progress,
-        tum,
-        on_warning,
-        poses_needed=not method.reckoned,
-    )
-    if method.reckoned == "displacements":
-        found = logs.read_roles(output, channels.of("displacement"))
-        displacements = sequential(found, method.front_end)
-        return Estimate(reckon(logs.read_roles(log, sensors), displacements))
-    published = read_estimate(output, channels=channels)
-    role = "displacement_in" if method.network else "displacement"
-    told = logs.read_roles(log if method.network else output, channels.of(role)).get(role)
-    heard = answered(told, published.trajectory.time)
-    if method.network:
-        log.unlink()
-    if tum is None:
-        return Estimate(published.trajectory, published.jumps, answered=heard)
-    smoothed = read_tum(tum)
-    tum.unlink()
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name)
+        tum = folder / "smoothed.tum" if smooth and not method.reckoned else None
+        if method.network:
+            log = _with_answers(log, method, configs, overrides, folder)
+        run_replay(
+            log,
+            output,
+            configs,
+            [*method.overrides, *overrides],
+            on_progress,
+            tum,
+            on_warning,
+            poses_needed=not method.reckoned,
+        )
+        if method.reckoned == "displacements":
+            found = logs.read_roles(output, channels.of("displacement"))
+            displacements = sequential(found, method.front_end)
+            return Estimate(reckon(logs.read_roles(log, sensors), displacements))
+        published = read_estimate(output, channels=channels)
+        role = "displacement_in" if method.network else "displacement"
+        told = logs.read_roles(log if method.network else output, channels.of(role)).get(role)
+        heard = answered(told, published.trajectory.time)
+        smoothed = None if tum is None else read_tum(tum)
     return Estimate(published.trajectory, published.jumps, smoothed, heard)
 
 
 def _with_answers(
-    log: Path, method: Method, configs: Configs, overrides: Sequence[str], output: Path
+    log: Path, method: Method, configs: Configs, overrides: Sequence[str], folder: Path
 ) -> Path:
-    """A log beside `output` in which the method's network has answered the traces. Its track, where
-    it needs one, is that of IMU and wheel."""
+    """A log in `folder` in which the method's network has answered the traces. Its track, where it
+    needs one, is that of IMU and wheel."""
     from gprodom.learned.recorded import answers_to, with_answers
 
     assert method.networks is not None
     channels = read_channels(configs, [*method.overrides, *overrides])
-    track = output.with_suffix(".track.lcmlog") if method.tracked else None
+    track = folder / "track.lcmlog" if method.tracked else None
     if track is not None:
         run_replay(log, track, configs, [*overrides, *METHODS["imu_wheel"].overrides])
     answers = answers_to(log, method.network, method.networks, channels, track)
-    if track is not None:
-        track.unlink()
-    told = output.with_suffix(".answers.lcmlog")
+    told = folder / "answers.lcmlog"
     with_answers(log, answers, channels, told)
     return told

@@ -12,6 +12,7 @@ from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
 from gprodom.errors import Error, UsageError
+from gprodom.files import OutputFile, OutputFolder, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log
@@ -73,7 +74,9 @@ def _add_trajectory(subjects: Subparsers) -> None:
     parser.add_argument(
         "--frame", choices=FRAMES, default="map", help="frame of the poses of logs (default map)"
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
+    )
     add_config_options(parser)
     parser.set_defaults(run=run_trajectory)
 
@@ -94,7 +97,9 @@ def _add_log(subjects: Subparsers) -> None:
         metavar="LOG",
         help="log with the wheel's speed: the replay's input (its output has none)",
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
+    )
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run_log)
@@ -114,7 +119,12 @@ def _add_observability(subjects: Subparsers) -> None:
         help="front ends (default sfm,trace_count)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the results"
+        "-o",
+        "--output",
+        type=OutputFolder,
+        required=True,
+        metavar="DIR",
+        help="folder for the results",
     )
     add_config_options(parser)
     parser.add_argument(
@@ -189,7 +199,7 @@ def run_observability(args: argparse.Namespace) -> int:
     content = {name: asdict(found) for name, found in figures.items()}
     args.output.mkdir(parents=True, exist_ok=True)
     canvas.save(observability_figure(pooled, figures), args.output / "observability.png")
-    (args.output / "observability.json").write_text(to_json(content) + "\n", encoding="utf-8")
+    write_text(args.output / "observability.json", to_json(content) + "\n")
     if args.json:
         print_json(content)
     else:

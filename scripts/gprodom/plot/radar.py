@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.errors import Error, UsageError
+from gprodom.files import OutputFile
 from gprodom.lcm import logs
 from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
@@ -156,7 +157,9 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PNG", help="picture")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
+    )
     parser.add_argument(
         "--at",
         metavar="S",

@@ -10,6 +10,7 @@ import numpy as np
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
+from gprodom.files import OutputFolder
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
@@ -88,7 +89,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_json_flag(parser)
     parser.add_argument(
         "--plot",
-        type=Path,
+        type=OutputFolder,
         metavar="DIR",
         help="folder for trajectory.png, error.png and report.html",
     )

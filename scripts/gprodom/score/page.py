@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gprodom import canvas
+from gprodom.files import write_text
 from gprodom.score.figures import Comparison
 from gprodom.score.pictures import error_figure, trajectory_figure
 from gprodom.score.record import Record
@@ -59,5 +60,5 @@ def write_report(comparison: Comparison, record: Record, folder: Path) -> list[P
         canvas.picture(images[1], "Position error over time."),
     ]
     report = folder / "report.html"
-    report.write_text(canvas.page(f"gprodom score: {title}", parts), encoding="utf-8")
+    write_text(report, canvas.page(f"gprodom score: {title}", parts))
     return [*pictures, report]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import UsageError
+from gprodom.files import Output
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.options import Subparsers, add_command
 from gprodom.random_streams import stream
@@ -60,7 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, EXAMPLES
     )
-    parser.add_argument("-o", "--output", metavar="OUT", type=Path, required=True)
+    parser.add_argument("-o", "--output", metavar="OUT", type=Output, required=True)
     parser.add_argument(
         "--seed",
         type=int,
