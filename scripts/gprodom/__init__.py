@@ -44,7 +44,8 @@ def _find_version() -> str:
         return version("gprodom")
 
 
-# What of the extension is offered here. Other names are modules, which need no extension.
+# What of the extension is offered here, and the module `gpr`, which is made of it. Other names are
+# modules, which need no extension.
 _OFFERED = {
     "RESET_ALL",
     "CommandName",
@@ -53,6 +54,7 @@ _OFFERED = {
     "Odometry",
     "Outputs",
     "describe_config",
+    "gpr",
 }
 
 if TYPE_CHECKING:
@@ -74,6 +76,8 @@ else:
             raise AttributeError(f"module 'gprodom' has no attribute {name!r}")
         try:
             core = _import_module("gprodom._core")
+            if name == "gpr":
+                return _import_module("gprodom.gpr")
         except ModuleNotFoundError as error:
             if error.name != "gprodom._core":
                 raise
@@ -82,3 +86,7 @@ else:
                 "built (cmake --build build) or not installed"
             ) from None
         return getattr(core, name)
+
+    def __dir__() -> list[str]:
+        """With what is loaded only when asked for, so that completion offers it."""
+        return sorted({*globals(), *_OFFERED, "__version__"})

@@ -717,6 +717,46 @@ class Sight:
         times_least: typing.SupportsFloat | typing.SupportsIndex,
     ) -> None: ...
 
+class Outputs:
+    """
+    Results of one step or of a whole run, each list in time order. A path to
+    plot is odometry_map's: odometry is without the corrections of loop closures.
+    """
+    def __repr__(self) -> str: ...
+    @property
+    def corrections(self) -> list[dict]:
+        """
+        One dict per correction (map to odom), twice a second from the first loop closure on: time
+        (ns), position (3,) m and orientation (w x y z) of odom in map, covariance (6, 6) of the
+        robot's pose in map, revisits.
+        """
+    @property
+    def displacements(self) -> list[dict]:
+        """
+        One dict per displacement measurement that took effect.
+        """
+    @property
+    def odometry(self) -> dict[str, numpy.ndarray]:
+        """
+        Arrays of one row per estimate, in odom: continuous, and without the corrections of loop
+        closures. time (ns), position (m), orientation (w x y z), velocity (m/s) and
+        angular_velocity (rad/s) in body, pose_covariance (n, 36), gyro_bias (rad/s), accel_bias
+        (m/s^2), wheel_scale (value, sigma), flags.
+        """
+    @property
+    def odometry_map(self) -> dict[str, numpy.ndarray]:
+        """
+        The same poses in map: with the correction of loop closures in effect at that time, so it
+        may jump where one comes into effect. The best path as published.
+        """
+    @property
+    def status(self) -> list[dict]:
+        """
+        One dict per second of data: time, health, reasons, values.
+        """
+    @property
+    def warnings(self) -> list[str]: ...
+
 class CommandName:
     """
     Names of the commands in command_t.
@@ -764,38 +804,6 @@ class ConfigError(ValueError):
 class FileError(OSError):
     pass
 
-class Outputs:
-    """
-    Results of one step, each list in time order.
-    """
-    @property
-    def corrections(self) -> list[dict]:
-        """
-        One dict per correction (map to odom), with the covariance of the pose in map.
-        """
-    @property
-    def displacements(self) -> list[dict]:
-        """
-        One dict per displacement measurement that took effect.
-        """
-    @property
-    def odometry(self) -> dict[str, numpy.ndarray]:
-        """
-        Arrays of one row per estimate: time (ns), position (m, odom), orientation (w x y z), velocity and angular_velocity (body), pose_covariance (n, 36), gyro_bias, accel_bias, wheel_scale (value, sigma), flags.
-        """
-    @property
-    def odometry_map(self) -> dict[str, numpy.ndarray]:
-        """
-        The same poses in map: with the correction in effect at that time.
-        """
-    @property
-    def status(self) -> list[dict]:
-        """
-        One dict per second of data: time, health, reasons, values.
-        """
-    @property
-    def warnings(self) -> list[str]: ...
-
 class Odometry:
     """
     The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.
@@ -803,13 +811,13 @@ class Odometry:
     def __init__(
         self,
         config: str | collections.abc.Sequence[str] = "",
-        set: collections.abc.Sequence[str] = [],
+        set: str | collections.abc.Sequence[str] = [],
         front_end: typing.Any = None,
     ) -> None:
         """
         config: path of a YAML file, or several, of which later ones override earlier ones;
-        empty for the defaults. set: overrides 'key=value'. Raises ConfigError with file, line
-        and key. front_end: a radar front end of your own instead of gpr.front_end: a class, or
+        empty for the defaults. set: an override 'key=value', or several. Raises ConfigError with
+        file, line and key. front_end: a radar front end of your own instead of gpr.front_end: a class, or
         another callable without arguments, whose objects have add_trace(trace: GprTrace),
         tick(time: int) -> list of findings and reset().
         """
@@ -834,13 +842,19 @@ class Odometry:
         sample_interval: typing.SupportsFloat | typing.SupportsIndex,
         time_zero: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         seq: typing.SupportsInt | typing.SupportsIndex = 0,
-    ) -> None: ...
+    ) -> None:
+        """
+        samples: (n,) counts; sample_interval and time_zero: s.
+        """
     def add_imu(
         self,
         time: typing.SupportsInt | typing.SupportsIndex,
         acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
         angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-    ) -> None: ...
+    ) -> None:
+        """
+        acceleration: (3,) m/s^2, specific force; angular_velocity: (3,) rad/s.
+        """
     def add_wheel(
         self,
         time: typing.SupportsInt | typing.SupportsIndex,
@@ -858,7 +872,10 @@ class Odometry:
         """
         left, right: signed, cumulative, metres. Instead of add_wheel.
         """
-    def finish(self) -> Outputs: ...
+    def finish(self) -> Outputs:
+        """
+        The same at the end of the data: nothing more will come.
+        """
     def forget(self) -> None:
         """
         Restarts and forgets the ground too.
@@ -919,7 +936,10 @@ class Odometry:
         """
         Time, position and orientation of every state from one solution over all data so far.
         """
-    def step(self) -> Outputs: ...
+    def step(self) -> Outputs:
+        """
+        What the data since the last step gave.
+        """
 
 class GroundMap:
     """
@@ -1115,9 +1135,9 @@ def depth_row(
     Row of a depth (m); -1 outside [0, depth_range).
     """
 
-def describe_config(set: collections.abc.Sequence[str] = []) -> str:
+def describe_config(set: str | collections.abc.Sequence[str] = []) -> str:
     """
-    Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.
+    Every key with unit and comment as YAML, at the defaults or with an override 'key=value' or several.
     """
 
 def design_band_pass(

@@ -6,7 +6,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -17,6 +16,7 @@
 #include "gprodom/input.h"
 #include "gprodom/odometry.h"
 #include "python/python_front_end.h"
+#include "python/python_outputs.h"
 
 namespace py = pybind11;
 
@@ -25,12 +25,12 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// One path or several; an empty string is no path.
-using Paths = std::variant<std::string, std::vector<std::string>>;
+// One text or several; an empty one is none.
+using Texts = std::variant<std::string, std::vector<std::string>>;
 
-std::vector<std::string> paths_of(const Paths& paths) {
-  if (const auto* several = std::get_if<std::vector<std::string>>(&paths)) return *several;
-  const auto& one = std::get<std::string>(paths);
+std::vector<std::string> list_of(const Texts& texts) {
+  if (const auto* several = std::get_if<std::vector<std::string>>(&texts)) return *several;
+  const auto& one = std::get<std::string>(texts);
   if (one.empty()) return {};
   return {one};
 }
@@ -169,55 +169,6 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
   return all;
 }
 
-// (n, columns) of what `row` writes for each estimate.
-template <typename Row>
-Array table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns, Row row) {
-  Array out({static_cast<py::ssize_t>(estimates.size()), columns});
-  for (size_t k = 0; k < estimates.size(); ++k)
-    row(estimates[k], out.mutable_data(static_cast<py::ssize_t>(k), 0));
-  return out;
-}
-
-std::map<std::string, py::array> arrays(const std::vector<OdometryEstimate>& e) {
-  const auto copy = [](const auto& m, double* to) {
-    for (Eigen::Index k = 0; k < m.size(); ++k) to[k] = m.data()[k];
-  };
-  Times time(static_cast<py::ssize_t>(e.size()));
-  py::array_t<std::int32_t> flags(static_cast<py::ssize_t>(e.size()));
-  for (size_t k = 0; k < e.size(); ++k) {
-    time.mutable_at(k) = e[k].time;
-    flags.mutable_at(k) = e[k].flags;
-  }
-  std::map<std::string, py::array> d;
-  d["time"] = time;
-  d["flags"] = flags;
-  d["position"] = table(e, 3, [&](const auto& x, double* to) { copy(x.p_odom_body, to); });
-  d["orientation"] = table(e, 4, [](const auto& x, double* to) {
-    to[0] = x.q_odom_body.w(), to[1] = x.q_odom_body.x(), to[2] = x.q_odom_body.y(),
-    to[3] = x.q_odom_body.z();
-  });
-  d["velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.v_body, to); });
-  d["angular_velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.omega_body, to); });
-  d["pose_covariance"] =
-      table(e, 36, [&](const auto& x, double* to) { copy(x.pose_covariance, to); });
-  d["gyro_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.gyro_bias, to); });
-  d["accel_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.accel_bias, to); });
-  d["wheel_scale"] = table(
-      e, 2, [](const auto& x, double* to) { to[0] = x.wheel_scale, to[1] = x.wheel_scale_sigma; });
-  return d;
-}
-
-py::dict to_dict(const Status& s) {
-  py::dict values;
-  for (size_t k = 0; k < s.names.size(); ++k) values[py::str(s.names[k])] = s.values[k];
-  py::dict d;
-  d["time"] = s.time;
-  d["health"] = static_cast<int>(s.health);
-  d["reasons"] = s.reasons;
-  d["values"] = values;
-  return d;
-}
-
 }  // namespace
 }  // namespace gprodom
 
@@ -225,93 +176,46 @@ void bind_odometry(py::module_& m) {
   using namespace gprodom;
   m.def(
       "describe_config",
-      [](const std::vector<std::string>& set) { return describe_config(default_config(set)); },
+      [](const Texts& set) { return describe_config(default_config(list_of(set))); },
       py::arg("set") = std::vector<std::string>{},
-      "Every key with unit and comment as YAML, at the defaults or with overrides 'key=value'.");
+      "Every key with unit and comment as YAML, at the defaults or with an override 'key=value' or "
+      "several.");
   py::enum_<CommandName> command(m, "CommandName", "Names of the commands in command_t.");
   for (const char* name : names_like(CommandName{}))
     command.value(name, *find_choice<CommandName>(name));
   m.attr("RESET_ALL") = kResetAll;
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
   py::register_exception<FileError>(m, "FileError", PyExc_OSError);
-  py::class_<Outputs>(m, "Outputs", "Results of one step, each list in time order.")
-      .def_property_readonly(
-          "odometry", [](const Outputs& o) { return arrays(o.odometry); },
-          "Arrays of one row per estimate: time (ns), position (m, odom), orientation (w x y z), "
-          "velocity and angular_velocity (body), pose_covariance (n, 36), gyro_bias, accel_bias, "
-          "wheel_scale (value, sigma), flags.")
-      .def_property_readonly(
-          "odometry_map", [](const Outputs& o) { return arrays(o.odometry_in_map); },
-          "The same poses in map: with the correction in effect at that time.")
-      .def_property_readonly(
-          "corrections",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& x : o.corrections) {
-              py::dict d;
-              d["time"] = x.time, d["revisits"] = x.revisits, d["position"] = x.p_map_odom;
-              d["orientation"] = Eigen::Vector4d(x.q_map_odom.w(), x.q_map_odom.x(),
-                                                 x.q_map_odom.y(), x.q_map_odom.z());
-              d["covariance"] = x.covariance;
-              l.push_back(d);
-            }
-            return l;
-          },
-          "One dict per correction (map to odom), with the covariance of the pose in map.")
-      .def_property_readonly(
-          "status",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& s : o.status) l.push_back(to_dict(s));
-            return l;
-          },
-          "One dict per second of data: time, health, reasons, values.")
-      .def_property_readonly(
-          "displacements",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& x : o.displacements) {
-              py::dict d;
-              d["time"] = x.time, d["from"] = x.from, d["to"] = x.to, d["source"] = x.source;
-              d["kind"] = static_cast<int>(x.kind), d["valid"] = x.valid;
-              d["distance"] = x.distance_m, d["sigma"] = x.sigma_m, d["score"] = x.score;
-              d["mirrored"] = x.mirrored;
-              l.push_back(d);
-            }
-            return l;
-          },
-          "One dict per displacement measurement that took effect.")
-      .def_readonly("warnings", &Outputs::warnings);
-
   py::class_<PythonOdometry>(
       m, "Odometry",
       "The estimator. Times in ns, SI units; IMU in its own axes, see config imu.rpy_body_imu.")
-      .def(
-          py::init([](const Paths& config, const std::vector<std::string>& set,
-                      const py::object& front_end) {
-            std::vector<std::string> notices;
-            const Config read = load_config(paths_of(config), set, &notices);
-            for (const std::string& notice : notices)
-              if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
-                throw py::error_already_set();
-            return std::make_unique<PythonOdometry>(read, Execution::kInline,
-                                                    python_front_end(front_end));
-          }),
-          py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
-          py::arg("front_end") = py::none(),
-          "config: path of a YAML file, or several, of which later ones override earlier ones;\n"
-          "empty for the defaults. set: overrides 'key=value'. Raises ConfigError with file, line\n"
-          "and key. front_end: a radar front end of your own instead of gpr.front_end: a class, "
-          "or\n"
-          "another callable without arguments, whose objects have add_trace(trace: GprTrace),\n"
-          "tick(time: int) -> list of findings and reset().")
+      .def(py::init([](const Texts& config, const Texts& set, const py::object& front_end) {
+             std::vector<std::string> notices;
+             const Config read = load_config(list_of(config), list_of(set), &notices);
+             for (const std::string& notice : notices)
+               if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
+                 throw py::error_already_set();
+             return std::make_unique<PythonOdometry>(read, Execution::kInline,
+                                                     python_front_end(front_end));
+           }),
+           py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
+           py::arg("front_end") = py::none(),
+           "config: path of a YAML file, or several, of which later ones override earlier ones;\n"
+           "empty for the defaults. set: an override 'key=value', or several. Raises ConfigError "
+           "with\n"
+           "file, line and key. front_end: a radar front end of your own instead of gpr.front_end: "
+           "a class, "
+           "or\n"
+           "another callable without arguments, whose objects have add_trace(trace: GprTrace),\n"
+           "tick(time: int) -> list of findings and reset().")
       .def(
           "add_imu",
           [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
              const Eigen::Vector3d& rate) {
             o.add(ImuSample{time, acceleration, rate});
           },
-          py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"))
+          py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"),
+          "acceleration: (3,) m/s^2, specific force; angular_velocity: (3,) rad/s.")
       .def(
           "add_wheel",
           [](PythonOdometry& o, std::int64_t time, double distance) {
@@ -335,7 +239,8 @@ void bind_odometry(py::module_& m) {
             o.add(t);
           },
           py::arg("time"), py::arg("samples"), py::arg("sample_interval"),
-          py::arg("time_zero") = 0.0, py::arg("seq") = 0)
+          py::arg("time_zero") = 0.0, py::arg("seq") = 0,
+          "samples: (n,) counts; sample_interval and time_zero: s.")
       .def(
           "add_displacement",
           [](PythonOdometry& o, std::int64_t time, std::int64_t from, std::int64_t to,
@@ -350,8 +255,10 @@ void bind_odometry(py::module_& m) {
           py::arg("sigma"), py::arg("revisit") = false, py::arg("mirrored") = false,
           "Displacement along the track (m) between two times, from another process. revisit: it\n"
           "is relative to a place passed before, at any earlier time.")
-      .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>())
-      .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>())
+      .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>(),
+           "What the data since the last step gave.")
+      .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>(),
+           "The same at the end of the data: nothing more will come.")
       .def(
           "reset", &Odometry::reset,
           "Restarts at the initialiser. The ground driven over is kept; when it is recognised, map "
@@ -375,10 +282,10 @@ void bind_odometry(py::module_& m) {
       .def("record", &Odometry::record,
            "Keep all states for smoothed(); call it before the first measurement.")
       .def(
-          "recorded", [](const PythonOdometry& o) { return arrays(o.recorded()); },
+          "recorded", [](const PythonOdometry& o) { return estimate_arrays(o.recorded()); },
           "Time, position and orientation of every state as it left the fixed-lag window.")
       .def(
-          "smoothed", [](const PythonOdometry& o) { return arrays(o.smoothed()); },
+          "smoothed", [](const PythonOdometry& o) { return estimate_arrays(o.smoothed()); },
           "Time, position and orientation of every state from one solution over all data so far.")
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),

@@ -6,6 +6,7 @@ void bind_gpr_peaks(pybind11::module_& module);
 void bind_gpr_sfm(pybind11::module_& module);
 void bind_gpr_revisit(pybind11::module_& module);
 void bind_front_end(pybind11::module_& module);
+void bind_outputs(pybind11::module_& module);
 void bind_odometry(pybind11::module_& module);
 void bind_map(pybind11::module_& module);
 
@@ -16,6 +17,7 @@ PYBIND11_MODULE(_core, module) {
   bind_gpr_sfm(module);
   bind_gpr_revisit(module);
   bind_front_end(module);
+  bind_outputs(module);
   bind_odometry(module);
   bind_map(module);
 }
