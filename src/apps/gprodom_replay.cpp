@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "apps/command_line.h"
+#include "apps/default_config.h"
 #include "apps/replay.h"
 #include "apps/replay_report.h"
 #include "apps/signal_watch.h"
@@ -21,11 +22,12 @@ int main(int argc, char** argv) {
   bool progress_lines = false;
   const CommandLine command_line(
       "gprodom-replay",
-      "-c CONFIG [-c CONFIG]... [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] "
+      "[-c CONFIG]... [--set KEY=VALUE]... IN.lcmlog -o OUT.lcmlog [--tum TRAJ] "
       "[--smoothed TRAJ] [--stats FILE.json] [--progress]",
       "Runs the estimator over a log and writes what the daemon would have published, stamped "
       "with\n"
-      "data time. The same input gives byte-identical output.",
+      "data time. The same input gives byte-identical output. Without -c it takes the installed\n"
+      "gprodom.yaml, in a checkout the defaults.",
       {config_option(config_paths),
        set_option(overrides),
        {"-o, --output", "OUT.lcmlog", "log to write",
@@ -41,13 +43,12 @@ int main(int argc, char** argv) {
   return command_line.run([&] {
     if (command_line.answer(argc, argv)) return 0;
     const auto others = command_line.parse(argc, argv);
-    if (config_paths.empty()) throw UsageError("-c CONFIG is needed");
     if (files.output.empty()) throw UsageError("-o OUT.lcmlog is needed");
     if (others.size() != 1) throw UsageError("expected one IN.lcmlog");
     files.input = others.front();
 
     std::vector<std::string> notices;
-    const Config config = load_config(config_paths, overrides, &notices);
+    const Config config = load_config(or_default(config_paths), overrides, &notices);
     for (const auto& notice : notices) std::fprintf(stderr, "%s\n", notice.c_str());
     SignalWatch signals({SIGINT, SIGTERM});
     ProgressReport progress(progress_lines, isatty(STDERR_FILENO) != 0);

@@ -203,6 +203,17 @@ def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["text"]
 
 
+def test_without_a_configuration_the_defaults_hold(folder: Path, tmp_path: Path) -> None:
+    """As with `gprodom run`: both take the same configuration where none is given."""
+    made = {}
+    for name, config in {"none": (), "defaults": ("-c", CONFIG)}.items():
+        command = [find_program(), *config, folder / "in.lcmlog", "-o", tmp_path / name]
+        done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        made[name] = (tmp_path / name).read_bytes()
+    assert made["none"] == made["defaults"]
+
+
 def short_log(path: Path, source: Path, seconds: float, gravity: float = 9.80665) -> Path:
     """The first seconds of IMU and wheel; the accelerometer in other units."""
     out, first = EventLog(str(path), "w", overwrite=True), 0

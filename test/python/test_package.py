@@ -96,6 +96,33 @@ def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Pa
     assert str(CHECKOUT) not in (tmp_path / "usr/lib").as_posix()
 
 
+def test_an_outside_project_uses_the_library_of_a_checkout(built: Path, tmp_path: Path) -> None:
+    """As README.md tells it, with what scripts/setup builds and with what scripts/demo builds."""
+    readme = (CHECKOUT / "README.md").read_text()
+    assert "cmake -S examples/cpp/front_end -B out/front_end -Dgprodom_DIR=$PWD/build" in readme
+    assert "lib/libgprodom.so" in run("ninja", "-C", built, "-t", "query", "programs")
+    source, out = CHECKOUT / "examples" / "cpp" / "front_end", tmp_path / "b"
+    run("cmake", "-S", source, "-B", out, f"-Dgprodom_DIR={built}", PATH=os.defpath)
+    run("cmake", "--build", out, PATH=os.defpath)
+    sample = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
+    assert main(["convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]) == 0
+    assert "standstills and" in run(out / "front_end", tmp_path / "in.lcmlog")
+
+
+def test_a_build_folder_without_the_library_is_not_taken(built: Path, tmp_path: Path) -> None:
+    for name in ("gprodom-config.cmake", "gprodom-config-version.cmake", "gprodom-targets.cmake"):
+        text = (built / name).read_text().replace(str(built / "lib"), str(tmp_path / "lib"))
+        (tmp_path / name).write_text(text)
+    source = CHECKOUT / "examples" / "cpp" / "front_end"
+    command = ["cmake", "-S", source, "-B", tmp_path / "b", f"-Dgprodom_DIR={tmp_path}"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "libgprodom.so" in done.stderr
+    assert f"is not built: cmake --build {tmp_path} --target gprodom" in " ".join(
+        done.stderr.split()
+    )
+
+
 @pytest.mark.parametrize(("program", "section"), [("gprodomd", 8), ("gprodom-replay", 1)])
 def test_man_page_tells_of_every_option(program: str, section: int) -> None:
     page = (CHECKOUT / "share" / "man" / f"{program}.{section}").read_text().replace("\\-", "-")
