@@ -23,9 +23,10 @@ from figures import Report
 from job import CHECKOUT, Bench, Program, commit_of
 from measure import Measurement, Settings
 
+from gprodom.cluster import open_executor
 from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
-from gprodom.executor import LocalExecutor
+from gprodom.options import add_scheduler_option
 
 
 def data_folder() -> Path:
@@ -96,6 +97,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "-j", "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="at once"
     )
+    add_scheduler_option(parser)
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
         help="a setting of the estimator, in all that take one; may be repeated",
@@ -123,9 +125,9 @@ def run(args: argparse.Namespace) -> int:
     wanted = chosen(known, args.names)
     settings = Settings(data, args.cache, args.short, tuple(args.overrides), args.fresh)
     program = Program(CHECKOUT, commit_of(CHECKOUT))
-    measurement = Measurement(program, settings, LocalExecutor(args.jobs))
     args.output.mkdir(parents=True, exist_ok=True)
-    reports = measurement.of(wanted)
+    with open_executor(args.jobs, args.scheduler) as executor:
+        reports = Measurement(program, settings, executor).of(wanted)
     for report in reports:
         report.save(args.output)
         if args.names:

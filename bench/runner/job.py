@@ -14,8 +14,8 @@ from pathlib import Path
 
 from figures import Read
 
-from gprodom.benchmark.code import digest_of_code
 from gprodom.errors import Error
+from gprodom.own_code import digest_of_code
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 BENCH = CHECKOUT / "bench"

@@ -1,4 +1,4 @@
-"""Where many independent tasks run: processes of this machine."""
+"""Where many independent tasks run: processes of this machine, or a Dask cluster."""
 
 from __future__ import annotations
 

@@ -87,6 +87,16 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
+    """``--scheduler``, for commands with many jobs."""
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="run the jobs on this Dask cluster (tcp://127.0.0.1:8786, or tls://HOST:PORT) in "
+        "place of processes here; its workers have the same program and files",
+    )
+
+
 def add_networks_option(parser: argparse.ArgumentParser) -> None:
     """``--networks``, for commands that run a method."""
     parser.add_argument(

@@ -14,13 +14,20 @@ from gprodom.benchmark.pairs import MIN_SEQUENCES
 from gprodom.benchmark.results import as_json, describe, write_csv, write_json
 from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
+from gprodom.cluster import open_executor
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder, check_output
 from gprodom.ground.survey import shipped
 from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
-from gprodom.options import Subparsers, add_command, add_config_options, add_networks_option
+from gprodom.options import (
+    Subparsers,
+    add_command,
+    add_config_options,
+    add_networks_option,
+    add_scheduler_option,
+)
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.record import scene_of, sequence_name
 from gprodom.score.sources import kind_of
@@ -140,6 +147,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="seconds between radar samples, of all sequences or of a scene's (default: as "
         "each sequence says, else 2e-10); may be repeated",
     )
+    add_scheduler_option(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -178,10 +186,11 @@ def name_sequences(
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     names = dict.fromkeys(re.split(r"[,\s]+", args.methods))
-    methods = [find_method(name, args.networks) for name in names]
+    networks = args.networks.resolve() if args.networks else None
+    methods = [find_method(name, networks) for name in names]
     if args.jobs < 1:
         raise UsageError(f"-j {args.jobs}: expected at least 1")
-    output: Path = args.output
+    output: Path = args.output.resolve()  # a worker may be in another folder
     if args.simulate < 0 or not args.sources + [None] * args.simulate:
         raise UsageError("nothing to do: give sequences, or --simulate N")
     channels = read_channels(args.configs, args.overrides)
@@ -189,12 +198,14 @@ def run(args: argparse.Namespace) -> int:
     made = drives(
         args.simulate, args.seed, grounds, args.distance, channels, tuple(args.lasting.split(","))
     )
-    sources = [*args.sources, *make_all(made, output / "simulated", args.jobs)]
-    sequences = name_sequences(sources, output, dict(args.sample_interval))
-    settings = Settings(tuple(args.configs), tuple(args.overrides), args.align, args.first_m)
-    for sequence in sequences:
-        sequence.folder.mkdir(parents=True, exist_ok=True)
-    outcomes = run_all(sequences, methods, settings, args.jobs)
+    configs = tuple(config.resolve() for config in args.configs)
+    settings = Settings(configs, tuple(args.overrides), args.align, args.first_m)
+    with open_executor(args.jobs, args.scheduler) as executor:
+        sources = [*args.sources, *make_all(made, output / "simulated", executor)]
+        sequences = name_sequences(sources, output, dict(args.sample_interval))
+        for sequence in sequences:
+            sequence.folder.mkdir(parents=True, exist_ok=True)
+        outcomes = run_all(sequences, methods, settings, executor)
     order = {sequence.name: i for i, sequence in enumerate(sequences)}
     records = [record for outcome in outcomes for record in outcome.records]
     by_sequence = sorted(records, key=lambda record: order[record.sequence])

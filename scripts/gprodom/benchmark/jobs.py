@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.benchmark.code import digest_of_code
 from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
 from gprodom.config import Channels, config_files, read_channels
@@ -23,6 +22,7 @@ from gprodom.odometry.displacement import Displacements, reckon
 from gprodom.odometry.estimate import Estimate, as_log, estimate
 from gprodom.odometry.methods import Method
 from gprodom.odometry.replay import find_program
+from gprodom.own_code import digest_of_code
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Comparison, compare

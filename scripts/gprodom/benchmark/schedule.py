@@ -1,10 +1,9 @@
-"""The jobs of a benchmark, over worker processes."""
+"""The jobs of a benchmark, over the workers of an executor."""
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,30 +11,32 @@ from gprodom.benchmark.jobs import Outcome, Sequence, Settings, clean, run_job, 
 from gprodom.benchmark.simulated import Drive
 from gprodom.console import Progress
 from gprodom.errors import Error
+from gprodom.executor import Executor
 from gprodom.odometry.methods import METHODS, Method
 
 Result = TypeVar("Result")
 
 
-def make_all(drives: list[Drive], folder: Path, workers: int) -> list[Path]:
+def make_all(drives: list[Drive], folder: Path, executor: Executor) -> list[Path]:
     """Makes the logs of simulated drives in `folder`; existing ones are kept."""
     folder.mkdir(parents=True, exist_ok=True)
-    with (
-        Progress("simulating", len(drives)) as progress,
-        ProcessPoolExecutor(workers, initializer=_leave_interrupts) as pool,
-    ):
-        futures = [pool.submit(drive.make, folder) for drive in drives]
-        try:
-            for _ in as_completed(futures):
-                progress.advance()
-            return [future.result() for future in futures]
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with Progress("simulating", len(drives)) as progress:
+        return _together([partial(drive.make, folder) for drive in drives], executor, progress)
+
+
+def _together(
+    tasks: list[Callable[[], Result]], executor: Executor, progress: Progress
+) -> list[Result]:
+    """Their results, in their order."""
+    results: dict[int, Result] = {}
+    for index, finished in executor.run(tasks):
+        results[index] = finished.result()
+        progress.advance()
+    return [results[index] for index in range(len(tasks))]
 
 
 def run_all(
-    sequences: list[Sequence], methods: list[Method], settings: Settings, workers: int
+    sequences: list[Sequence], methods: list[Method], settings: Settings, executor: Executor
 ) -> list[Outcome]:
     """Runs all methods on all sequences; a failure does not stop the others.
 
@@ -44,43 +45,27 @@ def run_all(
     """
     front_ends = dict.fromkeys(method.front_end for method in methods if method.k_key)
     total = len(sequences) * (len(front_ends) + len(methods))
-    with (
-        Progress("benchmark", total) as progress,
-        ProcessPoolExecutor(workers, initializer=_leave_interrupts) as pool,
-    ):
-
-        def together(tasks: list[Callable[[], Result]]) -> list[Result]:
-            futures = [pool.submit(task) for task in tasks]
-            for _ in as_completed(futures):
-                progress.advance()
-            return [future.result() for future in futures]
-
+    measured = [(name, each) for name in front_ends for each in sequences]
+    with Progress("benchmark", total) as progress:
         try:
-            reasons = together(
-                [
-                    _Measure(each, METHODS[name], settings)
-                    for name in front_ends
-                    for each in sequences
-                ]
-            )
-            wanted = [(name, each.name) for name in front_ends for each in sequences]
+            measure: list[Callable[[], str]] = [
+                _Measure(each, METHODS[name], settings) for name, each in measured
+            ]
+            reasons = _together(measure, executor, progress)
+            wanted = [(name, each.name) for name, each in measured]
             unmeasured = dict(zip(wanted, reasons, strict=True))
-            return together(
-                [
-                    _Run(
-                        each,
-                        method,
-                        settings,
-                        unmeasured.get((method.front_end, each.name), ""),
-                        others_of(each, sequences),
-                    )
-                    for method in methods
-                    for each in sequences
-                ]
-            )
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+            run: list[Callable[[], Outcome]] = [
+                _Run(
+                    each,
+                    method,
+                    settings,
+                    unmeasured.get((method.front_end, each.name), ""),
+                    others_of(each, sequences),
+                )
+                for method in methods
+                for each in sequences
+            ]
+            return _together(run, executor, progress)
         finally:
             for sequence in sequences:
                 clean(sequence)
@@ -131,8 +116,3 @@ class _Run:
         if self._unmeasured:
             return Outcome(self._sequence.name, self._method.name, failure=self._unmeasured)
         return run_job(self._sequence, self._method, self._settings, self._others)
-
-
-def _leave_interrupts() -> None:
-    """An interrupt ends a worker at once, without a traceback; the parent cancels the rest."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom.benchmark.code import digest_of_code
 from gprodom.config import STANDARD, Channels
 from gprodom.convert.streams import streams
 from gprodom.errors import UsageError
 from gprodom.files import write_bytes
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.log_writer import write_log
+from gprodom.own_code import digest_of_code
 from gprodom.random_streams import stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.lasting import KINDS
