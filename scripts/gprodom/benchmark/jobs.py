@@ -26,6 +26,7 @@ from gprodom.own_code import digest_of_code
 from gprodom.score.align import Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Comparison, compare
+from gprodom.score.frames import FrameStart, in_last_frame
 from gprodom.score.jumps import MapJumps
 from gprodom.score.record import Mode, Record, make_record, scene_of
 from gprodom.score.sources import NoTruthError, read_truth
@@ -244,12 +245,17 @@ def _score(
     def score(trajectory: Trajectory) -> Comparison:
         return compare(associate(trajectory, truth), settings.align, settings.first_m)
 
-    def record(mode: Mode, comparison: Comparison, jumps: MapJumps | None) -> Record:
+    def record(
+        mode: Mode,
+        comparison: Comparison,
+        jumps: MapJumps | None = None,
+        frame: FrameStart | None = None,
+    ) -> Record:
         name, figures, told = method.name, comparison.figures, result.answered
-        return make_record(sequence.name, name, mode, settings.align, figures, jumps, told)
+        return make_record(sequence.name, name, mode, settings.align, figures, jumps, told, frame)
 
-    causal = score(result.trajectory)
-    records = [record(CAUSAL, causal, result.jumps)]
+    causal = score(in_last_frame(result.trajectory, result.frame))
+    records = [record(CAUSAL, causal, result.jumps, result.frame)]
     if result.smoothed is not None:
-        records.append(record(SMOOTHED, score(result.smoothed), None))
+        records.append(record(SMOOTHED, score(result.smoothed)))
     return tuple(records), measure_curves(causal)

@@ -16,6 +16,7 @@ from gprodom.options import Subparsers, add_command, add_config_options, add_net
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
+from gprodom.score.frames import in_last_frame, warn_of_frames
 from gprodom.score.record import describe, make_record, sequence_name
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import write_tum
@@ -100,7 +101,8 @@ def run(args: argparse.Namespace) -> int:
     figures: dict[str, object] = {"method": method.name, "poses": len(result.trajectory)}
     text = f"{method.name}: {len(result.trajectory)} poses"
     if truth is not None:
-        pairs = associate(result.trajectory, truth.trajectory)
+        warn_of_frames(result.trajectory, result.frame)
+        pairs = associate(in_last_frame(result.trajectory, result.frame), truth.trajectory)
         warn_of_uncovered(pairs)
         score = compare(pairs, args.align, FIRST_M)
         record = make_record(
@@ -111,6 +113,7 @@ def run(args: argparse.Namespace) -> int:
             score.figures,
             result.jumps,
             result.answered,
+            result.frame,
         )
         figures |= record.as_dict()
         text += "\n" + describe(record)

@@ -20,6 +20,7 @@ from gprodom.odometry.displacement import reckon, sequential
 from gprodom.odometry.methods import METHODS, Method
 from gprodom.odometry.replay import run_replay
 from gprodom.score.answered import Answered, answered
+from gprodom.score.frames import FrameStart
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum
@@ -34,6 +35,7 @@ class Estimate:
 
     trajectory: as published (causal).
     jumps: of `map`, if a replay has them.
+    frame: where the last frame of the trajectory begins; None: all of it is in one.
     smoothed: from one solution over all data, if requested and if the method has one.
     answered: how often the radar had an answer, where the estimator was told any.
     """
@@ -42,6 +44,7 @@ class Estimate:
     jumps: MapJumps | None = None
     smoothed: Trajectory | None = None
     answered: Answered | None = None
+    frame: FrameStart | None = None
 
 
 def as_log(
@@ -123,7 +126,7 @@ def estimate(
         told = logs.read_roles(log if method.network else output, channels.of(role)).get(role)
         heard = answered(told, published.trajectory.time)
         smoothed = None if tum is None else read_tum(tum)
-    return Estimate(published.trajectory, published.jumps, smoothed, heard)
+    return Estimate(published.trajectory, published.jumps, smoothed, heard, published.frame)
 
 
 def _with_answers(

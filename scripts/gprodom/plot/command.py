@@ -23,6 +23,7 @@ from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
 from gprodom.score.align import ALIGNMENTS, FIRST_M, fit
 from gprodom.score.associate import associate
+from gprodom.score.frames import in_last_frame, warn_of_frames
 from gprodom.score.pictures import draw_paths
 from gprodom.score.sources import FRAMES, read_estimate, read_truth
 from gprodom.trajectory import Trajectory
@@ -143,7 +144,9 @@ def run_trajectory(args: argparse.Namespace) -> int:
     channels = read_channels(args.configs, args.overrides)
     truth = read_truth(args.truth, channels=channels).trajectory if args.truth else None
     for path in args.estimates:
-        trajectory = read_estimate(path, args.frame, channels).trajectory
+        source = read_estimate(path, args.frame, channels)
+        warn_of_frames(source.trajectory, source.frame)
+        trajectory = in_last_frame(source.trajectory, source.frame)
         if truth is not None:
             pairs = associate(trajectory, truth)
             trajectory = fit(pairs, args.align, FIRST_M).apply(pairs.estimate)

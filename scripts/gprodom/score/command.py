@@ -16,6 +16,7 @@ from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
 from gprodom.score.figures import Comparison, compare
+from gprodom.score.frames import in_last_frame, warn_of_frames
 from gprodom.score.record import Record, describe, make_record, sequence_name
 from gprodom.score.sources import FRAMES, Source, read_estimate, read_truth
 from gprodom.trajectory import Trajectory
@@ -43,6 +44,8 @@ figures:
                 the covariance of that placing counted; null without covariance, yaw also null
                 without attitude
   n             points compared
+  before_m      of a drive that was located in the map of an earlier one, or was reset: metres
+                driven before, which are left out because they are in another frame
   excluded      truth points left out; excluded_s, excluded_m: for how long, and how far the truth
                 travels meanwhile
 """
@@ -147,7 +150,8 @@ def run(args: argparse.Namespace) -> int:
     channels = read_channels(args.configs, args.overrides)
     estimate = read_estimate(args.estimate, args.frame, channels)
     truth = read_truth(args.truth, args.frame, channels)
-    path = estimate.trajectory
+    warn_of_frames(estimate.trajectory, estimate.frame)
+    path = in_last_frame(estimate.trajectory, estimate.frame)
     if args.prism is not None:
         path = at_prism(path, truth.trajectory, args.prism)
     pairs = associate(path, truth.trajectory)
@@ -178,4 +182,5 @@ def _record(estimate: Source, truth: Path, comparison: Comparison) -> Record:
         comparison.alignment,
         comparison.figures,
         estimate.jumps,
+        frame=estimate.frame,
     )

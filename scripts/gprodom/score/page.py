@@ -22,6 +22,7 @@ MEANING = {
     "excluded_s": "for how long there is none (s)",
     "excluded_m": "how far the truth travels meanwhile (m)",
     "distance_m": "distance travelled by the truth (m)",
+    "before_m": "driven in another frame, before it was located or reset; left out (m)",
     "map_jumps": "corrections that moved the pose in the map frame",
     "map_jump_mean_m": "their mean size (m)",
     "map_jump_max_m": "the largest (m)",

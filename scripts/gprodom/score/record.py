@@ -12,6 +12,7 @@ from gprodom.console import format_table
 from gprodom.score.align import Alignment
 from gprodom.score.answered import Answered
 from gprodom.score.figures import Figures
+from gprodom.score.frames import FrameStart
 from gprodom.score.jumps import MapJumps
 
 Mode = str  # causal: as published, never rewritten; smoothed: the final solution
@@ -26,6 +27,7 @@ class Record:
     None without a log.
     answered, revisits: share of the published time in which the radar told the motion, and the
     number of revisits told; None where no method was run, or it has no radar.
+    before_m: metres driven in other frames than the one that is scored (`frames`); None: in none.
     """
 
     sequence: str
@@ -49,6 +51,7 @@ class Record:
     map_jump_max_m: float | None = None
     answered: float | None = None
     revisits: int | None = None
+    before_m: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """By column name."""
@@ -66,6 +69,7 @@ def make_record(
     figures: Figures,
     jumps: MapJumps | None = None,
     told: Answered | None = None,
+    frame: FrameStart | None = None,
 ) -> Record:
     """The record of one comparison; the scene comes from the sequence's name."""
     return Record(
@@ -80,6 +84,7 @@ def make_record(
         map_jump_max_m=jumps.max_m if jumps else None,
         answered=told.share if told else None,
         revisits=told.revisits if told else None,
+        before_m=frame.driven_m if frame else None,
     )
 
 
@@ -117,6 +122,8 @@ def describe(record: Record) -> str:
         ["excluded_m (that the truth travels then)", record.excluded_m],
         ["distance_m (of the truth)", record.distance_m],
     ]
+    if record.before_m is not None:
+        shown.append(["before_m (driven in another frame, left out)", record.before_m])
     if record.map_jumps is not None:
         shown += [
             ["map_jumps", record.map_jumps],

@@ -13,7 +13,8 @@ from gprodom.convert.cmu import parse_truth
 from gprodom.convert.source import TRUTH, File, read_files
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.score.jumps import MapJumps, map_jumps
+from gprodom.score.frames import FrameStart, frame_start
+from gprodom.score.jumps import MapJumps, find_jumps, summarise
 from gprodom.trajectory import Trajectory, read_tum, without_repeats
 
 Frame = Literal["map", "odom"]
@@ -30,12 +31,14 @@ class NoTruthError(Error):
 
 @dataclass(frozen=True)
 class Source:
-    """A trajectory, where it came from, and the jumps of `map` where the log tells of them."""
+    """A trajectory, where it came from, and what a log tells: the jumps of `map`, and where the
+    last frame of the trajectory begins (None: all of it is in one)."""
 
     path: Path
     kind: Kind
     trajectory: Trajectory
     jumps: MapJumps | None = None
+    frame: FrameStart | None = None
 
 
 def kind_of(path: Path) -> Kind:
@@ -75,7 +78,7 @@ def read_estimate(path: Path, frame: Frame = "map", channels: Channels = STANDAR
     kind = kind_of(path)
     if kind != "log":
         return Source(path, kind, _read_file(path, kind))
-    found = logs.read_roles(path, channels.of(*ROLES.values(), "correction"))
+    found = logs.read_roles(path, channels.of(*ROLES.values(), "correction", "status"))
     if ROLES[frame] not in found:
         raise Error(
             f"{path}: holds no {getattr(channels, ROLES[frame])} messages; "
@@ -85,10 +88,15 @@ def read_estimate(path: Path, frame: Frame = "map", channels: Channels = STANDAR
                 else "expected an output of gprodom run or gprodom-replay, or a record of gprodomd"
             )
         )
-    jumps = None
-    if frame == "map" and ROLES["odom"] in found:
-        jumps = map_jumps(found.get("correction"), odometry(found[ROLES["odom"]]))
-    return Source(path, kind, odometry(found[ROLES[frame]]), jumps)
+    trajectory = odometry(found[ROLES[frame]])
+    if ROLES["odom"] not in found:
+        return Source(path, kind, trajectory)
+    odom = found[ROLES["odom"]]
+    if frame == "odom":
+        return Source(path, kind, trajectory, frame=frame_start(odom, None, []))
+    jumps = find_jumps(found.get("correction"), odometry(odom))
+    start = frame_start(odom, found.get("status"), jumps)
+    return Source(path, kind, trajectory, summarise(jumps, start.utime if start else None), start)
 
 
 def read_truth(path: Path, frame: Frame | None = "map", channels: Channels = STANDARD) -> Source:
