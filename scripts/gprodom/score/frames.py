@@ -66,7 +66,7 @@ def _located(status: logs.Channel, jumps: list[Jump]) -> list[int]:
         values = dict(zip(one.names, one.values, strict=True))
         if "map.sigma_m" in values:  # located; it stays there where the robot is lost later
             if searching_until is not None:
-                near = [j for j in jumps if searching_until < j.utime <= one.utime + SLACK_US]
+                near = [j for j in jumps if searching_until <= j.utime <= one.utime + SLACK_US]
                 found.append(max(near, key=lambda jump: jump.metres).utime if near else one.utime)
             searching_until = None
         elif "map.located" in values:
