@@ -109,8 +109,10 @@ def test_nothing_is_extrapolated(tmp_path: Path, capsys: pytest.CaptureFixture[s
         (lambda d: {"speed": 40 * d["speed"]}, "where the accelerometer feels"),
         (lambda d: {"speed": np.linspace(0, 50, len(d["time"]))}, "is it a distance or a count"),
         (lambda d: {"time": d["time"] * 1e3}, "--time-unit"),
-        (lambda d: {"force_time": d["time"] * 1e3}, "no time in common"),
-        (lambda d: {"speed_time": d["time"] * 1e3}, "wheel: 0.0333 messages a second"),
+        (lambda d: {"force_time": d["time"] * 1e3}, "--time-unit ms"),
+        (lambda d: {"speed_time": d["time"] * 1e9}, "--time-unit ns"),
+        (lambda d: {"speed_time": (d["time"] - START) * 1e3}, "wheel: 0.0333 messages a second"),
+        (lambda d: {"force_time": d["time"] + 100}, "no time in common"),
         (lambda d: {"speed_time": d["time"] + 100}, "0.0 s in common"),
     ],
 )

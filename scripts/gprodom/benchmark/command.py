@@ -17,6 +17,7 @@ from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.cluster import open_executor
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
+from gprodom.convert.sampling import sample_interval
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder, check_output
 from gprodom.ground.survey import shipped
@@ -155,13 +156,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def parse_interval(text: str) -> tuple[str, float]:
     """SCENE=S or S to (scene, seconds); the empty scene stands for all."""
     scene, _, number = text.rpartition("=")
-    try:
-        seconds = float(number)
-    except ValueError:
-        seconds = 0.0
-    if not 0 < seconds < 1e-6:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected [SCENE=]SECONDS, such as 2e-10")
-    return scene, seconds
+    return scene, sample_interval(number)
 
 
 def name_sequences(

@@ -1,75 +1,111 @@
-"""Picks columns of any table by name or number, in the form that the strict reader expects."""
+"""Any table of a robot's: finds its delimiter, header and columns, and reads one sensor's rows."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from pathlib import Path
 
+import numpy as np
+
+from gprodom.console import warn
 from gprodom.convert.layout import TIME_UNITS, Source
-from gprodom.convert.source import File
-from gprodom.convert.table import Table, is_number, parse
+from gprodom.convert.rows import (
+    COMMENTS,
+    Picked,
+    Rows,
+    clean_cells,
+    either,
+    first_lines,
+    moment,
+    read_rows,
+)
+from gprodom.convert.table import Table, is_number
 from gprodom.errors import Error
 
 _RANGE = re.compile(r"(\d+)-(\d+)\Z")
 _MOST_NAMES = 20  # of a header, that an error lists
 
 
-def read_source(source: Source, widths: Sequence[int], what: str, integers: bool = False) -> Table:
-    """The source's columns; `widths` and `what` as for `table.parse`."""
-    assert source.file is not None
-    file = File(str(source.file), source.file.read_bytes())
-    picked = _pick(file, source, max(widths))
-    table = parse(picked, widths, what, integers, TIME_UNITS[source.time_unit])
-    if len(table.utime) < 2:
-        raise Error(f"{source.file}: expected rows of {what}")
-    return table
+def read_source(
+    source: Source,
+    widths: Sequence[int],
+    what: str,
+    integers: bool = False,
+    strict: bool = False,
+    scale: float | None = None,
+) -> Table:
+    """The source's columns, in order of time, and warnings of what was found on the way.
+
+    widths: possible numbers of columns, time included; `what` they are. integers: whole numbers of
+    32 bits. scale: counts per unit of the values, which are then rounded.
+    """
+    path = source.file
+    assert path is not None
+    if not path.is_file():
+        raise Error(f"{path}: no such file")
+    picked = _pick(path, source, widths, what, integers, scale)
+    rows = read_rows(picked, strict)
+    _tell_faults(path, what, rows)
+    if len(rows.utime) < 2:
+        raise Error(f"{path}: expected rows of {what}")
+    return _in_order(path, what, rows)
 
 
-def _pick(file: File, source: Source, most: int) -> File:
-    """The file with only the source's columns, comma separated; lines keep their numbers."""
-    lines = file.data.removeprefix(b"\xef\xbb\xbf").splitlines()
-    first = next((i for i, line in enumerate(lines) if line.strip()), len(lines))
-    if first == len(lines):
-        return File(file.label, b"")
-    delimiter = source.delimiter.encode() or _find_delimiter(lines[first])
-    header = _cells(lines[first], delimiter)
-    where = f"{file.label}:{first + 1}"
-    named = _is_header(header, source.time_unit == "iso", where)
-    columns = _columns(header, source.columns, named, where) or range(min(len(header), most))
-    rows = []
-    for number, line in enumerate(lines):
-        if not line.strip() or (named and number == first):
-            rows.append(b"")
+def _pick(
+    path: Path,
+    source: Source,
+    widths: Sequence[int],
+    what: str,
+    integers: bool,
+    scale: float | None,
+) -> Picked:
+    iso = source.time_unit == "iso"
+    number, header, cells, delimiter = _first_row(path, source.delimiter.encode(), iso)
+    where = f"{path}:{number}"
+    columns = _columns(cells, source.columns, header is not None, where)
+    if not columns:
+        columns = list(range(min(len(cells), max(widths))))
+    if len(columns) not in widths:
+        raise Error(f"{where}: expected {either(widths)} columns ({what}), got {len(columns)}")
+    per_second = TIME_UNITS[source.time_unit]
+    return Picked(
+        path, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers
+    )
+
+
+def _first_row(
+    path: Path, delimiter: bytes, iso: bool
+) -> tuple[int, int | None, list[bytes], bytes]:
+    """The number of the line with the names, or without one of the first row; the former again or
+    None; its cells; the delimiter. Names may stand in a comment before the first row."""
+    named: tuple[int, bytes] | None = None
+    for number, line in first_lines(path):
+        mark = next((mark for mark in COMMENTS if line.startswith(mark)), None)
+        if mark is not None:
+            named = number, line.lstrip(mark).strip()
             continue
-        cells = _cells(line, delimiter)
-        if len(cells) <= max(columns):
-            raise Error(
-                f"{file.label}:{number + 1}: expected at least {max(columns) + 1} columns, got "
-                f"{len(cells)}"
-            )
-        chosen = [cells[column] for column in columns]
-        if source.time_unit == "iso":
-            chosen[0] = _iso_seconds(chosen[0], f"{file.label}:{number + 1}")
-        rows.append(b",".join(chosen if len(chosen) > 1 else [*chosen, b"0"]))
-    return File(file.label, b"\n".join(rows) + b"\n")
+        delimiter = delimiter or _find_delimiter(line)
+        cells = clean_cells(line, delimiter)
+        if _is_header(cells, iso, f"{path}:{number}"):
+            return number, number, cells, delimiter
+        if named is not None:
+            names = clean_cells(named[1], delimiter)
+            if len(names) == len(cells) and not any(map(is_number, names)):
+                return named[0], named[0], names, delimiter
+        return number, None, cells, delimiter
+    raise Error(f"{path}: holds no rows")
 
 
 def _find_delimiter(line: bytes) -> bytes:
     return next((mark for mark in (b";", b"\t") if mark in line), b",")
 
 
-def _cells(line: bytes, delimiter: bytes) -> list[bytes]:
-    cells = [cell.strip().strip(b'"').strip() for cell in line.split(delimiter)]
-    if delimiter != b",":  # if the comma does not separate columns, it is the decimal point
-        cells = [cell.replace(b",", b".") for cell in cells]
-    return cells
-
-
 def _is_header(cells: list[bytes], iso: bool, where: str) -> bool:
     """Whether the first line names columns. Raises an error if it has numbers too: then it is not
     clear whether it is data."""
-    numbers = [is_number(cell) or (iso and _moment(cell) is not None) for cell in cells]
+    known = [cell for cell in cells if cell]  # a slower sensor's are empty
+    numbers = [is_number(cell) or (iso and moment(cell) is not None) for cell in known]
     if all(numbers):
         counted = [cell.decode() for cell in cells]
         if len(cells) > 2 and counted in (
@@ -108,18 +144,42 @@ def _columns(header: list[bytes], wanted: Sequence[str], named: bool, where: str
     return found
 
 
-def _iso_seconds(text: bytes, where: str) -> bytes:
-    """Seconds since 1970 of a date and time; without a zone, of UTC."""
-    moment = _moment(text)
-    if moment is None:
-        raise Error(f"{where}: expected a date and time such as 2026-01-31T12:00:00.25")
-    since = moment - datetime(1970, 1, 1, tzinfo=UTC)
-    return f"{since.days * 86400 + since.seconds}.{since.microseconds:06d}".encode()
+def _tell_faults(path: Path, what: str, rows: Rows) -> None:
+    """Warns of rows left out; raises `Error` where they are more than the others: then the table is
+    read in a wrong way, or this is none of the sensor."""
+    if not rows.faults:
+        return
+    worst = max(rows.faults, key=lambda kind: (kind != "comment", len(rows.faults[kind])))
+    number, words = rows.faults[worst][0]
+    if rows.unusable > len(rows.utime):
+        hint = ""
+        if "a whole number" in words:
+            hint = "; samples in volts or scaled to 1 become counts by --gpr-scale COUNTS_PER_UNIT"
+        raise Error(f"{path}:{number}: {words}{hint}")
+    left = sum(map(len, rows.faults.values()))
+    comments = len(rows.faults.get("comment", ()))
+    warn(
+        f"{path}: {left} lines left out, {comments} of them comments, of {left + len(rows.utime)} "
+        f"with {what.split(', ', 1)[-1]}; the first: line {number}, {words} (--strict refuses such "
+        "a table)"
+    )
 
 
-def _moment(text: bytes) -> datetime | None:
-    try:
-        moment = datetime.fromisoformat(text.decode())
-    except (ValueError, UnicodeDecodeError):
-        return None
-    return moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)
+def _in_order(path: Path, what: str, rows: Rows) -> Table:
+    """Sorted by time, without rows that repeat the one before; both are told."""
+    order = np.argsort(rows.utime, kind="stable")
+    late = int(np.count_nonzero(rows.utime < np.maximum.accumulate(rows.utime)))
+    utime, values = rows.utime[order], rows.values[order]
+    same = utime[1:] == utime[:-1]
+    again = same & (np.all(values[1:] == values[:-1], axis=1) if values.shape[1] else False)
+    kept = np.concatenate([[True], ~again])
+    shared = int(np.count_nonzero(same & ~again))
+    found = [
+        (late, "rows stood after later ones: sorted into place"),
+        (int(again.sum()), "rows repeat another, time and values: left out"),
+        (shared, "rows have the time of another, with other values: kept"),
+    ]
+    said = [f"{count} {words}" for count, words in found if count]
+    if said:
+        warn(f"{path}: {what.split(', ', 1)[-1]}: {len(utime)} rows; {'; '.join(said)}")
+    return Table(utime[kept], values[kept], late, 0)

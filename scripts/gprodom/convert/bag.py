@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.console import Progress
 from gprodom.convert.bag_reader import JOINTS, NEEDED, TRACE_FIELDS, choose_topics, open_bag
 from gprodom.convert.cmu import VOLTS_PER_COUNT
-from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.wheels import WheelSpec, read_wheel, wheel_streams
 from gprodom.errors import Error
 from gprodom.geodesy import local_positions
@@ -34,7 +33,7 @@ class Topics:
     gpr: str | None = None
     truth: str | None = None
     wheels: WheelSpec = field(default_factory=WheelSpec)
-    sample_interval: float | None = None  # s, of the radar; None: what its messages say, else 2e-10
+    sample_interval: float | None = None  # s, of the radar; None: what its messages say
     channels: Channels = STANDARD  # of the log to be written
 
 
@@ -67,12 +66,14 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
     for what in NEEDED:
         if not rows[what].time:
             raise Error(f"{path}: topic {found[what]} holds no messages that can be used")
-    return [
-        stream
-        for what, each in rows.items()
-        if each.time
-        for stream in _streams(what, *_ordered(each), topics)
-    ]
+    made = []
+    for what, each in rows.items():
+        if each.time:
+            time, values, late = _ordered(each)
+            made += [
+                replace(one, out_of_order=late) for one in _streams(what, time, values, topics)
+            ]
+    return made
 
 
 def _stamp(message: Any, logged: int) -> int:
@@ -83,10 +84,12 @@ def _stamp(message: Any, logged: int) -> int:
     return int(header.stamp.sec) * 1_000_000 + int(header.stamp.nanosec) // 1000
 
 
-def _ordered(rows: _Rows) -> tuple[Ints, list[Any]]:
+def _ordered(rows: _Rows) -> tuple[Ints, list[Any], int]:
+    """In order of time, and how many messages stood after a later one."""
     time = np.array(rows.time, np.int64)
     order = np.argsort(time, kind="stable")
-    return time[order], [rows.values[i] for i in order.tolist()]
+    late = int(np.count_nonzero(time < np.maximum.accumulate(time)))
+    return time[order], [rows.values[i] for i in order.tolist()], late
 
 
 def _xyz(vector: Any) -> tuple[float, float, float]:
@@ -206,11 +209,16 @@ def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:
     if len(lengths) > 1:
         raise Error(f"--gpr: traces of {len(lengths)} different lengths")
     told, zero, volts = np.array([facts for _, facts in values], np.float64).T
+    if topics.sample_interval is None and not np.all(told > 0):
+        raise Error(
+            f"{topics.gpr or 'the radar'}: its messages do not tell the time between samples: give "
+            "--sample-interval S (s), or --gpr none to leave it out"
+        )
     return gpr_stream(
         topics.channels.gpr_trace,
         time,
         np.stack([samples for samples, _ in values]),
-        topics.sample_interval or np.where(told > 0, told, SAMPLE_INTERVAL),
+        topics.sample_interval or told,
         np.where(np.isnan(zero), 0.0, zero),
         np.where(np.isnan(volts), VOLTS_PER_COUNT, volts),
     )

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from gprodom.arrays import Ints
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.plausible import check_streams
-from gprodom.convert.sampling import SAMPLE_INTERVAL
-from gprodom.convert.summary import describe_times
+from gprodom.convert.sampling import sample_interval
+from gprodom.convert.summary import TIME_FACTS, describe_times
 from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile
@@ -79,9 +78,8 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "--sample-interval",
         metavar="S",
-        type=float,
-        help="seconds between radar samples (default: what the messages say, else "
-        f"{SAMPLE_INTERVAL:g})",
+        type=sample_interval,
+        help="seconds between radar samples (default: what the messages say)",
     )
     add_config_options(parser)
     add_json_flag(parser)
@@ -110,14 +108,9 @@ def write_and_tell(streams: list[Stream], output: Path, as_json: bool) -> None:
     """Checks, writes the log and prints counts, rates and gaps of its channels."""
     check_streams(streams)
     write_log(output, streams)
-    facts = {stream.channel: _describe(stream.utime) for stream in streams}
+    facts = {each.channel: describe_times(each.utime, each.out_of_order) for each in streams}
     if as_json:
         print_json({"log": str(output), "channels": facts})
         return
-    names = ("count", "rate_hz", "gaps", "longest_interval_s")
-    rows = [[channel, *(fact[name] for name in names)] for channel, fact in facts.items()]
-    print(format_table(["channel", "count", "rate Hz", "gaps", "longest s"], rows))
-
-
-def _describe(utime: Ints) -> dict[str, object]:
-    return describe_times(utime, out_of_order=0)
+    rows = [[channel, *(fact[name] for name in TIME_FACTS)] for channel, fact in facts.items()]
+    print(format_table(["channel", *TIME_FACTS.values()], rows))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
 from gprodom.config import read_channels
@@ -11,7 +10,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
-from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.convert.sampling import SAMPLE_INTERVAL, sample_interval
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.files import OutputFile
@@ -54,7 +53,7 @@ def add_parser(subparsers: Subparsers) -> None:
     cmu.add_argument(
         "--sample-interval",
         metavar="S",
-        type=_positive,
+        type=sample_interval,
         help="seconds between radar samples (default: what the sequence says of them, else "
         f"{SAMPLE_INTERVAL:g})",
     )
@@ -64,13 +63,6 @@ def add_parser(subparsers: Subparsers) -> None:
     bag_command.add_parser(formats)
     tables_command.add_parser(formats)
     survey_command.add_parser(formats)
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"expected a positive number, got {text}")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:

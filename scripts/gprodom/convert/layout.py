@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gprodom.convert.sampling import fault_of_interval
 from gprodom.errors import Error
 from gprodom.files import also_read
 
@@ -29,7 +30,7 @@ CHOICES: dict[str, dict[str, float]] = {
     "speed_unit": {"m/s": 1.0, "km/h": 1 / 3.6},
     "position_unit": {"m": 1.0, "degrees": 1.0},
 }
-NUMBERS = ("counts_per_metre", "sample_interval")
+NUMBERS = ("counts_per_metre", "gpr_scale", "sample_interval")
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,8 @@ def _check_setting(where: str, key: str, value: Any) -> None:
     elif key in NUMBERS:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < 1e12:
             raise Error(f"{where}: {key}: {value!r}: expected a number above 0")
+        if key == "sample_interval" and (wrong := fault_of_interval(value)):
+            raise Error(f"{where}: {key}: {wrong}")
     elif key == "delimiter":
         if not isinstance(value, str) or len(value) != 1:
             raise Error(f"{where}: delimiter: {value!r}: expected one character")

@@ -25,6 +25,8 @@ GRAVITY_TOLERANCE = 1.5  # m/s^2; a standing MEMS triad is well within, a turnin
 
 SLOWEST_HZ = {"imu_t": 5.0, "wheel_t": 0.5}  # milliseconds taken for seconds make 0.1 Hz of 100 Hz
 FASTEST_HZ = 50_000.0  # seconds taken for milliseconds make 100 kHz of 100 Hz
+LONG_GAP_S = 2.0  # of IMU or wheel, which is told
+GAP_RATIO = 10.0  # times the median interval, from which an interval is a gap
 LONGEST_GAP_S = 86_400.0  # between two messages of a recording
 TURN_RAD_S = 2 * np.pi  # a turn a second, as a mean over half a second; deg/s are 57 times as much
 SPEED_M_S = 60.0  # as a mean over half a second
@@ -86,6 +88,11 @@ def _check_stamps(kind: str, utime: Ints, found: _Findings) -> None:
             f"{name}: {steps[longest] / 86400:.3g} days between messages {longest + 1} and "
             f"{longest + 2}: is one of them no data (a line of column numbers), or of another "
             "clock?"
+        )
+    elif kind in SLOWEST_HZ and steps[longest] > max(LONG_GAP_S, GAP_RATIO * median):
+        found.doubtful.append(
+            f"{name}: no messages for {steps[longest]:.1f} s, from {steps[:longest].sum():.1f} s "
+            "after its first on"
         )
     if rate < SLOWEST_HZ.get(kind, 0.0):
         found.wrong.append(
@@ -193,7 +200,11 @@ def _spread(values: Floats) -> float:
 
 
 def _longest_constant(utime: Ints, values: Floats) -> float:
-    """Seconds of the longest stretch in which values (n, 3) stay the same to the last bit."""
+    """Seconds of the longest stretch in which values (n, 3) stay the same to the last bit; time
+    without a message is none of it."""
+    steps = np.diff(utime)
+    steps = np.where(steps > GAP_RATIO * np.median(steps), 0, steps)
     changed = np.flatnonzero(np.any(np.diff(values, axis=0) != 0, axis=1)) + 1
-    edges = utime[np.concatenate([[0], changed, [len(utime) - 1]])]
+    lasted = np.concatenate([[0], np.cumsum(steps)])
+    edges = lasted[np.concatenate([[0], changed, [len(utime) - 1]])]
     return float(np.diff(edges).max(initial=0)) * 1e-6

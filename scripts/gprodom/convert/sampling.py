@@ -6,6 +6,7 @@ beside them, which also has the truth; nothing else is read from that file.
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import re
@@ -18,6 +19,8 @@ from gprodom.errors import Error
 from gprodom.files import also_read
 
 SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
+# s; antennas of 25 MHz are sampled every 5 ns, of 3 GHz every 20 ps
+SHORTEST, LONGEST = 1e-12, 1e-8
 _KEY = "sample_interval_s"
 _KEY_BESIDE = "gpr_sample_interval"
 _TOLD_BESIDE = re.compile(rb'"gpr_sample_interval"\s*:(?!\s*null)')
@@ -50,6 +53,34 @@ def _interval(data: bytes, key: str, label: str) -> float:
         interval = float(content[key])
     except (ValueError, TypeError, KeyError, RecursionError):
         interval = math.nan
-    if not 0 < interval < 1e-6:
-        raise Error(f"{label}: {key}: expected seconds between radar samples, such as 2e-10")
+    wrong = fault_of_interval(interval)
+    if wrong:
+        raise Error(f"{label}: {key}: {wrong}")
     return interval
+
+
+def fault_of_interval(seconds: float) -> str:
+    """What is wrong with a time between radar samples (s); empty where nothing is."""
+    if SHORTEST <= seconds <= LONGEST:
+        return ""
+    hint = ""
+    for unit, factor in (("nanoseconds", 1e-9), ("picoseconds", 1e-12)):
+        if SHORTEST * 10 <= seconds * factor <= LONGEST:
+            hint = f"; is it in {unit}? Then write {seconds * factor:.6g}"
+            break
+    return (
+        f"expected seconds between radar samples, {SHORTEST:g} to {LONGEST:g}, such as 2e-10, got "
+        f"{seconds:g}{hint}"
+    )
+
+
+def sample_interval(text: str) -> float:
+    """Seconds, as the `type` of an option."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    wrong = fault_of_interval(seconds)
+    if wrong:
+        raise argparse.ArgumentTypeError(wrong)
+    return seconds

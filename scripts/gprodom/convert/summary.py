@@ -10,6 +10,15 @@ from gprodom.arrays import Ints
 from gprodom.console import format_table
 from gprodom.convert.cmu import Recording
 
+# What is printed of `describe_times`, and how it is headed.
+TIME_FACTS = {
+    "count": "count",
+    "rate_hz": "rate Hz",
+    "gaps": "gaps",
+    "longest_interval_s": "longest s",
+    "equal_times": "equal",
+    "out_of_order": "out of order",
+}
 _GAP_RATIO = 5.0  # times the median interval, from which an interval counts as a gap
 
 
@@ -58,17 +67,9 @@ def summarise(recording: Recording, sample_interval: float) -> dict[str, Any]:
 
 def as_text(summary: dict[str, Any]) -> str:
     """The summary for people."""
-    header = ["sensor", "count", "rate Hz", "gaps", "longest s", "equal", "out of order"]
+    header = ["sensor", *TIME_FACTS.values()]
     rows = [
-        [
-            name,
-            sensor["count"],
-            sensor["rate_hz"],
-            sensor["gaps"],
-            sensor["longest_interval_s"],
-            sensor["equal_times"],
-            sensor["out_of_order"],
-        ]
+        [name, *(sensor[fact] for fact in TIME_FACTS)]
         for name, sensor in summary["sensors"].items()
     ]
     samples = summary["samples_per_trace"]

@@ -44,9 +44,10 @@ def _rows(file: File) -> Iterator[tuple[int, list[bytes]]]:
         yield number, cells
 
 
-def _shown(text: bytes) -> str:
-    shown = text.decode("ascii", "backslashreplace")
-    return repr(shown if len(shown) <= 40 else shown[:37] + "...")
+def shown(text: bytes) -> str:
+    """A cell, for an error."""
+    whole = text.decode("ascii", "backslashreplace")
+    return repr(whole if len(whole) <= 40 else whole[:37] + "...")
 
 
 def parse(
@@ -54,13 +55,11 @@ def parse(
     columns: Sequence[int],
     what: str,
     integers: bool = False,
-    per_second: int = 1,
 ) -> Table:
     """Reads `file`, whose rows have one of the numbers of columns in `columns`, time included.
 
     All rows have as many as the first. `what` describes a row in errors. With `integers`, values
-    must be whole numbers of 32 bits. `per_second`: of the unit of time. Rows whose time goes back
-    are sorted into place and counted.
+    must be whole numbers of 32 bits. Rows whose time goes back are sorted into place and counted.
     """
     times: list[int] = []
     values: list[list[float]] = []
@@ -76,11 +75,10 @@ def parse(
         if len(cells) != width:
             raise Error(f"{where}: expected {width} columns ({what}), got {len(cells)}")
         try:
-            times.append(to_microseconds(cells[0], per_second))
+            times.append(to_microseconds(cells[0]))
         except ValueError:
-            unit = "seconds" if per_second == 1 else f"1/{per_second} s"
-            expected = f"a time in {unit} since 1970"
-            raise Error(f"{where}: expected {expected}, got {_shown(cells[0])}") from None
+            expected = "a time in seconds since 1970"
+            raise Error(f"{where}: expected {expected}, got {shown(cells[0])}") from None
         values.append(_numbers(cells[1:], where, integers))
         decimals = max(decimals, len(cells[1].strip().partition(b".")[2]))
     utime = np.array(times, np.int64)
@@ -109,5 +107,5 @@ def _numbers(cells: list[bytes], where: str, integers: bool) -> list[float]:
         value = float(cell) if is_number(cell) and b"_" not in cell else math.nan
         whole = value.is_integer() and -(2**31) <= value < 2**31
         if not math.isfinite(value) or (integers and not whole):
-            raise Error(f"{where}: expected {expected} in column {position}, got {_shown(cell)}")
+            raise Error(f"{where}: expected {expected} in column {position}, got {shown(cell)}")
     return row  # finite numbers whose sum is not

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +20,19 @@ from gprodom.convert.bag import (
     truth_stream,
 )
 from gprodom.convert.bag_command import write_and_tell
-from gprodom.convert.layout import CHOICES, SOURCES, TIME_UNITS, Layout, Source, read_layout
-from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.convert.layout import (
+    CHOICES,
+    NUMBERS,
+    SOURCES,
+    TIME_UNITS,
+    Layout,
+    Source,
+    read_layout,
+)
+from gprodom.convert.sampling import sample_interval
 from gprodom.convert.survey_files import SUFFIXES, read_line
 from gprodom.convert.table import Table
-from gprodom.convert.wheels import added_up, pair_stream, wheel_stream
+from gprodom.convert.wheels import added_up, continued, pair_stream, wheel_stream
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
 from gprodom.geodesy import local_positions
@@ -61,6 +71,10 @@ Positions in degrees (--position-unit degrees) become metres from the first.
   imu: {columns: [stamp, ax, ay, az, gx, gy, gz]}
   wheel_counts: {columns: [stamp, left, right]}
   gpr: {file: radar.csv, columns: [t, 2-202], time_unit: ms}
+
+In a table of all sensors a slower one leaves its cells empty. Lines that cannot be used (a comment,
+a cell without a number, a last line cut short) are left out and counted; a counter that starts
+again at zero, or overflows, is carried on. Rows are sorted by time, and repeated ones left out.
 
 What is plainly not a robot's (g for m/s^2, degrees, counts for a speed, stamps in another unit,
 sensors without a time in common) is refused; what is doubtful is said.
@@ -104,8 +118,19 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "--sample-interval",
         metavar="S",
+        type=sample_interval,
+        help="seconds between radar samples (default: the survey file's)",
+    )
+    parser.add_argument(
+        "--gpr-scale",
+        metavar="N",
         type=float,
-        help=f"seconds between radar samples (default {SAMPLE_INTERVAL:g}, or the survey file's)",
+        help="counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a table with a line that cannot be used, instead of leaving it out",
     )
     parser.add_argument(
         "--delimiter", metavar="C", help="default: semicolon or tab if there is one, else comma"
@@ -119,18 +144,22 @@ def run(args: argparse.Namespace) -> int:
     """Converts and prints what there is."""
     layout = read_layout(args.layout, _options(args), args.table)
     channels = read_channels(args.configs, args.overrides)
-    streams = [_imu(layout, channels), _wheel(layout, channels, args.left, args.right)]
+    strict: bool = args.strict
+    streams = [
+        _imu(layout, channels, strict),
+        _wheel(layout, channels, args.left, args.right, strict),
+    ]
     if "gpr" in layout.sources:
-        streams.append(_gpr(layout, channels))
+        streams.append(_gpr(layout, channels, strict))
     if "position" in layout.sources:
-        streams.append(_position(layout))
+        streams.append(_position(layout, strict))
     write_and_tell(streams, args.output, args.json)
     return 0
 
 
 def _options(args: argparse.Namespace) -> dict[str, Any]:
     """What was given on the command line, with the keys of a layout."""
-    keys = ("time_unit", *CHOICES, "counts_per_metre", "sample_interval", "delimiter")
+    keys = ("time_unit", *CHOICES, *NUMBERS, "delimiter")
     options: dict[str, Any] = {key: getattr(args, key) for key in keys}
     for name in SOURCES:
         file, columns = getattr(args, name), getattr(args, f"{name}_columns")
@@ -142,14 +171,22 @@ def _options(args: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _imu(layout: Layout, channels: Channels) -> Stream:
+def _read(layout: Layout, name: str, widths: Sequence[int], strict: bool, **options: Any) -> Table:
+    """The table of a source, by its name."""
+    what = ", ".join(filter(None, ("time", SOURCES[name])))
+    return read_source(layout.sources[name], widths, what, strict=strict, **options)
+
+
+def _imu(layout: Layout, channels: Channels, strict: bool) -> Stream:
     sources = layout.sources
     if "imu" in sources:
-        table = read_source(sources["imu"], (7,), f"time, {SOURCES['imu']}")
+        table = _read(layout, "imu", (7,), strict)
         time, force, rate = table.utime, table.values[:, :3], table.values[:, 3:]
+        late = table.out_of_order
     elif "accelerometer" in sources and "gyroscope" in sources:
-        felt = read_source(sources["accelerometer"], (4,), f"time, {SOURCES['accelerometer']}")
-        turned = read_source(sources["gyroscope"], (4,), f"time, {SOURCES['gyroscope']}")
+        felt = _read(layout, "accelerometer", (4,), strict)
+        turned = _read(layout, "gyroscope", (4,), strict)
+        late = felt.out_of_order + turned.out_of_order
         kept = covered(turned.utime, felt.utime)
         if not kept.any():
             raise Error(
@@ -167,7 +204,7 @@ def _imu(layout: Layout, channels: Channels) -> Stream:
             "give --imu, or --accelerometer and --gyroscope (or name them in --layout)"
         )
     force, rate = force * layout.factor("acceleration_unit"), rate * layout.factor("rate_unit")
-    return imu_stream(channels.imu, time, force, rate)
+    return replace(imu_stream(channels.imu, time, force, rate), out_of_order=late)
 
 
 def covered(time: Ints, by: Ints) -> Floats:
@@ -179,15 +216,19 @@ def covered(time: Ints, by: Ints) -> Floats:
     return np.asarray(exact | (inside & (step <= _MAX_GAP * max(np.median(np.diff(by)), 1))))
 
 
-def _wheel(layout: Layout, channels: Channels, left: list[int], right: list[int]) -> Stream:
+def _wheel(
+    layout: Layout, channels: Channels, left: list[int], right: list[int], strict: bool
+) -> Stream:
     given = [name for name in _WHEELS if name in layout.sources]
     if len(given) != 1:
         options = ", ".join("--" + name.replace("_", "-") for name in _WHEELS)
         raise UsageError(f"one of {options} is wanted, got {len(given)}")
     (name,) = given
     source = layout.sources[name]
-    table = read_source(source, range(2, 20), f"time, {SOURCES[name]}")
+    table = _read(layout, name, range(2, 20), strict)
     travelled = table.values
+    if name != "wheel_speed":
+        travelled = _continued(source, table)
     if name == "wheel_speed":
         _check_speed(source, table)
         travelled = added_up(table.utime, travelled * layout.factor("speed_unit"))
@@ -197,12 +238,27 @@ def _wheel(layout: Layout, channels: Channels, left: list[int], right: list[int]
         travelled = travelled / float(layout.settings["counts_per_metre"])
     travelled = travelled - travelled[0]
     if not left and not right:
-        return wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
+        stream = wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
+        return replace(stream, out_of_order=table.out_of_order)
     wheels = travelled.shape[1]
     if not left or not right or max(left + right) > wheels:
         raise UsageError(f"--left and --right: expected wheels 1 to {wheels} for both sides")
     sides = (travelled[:, [wheel - 1 for wheel in side]].mean(axis=1) for side in (left, right))
-    return pair_stream(channels.wheels, table.utime, *sides)
+    stream = pair_stream(channels.wheels, table.utime, *sides)
+    return replace(stream, out_of_order=table.out_of_order)
+
+
+def _continued(source: Source, table: Table) -> Floats:
+    """The values (n, wheels) of counters that went on where they began again; that is told."""
+    columns = [continued(table.utime, column) for column in table.values.T]
+    for wheel, column in enumerate(columns, start=1):
+        for count, how in ((column.restarts, "starts again at zero"), (column.wraps, "overflows")):
+            if count:
+                warn(
+                    f"{source.file}: the counter of wheel {wheel} {how} {count} times, first "
+                    f"{column.first_s:.1f} s after its first row: it is carried on there"
+                )
+    return np.column_stack([column.values for column in columns])
 
 
 def _wheel_numbers(text: str) -> list[int]:
@@ -227,19 +283,24 @@ def _check_speed(source: Source, table: Table) -> None:
             )
 
 
-def _gpr(layout: Layout, channels: Channels) -> Stream:
+def _gpr(layout: Layout, channels: Channels, strict: bool) -> Stream:
     source = layout.sources["gpr"]
     interval = layout.settings.get("sample_interval")
     assert source.file is not None
     if source.file.suffix.lower() not in SUFFIXES:
-        widths = range(9, 16_385)
-        table = read_source(source, widths, f"time, {SOURCES['gpr']}", integers=True)
-        interval = interval or SAMPLE_INTERVAL
-        return gpr_stream(channels.gpr_trace, table.utime, table.values, interval, 0.0)
+        if interval is None:
+            raise UsageError(
+                "--gpr: what is the time between its samples? Give --sample-interval S, such as "
+                "2e-10 (s)"
+            )
+        scale = layout.settings.get("gpr_scale")
+        table = _read(layout, "gpr", range(9, 16_385), strict, integers=True, scale=scale)
+        stream = gpr_stream(channels.gpr_trace, table.utime, table.values, interval, 0.0)
+        return replace(stream, out_of_order=table.out_of_order)
     line = read_line(source.file)
     if "gpr_times" not in layout.sources:
         raise UsageError(f"{source.file}: holds no times: give --gpr-times, a row for each trace")
-    times = read_source(layout.sources["gpr_times"], (2,), "time")
+    times = _read(layout, "gpr_times", (1,), strict=True)  # a row for each trace, none left out
     if len(times.utime) != len(line.traces):
         raise Error(
             f"{source.file}: {len(line.traces)} traces, but {len(times.utime)} rows in "
@@ -249,8 +310,8 @@ def _gpr(layout: Layout, channels: Channels) -> Stream:
     return gpr_stream(channels.gpr_trace, times.utime, line.traces, interval, line.time_zero)
 
 
-def _position(layout: Layout) -> Stream:
-    table = read_source(layout.sources["position"], (4, 3), f"time, {SOURCES['position']}")
+def _position(layout: Layout, strict: bool) -> Stream:
+    table = _read(layout, "position", (4, 3), strict)
     position = table.values
     if position.shape[1] == 2:
         position = np.column_stack([position, np.zeros(len(position))])
@@ -261,4 +322,4 @@ def _position(layout: Layout) -> Stream:
                 "in this order"
             )
         position = local_positions(position)
-    return truth_stream(table.utime, position)
+    return replace(truth_stream(table.utime, position), out_of_order=table.out_of_order)

@@ -14,6 +14,8 @@ from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
+BEYOND_USUAL = 3.0  # times as fast as a wheel usually turns at most; no robot does it in one step
+OVERFLOWS = (1 << 16, 1 << 32)  # counts after which a counter begins anew
 
 Row = tuple[str, float, float, float, float]  # what it is of, and its numbers
 
@@ -83,6 +85,48 @@ def along_poses(poses: Floats) -> Floats:
     middle = 0.5 * (yaw[1:] + yaw[:-1])
     dx, dy = np.diff(poses[:, 0]), np.diff(poses[:, 1])
     return np.concatenate([[0.0], np.cumsum(dx * np.cos(middle) + dy * np.sin(middle))])
+
+
+@dataclass(frozen=True)
+class Counter:
+    """values (n,) of a counter that goes on where the encoder's began again; how often it had
+    restarted at zero and overflowed; when first, s after its first value."""
+
+    values: Floats
+    restarts: int
+    wraps: int
+    first_s: float
+
+
+def continued(time: Ints, values: Floats) -> Counter:
+    """A counter (n,) at `time` (n,), us, without the jumps of a restart at zero and of an overflow
+    of 16 or 32 bits.
+
+    Both are `BEYOND_USUAL` times as fast as the wheel turns in all but a two-hundredth of the time.
+    A restart lands on zero, an overflow on the value before less its size, within what the wheel
+    usually turns from one value to the next.
+    """
+    steps = np.diff(values)
+    rate = np.abs(steps) / np.maximum(np.diff(time), 1)
+    moving = rate > 0
+    usual = float(np.quantile(rate[moving], 0.995)) if moving.any() else 0.0
+    jump = rate > BEYOND_USUAL * usual if usual > 0 else np.zeros(len(steps), bool)
+    normal = np.abs(steps[~jump])
+    reach = BEYOND_USUAL * (float(np.quantile(normal, 0.995)) if normal.size else 0.0)
+    wrapped = np.zeros(len(steps))
+    for size in OVERFLOWS if np.all(values == np.rint(values)) else ():
+        near = jump & (np.abs(np.abs(steps) - size) <= reach)
+        wrapped[near] = -np.sign(steps[near]) * size
+    restarted = jump & (wrapped == 0) & (np.abs(values[1:]) <= reach)
+    restarted &= np.abs(values[:-1]) > reach
+    steps = np.where(restarted, values[1:], steps + wrapped)
+    begins = np.flatnonzero(restarted | (wrapped != 0))
+    return Counter(
+        values[0] + np.concatenate([[0.0], np.cumsum(steps)]),
+        int(restarted.sum()),
+        int(np.count_nonzero(wrapped)),
+        float(time[begins[0] + 1] - time[0]) * 1e-6 if len(begins) else 0.0,
+    )
 
 
 def added_up(time: Ints, rate: Floats) -> Floats:

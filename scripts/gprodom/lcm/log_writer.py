@@ -24,6 +24,7 @@ class Stream:
     channel: str
     utime: Ints  # (n,), us
     payloads: Sequence[bytes]  # n
+    out_of_order: int = 0  # messages that stood after later ones where they were read
 
 
 def write_log(path: Path, streams: Sequence[Stream]) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json, warn
+from gprodom.convert.sampling import sample_interval
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile
 from gprodom.odometry.estimate import as_log, estimate
@@ -61,7 +62,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "--sample-interval",
-        type=float,
+        type=sample_interval,
         metavar="S",
         help="seconds between radar samples of a sequence (default: its own, else 2e-10)",
     )

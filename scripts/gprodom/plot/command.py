@@ -11,6 +11,7 @@ from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
+from gprodom.convert.sampling import sample_interval
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder, write_text
 from gprodom.lcm import logs
@@ -130,7 +131,7 @@ def _add_observability(subjects: Subparsers) -> None:
     add_config_options(parser)
     parser.add_argument(
         "--sample-interval",
-        type=float,
+        type=sample_interval,
         metavar="S",
         help="seconds between radar samples of sequences (default: as each says, else 2e-10)",
     )

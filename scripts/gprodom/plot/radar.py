@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.convert.sampling import sample_interval
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
 from gprodom.lcm import logs
@@ -185,7 +186,10 @@ def add_parser(subjects: Subparsers) -> None:
         "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"
     )
     parser.add_argument(
-        "--sample-interval", metavar="S", type=float, help="of sequences (default: as each says)"
+        "--sample-interval",
+        metavar="S",
+        type=sample_interval,
+        help="of sequences (default: as each says)",
     )
     add_config_options(parser)
     parser.set_defaults(run=run)

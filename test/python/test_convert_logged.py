@@ -1,0 +1,247 @@
+"""Tables as loggers write them: all sensors in one, with empty cells, faults, restarts, gaps."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gprodom.convert.wheels import continued
+from test_convert_tables import COUNTS, SPAN, START, convert, drive, refused, table, three
+
+WIDE = ["--imu-columns", "t,ax,ay,az,gx,gy,gz", "--wheel-distance-columns", "t,d"]
+RADAR = ["--gpr-columns", "t,9-20", "--sample-interval", "2e-10"]
+
+
+def wide(path: Path, change: Callable[[list[str]], list[str]] = list) -> list[str]:
+    """One table: IMU at 100 Hz, wheel in every third row, a trace in every fifth; the lines of it
+    changed. Returns the arguments that convert it."""
+    made = drive()
+    names = "t,ax,ay,az,gx,gy,gz,d," + ",".join(f"s{i}" for i in range(12))
+    lines = [names]
+    for i, t in enumerate(made["time"]):
+        imu = ",".join(f"{value:.6f}" for value in (*made["force"][i], *made["rate"][i]))
+        wheel = f"{made['distance'][i]:.6f}" if i % 3 == 0 else ""
+        trace = ",".join(map(str, made["traces"][i // 5])) if i % 5 == 0 else "," * 11
+        lines.append(f"{t:.6f},{imu},{wheel},{trace}")
+    path.write_text("\n".join(change(lines)) + "\n")
+    return [str(path), *WIDE, *RADAR]
+
+
+def test_slower_sensors_leave_their_cells_empty(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, made = convert(tmp_path, *wide(tmp_path / "all.csv")), drive()
+    np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-6)
+    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
+    np.testing.assert_allclose(wheel, made["distance"][::3], atol=1e-5)
+    np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
+    times = np.rint(made["time"][::5] * 1e6).astype(np.int64)
+    np.testing.assert_array_equal(log["GPR_TRACE"]["utime"], times)
+    assert capsys.readouterr().err == ""
+
+
+def spoilt(lines: list[str]) -> list[str]:
+    """A comment, an IMU that is not a number, a word, and a last line cut short by a power cut."""
+    cells = lines[100].split(",")
+    cells[2] = "nan"
+    lines[100] = ",".join(cells)
+    lines[200] = lines[200].replace(",", ",x", 1)
+    lines[-1] = lines[-1][:30]
+    return [*lines[:50], "# marked by hand", *lines[50:]]
+
+
+def test_lines_that_cannot_be_used_are_left_out_and_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "all.csv"
+    arguments = wide(path, spoilt)
+    path.write_bytes(path.read_bytes().rstrip(b"\n"))
+    log, made = convert(tmp_path, *arguments), drive()
+    kept = np.ones(len(made["time"]), bool)
+    kept[[99, 199, -1]] = False
+    np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"][kept], atol=1e-6)
+    said = capsys.readouterr().err
+    assert "4 lines left out, 1 of them comments, of 4001 with acceleration" in said
+    assert "line 102, expected a finite number in column 3, got 'nan'" in said
+    strict = refused(tmp_path, capsys, *arguments, "--strict")
+    assert "all.csv:51: expected numbers, got a comment" in strict
+
+
+def test_a_row_cut_short_by_a_power_cut_is_no_row(tmp_path: Path) -> None:
+    """Its last number has lost digits, though it still is one."""
+    arguments = three(tmp_path)
+    whole = convert(tmp_path, *arguments)["WHEEL"]["ticks"]
+    path = tmp_path / "w.csv"
+    path.write_text(path.read_text() + f"{START + SPAN + 0.02:.6f}")
+    np.testing.assert_array_equal(convert(tmp_path, *arguments)["WHEEL"]["ticks"], whole)
+
+
+def test_names_may_stand_in_a_comment(tmp_path: Path) -> None:
+    arguments = wide(
+        tmp_path / "all.csv", lambda lines: ["% made today", "#" + lines[0], *lines[1:]]
+    )
+    assert len(convert(tmp_path, *arguments)["IMU"]["utime"]) == len(drive()["time"])
+
+
+def test_a_table_of_which_most_is_unusable_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Columns are numbered as in the file. Samples that are no counts: a scale is wanted."""
+    path = tmp_path / "all.csv"
+    arguments = wide(path)
+    text = path.read_text()
+    rows = [line.split(",") for line in text.splitlines()]
+    for row in rows[1:]:
+        row[8:] = [f"{int(cell) / 1000}" if cell else "" for cell in row[8:]]
+    path.write_text("\n".join(map(",".join, rows)) + "\n")
+    said = refused(tmp_path, capsys, *arguments)
+    assert "all.csv:2: expected a whole number of 32 bits in column 9" in said
+    assert "--gpr-scale" in said
+    log = convert(tmp_path, *arguments, "--gpr-scale", "1000")
+    np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], drive()["traces"])
+
+
+def test_disorder_and_duplicates_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def disordered(lines: list[str]) -> list[str]:
+        lines[10], lines[20] = lines[20], lines[10]
+        other = lines[31].replace(lines[31].split(",")[1], "0.5", 1)
+        return [*lines[:31], lines[30], lines[31], other, *lines[32:]]
+
+    log = convert(tmp_path, *wide(tmp_path / "all.csv", disordered))
+    assert np.all(np.diff(log["IMU"]["utime"]) >= 0)
+    assert len(log["IMU"]["utime"]) == len(drive()["time"]) + 1
+    said = capsys.readouterr()
+    assert "10 rows stood after later ones: sorted into place" in said.err
+    assert "1 rows repeat another, time and values: left out" in said.err
+    assert "1 rows have the time of another, with other values: kept" in said.err
+    [imu] = [line.split() for line in said.out.splitlines() if line.startswith("IMU")]
+    assert imu[-2:] == ["1", "10"]  # equal, out of order
+
+
+@pytest.mark.parametrize(
+    ("bits", "signed", "began", "times"),
+    [(0, False, 0, 1), (16, False, 65_000, 2), (16, True, 32_000, 2), (32, False, 2**32 - 500, 1)],
+)
+def test_a_counter_that_begins_again_is_carried_on(
+    bits: int,
+    signed: bool,
+    began: int,
+    times: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """At zero after its power was cut, or by an overflow."""
+    made = drive()
+    made["distance"] = 0.5 * (made["time"] - START)
+    made["speed"] = 0 * made["time"] + 0.5
+    true = np.rint(made["distance"] * COUNTS).astype(np.int64)
+    counts = true + began
+    if bits:
+        counts = counts % (1 << bits)
+        counts[signed & (counts >= 1 << (bits - 1))] -= 1 << bits
+    else:
+        counts[2500:] -= counts[2500]
+    arguments = three(tmp_path)[:4]
+    path = table(tmp_path / "c.csv", "t,c", made["time"], counts)
+    arguments += ["--wheel-counts", str(path), "--counts-per-metre", str(COUNTS)]
+    log = convert(tmp_path, *arguments)
+    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
+    np.testing.assert_allclose(wheel, made["distance"], atol=0.01)
+    how = "overflows" if bits else "starts again at zero"
+    assert f"the counter of wheel 1 {how} {times} times" in capsys.readouterr().err
+
+
+def test_a_wheel_that_drives_back_to_zero_has_not_begun_again() -> None:
+    time = np.arange(4000) * 10_000
+    for counts in (
+        np.rint(3000 * np.abs(np.sin(time * 2e-6))),  # with a sharp turn at zero
+        np.concatenate([np.zeros(2000), np.arange(1000), np.arange(1000)[::-1]]).astype(float),
+        np.concatenate([np.arange(2000), 10_000 + np.arange(2000)]).astype(float),  # a jump ahead
+    ):
+        found = continued(time, counts)
+        assert (found.restarts, found.wraps) == (0, 0)
+        np.testing.assert_allclose(found.values, counts)
+
+
+def test_a_gap_is_a_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Not a sensor whose values do not change."""
+    made = drive()
+    kept = (made["time"] < START + 10) | (made["time"] > START + 30)
+    arguments = three(tmp_path, **{
+        name: made[source][kept]
+        for name, source in (("force_time", "time"), ("rate_time", "time"), ("force", "force"),
+                             ("rate", "rate"))
+    })  # fmt: skip
+    convert(tmp_path, *arguments)
+    said = capsys.readouterr().err
+    assert "IMU: no messages for 20.0 s, from 10.0 s after its first on" in said
+    assert "does not change" not in said
+
+
+@pytest.mark.parametrize(
+    ("interval", "said"),
+    [("0.25", "is it in nanoseconds? Then write 2.5e-10"), ("2.5e-8", "1e-12 to 1e-08"),
+     ("250", "in picoseconds? Then write 2.5e-10"), (None, "Give --sample-interval")],
+)  # fmt: skip
+def test_a_sample_interval_of_no_radar(
+    interval: str | None, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = wide(tmp_path / "all.csv")[:-2]
+    if interval is None:
+        assert said in refused(tmp_path, capsys, *arguments)
+        return
+    with pytest.raises(SystemExit):
+        refused(tmp_path, capsys, *arguments, "--sample-interval", interval)
+    assert said in capsys.readouterr().err
+    layout = tmp_path / "robot.yaml"
+    layout.write_text(f"sample_interval: {float(interval)!r}\n")
+    assert said in refused(tmp_path, capsys, *arguments, "--layout", str(layout))
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 10**3), ("us", 10**6), ("ns", 10**9)])
+def test_stamps_of_today_in_smaller_units(
+    unit: str, factor: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def smaller(lines: list[str]) -> list[str]:
+        rows = [line.split(",", 1) for line in lines[1:]]
+        return [lines[0], *(f"{round(float(t) * 1e3) * factor // 1000},{rest}" for t, rest in rows)]
+
+    arguments = wide(tmp_path / "all.csv", smaller)
+    assert f"Give --time-unit {unit}" in refused(tmp_path, capsys, *arguments)
+    log = convert(tmp_path, *arguments, "--time-unit", unit)
+    expected = np.rint(drive()["time"] * 1e6).astype(np.int64)
+    np.testing.assert_array_equal(log["IMU"]["utime"], expected)
+
+
+def test_a_large_table_is_read_in_little_memory(tmp_path: Path) -> None:
+    """Some times what its numbers take, not what its lines and cells do as objects of Python."""
+    rng = np.random.default_rng(1)
+    path = tmp_path / "radar.csv"
+    rows, samples = 6000, 201
+    with path.open("w") as file:
+        for i in range(rows):
+            trace = ",".join(map(str, rng.integers(-30_000, 30_000, samples)))
+            file.write(f"{START + 0.05 * i:.6f},{trace}\n")
+    code = f"""
+import resource, sys
+from pathlib import Path
+from gprodom.convert.any_table import read_source
+from gprodom.convert.layout import Source
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+table = read_source(Source(Path({str(path)!r})), range(9, 999), "time, samples", integers=True)
+assert table.values.shape == ({rows}, {samples})
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert resource.getpagesize() > 0
+    grown = 1024 * int(done.stdout)
+    blocks = 12 * (1 << 22)  # lines and numbers of the block at hand
+    assert grown < blocks + 4 * rows * samples * np.dtype(np.int32).itemsize
