@@ -25,6 +25,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
 from own_network import URL, parse_inside
+from zips import log_of
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")
 LOST = "dropped"  # in the name of each count of messages lost inside
@@ -162,7 +164,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("log", type=Path, metavar="IN.lcmlog")
+    parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_options(parser)
     parser.add_argument("--seconds", type=float, default=60.0, help="at most (default: 60)")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")
@@ -176,9 +178,9 @@ def main() -> int:
     try:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
-        figures = measure(
-            args.log, args.configs, args.overrides, args.seconds, args.speed, args.series
-        )
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            log, load = log_of(args.log, Path(name)), (args.seconds, args.speed, args.series)
+            figures = measure(log, args.configs, args.overrides, *load)
     except Error as error:
         print(f"live_load: error: {error}", file=sys.stderr)
         return 1

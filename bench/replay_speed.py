@@ -6,8 +6,8 @@ the times real time, by wall clock and by processor time (which other work on th
 change much), and the mean time of a solve with the newest state's covariance. The best of --repeats
 runs counts. One core: the program has one thread.
 
-    bench/replay_speed.py SEQ.lcmlog...
-    bench/replay_speed.py SEQ.lcmlog --set gpr.enabled=false --json
+    bench/replay_speed.py SEQ...
+    bench/replay_speed.py SEQ --set gpr.enabled=false --json
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
+from zips import log_of
 
 CASES = {
     "default": [],
@@ -70,7 +71,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ.lcmlog")
+    parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="zip or log")
     add_config_options(parser)
     parser.add_argument("--repeats", type=int, default=3, help="default: 3")
     add_json_flag(parser)
@@ -80,7 +81,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             total = float(len(args.logs) * len(CASES) * args.repeats)
             with Progress("replays", total) as progress:
-                for log in args.logs:
+                for log in [log_of(source, Path(name)) for source in args.logs]:
                     for case, overrides in CASES.items():
                         runs = []
                         for _ in range(args.repeats):

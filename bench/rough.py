@@ -17,7 +17,6 @@ With --without, a row each for the same with one witness left out (gprodom_full)
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -27,7 +26,6 @@ from pathlib import Path
 from statistics import fmean
 
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.errors import Error
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
@@ -36,6 +34,7 @@ from gprodom.score.associate import associate
 from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_estimate, read_truth
 from gprodom.trajectory import Trajectory
+from zips import sample_interval, sequences_of
 
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
@@ -60,23 +59,6 @@ class Row:
     smoothed_m: float
     nees_odom: float | None
     nees_map: float | None
-
-
-def sequences_of(paths: Sequence[Path]) -> list[Path]:
-    """The paths themselves, and in place of a folder that holds zips, those."""
-    found: list[Path] = []
-    for path in paths:
-        found += sorted(path.glob("*.zip")) or [path]
-    return found
-
-
-def sample_interval(sequence: Path) -> float:
-    """Of the radar, s."""
-    facts = sequence.with_suffix(".json")
-    known = json.loads(facts.read_text(encoding="utf-8")) if facts.exists() else {}
-    if "gpr_sample_interval" in known:
-        return float(known["gpr_sample_interval"])
-    return 3.125e-10 if "beach" in sequence.name else SAMPLE_INTERVAL
 
 
 def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> list[Row]:

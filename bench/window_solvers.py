@@ -7,7 +7,7 @@ whether a second replay by Ceres gives the same bytes, and for each solver the m
 and the times real time by processor time. Exit code 1 where positions are further apart than
 --max-m, or bytes differ.
 
-    bench/window_solvers.py LOG.lcmlog... -c config/cmu_gpr.yaml
+    bench/window_solvers.py SEQ... -c config/cmu_gpr.yaml
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.options import add_config_options
 from replay_speed import replay
+from zips import log_of
 
 SOLVERS = ("ceres", "chain")
 
@@ -76,15 +77,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
+    parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="zip or log")
     add_config_options(parser)
     parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
     add_json_flag(parser)
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
     try:
-        with Progress("logs", len(args.logs)) as progress:
-            for log in args.logs:
+        with (
+            tempfile.TemporaryDirectory(prefix="gprodom-") as name,
+            Progress("logs", len(args.logs)) as progress,
+        ):
+            for log in [log_of(source, Path(name)) for source in args.logs]:
                 results.append(compare(log, args.configs, args.overrides))
                 progress.advance()
     except Error as error:

@@ -33,12 +33,16 @@ import numpy as np
 import outcome
 import table
 
-from gprodom.console import Progress
+from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
 from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
 from gprodom.score.sources import read_truth
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from zips import log_of
 
 BEGIN = 0.45  # of the run, where faults begin
 RETURN_AT = (0.2, 0.4, 0.6)  # of the run, where a sensor goes away for --returns
@@ -198,8 +202,9 @@ def parse() -> argparse.Namespace:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="log or zip")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="default: kept nowhere")
+    add_json_flag(parser)
     add_config_option(parser)
     parser.add_argument(
         "--only", action="append", metavar="TEXT", help="faults whose name holds it; repeatable"
@@ -217,7 +222,16 @@ def parse() -> argparse.Namespace:
 def main() -> int:
     """Runs the command line."""
     args = parse()
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        args.output = args.output or Path(name)
+        args.output.mkdir(parents=True, exist_ok=True)
+        return run(args)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replays what is missing; prints all."""
     try:
+        args.logs = [log_of(source, args.output) for source in args.logs]
         results, runner = Results(args.output), Runner(args)
         tasks = results.missing(tasks_of(args, runner.faults()))
         with Progress("replays", len(tasks)) as progress, ProcessPoolExecutor(args.jobs) as pool:
@@ -230,7 +244,7 @@ def main() -> int:
         return 1
     text, wrong = table.of_replays(results.all)
     (args.output / "table.md").write_text(text)
-    print(text)
+    print_json(table.figures(results.all)) if args.json else print(text)
     for line in wrong:
         print(f"faults: {line}", file=sys.stderr)
     return 1 if wrong else 0

@@ -46,6 +46,25 @@ def of_replays(results: Results) -> tuple[str, list[str]]:
     return "\n".join(lines) + "\n", wrong
 
 
+def figures(results: Results) -> list[dict[str, Any]]:
+    """A row for each fault: error over that of the clean run, mean over the logs and the worst;
+    the longest silence, and what of it is wrong."""
+    rows = []
+    for fault in _faults(results):
+        of_fault = [(log, r) for (log, name), r in results.items() if name.split(DRAW)[0] == fault]
+        wrong: list[str] = []
+        _row(fault, of_fault, results, wrong)
+        held = [(log, r) for log, r in of_fault if "ended" not in r]
+        ratios = [r["error_m"] / results[log, "clean"]["error_m"] for log, r in held]
+        known = [ratio for ratio in ratios if math.isfinite(ratio)]
+        row = {"fault": fault, "wrong": len(wrong)}
+        row |= {"silent_s": max((r["silent_s"] for _, r in held), default=0.0)}
+        if known:
+            row |= {"error_ratio": float(np.mean(known)), "worst_ratio": max(known)}
+        rows.append(row)
+    return rows
+
+
 def _row(
     fault: str, of_fault: list[tuple[str, dict[str, Any]]], results: Results, wrong: list[str]
 ) -> str:

@@ -3,6 +3,8 @@
     bench/run -o out/figures                    all of it
     bench/run rough robots -o out/figures       some
     bench/run --short -o out/figures            a part of each that is quick
+    bench/run rough --compare HEAD~3 -o DIR     and what it was before; DIR/before has the figures
+    bench/run --publish                         all of it, to bench/figures and docs/results.md
     bench/run --list                            what there is
 
 DIR gets NAME.json for each bench. What was measured before, with the same program, data and
@@ -19,14 +21,21 @@ from dataclasses import replace
 from pathlib import Path
 
 from benches import benches
-from figures import Report
+from commits import build, sources_of
+from compare import changes, table
+from figures import Report, read_reports
 from job import CHECKOUT, Bench, Program, commit_of
 from measure import Measurement, Settings
+from page import page, with_table
 
 from gprodom.cluster import open_executor
 from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
+from gprodom.executor import Executor
+from gprodom.files import write_bytes
 from gprodom.options import add_scheduler_option
+
+FIGURES = CHECKOUT / "bench" / "figures"
 
 
 def data_folder() -> Path:
@@ -97,6 +106,11 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "-j", "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="at once"
     )
+    parser.add_argument(
+        "--compare", metavar="COMMIT",
+        help="measure this commit too (built in the cache), or read the figures of this folder, "
+        "and print what differs beyond its noise",
+    )  # fmt: skip
     add_scheduler_option(parser)
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
@@ -107,12 +121,49 @@ def parse() -> argparse.Namespace:
         help="what was measured before (default: out/bench of the checkout)",
     )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="measure anew what is in the cache")
+    parser.add_argument(
+        "--publish", action="store_true",
+        help="write the figures to bench/figures of the checkout, and from all that are there "
+        "docs/results.md and the table in README.md",
+    )  # fmt: skip
     args = parser.parse_args()
+    if args.publish:
+        if args.short or args.overrides or args.output is not None:
+            parser.error("--publish takes whole benches as they are: no --short, --set or -o")
+        args.output = FIGURES
     if args.output is None and not args.list:
-        parser.error("-o DIR is needed")
+        parser.error("-o DIR is needed, or --publish")
     if args.jobs < 1:
         parser.error(f"-j {args.jobs}: expected at least 1")
     return args
+
+
+def measure_before(
+    args: argparse.Namespace, wanted: list[Bench], settings: Settings, executor: Executor
+) -> list[Report]:
+    """The figures to compare with: of a folder, or of another commit, measured by these benches."""
+    folder = Path(args.compare)
+    if folder.is_dir():
+        kept = read_reports(folder)
+        if not kept:
+            raise UsageError(f"--compare {folder}: no figures in it")
+        return [kept[bench.name] for bench in wanted if bench.name in kept]
+    program = sources_of(args.compare, args.cache / "commits")
+    compiled = any(bench.compiled for bench in wanted)
+    measurement = Measurement(program, settings, executor, lambda: build(program, compiled))
+    reports = measurement.of(wanted)
+    (args.output / "before").mkdir(exist_ok=True)
+    for report in reports:
+        report.save(args.output / "before")
+    return reports
+
+
+def publish() -> None:
+    """Writes docs/results.md and the table of README.md from the figures of the checkout."""
+    reports = read_reports(FIGURES)
+    write_bytes(CHECKOUT / "docs" / "results.md", page(reports).encode())
+    readme = CHECKOUT / "README.md"
+    write_bytes(readme, with_table(readme.read_text(encoding="utf-8"), reports).encode())
 
 
 def run(args: argparse.Namespace) -> int:
@@ -127,12 +178,19 @@ def run(args: argparse.Namespace) -> int:
     program = Program(CHECKOUT, commit_of(CHECKOUT))
     args.output.mkdir(parents=True, exist_ok=True)
     with open_executor(args.jobs, args.scheduler) as executor:
+        before = None if args.compare is None else measure_before(args, wanted, settings, executor)
         reports = Measurement(program, settings, executor).of(wanted)
     for report in reports:
         report.save(args.output)
         if args.names:
             print(figures_table(report), end="\n\n")
+    if args.publish:
+        publish()
     print(summary(reports))
+    if before is not None:
+        found = changes(before, reports)
+        compared = sum(len(report.figures()) for report in reports)
+        print("", table(found, compared), sep="\n")
     failed = [(each.name, *what) for each in reports for what in each.failed.items()]
     for bench, job, why in failed:
         print(f"failed: {bench}/{job}: {why}", file=sys.stderr)

@@ -1,89 +1,66 @@
 """The table of benches: what `bench/run` measures, in the order in which it does.
 
 A new bench is an entry here. Its program prints JSON with --json; `read` says which values of that
-are figures (figures.py), with unit and direction. Figures are named JOB'S ROW/KEY. A job is what is
-run, kept and run again at once: some minutes at most, on one core, with arguments that tell it so
-(-j 1). What decides most comes first.
+are figures (readers.py, figures.py), with unit and direction. jobs.py makes the jobs. A job is what
+is run, kept and run again at once: some minutes at most, on one core, with arguments that tell it
+so (-j1). What decides most comes first.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
-from figures import COUNT, ERROR_M, NEES, RATIO, SECONDS, Unit, by_row, rows
-from job import BENCH, CHECKOUT, Bench, Job
-
-sys.path.append(str(BENCH))
-
-from recordings import RECORDINGS
-
-DRIVE = by_row(
-    lambda row: f"{row['sequence'].split('-')[0]}/{row['method']}",
-    {
-        "dead_m": ERROR_M,
-        "causal_m": ERROR_M,
-        "smoothed_m": ERROR_M,
-        "nees_odom": NEES,
-        "nees_map": NEES,
-    },
+from figures import ERROR_M, RATIO, TIME_SPREAD, Unit, by_row, one_row, rows
+from job import Bench, Job
+from jobs import drives, of_scenes, recordings, sample, sequence, simulated, with_sequences
+from readers import (
+    DRIVE,
+    MAP,
+    METHOD,
+    NANOSECONDS,
+    REVISIT,
+    ROBOT,
+    START,
+    VISIT,
+    changed_ground,
+    consistency,
+    faults,
+    immobilised,
+    live,
+    merge,
+    motion,
+    radar_time_offset,
+    realism,
+    short_name,
+    smoothers,
 )
-ROBOT = {
-    "wheel_m": ERROR_M,
-    "causal_m": ERROR_M,
-    "smoothed_m": ERROR_M,
-    "ratio": RATIO,
-    "over": RATIO,
-    "smoothed_over": RATIO,
-    "nees_xy": NEES,
-    "start_s": SECONDS,
-    "jump_m": ERROR_M,
-    "distance_m": Unit("m", ""),
-    "wheel_distance_m": Unit("m", ""),
-    "causal_distance_m": Unit("m", ""),
-    "failed": COUNT,
-}
 
-
-def drives(data: Path, folder: str, short: Sequence[int]) -> tuple[Job, ...]:
-    """A job for each zip of a folder; those of --short by their number."""
-    names = [path.name for path in sorted((data / folder).glob("*.zip"))]
-    return tuple(
-        Job(
-            "-".join(name.split("-")[0:3:2]),
-            (f"{{data}}/{folder}/{name}", "-j1"),
-            (f"{{data}}/{folder}/{name}",),
-            i in short,
-        )
-        for i, name in enumerate(names)
-    )
-
-
-def sample() -> tuple[Job, ...]:
-    """The drive that lies in every checkout."""
-    (path,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
-    name = f"{{checkout}}/sample/{path.name}"
-    return (Job("sample", (name, "-j1"), (name,), True),)
-
-
-def recordings(more: tuple[str, ...], short: Sequence[str]) -> tuple[Job, ...]:
-    """A job for each recording of a real robot."""
-    return tuple(
-        Job(
-            name,
-            ("{data}/robots", "--only", name, *more),
-            tuple(f"{{data}}/robots/{file}" for file in recording.files),
-            name in short,
-        )
-        for name, recording in RECORDINGS.items()
-    )
+SLIP_KINDS = (
+    "--simulate=20",
+    "--distance=100",
+    "--lasting=ramps,steps,turns,gravel,ice",
+    "--methods=wheel,imu_wheel,gprodom,gprodom_full",
+    "-j1",
+)
+FAULTS = ("-c", "{checkout}/config/cmu_gpr.yaml", "--combinations=0", "-j1")
 
 
 def benches(data: Path) -> tuple[Bench, ...]:
     """All of them. data: the folder of recorded data."""
     return (
-        Bench("twelve", "Gentle drives", "rough.py", DRIVE, drives(data, "cmu_like", (1, 9))),
+        *of_drives(data),
+        *of_sensors(data),
+        *of_maps(data),
+        *of_simulation(data),
+        *of_speed(data),
+    )
+
+
+def of_drives(data: Path) -> tuple[Bench, ...]:
+    """Errors of the estimate."""
+    twelve = drives(data, "cmu_like", (1, 9))
+    return (
+        Bench("twelve", "Gentle drives", "rough.py", DRIVE, twelve),
         Bench("rough", "Rough drives", "rough.py", DRIVE, drives(data, "rough", (0, 7))),
         Bench(
             "robots",
@@ -92,6 +69,8 @@ def benches(data: Path) -> tuple[Bench, ...]:
             rows((), ROBOT),
             recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09")),
         ),
+        Bench("pairs", "Drives with two antennas", "rough.py", DRIVE, drives(data, "pairs", ())),
+        Bench("sample", "The sample drive", "rough.py", DRIVE, sample()),
         Bench(
             "variations",
             "Variations of these recordings",
@@ -99,6 +78,239 @@ def benches(data: Path) -> tuple[Bench, ...]:
             by_row(lambda row: f"{row['recording']}/{row['variation']}", ROBOT),
             recordings(("-j1",), ()),
         ),
-        Bench("sample", "The sample drive", "rough.py", DRIVE, sample()),
-        Bench("pairs", "Drives with two antennas", "rough.py", DRIVE, drives(data, "pairs", (1,))),
+        Bench(
+            "slip_kinds",
+            "Simulated drives with five kinds of lasting slip",
+            "methods.py",
+            METHOD,
+            (Job("all", ("--", *SLIP_KINDS)),),
+            settable=False,
+        ),
+    )
+
+
+def of_sensors(data: Path) -> tuple[Bench, ...]:
+    """Starts, standstill, slip and faults."""
+    twelve = drives(data, "cmu_like", ())
+    return (
+        Bench(
+            "mid_drive",
+            "Starts in mid-drive",
+            "mid_drive.py",
+            by_row(lambda row: f"{short_name(row['sequence'])}/{row['cut_s']:.0f} s", START),
+            tuple(with_sequences(twelve, "--share=0.3", "--share=0.5", short=(9,))),
+        ),
+        Bench(
+            "wheel_fails",
+            "The wheel fails for 10 s",
+            "motion.py",
+            motion,
+            tuple(with_sequences(twelve, "--cut=10")),
+        ),
+        Bench(
+            "motion",
+            "Standstill, slip and coherence",
+            "motion.py",
+            motion,
+            tuple(with_sequences(twelve, short=(9,))),
+        ),
+        Bench(
+            "immobilised",
+            "Immobilised robots",
+            "immobilised.py",
+            immobilised,
+            simulated("--cases=40", "--km=4", "-j1", short=("--cases=4", "-j1")),
+            settable=False,
+        ),
+        Bench(
+            "methods", "The paper's methods", "methods.py", METHOD, of_scenes(data), settable=False
+        ),
+        Bench(
+            "faults",
+            "Faults of sensors and clocks",
+            "faults",
+            faults,
+            tuple(
+                Job(short_name(Path(name).name), (name, *FAULTS), (name,))
+                for name in (sequence(data, 3), sequence(data, 9))
+            ),
+            settable=False,
+        ),
+    )
+
+
+def of_maps(data: Path) -> tuple[Bench, ...]:
+    """Ground seen before."""
+    return (
+        Bench(
+            "coverage",
+            "The pose in map: coverage, and wrong revisits",
+            "map_coverage.py",
+            one_row(MAP),
+            simulated("--runs=20", "--wrong", "--jobs=1", short=("--runs=2", "--jobs=1")),
+        ),
+        Bench(
+            "consistency",
+            "Consistency over simulated robots",
+            "consistency.py",
+            consistency,
+            simulated("--runs=12", "--robot=all", "--jobs=1"),
+        ),
+        Bench(
+            "relocation",
+            "Located after a reset",
+            "relocation.py",
+            one_row(VISIT),
+            simulated("--runs=20", "--jobs=1"),
+        ),
+        Bench(
+            "changed_ground",
+            "Located on ground that has changed",
+            "changed_ground.py",
+            changed_ground,
+            simulated("--runs=6", "--no-beside", "--change", "0", "10", "-20", "--jobs=1"),
+        ),
+        Bench(
+            "another_day",
+            "Located on real ground of another line or day",
+            "real_another_day.py",
+            by_row(lambda row: str(row["drives"]), VISIT),
+            (
+                Job(
+                    "all",
+                    ("{data}", "--lines=8", "--strangers=8", "--jobs=1", "--change", "0"),
+                    ("{data}/real_ground",),
+                ),
+            ),
+        ),
+        Bench(
+            "merge",
+            "Maps of two days become one",
+            "merge.py",
+            merge,
+            simulated("--runs=4", "--jobs=1"),
+        ),
+        Bench(
+            "revisit_along",
+            "Revisits along real lines",
+            "revisit_along.py",
+            rows(("variant",), REVISIT),
+            (Job("all", ("{data}",), ("{data}/real_ground", "{data}/revisit_eval.py")),),
+            settable=False,
+        ),
+    )
+
+
+def of_simulation(data: Path) -> tuple[Bench, ...]:
+    """What is simulated, and calibrated on it."""
+    return (
+        Bench(
+            "radar_time_offset",
+            "Calibration of the radar's time offset",
+            "radar_time_offset.py",
+            radar_time_offset,
+            simulated("--seeds=4", "--jobs=1"),
+            settable=False,
+        ),
+        Bench(
+            "fdtd",
+            "The simulated ground against physics",
+            "fdtd_physics.py",
+            one_row(
+                {
+                    "direct_wave_ns": NANOSECONDS,
+                    "pipe_ns": NANOSECONDS,
+                    "pipe_from_above_ns": NANOSECONDS,
+                    "layer_ns": NANOSECONDS,
+                    "attenuation_pct": Unit("%", "lower"),
+                }
+            ),
+            simulated(),
+            settable=False,
+        ),
+        Bench(
+            "realism",
+            "Simulated data beside real ones",
+            "realism.py",
+            realism,
+            (
+                Job(
+                    "all",
+                    ("{data}",),
+                    ("{data}/real_ground", "{data}/cmu_real", "{data}/robots/husky.bag"),
+                ),
+            ),
+            settable=False,
+        ),
+    )
+
+
+def of_speed(data: Path) -> tuple[Bench, ...]:
+    """Times: nothing runs beside them."""
+    garage, basement = sequence(data, 0), sequence(data, 3)
+    both = (garage, basement)
+    return (
+        Bench(
+            "kernels",
+            "Processor time of the parts",
+            "kernels.py",
+            by_row(lambda row: str(row["name"]), {"us": Unit("us", "lower", "spread_us")}),
+            simulated(),
+            alone=True,
+            settable=False,
+            compiled=True,
+        ),
+        Bench(
+            "replay_speed",
+            "Speed of a replay",
+            "replay_speed.py",
+            by_row(
+                lambda row: f"{short_name(row['log'])}/{row['case']}",
+                {
+                    "times_real_time_cpu": Unit("", "higher", TIME_SPREAD),
+                    "solve_ms": Unit("ms", "lower", TIME_SPREAD),
+                },
+            ),
+            (Job("all", both, both),),
+            alone=True,
+        ),
+        Bench(
+            "window_solvers",
+            "The window by Ceres and by the chain",
+            "window_solvers.py",
+            by_row(
+                lambda row: short_name(row["log"]),
+                {
+                    "max_m": ERROR_M,
+                    "covariance": RATIO,
+                    "ceres_ms": Unit("ms", "lower", TIME_SPREAD),
+                    "chain_ms": Unit("ms", "lower", TIME_SPREAD),
+                    "ceres_x": Unit("", "higher", TIME_SPREAD),
+                    "chain_x": Unit("", "higher", TIME_SPREAD),
+                },
+            ),
+            (Job("all", both, both),),
+            alone=True,
+        ),
+        Bench(
+            "smoothers",
+            "Beside GTSAM",
+            "smoothers.py",
+            smoothers,
+            (Job("all", ("--repeats=1", "--rate=5", basement), (basement,)),),
+            alone=True,
+            settable=False,
+            compiled=True,
+        ),
+        Bench(
+            "live",
+            "Cost and latency of the daemon, live",
+            "live_load.py",
+            live,
+            (
+                Job("idle", (basement,), (basement,)),
+                Job("busy", (basement, "--busy=2"), (basement,)),
+            ),
+            alone=True,
+        ),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -63,10 +64,28 @@ class Report:
         return {figure.name: figure for job in self.jobs for figure in job.figures}
 
     def save(self, folder: Path) -> Path:
-        """Writes NAME.json."""
+        """Writes NAME.json, a figure a line."""
         path = folder / f"{self.name}.json"
-        write_bytes(path, (to_json(asdict(self)) + "\n").encode())
+        write_bytes(
+            path, (_FIGURE.sub(_on_one_line, to_json(_short(asdict(self)))) + "\n").encode()
+        )
         return path
+
+
+_FIGURE = re.compile(r"\{\s*\"name\": [^{}]*\"unit\"[^{}]*\}")
+
+
+def _on_one_line(match: re.Match[str]) -> str:
+    return re.sub(r"\s*\n\s*", " ", match[0])
+
+
+def _short(content: Any) -> Any:
+    """Numbers with seven digits, of which nobody needs more."""
+    if isinstance(content, dict):
+        return {key: _short(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [_short(each) for each in content]
+    return float(f"{content:.7g}") if isinstance(content, float) else content
 
 
 def read_reports(folder: Path) -> dict[str, Report]:

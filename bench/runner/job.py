@@ -45,7 +45,7 @@ class Job:
 class Bench:
     """name: as `bench/run` takes it. title: what it measures, for people. program: in bench/. read:
     makes figures of what the program prints with --json. alone: measures times, so that nothing
-    runs beside it. settable: takes --set."""
+    runs beside it. settable: takes --set. compiled: uses bench programs in C++."""
 
     name: str
     title: str
@@ -54,6 +54,7 @@ class Bench:
     jobs: tuple[Job, ...]
     alone: bool = False
     settable: bool = True
+    compiled: bool = False
 
 
 @dataclass(frozen=True)
@@ -165,4 +166,4 @@ def key_of(program: Program, bench: Bench, command: tuple[str, ...], data: dict[
 def command_line(bench: Bench, command: tuple[str, ...], data: Path) -> tuple[str, ...]:
     """What is called for a job."""
     path = BENCH / bench.program
-    return (sys.executable, str(path), *(filled(word, data) for word in command), "--json")
+    return (sys.executable, str(path), "--json", *(filled(word, data) for word in command))

@@ -7,7 +7,7 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -55,8 +55,16 @@ class Task:
 class Measurement:
     """Of one program."""
 
-    def __init__(self, program: Program, settings: Settings, executor: Executor) -> None:
+    def __init__(
+        self,
+        program: Program,
+        settings: Settings,
+        executor: Executor,
+        prepare: Callable[[], None] = lambda: None,
+    ) -> None:
+        """prepare: called before anything is run, but not where all was measured before."""
         self._program, self._settings, self._executor = program, settings, executor
+        self._prepare = prepare
         self._durations = _Durations(settings.cache / "durations.json")
 
     def of(self, benches: Sequence[Bench]) -> list[Report]:
@@ -80,6 +88,8 @@ class Measurement:
                     measured[task.name] = kept
         if measured:
             print(f"{len(measured)} jobs were measured before", file=sys.stderr)
+        if tasks:
+            self._prepare()
         together = [task for task in tasks if not task.bench.alone]
         alone = [task for task in tasks if task.bench.alone]
         left = _Left(tasks, self._durations)

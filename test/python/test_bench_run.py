@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -54,6 +55,20 @@ def test_figures_have_one_form_and_are_kept(tmp_path: Path) -> None:
     failed = run(RUNNER, "sample", *other, code=1)
     assert "wheel.no_such=1: unknown key" in failed.stderr
     assert "unknown key" in read(tmp_path / "three" / "sample.json")["failed"]["sample"]
+
+
+def test_what_differs_is_printed(tmp_path: Path) -> None:
+    """The same program measured twice: no difference. With twice the wheel's noise: the drive."""
+    options = ["--cache", tmp_path / "cache", "-o"]
+    run(RUNNER, "sample", *options, tmp_path / "one")
+    compared = ["--compare", tmp_path / "one"]
+    same = run(RUNNER, "sample", "--fresh", *options, tmp_path / "two", *compared)
+    assert "no difference in 5 figures" in same.stdout
+    noisy = ["--set", "wheel.noise=0.01", *options, tmp_path / "three", *compared]
+    told = run(RUNNER, "sample", *noisy).stdout
+    assert re.search(r"^sample/1700000000/gprodom_full/causal_m .* (better|worse)$", told, re.M)
+    assert "gprodom_full/dead_m" not in told.rpartition("ratio")[2]
+    assert re.search(r"^\d of 5 figures differ: ", told, re.M)
 
 
 def test_unknown_names_are_refused(tmp_path: Path) -> None:

@@ -1,0 +1,83 @@
+"""How the jobs of a bench are made: one for each sequence, recording or scene."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from job import BENCH, CHECKOUT, Job
+
+sys.path.append(str(BENCH))
+
+from recordings import RECORDINGS
+
+PAPER = (
+    "wheel,gpr_sfm,imu_wheel,bscan,bscan_signed,dec,dec_signed,sfm,sfm_signed,trace_count,"
+    "trace_count_signed,gprodom"
+)
+
+
+def drives(data: Path, folder: str, short: Sequence[int]) -> tuple[Job, ...]:
+    """A job for each zip of a folder; those of --short by their number."""
+    names = [path.name for path in sorted((data / folder).glob("*.zip"))]
+    return tuple(
+        Job(
+            "-".join(name.split("-")[0:3:2]),
+            (f"{{data}}/{folder}/{name}", "-j1"),
+            (f"{{data}}/{folder}/{name}",),
+            i in short,
+        )
+        for i, name in enumerate(names)
+    )
+
+
+def sample() -> tuple[Job, ...]:
+    """The drive that lies in every checkout."""
+    (path,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    name = f"{{checkout}}/sample/{path.name}"
+    return (Job("sample", (name, "--only", "gprodom_full", "-j1"), (name,), True),)
+
+
+def recordings(more: tuple[str, ...], short: Sequence[str]) -> tuple[Job, ...]:
+    """A job for each recording of a real robot."""
+    return tuple(
+        Job(
+            name,
+            ("{data}/robots", "--only", name, *more),
+            tuple(f"{{data}}/robots/{file}" for file in recording.files),
+            name in short,
+        )
+        for name, recording in RECORDINGS.items()
+    )
+
+
+def simulated(*arguments: str, short: tuple[str, ...] | bool = False) -> tuple[Job, ...]:
+    """A single job on drives that are simulated."""
+    return (Job("all", arguments, (), short),)
+
+
+def of_scenes(data: Path) -> tuple[Job, ...]:
+    """All methods on the sequences of a scene, on the others of which K is fitted."""
+    jobs = []
+    for scene in ("gates_g", "nsh_b", "nsh_h", "beach"):
+        names = sorted(path.name for path in (data / "cmu_like").glob(f"*-{scene}-*.zip"))
+        files = tuple(f"{{data}}/cmu_like/{name}" for name in names)
+        words = ("--", *files, "--methods", PAPER, "-j1", "--sample-interval", "beach=3.125e-10")
+        jobs.append(Job(scene, words, files))
+    return tuple(jobs)
+
+
+def sequence(data: Path, number: int) -> str:
+    """One of the twelve."""
+    paths = sorted((data / "cmu_like").glob("*.zip"))
+    return f"{{data}}/cmu_like/{paths[number].name}" if len(paths) > number else "missing"
+
+
+def with_sequences(jobs: tuple[Job, ...], *before: str, short: Sequence[int] = ()) -> list[Job]:
+    """The same jobs, of a program that takes a sequence, with these arguments."""
+    return [
+        replace(job, arguments=(*before, job.data[0]), short=i in short)
+        for i, job in enumerate(jobs)
+    ]
