@@ -48,6 +48,25 @@ MarginalPrior with_fixed_scale(MarginalPrior prior) {
   return prior;
 }
 
+// The motion over an interval. Noise is held over a step, so the errors of velocity and position in
+// a single step are fully correlated, and the covariance is singular. A step of more than half of
+// the interval is therefore cut in two, each with noise of its own: docs/estimation.md, "IMU
+// preintegration".
+ImuPreintegration integrated(const StateInput& input, const NavState& last) {
+  ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
+  double interval = 0.0;
+  for (const MotionStep& step : input.steps) interval += step.dt;
+  constexpr double kHalf = 0.5 + 1e-9;  // more than the sum's rounding
+  for (const MotionStep& step : input.steps) {
+    const ImuNoise& noise = step.bridged ? kBridgedImuNoise : input.noise;
+    const int parts = step.dt > kHalf * interval ? 2 : 1;
+    for (int part = 0; part < parts; ++part)
+      imu.integrate(step.acceleration, angular_velocity(step, last.gyro_bias), step.dt / parts,
+                    noise);
+  }
+  return imu;
+}
+
 }  // namespace
 
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
@@ -113,13 +132,9 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
   const NavState before = last;  // the solve changes `last`
-  ImuPreintegration imu(input.noise, last.gyro_bias, last.accel_bias);
+  const ImuPreintegration imu = integrated(input, last);
   StateResult result;
-  for (const MotionStep& step : input.steps) {
-    imu.integrate(step.acceleration, angular_velocity(step, last.gyro_bias), step.dt,
-                  step.bridged ? kBridgedImuNoise : input.noise);
-    result.bridged |= step.bridged;
-  }
+  result.bridged = imu_silent(input.steps);
   gap_s_ = result.bridged ? gap_s_ + imu.duration() : 0.0;
   NavState predicted = propagate(last, imu, kStandardGravity);
   predicted.time = input.time;

@@ -1,0 +1,117 @@
+// Every rate of the IMU with every rate of states: adding data never throws, every state is solved
+// for, and what is published follows the robot.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gprodom/odometry.h"
+#include "motion/sensor_history.h"
+#include "pipeline/test_drive.h"
+
+namespace gprodom {
+namespace {
+
+constexpr double kStands = 3.0, kDrives = 5.0;  // s
+constexpr double kSpeed = 0.5, kRamp = 1.0;     // m/s, s
+
+// How far the robot has driven after it has stood: speed rises over kRamp, then it is constant.
+double way(double t) {
+  const double since = std::max(0.0, t - kStands);
+  return since < kRamp ? 0.5 * kSpeed / kRamp * since * since : kSpeed * (since - 0.5 * kRamp);
+}
+
+using Sample = std::variant<ImuSample, WheelSample>;
+
+TimeNs time_of(const Sample& sample) {
+  return std::visit([](const auto& message) { return message.time; }, sample);
+}
+
+// phase: of the IMU's period, by which its stamps miss the multiples of it, where states may lie.
+std::vector<Sample> drive(double imu_hz, double phase) {
+  std::vector<Sample> samples;
+  const auto period = from_seconds(1 / imu_hz);
+  for (int i = 0; i * to_seconds(period) < kStands + kDrives; ++i) {
+    ImuSample imu;
+    imu.time = kDriveStart + i * period + static_cast<TimeNs>(phase * static_cast<double>(period));
+    const double t = to_seconds(imu.time - kDriveStart);
+    const double push = t > kStands && t < kStands + kRamp ? kSpeed / kRamp : 0.0;
+    imu.acceleration = {push + 0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2),
+                        9.80665 + 0.002 * (i % 7 - 3)};
+    imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
+    samples.emplace_back(imu);
+  }
+  for (double t = 0.0; t < kStands + kDrives; t += 0.02)
+    samples.emplace_back(WheelSample{kDriveStart + from_seconds(t), way(t)});
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const Sample& a, const Sample& b) { return time_of(a) < time_of(b); });
+  return samples;
+}
+
+Config config_with(double state_hz, SolverKind solver) {
+  Config config = default_config();
+  config.gpr.enabled = false;
+  config.smoother.state_rate = state_hz;
+  config.smoother.latency = std::min(config.smoother.latency, 0.5 / state_hz);
+  config.smoother.lag = std::max(1.0, 2 / state_hz);  // s, so that the window is solved quickly
+  config.smoother.solver = solver;
+  return config;
+}
+
+void expect_to_follow(double imu_hz, double state_hz, double phase, SolverKind solver) {
+  SCOPED_TRACE("IMU at " + std::to_string(imu_hz) + " Hz, states at " + std::to_string(state_hz) +
+               " Hz, phase " + std::to_string(phase));
+  Odometry odometry(config_with(state_hz, solver));
+  OdometryEstimate newest;
+  const auto take = [&](const Outputs& outputs) {
+    for (const OdometryEstimate& estimate : outputs.odometry) {
+      newest = estimate;
+      ASSERT_TRUE(estimate.p_odom_body.allFinite() && estimate.pose_covariance.allFinite());
+    }
+    for (const Status& status : outputs.status) {
+      for (const std::string& reason : status.reasons)
+        ASSERT_EQ(reason.find("solve failed"), std::string::npos) << reason;
+    }
+  };
+  try {
+    for (const Sample& sample : drive(imu_hz, phase)) {
+      std::visit([&](const auto& message) { odometry.add(message); }, sample);
+      take(odometry.step());
+    }
+    take(odometry.finish());
+  } catch (const std::exception& error) {
+    FAIL() << "adding data has thrown: " << error.what();
+  }
+  // An IMU whose samples are further apart than a gap is silent for the estimator: it goes on, and
+  // publishes when it can.
+  if (1 / imu_hz > to_seconds(ImuHistory::kGap)) return;
+  ASSERT_GT(newest.time, kDriveStart + from_seconds(kStands + 0.5 * kDrives));
+  const double driven = way(to_seconds(newest.time - kDriveStart));
+  EXPECT_NEAR(newest.p_odom_body.x(), driven, 0.1 * driven);
+}
+
+constexpr double kImuRates[] = {5,  8,  10,  12.5, 16,  20,  25,  33,  40,
+                                50, 62, 100, 125,  200, 250, 400, 500, 1000};   // Hz
+constexpr double kStateRates[] = {0.5, 1, 2, 4, 5, 8, 10, 16, 20, 25, 40, 50};  // Hz
+
+TEST(Rates, EveryCombinationIsSolved) {
+  for (const double imu_hz : kImuRates) {
+    for (const double state_hz : kStateRates) {
+      for (const double phase : {0.0, 0.37}) {
+        expect_to_follow(imu_hz, state_hz, phase, SolverKind::kChain);
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
+TEST(Rates, TheOtherSolverToo) {
+  for (const auto& [imu_hz, state_hz] : {std::pair(20.0, 50.0), {50.0, 50.0}, {10.0, 25.0}})
+    expect_to_follow(imu_hz, state_hz, 0.0, SolverKind::kCeres);
+}
+
+}  // namespace
+}  // namespace gprodom
