@@ -35,6 +35,13 @@ Matrix3d positive(const Matrix3d& symmetric) {
 
 }  // namespace
 
+OdometryEstimate planar_estimate(const PathState& state) {
+  OdometryEstimate estimate;
+  estimate.p_odom_body << state.pose.p, 0.0;
+  set_planar_block(state.pose_covariance, estimate.pose_covariance);
+  return estimate;
+}
+
 Matrix3d planar_block(const Matrix6d& covariance) {
   Matrix3d block;
   for (int i = 0; i < 3; ++i) {

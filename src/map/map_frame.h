@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gprodom/outputs.h"
+#include "map/map_path.h"
 
 namespace gprodom {
 
@@ -35,6 +36,9 @@ class MapFrame {
 // (map axes) and odometry added its own error from there to here. Both poses are in odom.
 Eigen::Matrix3d carried_covariance(const Correction& correction, const Eigen::Matrix3d& covariance,
                                    const OdometryEstimate& since, const OdometryEstimate& here);
+
+// A planar state as an estimate, with the fields that carried_covariance() uses.
+OdometryEstimate planar_estimate(const PathState& state);
 
 // The block of x, y and yaw of a pose covariance. Setting it removes its correlation with the rest
 // (height, roll and pitch), which stays that of odometry.

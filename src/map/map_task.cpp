@@ -14,14 +14,6 @@ constexpr std::size_t kMostWaiting = 2000;  // traces or revisits that wait for 
 // How long to wait for a late answer. Beyond it the correction comes later.
 constexpr std::chrono::milliseconds kPatience(200);
 
-// A planar pose as an estimate, with the fields that carried_covariance() uses.
-OdometryEstimate planar_estimate(const PathState& state) {
-  OdometryEstimate estimate;
-  estimate.p_odom_body << state.pose.p, 0.0;
-  set_planar_block(state.pose_covariance, estimate.pose_covariance);
-  return estimate;
-}
-
 }  // namespace
 
 Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {

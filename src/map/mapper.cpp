@@ -8,6 +8,7 @@
 
 #include "gprodom/version.h"
 #include "map/ground_map_file.h"
+#include "map/map_frame.h"
 #include "map/search_window.h"
 
 namespace gprodom {
@@ -79,17 +80,7 @@ MapAnswer Mapper::run(const MapInput& input) {
 void Mapper::follow(const std::vector<PathState>& states) {
   for (const PathState& state : states) {
     const std::optional<PlanarStep> step = path_.add(state);
-    if (!graph_) {
-      PoseGraphOptions options;
-      options.slip = slip_;
-      graph_.emplace(state.pose, options);
-      newest_node_.pose = state.pose;
-      if (start_) {
-        join_map(start_->at);
-        located_ = ground_.holds(map_);  // else its ground was never written
-        newest_node_.covariance.topLeftCorner<3, 3>() = start_->covariance;
-      }
-    }
+    if (!graph_) begin_graph(state);
     if (!step) continue;
     graph_->add_node(*step);
     const Eigen::Vector3d variances = step->covariance.diagonal();
@@ -97,6 +88,26 @@ void Mapper::follow(const std::vector<PathState>& states) {
         Eigen::Vector3d(step->measured.p.norm(), 0.5 * (variances[0] + variances[1]), variances[2]);
     newest_node_ = extend(newest_node_, *step, slip_);
   }
+}
+
+void Mapper::begin_graph(const PathState& first) {
+  PoseGraphOptions options;
+  options.slip = slip_;
+  graph_.emplace(first.pose, options);
+  newest_node_.pose = first.pose;
+  if (!start_) return;
+  join_map(start_->at);
+  located_ = ground_.holds(map_);  // else its ground was never written
+  Correction map_from_odom;
+  const double yaw = start_->at.map_from_track.yaw;
+  map_from_odom.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+  Eigen::Matrix3d covariance = carried_covariance(
+      map_from_odom, start_->covariance, planar_estimate(start_->since), planar_estimate(first));
+  // A pose is known no better than the origin of a track.
+  const Eigen::Vector3d least(kOriginPositionSigma, kOriginPositionSigma, kOriginYawSigma);
+  covariance.diagonal() += least.cwiseAbs2();
+  graph_->set_first_prior(covariance);
+  newest_node_.covariance.topLeftCorner<3, 3>() = covariance;
 }
 
 void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {

@@ -77,10 +77,12 @@ struct TrackPiece {
 
 class Mapper {
  public:
-  // before: the ground of earlier tracks. at: how this track lies on it, if that is known, with the
-  // covariance of x, y, yaw of the first state.
+  // before: the ground of earlier tracks. start: how this track lies in its map, if that is known,
+  // and how surely: the covariance (x, y, yaw, map axes) of the pose of a state before the first
+  // one. What the odometry has lost from there to the first one is added.
   struct Start {
     Hypothesis at;
+    PathState since;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   };
   Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start);
@@ -132,6 +134,7 @@ class Mapper {
   };
 
   void follow(const std::vector<PathState>& states);
+  void begin_graph(const PathState& first);
   void remember(const GprTrace& trace, MapAnswer& answer);
   void note_origin();
   void note_errors(double scale_sigma);

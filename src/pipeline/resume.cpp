@@ -44,7 +44,10 @@ bool Pipeline::resume() {
   Mapper::Start start;
   start.at.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
   start.at.map = map_number_ = saved.map;
-  start.covariance = planar_block(correction.covariance);
+  start.since = path_state(result);
+  // While map is odom, the pose in map is as sure as that in odom.
+  start.covariance = saved.correction ? planar_block(correction.covariance)
+                                      : Eigen::Matrix3d(start.since.pose_covariance);
   map_ = std::make_unique<MapTask>(config_, execution_, map_->take_ground(), start);
   if (record_) map_->record();
   return true;
@@ -58,6 +61,8 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   saved.state.time =
       sensor_stamp(base.state.time);  // the sensors' own stamp, which a later run will have
   saved.covariance = base.covariance;
+  // Slip that no sensor has shown moves the pose for good; the next run counts its own from zero.
+  saved.covariance.block<2, 2>(row::kP, row::kP) += base.slip_covariance;
   saved.noise = motion_.noise_at_standstill();
   saved.wheel_m = motion_.wheel().reported(base.state.time);
   saved.distance_m = prediction_.distance_m();

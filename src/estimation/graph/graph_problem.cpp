@@ -28,13 +28,14 @@ using RowOfTwo = Eigen::Matrix<double, 1, 2>;
 }  // namespace
 
 GraphProblem::GraphProblem(const std::vector<WhitenedStep>& steps,
-                           const std::vector<RevisitEdge>& revisits, const ScalePrior& scale,
+                           const std::vector<RevisitEdge>& revisits, const Priors& priors,
                            const PoseGraphOptions& options)
     : steps_(steps),
       revisits_(revisits),
-      scale_prior_{scale.scale, std::max(scale.sigma, kHeldScaleSigma)},
+      priors_(priors),
       options_(options),
       equations_(4 * (steps.size() + 1)) {
+  priors_.scale.sigma = std::max(priors_.scale.sigma, kHeldScaleSigma);
   for (std::size_t i = 0; i < steps.size(); ++i) slip_terms_.push_back(slip_terms(i));
 }
 
@@ -111,8 +112,9 @@ double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Ter
       edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : at.nodes[edge.memory],
       at.nodes[edge.query], slip_at(memory_step), slip_at(query_step));
   const double s = residual.value.squaredNorm();
-  const Robust kernel =
-      terms.robust ? cauchy(s, options_.robust_threshold * terms.width) : Robust{s, 1.0};
+  const Robust kernel = terms.kernel == RevisitKernel::kRedescending
+                            ? cauchy(s, options_.robust_threshold * terms.width)
+                            : huber(s, options_.full_weight_below);
   const int m = in_map ? kNoUnknown : node(edge.memory), q = node(edge.query);
   equations_.add<3, 8>({m, in_map ? m : m + 1, in_map ? m : m + 2, q, q + 1, q + 2,
                         memory_step == none ? kNoUnknown : slip(memory_step),
@@ -123,8 +125,8 @@ double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Ter
 
 double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknowns& at) {
   equations_.clear();
-  const One scale_error(at.scale - scale_prior_.scale);
-  const double weight = 1 / (scale_prior_.sigma * scale_prior_.sigma);
+  const One scale_error(at.scale - priors_.scale.scale);
+  const double weight = 1 / (priors_.scale.sigma * priors_.scale.sigma);
   equations_.add<1, 1>({scale()}, One(1.0), scale_error, weight);
   double cost = weight * scale_error.squaredNorm();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
@@ -136,14 +138,24 @@ double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknow
     cost += residual.value.squaredNorm();
   }
   cost += add_slip_priors(prior, terms.width, at.slips);
-  // The first node is fixed unless a revisit ties the track to the map.
-  first_held_ = true;
+  bool tied = false;
   for (std::size_t i = 0; i < revisits_.size(); ++i) {
     cost += add_revisit(revisits_[i], terms.trusted[i], terms, at);
-    if (terms.trusted[i] && revisits_[i].memory == kInMap) first_held_ = false;
+    tied = tied || (terms.trusted[i] && revisits_[i].memory == kInMap);
   }
-  for (int k = 0; k < 3; ++k) equations_.hold(node(0) + k, first_held_ ? kHeld : 0.0);
+  cost += add_first(tied, at.nodes.front());
   return 0.5 * cost;
+}
+
+// tied: a revisit ties the track to the map.
+double GraphProblem::add_first(bool tied, const PlanarPose& at) {
+  first_held_ = !priors_.first && !tied;
+  for (int k = 0; k < 3; ++k) equations_.hold(node(0) + k, first_held_ ? kHeld : 0.0);
+  if (!priors_.first) return 0.0;
+  const PlanarResidual residual = prior_residual(*priors_.first, at);
+  const Eigen::Matrix3d J = residual.J.leftCols<3>();
+  equations_.add<3, 3>({node(0), node(0) + 1, node(0) + 2}, J, residual.value, 1.0);
+  return residual.value.squaredNorm();
 }
 
 GraphProblem::Unknowns GraphProblem::moved(const Unknowns& from, const Eigen::VectorXd& by) const {
@@ -187,7 +199,7 @@ void GraphProblem::solve(const Terms& terms, Unknowns& at) {
 }
 
 Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const Unknowns& at) {
-  linearise({trusted, false, 1.0}, SlipPrior::kGaussian, at);
+  linearise({trusted, RevisitKernel::kFullWeight, 1.0}, SlipPrior::kGaussian, at);
   if (!equations_.factorise()) {
     throw std::runtime_error("pose graph: the normal equations are singular");
   }

@@ -3,12 +3,19 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "estimation/graph/normal_matrix.h"
 #include "estimation/graph/pose_graph.h"
 
 namespace gprodom {
+
+// How a revisit's weight falls with its residual.
+enum class RevisitKernel {
+  kRedescending,  // Cauchy: one that is far off hardly counts
+  kFullWeight     // Huber: full for 95 % of right ones, and beyond never more than theirs
+};
 
 class GraphProblem {
  public:
@@ -20,16 +27,20 @@ class GraphProblem {
   struct ScalePrior {
     double scale, sigma;  // sigma 0: held
   };
-  // Which revisits count, whether with a kernel, and a factor on the width of all kernels.
+  struct Priors {
+    ScalePrior scale;
+    std::optional<FirstPrior> first;
+  };
+  // Which revisits count, with which kernel, and a factor on the width of all redescending kernels.
   struct Terms {
     const std::vector<bool>& trusted;
-    bool robust;
+    RevisitKernel kernel;
     double width;
   };
 
   // The problem refers to steps and revisits.
   GraphProblem(const std::vector<WhitenedStep>& steps, const std::vector<RevisitEdge>& revisits,
-               const ScalePrior& scale, const PoseGraphOptions& options);
+               const Priors& priors, const PoseGraphOptions& options);
 
   // Throws std::runtime_error if no solution is found.
   void solve(const Terms& terms, Unknowns& at);
@@ -63,11 +74,12 @@ class GraphProblem {
   void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
                       double kept, double weight_of_change);
   double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);
+  double add_first(bool tied, const PlanarPose& at);
   Unknowns moved(const Unknowns& at, const Eigen::VectorXd& step) const;
 
   const std::vector<WhitenedStep>& steps_;
   const std::vector<RevisitEdge>& revisits_;
-  ScalePrior scale_prior_;
+  Priors priors_;
   PoseGraphOptions options_;
   std::vector<SlipTerms> slip_terms_;
   NormalMatrix equations_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "estimation/graph/graph_problem.h"
+#include "estimation/graph/planar_factors.h"
 
 namespace gprodom {
 
@@ -39,7 +40,7 @@ PlanarPose place_at(const std::vector<PlanarPose>& nodes, const std::vector<doub
 Matrix3d whitening_of(const Matrix3d& covariance) {
   const Eigen::LLT<Matrix3d> llt(covariance);
   if (llt.info() != Eigen::Success) {
-    throw std::invalid_argument("pose graph: a step's covariance is not positive definite");
+    throw std::invalid_argument("pose graph: a covariance is not positive definite");
   }
   return llt.matrixL().solve(Matrix3d::Identity());
 }
@@ -159,7 +160,12 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   }
 }
 
+void PoseGraph::set_first_prior(const Matrix3d& covariance) {
+  first_prior_ = FirstPrior{nodes_.front(), whitening_of(covariance)};
+}
+
 void PoseGraph::move(const PlanarPose& in_map_of_before) {
+  first_prior_.reset();
   for (PlanarPose& node : nodes_) node = compose(in_map_of_before, node);
 }
 
@@ -175,14 +181,18 @@ PlanarPose PoseGraph::place(std::size_t node, const PlanarPose& at, const WheelW
   return place_at(nodes_, slips_, node, at, way);
 }
 
-// Deviation of each revisit along the track, in standard deviations.
+// Deviation of each revisit, in standard deviations: the norm of its residual.
 std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes,
                                           const std::vector<double>& slips) const {
+  const auto slip_at = [&](std::size_t step) { return step < slips.size() ? slips[step] : 0.0; };
   std::vector<double> result;
   for (const RevisitEdge& edge : revisits_) {
-    const PlanarPose memory = place_at(nodes, slips, edge.memory, edge.memory_at, edge.memory_way);
-    const PlanarPose query = place_at(nodes, slips, edge.query, edge.query_at, edge.query_way);
-    result.push_back(std::abs(between(memory, query).p.x() - edge.offset_m) / edge.sigma_m);
+    const bool in_map = edge.memory == kInMap;
+    const PlanarResidual residual = revisit_residual(
+        edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : nodes[edge.memory],
+        nodes[edge.query], in_map ? 0.0 : slip_at(edge.memory_way.step(edge.memory)),
+        slip_at(edge.query_way.step(edge.query)));
+    result.push_back(residual.value.norm());
   }
   return result;
 }
@@ -197,17 +207,19 @@ double PoseGraph::widest(const std::vector<double>& deviations) const {
 }
 
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
-  GraphProblem problem(steps_, revisits_, {scale, scale_sigma}, options_);
+  GraphProblem problem(steps_, revisits_, {{scale, scale_sigma}, first_prior_}, options_);
   GraphProblem::Unknowns at{nodes_, slips_, scale_.value_or(scale)};
   std::vector<bool> trusted(revisits_.size(), true);
   double width = widest(deviations(nodes_, slips_));
   // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
-  // robust kernel; right ones among them are restored afterwards. The final solution has no kernel.
+  // redescending kernel; right ones among them are restored afterwards. In the final solution most
+  // have their full weight.
   enum class Stage { kDrop, kRestore, kFinal };
   for (Stage stage = Stage::kDrop;;) {
-    const bool robust = stage != Stage::kFinal;
-    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, robust, width}, at);
-    problem.solve({trusted, robust, 1.0}, at);
+    const auto kernel =
+        stage == Stage::kFinal ? RevisitKernel::kFullWeight : RevisitKernel::kRedescending;
+    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width}, at);
+    problem.solve({trusted, kernel, 1.0}, at);
     if (stage == Stage::kFinal) break;
     const std::vector<double> deviation = deviations(at.nodes, at.slips);
     double worst = 0;

@@ -17,6 +17,13 @@ inline Robust cauchy(double s, double c) {
   return {c2 * std::log(sum), 1 / sum};
 }
 
+// Huber: s up to c^2, and the root beyond.
+inline Robust huber(double s, double c) {
+  if (s <= c * c) return {s, 1.0};
+  const double root = std::sqrt(s);
+  return {2 * c * root - c * c, c / root};
+}
+
 // Geman and McClure: s / (1 + s / c^2); an outlier costs at most c^2.
 inline Robust geman_mcclure(double s, double c) {
   const double sum = 1 + s / (c * c);

@@ -110,7 +110,7 @@ TEST(SlipOfSteps, ASmallerTrackHasTheSameErrors) {
 }
 
 TEST(SlipOfSteps, KernelsWeighByTheirOwnDerivatives) {
-  for (const auto kernel : {cauchy, geman_mcclure}) {
+  for (const auto kernel : {cauchy, geman_mcclure, huber}) {
     for (const double width : {1.5, 12.0}) {
       for (const double s : {0.1, 2.0, 50.0}) {
         const double h = 1e-5;

@@ -165,6 +165,22 @@ TEST_F(ResumeTest, ResumesFromARecentPose) {
   EXPECT_LT(first_pose(told, start_), 1.0);
 }
 
+// A wheel may have slipped unseen before the run ended: that is not known better after it.
+TEST_F(ResumeTest, IsNoSurerOfThePoseThanTheRunBefore) {
+  const auto variance = [](const OdometryEstimate& estimate) {
+    return estimate.pose_covariance.topLeftCorner<2, 2>().trace();
+  };
+  Odometry before(kept());
+  std::vector<Input> drive = there_and_back(1);
+  drive.resize(drive.size() / 3);  // it ends on the way
+  const OdometryEstimate last = run(before, drive).odometry.back();
+  Odometry resumed(kept());
+  const Told told = run(resumed, standing(3.0, last.time + from_seconds(0.5)));
+  ASSERT_TRUE(told.has("resumed from the pose saved"));
+  EXPECT_GT(variance(told.odometry.front()), 0.9 * variance(last));
+  EXPECT_GT(variance(last), 1e-4);
+}
+
 TEST_F(ResumeTest, DoesNotResumeFromAnExpiredPose) {
   const Told told = after(4.0, {"state.resume_within=4"});
   EXPECT_TRUE(told.has("s old (state.resume_within): starting at the initialiser"));
