@@ -7,14 +7,18 @@ built) and compares, by SHA-256, what both make of
     cmu_like     every sequence in DATA/cmu_like, with config/cmu_gpr.yaml
     sample       the sample with the settings of every method, with config/cmu_gpr.yaml and with
                  config/paper.yaml, and the solution over all data
-    rough        the first and the last sequence in DATA/rough, with config/gprodom.yaml
+    rough        every sequence in DATA/rough, with config/gprodom.yaml
+    robots       every recording in DATA/robots that bench/recordings.py knows, with
+                 config/gprodom.yaml, the mounting that gprodom calibrate mount finds, and the
+                 solution over all data
     commands     the sample twice over, with save_map, reset, load_map and reset all on the way; the
                  files that are left in the state directory, too
     state        the rest of the sample, going on from a state directory that the base has written
 
 Prints a table with the number of messages compared and, where bytes differ, of which channel and
-from when on. Exit code 1 where any do. Without DATA its cases are left out; without --base the
-present program is compared with itself.
+from when on, and how far the poses of ODOMETRY and ODOMETRY_MAP are apart at most and at the end.
+Exit code 1 where any differ. Without DATA its cases are left out, --only takes those whose name
+holds a text; without --base the present program is compared with itself.
 
     bench/same_bytes.py --base v0.1.0 --data ../shared/data
     bench/same_bytes.py --short
@@ -37,20 +41,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gprodom import RESET_ALL, CommandName
+from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
-from gprodom.lcm import EventLog
+from gprodom.lcm import EventLog, logs
 from gprodom.lcm.log_writer import write_log
 from gprodom.lcm.messages import message
 from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import find_program
+from log_differences import Message, differences, read_events
+from recordings import convert as convert_recording
+from recordings import recordings_of
 from repeat_log import repeat
-
-Message = tuple[int, str, bytes]  # time (us), channel, content
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 FULL = METHODS["gprodom_full"].overrides
@@ -106,11 +112,6 @@ def convert(sequence: Path, folder: Path) -> Path:
     interval = facts.get("gpr_sample_interval", SAMPLE_INTERVAL)
     write_log(log, streams(read_recording(sequence), interval))
     return log
-
-
-def read_events(log: Path) -> list[Message]:
-    """The messages of a log, in its order."""
-    return [(event.timestamp, event.channel, event.data) for event in EventLog(str(log), "r")]
 
 
 def write_events(events: Iterable[Message], log: Path) -> Path:
@@ -172,8 +173,15 @@ def data_cases(data: Path, folder: Path) -> Iterator[Case]:
         raise Error(f"{data}: expected sequences in its folders cmu_like and rough")
     for sequence in like:
         yield Case(f"cmu_like {sequence.stem}", convert(sequence, folder), "cmu_gpr.yaml")
-    for sequence in (rough[0], rough[-1]):
+    for sequence in rough:
         yield Case(f"rough {sequence.stem}", convert(sequence, folder), "gprodom.yaml")
+    for name, recording in recordings_of(data / "robots").items():
+        log = folder / f"{re.sub(r'[^a-z0-9]+', '_', name)}.lcmlog"
+        convert_recording(recording, data / "robots", log)
+        mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel")))
+        angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
+        settings = (f"imu.rpy_body_imu=[{angles}]", *recording.settings)
+        yield Case(f"robots {name}", log, "gprodom.yaml", settings, smoothed=True)
 
 
 # ---- replays by both programs ----
@@ -212,26 +220,6 @@ def run(side: Side, case: Case, folder: Path, name: str) -> dict[str, Path]:
 def digest(path: Path) -> str:
     """SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def differences(one: Path, other: Path) -> list[str]:
-    """By channel, how many messages of two logs are not the same, and from when on."""
-    sides: list[dict[str, list[Message]]] = []
-    for path in (one, other):
-        by_channel: dict[str, list[Message]] = {}
-        for event in read_events(path):
-            by_channel.setdefault(event[1], []).append(event)
-        sides.append(by_channel)
-    first = min((events[0][0] for side in sides for events in side.values()), default=0)
-    said = []
-    for channel in sorted({*sides[0], *sides[1]}):
-        a, b = (side.get(channel, []) for side in sides)
-        off = [event for event, twin in zip(a, b, strict=False) if event != twin]
-        off += [*a[len(b) :], *b[len(a) :]]
-        if off:
-            seconds = (off[0][0] - first) * 1e-6
-            said.append(f"{channel}: {len(off)} of {max(len(a), len(b))} from {seconds:.1f} s on")
-    return said or ["the order of messages of different channels"]
 
 
 def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
@@ -295,12 +283,20 @@ def build_type() -> str:
 
 
 def compare_all(
-    base: Side, present: Side, folder: Path, data: Path | None, short: bool, jobs: int
+    base: Side,
+    present: Side,
+    folder: Path,
+    data: Path | None,
+    only: list[str],
+    short: bool,
+    jobs: int,
 ) -> list[Result]:
     """All cases, in their order."""
     cases = list(sample_cases(base, folder, short))
     if data is not None:
         cases += data_cases(data, folder)
+    if only:
+        cases = [case for case in cases if any(part in case.name for part in only)]
     with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(jobs) as pool:
 
         def work(case: Case) -> Result:
@@ -336,6 +332,7 @@ def main() -> int:
         "--base-program", type=Path, metavar="FILE", help="a gprodom-replay that is there, instead"
     )
     parser.add_argument("--data", type=Path, metavar="DIR", help="recorded sequences")
+    parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="some cases")
     parser.add_argument("--short", action="store_true", help="the sample by one method alone")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="cases at once (default 1)")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="keep what differs there")
@@ -348,7 +345,7 @@ def main() -> int:
             if args.output is not None:
                 args.output.mkdir(parents=True, exist_ok=True)
                 folder = args.output.resolve()
-            more = (folder, args.data, args.short, args.jobs)
+            more = (folder, args.data, args.only, args.short, args.jobs)
             if args.base is not None:
                 with built(args.base, Path(temporary)) as other:
                     results = compare_all(other, present, *more)
