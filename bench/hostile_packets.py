@@ -38,6 +38,7 @@ from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import find_program, run_replay
 from gprodom.options import add_config_option
 from own_network import GROUP, PORT, URL, parse_inside
+from zips import log_of
 
 VARIANTS = 4000  # different packets, sent again and again
 FOREIGN_SHARE = 0.02  # of the packets are datagrams that are no LCM
@@ -310,7 +311,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("log", type=Path, metavar="IN.lcmlog")
+    parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_option(parser)
     parser.add_argument("--packets", type=int, default=1_000_000, help="default: 1000000")
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
@@ -327,9 +328,8 @@ def main() -> int:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            figures = measure(
-                args.log, args.configs, args.packets, args.speed, args.seed, Path(name)
-            )
+            log = log_of(args.log, Path(name))
+            figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))
     except Error as error:
         print(f"hostile_packets: error: {error}", file=sys.stderr)
         return 1

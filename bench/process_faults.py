@@ -36,6 +36,7 @@ from gprodom.odometry.replay import find_program, run_replay
 from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
 from own_network import URL, parse_inside
+from zips import log_of
 
 FAULT_AT = 0.6  # of the time played
 PAUSE_S = 5.0
@@ -264,11 +265,21 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("log", type=Path, metavar="IN.lcmlog")
+    parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_option(parser)
     parser.add_argument("--seconds", type=float, default=40.0, help="of the log (default: 40)")
     add_json_flag(parser)
     return parse_inside(parser, mounts=True)
+
+
+def by_itself(fault: Fault, log: Path, args: argparse.Namespace) -> dict[str, Any]:
+    """The figures of one fault; what it mounted is gone afterwards."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
+        figures = measure(fault, log, args.seconds, args.configs, Path(name))
+        for mount in (Path(name) / "state", Path(name) / "log"):
+            if mount.is_mount():
+                subprocess.run(["umount", "-l", str(mount)], check=True)
+    return figures
 
 
 def main() -> int:
@@ -278,14 +289,12 @@ def main() -> int:
     try:
         if not args.log.is_file():
             raise Error(f"{args.log}: no such log")
-        for fault in FAULTS:
-            print(f"{fault.name} ...", file=sys.stderr)
-            with tempfile.TemporaryDirectory(prefix="gprodom-", ignore_cleanup_errors=True) as name:
-                results.append(measure(fault, args.log, args.seconds, args.configs, Path(name)))
-                for mount in (Path(name) / "state", Path(name) / "log"):
-                    if mount.is_mount():
-                        subprocess.run(["umount", "-l", str(mount)], check=True)
-            wrong += verdict(results[-1])
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            log = log_of(args.log, Path(name))
+            for fault in FAULTS:
+                print(f"{fault.name} ...", file=sys.stderr)
+                results.append(by_itself(fault, log, args))
+                wrong += verdict(results[-1])
     except Error as error:
         print(f"process_faults: error: {error}", file=sys.stderr)
         return 1

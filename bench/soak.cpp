@@ -1,7 +1,7 @@
 // soak LOG.lcmlog HOURS OUT.csv [KEY=VALUE]...: the estimator on a log that is driven again and
 // again for HOURS of data time, in one process and on one thread, as fast as it goes. The log
 // begins and ends at a standstill: stamps and the wheel's count go on from one round to the next,
-// so that it is one long drive. bench/report.py and a soak of a day use it.
+// so that it is one long drive.
 //
 // OUT.csv has a row a minute of data time (a row each ten from the second hour on): hours,
 // processor seconds for each second of data, resident memory (bytes), mean and longest solve since

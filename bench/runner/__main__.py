@@ -23,11 +23,11 @@ from pathlib import Path
 from benches import benches
 from commits import build, sources_of
 from compare import changes, table
-from figures import Report, read_reports
-from job import CHECKOUT, Bench, Program, commit_of
+from job import CHECKOUT, Bench, Job, Program, commit_of
 from measure import Measurement, Settings
 from page import page, with_table
 
+from figures import Report, read_reports
 from gprodom.cluster import open_executor
 from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
@@ -63,6 +63,17 @@ def chosen(known: tuple[Bench, ...], names: list[str]) -> list[Bench]:
             bench = replace(bench, jobs=before + jobs)
         found[name] = bench
     return list(found.values())
+
+
+def without_data(known: tuple[Bench, ...], data: Path) -> tuple[Bench, ...]:
+    """The benches and jobs that need no recorded data, which are not there."""
+    print(f"no recorded data in {data}: what needs them is left out", file=sys.stderr)
+
+    def needs_none(job: Job) -> bool:
+        return not any("{data}" in path for path in job.data)
+
+    rest = [replace(each, jobs=tuple(filter(needs_none, each.jobs))) for each in known]
+    return tuple(each for each in rest if each.jobs)
 
 
 def describe(known: tuple[Bench, ...]) -> str:
@@ -170,6 +181,8 @@ def run(args: argparse.Namespace) -> int:
     """Measures."""
     data = data_folder()
     known = benches(data)
+    if not data.is_dir():
+        known = without_data(known, data)
     if args.list:
         print(describe(known))
         return 0

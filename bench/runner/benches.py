@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from figures import ERROR_M, RATIO, TIME_SPREAD, Unit, by_row, one_row, rows
 from job import Bench, Job
 from jobs import drives, of_scenes, recordings, sample, sequence, simulated, with_sequences
 from readers import (
     DRIVE,
+    FOUND,
     MAP,
     METHOD,
     NANOSECONDS,
@@ -25,15 +25,19 @@ from readers import (
     changed_ground,
     consistency,
     faults,
+    hostile_packets,
     immobilised,
     live,
     merge,
     motion,
+    process_faults,
     radar_time_offset,
     realism,
     short_name,
     smoothers,
 )
+
+from figures import ERROR_M, RATIO, TIME_SPREAD, Unit, by_row, one_row, rows
 
 SLIP_KINDS = (
     "--simulate=20",
@@ -141,7 +145,17 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
 
 def of_maps(data: Path) -> tuple[Bench, ...]:
     """Ground seen before."""
+    twelve = drives(data, "cmu_like", ())
     return (
+        Bench(
+            "revisits",
+            "Revisits of the gentle drives, with unknown and true scale",
+            "revisits.py",
+            by_row(
+                lambda row: f"{short_name(row['sequence'])}/{row['scale']}/{row['method']}", FOUND
+            ),
+            tuple(with_sequences(twelve, "-j1")),
+        ),
         Bench(
             "coverage",
             "The pose in map: coverage, and wrong revisits",
@@ -250,6 +264,24 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
     garage, basement = sequence(data, 0), sequence(data, 3)
     both = (garage, basement)
     return (
+        Bench(
+            "hostile_packets",
+            "Packets that no daemon should believe",
+            "hostile_packets.py",
+            hostile_packets,
+            (Job("all", (basement, "--packets=20000", "--speed=4"), (basement,)),),
+            alone=True,
+            settable=False,
+        ),
+        Bench(
+            "process_faults",
+            "A daemon whose process, disk or listener fails",
+            "process_faults.py",
+            process_faults,
+            (Job("all", (basement, "--seconds=20"), (basement,)),),
+            alone=True,
+            settable=False,
+        ),
         Bench(
             "kernels",
             "Processor time of the parts",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -39,7 +40,8 @@ def build(program: Program, compiled: bool) -> None:
     options = [f"-DGPRODOM_PYTHON={sys.executable}", f"-DCMAKE_BUILD_TYPE={_build_type()}"]
     _call("cmake", "-S", str(program.root), "-B", str(folder), "-G", "Ninja", *options)
     targets = ["programs", *(["benches"] if compiled else [])]
-    _call("cmake", "--build", str(folder), "--target", *targets)
+    at_once = str(os.cpu_count() or 1)
+    _call("cmake", "--build", str(folder), "-j", at_once, "--target", *targets)
 
 
 def _call(*command: str) -> str:

@@ -72,7 +72,7 @@ def of_scenes(data: Path) -> tuple[Job, ...]:
 def sequence(data: Path, number: int) -> str:
     """One of the twelve."""
     paths = sorted((data / "cmu_like").glob("*.zip"))
-    return f"{{data}}/cmu_like/{paths[number].name}" if len(paths) > number else "missing"
+    return f"{{data}}/cmu_like/{paths[number].name}" if len(paths) > number else "{data}/cmu_like"
 
 
 def with_sequences(jobs: tuple[Job, ...], *before: str, short: Sequence[int] = ()) -> list[Job]:

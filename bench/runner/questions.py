@@ -13,7 +13,7 @@ def questions(f: Figures) -> str:
     """The table; without the lines of which something was not measured."""
     lines = [
         line
-        for part in (starts, wheel, standing, covariance, located, joined, ground)
+        for part in (starts, wheel, standing, covariance, revisits, located, joined, ground, live)
         for line in part(f)
         if UNKNOWN not in str(line[1])
     ]
@@ -89,6 +89,34 @@ def covariance(f: Figures) -> Iterator[Row]:
         both = [_of(f, "consistency", f"{robot}/{key}", plain) for key in ("nees_xy", "nees_yaw")]
         what = f"NEES of x, y (2 is right) and yaw (1), no slip: {robot}"
         yield [what, "; ".join(both), "`consistency`"]
+
+
+def revisits(f: Figures) -> Iterator[Row]:
+    """Of the gentle drives."""
+    rows = [f"{d}/free/gprodom_full" for d in f.parts("revisits")]
+    found, wrong = (
+        sum(f.all("revisits", (f"{row}/{key}" for row in rows))) for key in ("revisits", "wrong")
+    )
+    most = f.greatest("revisits", rows, "rms_cm")
+    if most is not None:
+        answer = f"{wrong:.0f} of {found:.0f}; {most:.1f} cm"
+        what = "wrong revisits of the gentle drives; RMS of a drive's others at most"
+        yield [what, answer, "`revisits`"]
+        true = [row.replace("/free/", "/true/") for row in rows]
+        both = [metres(f.mean("revisits", true, key)) for key in ("se2_c", "se2_s")]
+        what = "`gprodom_full` with the wheel's true scale: mean error live; afterwards"
+        yield [what, f"{both[0]} m; {both[1]} m", "`revisits`"]
+
+
+def live(f: Figures) -> Iterator[Row]:
+    """A daemon among faults."""
+    packets, wrong = (_of(f, "hostile_packets", key) for key in ("packets", "wrong"))
+    what = "hostile packets beside a robot's; poses that differ, losses, ends"
+    yield [what, f"{packets}; {wrong}", "`hostile_packets`"]
+    faults, wrong = (_of(f, "process_faults", key) for key in ("faults", "wrong"))
+    after = _of(f, "process_faults", "killed/pose_after_s", plain)
+    what = "faults of process, disk, listener; not held or not told; a pose after kill -9"
+    yield [what, f"{faults}; {wrong}; after {after} s", "`process_faults`"]
 
 
 def located(f: Figures) -> Iterator[Row]:

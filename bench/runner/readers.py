@@ -205,3 +205,31 @@ REVISIT = {
     "false": Unit("", "lower"),
     "negatives": COUNT,
 }
+
+
+def process_faults(content: Any) -> Iterator[Figure]:
+    """bench/process_faults.py."""
+    yield Figure("faults", len(content["runs"]), "", "")
+    yield Figure("wrong", len(content["wrong"]), "", "lower")
+    for run in content["runs"]:
+        if "killed" in run["fault"]:
+            yield Figure("killed/pose_after_s", run["pose_after_s"], "s", "lower", 0.2)
+
+
+def hostile_packets(content: Any) -> Iterator[Figure]:
+    """bench/hostile_packets.py."""
+    yield Figure("packets", content["packets"], "", "")
+    yield Figure("wrong", len(content["wrong"]), "", "lower")
+    yield Figure("apart_m", content["apart_m"], "m", "lower")
+    yield Figure("memory_end_mb", content["memory_end_mb"], "MB", "lower", 1.0)
+
+
+FOUND = {
+    "se2_c": ERROR_M,
+    "se2_s": ERROR_M,
+    "revisits": COUNT,
+    "wrong": Unit("", "lower"),
+    "rms_cm": Unit("cm", "lower"),
+    "rms_sigma": RATIO,
+    "scale_error": COUNT,
+}

@@ -38,7 +38,9 @@ def head(f: Figures) -> str:
     causal, smoothed = ratios(f, "over"), ratios(f, "smoothed_over")
     if causal and smoothed:
         live, after = (f"{geometric_mean(v):.2f} ({max(v):.2f})" for v in (causal, smoothed))
-        name = f"real robots without radar ({len(causal)} recordings), over dead reckoning (worst)"
+        none = len(f.all("robots", (f"{name}/failed" for name in f.parts("robots"))))
+        count = f"{len(causal)} recordings" + (f", {none} more without a pose" if none else "")
+        name = f"real robots without radar ({count}), over dead reckoning (worst)"
         lines.append([name, 1, live, after])
     return table(["drives", "dead reckoning", "live", "afterwards"], lines)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import CHECKOUT, colours_in
+from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.lcm import logs
@@ -18,7 +19,7 @@ from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.replay import find_program
 
 BENCH = CHECKOUT / "bench"
-REPORT = BENCH / "report.py"
+KERNELS = BENCH / "kernels.py"
 SAMPLE = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
 
 
@@ -37,7 +38,7 @@ def test_every_bench_is_named_where_it_is_found() -> None:
     places = [*CHECKOUT.glob("docs/*.md"), *CHECKOUT.glob("test/python/*.py"), *sources]
     places += [path for path in CHECKOUT.glob("scripts/*") if path.is_file()]
     texts = {path: path.read_text(errors="replace") for path in places}
-    kernels = re.findall(r'"(\w+)"', re.search(r"^KERNELS = .*$", texts[REPORT], re.M)[0])
+    kernels = re.findall(r'"(\w+)"', re.search(r"^PROGRAMS = .*$", texts[KERNELS], re.M)[0])
     unnamed = []
     for path in BENCH.iterdir():
         if path.suffix not in (".py", ".cpp") or path.stem.removeprefix("bench_") in kernels:
@@ -153,17 +154,15 @@ def test_consistency_of_robots() -> None:
     assert drives["nees_xy"]["low"] < 2 < drives["nees_xy"]["high"]
 
 
-def test_report_of_a_short_run(tmp_path: Path, programs: Path) -> None:
-    log, out = tmp_path / "sample.lcmlog", tmp_path / "report"
+def test_a_log_driven_again_and_again(tmp_path: Path, programs: Path) -> None:
+    """The short form of bench/soak.cpp: a row each minute, on a way longer than the log."""
+    log, out = tmp_path / "sample.lcmlog", tmp_path / "soak.csv"
     assert main(["convert", "cmu", str(SAMPLE), "-o", str(log)]) == 0
-    run(BENCH / "report.py", log, "-o", out, "--parts", "length", "--hours", 0.1)
-    length = json.loads((out / "report.json").read_text())["length"]
-    # Longer than the log: the wheel's count goes on from round to round.
-    assert length["gprodom"]["metres"] > 100
-    assert length["gprodom_full"]["rows"][-1]["revisits"] > 10
-    # A line for each of the two methods, in matplotlib's first two colours.
-    assert {"#1f77b4", "#ff7f0e"} <= colours_in((out / "run_length.png").read_bytes())
-    assert "bytes/m" in (out / "report.md").read_text()
+    command = [str(programs / "bench_soak"), str(log), "0.1", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader(out.open()))
+    assert float(rows[-1]["distance_m"]) > 100 and float(rows[-1]["revisits"]) > 10
 
 
 def test_a_log_is_made_longer(tmp_path: Path) -> None:
@@ -229,14 +228,3 @@ def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
     results = json.loads(run(*command, "--base-program", other, codes=(1,)))
     for result in results:
         assert any(each.startswith("ODOMETRY: ") for each in result["differing"])
-
-
-def test_the_decorrelation_length_of_a_place(tmp_path: Path) -> None:
-    """The short form of bench/place_lengths.py: on a lap driven twice."""
-    sequence = tmp_path / "1700000000-0-basement-cmu-gpr.zip"
-    drive = ["--ground", "basement", "--route", "loop", "--distance", "60", "--seed", "3"]
-    assert main(["simulate", *drive, "-o", str(sequence)]) == 0
-    (row,) = json.loads(run(BENCH / "place_lengths.py", sequence, "--json"))
-    assert row["spans"] > 20
-    # On uneven ground the length of a place comes again.
-    assert 0 < row["earlier_pass"] < 0.8 * row["recent"] < 0.3

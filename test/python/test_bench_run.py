@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -74,6 +75,14 @@ def test_what_differs_is_printed(tmp_path: Path) -> None:
 def test_unknown_names_are_refused(tmp_path: Path) -> None:
     assert "twelve, rough" in run(RUNNER, "no_such", "-o", tmp_path, code=2).stderr
     assert "expected one of" in run(RUNNER, "robots/none", "-o", tmp_path, code=2).stderr
+
+
+def test_without_recorded_data_the_rest_is_measured(tmp_path: Path) -> None:
+    command = [sys.executable, RUNNER, "--list"]
+    nowhere = {**os.environ, "GPRODOM_SHARED": str(tmp_path)}
+    done = subprocess.run(command, capture_output=True, text=True, env=nowhere, check=True)
+    assert f"no recorded data in {tmp_path / 'data'}" in done.stderr
+    assert "\nsample " in done.stdout and "\nrobots " not in done.stdout
 
 
 def test_other_recordings_by_a_description(shared: Path, tmp_path: Path) -> None:
