@@ -6,6 +6,7 @@ import base64
 import html
 import io
 from collections.abc import Sequence
+from math import log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,29 +64,67 @@ def new_figure(
 
 def png(figure: Figure, dpi: int = 110) -> bytes:
     """The figure as PNG, without a creation date, so that equal data give equal files."""
+    return _rendered(figure, "png", dpi, {"Software": None})
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Writes the figure in the format of the file's ending, PNG where it has none."""
+    kind = path.suffix.lower()
+    if kind in (".png", ""):
+        write_bytes(path, png(figure))
+    else:  # without the time of creation, as in a PNG
+        date = {".svg": "Date", ".pdf": "CreationDate"}[kind]
+        write_bytes(path, _rendered(figure, kind[1:], 110, {date: None}))
+
+
+def _rendered(figure: Figure, kind: str, dpi: int, metadata: dict[str, Any]) -> bytes:
+    from matplotlib import rc_context
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    with rc_context({"svg.hashsalt": "gprodom"}):  # its identifiers are drawn at random else
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
     return buffer.getvalue()
 
 
-def save(figure: Figure, path: Path) -> bytes:
-    """Writes the figure as PNG and returns its bytes."""
-    data = png(figure)
-    write_bytes(path, data)
-    return data
+def log_scales(axes: Axes, *names: str) -> None:
+    """Logarithmic axes (`names`: x, y) whose ticks read as numbers, 0.5 and not 5x10^-1. Call it
+    when all is drawn."""
+    from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, NullFormatter
+
+    for name in names:
+        axes.set(**{f"{name}scale": "log"})
+        axis = axes.xaxis if name == "x" else axes.yaxis
+        low, high = axis.get_view_interval()
+        decades = log10(high / low) if 0 < low < high else 1.0
+        if decades < 1:
+            axis.set_major_locator(AutoLocator())
+        else:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 62rem; padding: 0 1rem;
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 90rem; padding: 0 1rem;
        color: #222; background: #fff; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; }
-.scroll { overflow-x: auto; }
+h1 { font-size: 1.5rem; overflow-wrap: anywhere; } h2 { font-size: 1.15rem; margin-top: 2rem; }
+p, figure { max-width: 62rem; }
+/* A table wider than the page scrolls under its first column; a shade at its edge says so. */
+.scroll { overflow-x: auto; background:
+  linear-gradient(to left, #fff 1rem, transparent) right / 3rem 100% no-repeat local,
+  linear-gradient(to left, #0003, transparent) right / 1rem 100% no-repeat scroll; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
-th, td { padding: 0.25rem 0.7rem; text-align: right; border-bottom: 1px solid #ddd; }
+th, td { padding: 0.25rem 0.55rem; text-align: right; border-bottom: 1px solid #ddd; }
+th { vertical-align: bottom; }
 th:first-child, td:first-child { text-align: left; white-space: nowrap; }
-td.prose { text-align: left; }
+th:first-child, td:first-child { position: sticky; left: 0; background: #fff; }
+@media (max-width: 60rem) {
+  td:first-child { white-space: normal; min-width: 8rem; overflow-wrap: anywhere; } }
+th.prose, td.prose { text-align: left; min-width: 10rem; }
+@media print { .scroll { overflow: visible; } table { font-size: 0.65rem; } }
 tr.mean td { font-weight: 600; border-top: 2px solid #999; }
-img { max-width: 100%; height: auto; } figure { margin: 1rem 0; }
+figure { margin: 1rem 0; overflow-x: auto; }
+img { max-width: 100%; min-width: 38rem; height: auto; } /* smaller, its texts could not be read */
 figcaption, .note { color: #555; font-size: 0.9rem; }
 """
 
@@ -100,12 +139,14 @@ def heading(text: str) -> str:
     return f"<h2>{html.escape(text)}</h2>"
 
 
-def picture(data: bytes, caption: str) -> str:
-    """A PNG inside the page."""
+def picture(data: bytes, caption: str, width_in: float | None = None) -> str:
+    """A PNG inside the page, `width_in` inches wide where the page is, so that the texts of all
+    pictures have one size."""
     code = base64.b64encode(data).decode("ascii")
     text = html.escape(caption)
+    wide = "" if width_in is None else f' width="{96 * width_in:.0f}"'
     return (
-        f'<figure><img alt="{text}" src="data:image/png;base64,{code}">'
+        f'<figure><img{wide} alt="{text}" src="data:image/png;base64,{code}">'
         f"<figcaption>{text}</figcaption></figure>"
     )
 
@@ -122,8 +163,11 @@ def table(
     """A table of texts; rows listed in `emphasised` are highlighted. Figures are aligned to the
     right, text to the left."""
 
+    prose = {i for row in rows for i, cell in enumerate(row) if is_prose(cell)}
+
     def line(cells: Sequence[str], tag: str) -> str:
-        kinds = [" class=prose" if tag == "td" and is_prose(cell) else "" for cell in cells]
+        words = prose if tag == "th" else {i for i, cell in enumerate(cells) if is_prose(cell)}
+        kinds = [" class=prose" if i in words else "" for i in range(len(cells))]
         return "".join(
             f"<{tag}{kind}>{html.escape(cell)}</{tag}>"
             for cell, kind in zip(cells, kinds, strict=True)

@@ -22,6 +22,7 @@ import numpy as np
 from gprodom.arrays import Floats
 from gprodom.errors import Error, UsageError
 
+PICTURES = (".png", ".svg", ".pdf")
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of the members
 
 _inputs: list[Path] = []  # of the command that runs: files, and folders with all that is in them
@@ -36,6 +37,10 @@ class Output(PosixPath):
 
 class OutputFile(Output):
     """A file that the command writes."""
+
+
+class PictureFile(OutputFile):
+    """A picture, whose format its ending tells; PNG where it has none."""
 
 
 class OutputFolder(Output):
@@ -68,6 +73,8 @@ def check_outputs(outputs: Iterable[Output]) -> None:
     for i, path in enumerate(files):
         if isinstance(path, OutputFile) or not path.is_dir():
             check_output(path)
+        if isinstance(path, PictureFile) and path.suffix.lower() not in (*PICTURES, ""):
+            raise UsageError(f"{path}: expected a picture's name, ending in {', '.join(PICTURES)}")
         for other in files[:i]:
             if _is_plain(path) and os.path.realpath(path) == os.path.realpath(other):
                 raise UsageError(f"{path}: two outputs in one file; give each its own")

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from gprodom.files import PICTURES, PictureFile
+
 Subparsers = Any  # argparse's own class for this is private
 
 _NEGATIVE = re.compile(r"-\.?\d")  # begins a value, and no option of ours
@@ -94,6 +96,18 @@ def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="run the jobs on this Dask cluster (tcp://127.0.0.1:8786, or tls://HOST:PORT) in "
         "place of processes here; its workers have the same program and files",
+    )
+
+
+def add_picture_output(parser: argparse.ArgumentParser) -> None:
+    """``-o``, where the command makes one picture."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=PictureFile,
+        required=True,
+        metavar="PICTURE",
+        help=f"file to draw, ending in {', '.join(PICTURES)}",
     )
 
 

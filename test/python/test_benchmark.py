@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -15,11 +16,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import gprodom
-from gprodom.benchmark.jobs import Sequence, fit_on_others, shifts_path
+from gprodom.benchmark.jobs import Outcome, Sequence, Settings, fit_on_others, shifts_path
+from gprodom.benchmark.page import write_report
 from gprodom.benchmark.pairs import compare_methods, interval
 from gprodom.benchmark.schedule import others_of
 from gprodom.benchmark.simulated import drives
-from gprodom.calibrate.k import Shifts, fit_k
+from gprodom.calibrate.k import Fit, Shifts, fit_k
 from gprodom.cli import main
 from gprodom.errors import Error, UsageError
 from gprodom.odometry.methods import METHODS
@@ -263,7 +265,8 @@ def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
         sequence.folder.mkdir()
         np.savez(shifts_path(sequence, "sfm"), key="", **vars(shifts(rng, k)))
         sequences.append(sequence)
-    fit = fit_on_others(sequences[0], METHODS["sfm"], sequences[1:])
+    fit, fitted_on = fit_on_others(sequences[0], METHODS["sfm"], sequences[1:])
+    assert fitted_on == (sequences[1].name, sequences[2].name)
     assert fit.k == pytest.approx(0.03, rel=0.02)
     with pytest.raises(Error, match="no other sequence"):
         fit_on_others(sequences[0], METHODS["sfm"], [])
@@ -276,6 +279,27 @@ def test_k_of_a_lone_scene_comes_from_the_others(tmp_path: Path) -> None:
     assert others_of(yard, [yard, hall]) == [hall]
     assert others_of(hall, [yard, hall, again]) == [again]
     assert others_of(yard, [yard]) == []
+
+
+def test_the_report_says_on_what_k_was_fitted(tmp_path: Path) -> None:
+    names = ("1-0-yard-cmu-gpr", "2-0-hall-cmu-gpr", "3-0-hall-cmu-gpr")
+    sequences = [Sequence(name, tmp_path, tmp_path / name, None) for name in names]
+    for sequence in sequences:
+        sequence.source.mkdir(exist_ok=True)
+    fit = Fit(0.02, 300, 0.01)
+    outcomes = [
+        Outcome(names[0], "sfm", k=fit, fitted_on=names[1:]),
+        Outcome(names[1], "sfm", k=fit, fitted_on=names[2:]),
+    ]
+    page = tmp_path / "report.html"
+    records = [record(names[0], "sfm", 0.1)]
+    write_report(page, sequences, outcomes, records, Settings((), (), "se2", 3.0))
+    text = page.read_text()
+    assert "2 of other scenes (hall), having none of its own" in text
+    assert "1 of the same scene" in text
+    # What is looked for first is not at the far edge of a wide table.
+    header = text.split("<tr>")[1].split("</tr>")[0]
+    assert re.findall("<th.*?>(.*?)</th>", header)[:3] == ["method", "mode", "mean ATE (m)"]
 
 
 def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

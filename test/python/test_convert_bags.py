@@ -6,12 +6,15 @@ import random
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gprodom.cli import main
+from gprodom.convert.bag_reader import choose_topics
+from gprodom.errors import Error
 from gprodom.lcm.logs import read
 
 pytest.importorskip("rosbags")
@@ -123,6 +126,16 @@ def test_a_joint_wants_its_radius(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main(["convert", "bag", str(path), "-o", str(tmp_path / "l")]) == 1
     assert "--wheel-radius M" in capsys.readouterr().err
     assert not (tmp_path / "l").exists()
+
+
+def test_all_that_is_in_question_is_told_at_once(tmp_path: Path) -> None:
+    kinds = {"/a": "sensor_msgs/msg/Imu", "/b": "sensor_msgs/msg/Imu"}
+    bag = SimpleNamespace(topics=kinds, traces=lambda: ["/left", "/right"])
+    nothing = dict.fromkeys(("imu", "wheel", "truth", "gpr"))
+    with pytest.raises(Error) as raised:
+        choose_topics(tmp_path, bag, nothing)  # type: ignore[arg-type]
+    for said in ("--imu? It has /a, /b", "--wheel? It has none of", "--gpr? It has /left, /right"):
+        assert said in str(raised.value)
 
 
 def test_two_radars_want_a_choice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

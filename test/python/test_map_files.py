@@ -108,6 +108,8 @@ def test_the_picture_shows_paths_and_ground(made: Path, drawn: list[Figure]) -> 
     file = read_map(made / "two.map")
     for axis, number in zip(axes, (0, 1), strict=True):
         stored = line(axis, "ground stored")
+        begin = line(axis, "where a path begins")[:, 0]
+        np.testing.assert_allclose(begin, file.paths(number)[0].position[0, :2])
         places = file.places["map"] == number
         path = np.hstack([each.get_data() for each in axis.get_lines()])
         assert stored.shape[1] == np.count_nonzero(file.columns["map"] == number)

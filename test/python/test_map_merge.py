@@ -11,6 +11,7 @@ import pytest
 import gprodom
 from gprodom.cli import main
 from gprodom.map.ground import read_map
+from gprodom.map.merge import as_text
 from gprodom.simulate.drives import drive_on_known_ground
 from gprodom.simulate.recording import as_recording
 from map_bytes import sealed, version_1
@@ -86,3 +87,11 @@ def test_version_1_is_not_merged(days: Path, capsys: pytest.CaptureFixture[str])
     for names in (("monday", "old"), ("old", "monday")):
         assert merge(days, *names) == 1
         assert "version 1" in capsys.readouterr().err
+
+
+def test_travel_times_are_told_as_far_as_they_are_known() -> None:
+    """The search begins at 0 and 5 % either way: -4 % for the same ground is what it came upon."""
+    join = {"proven": True, "map": 0, "into": 0, "revisits": 30, "refused": 0, "proven_m": 9.0}
+    join |= {"sigma_m": 0.05, "longer_travel_times": -0.04}
+    assert "travel times alike within 5 %; its last pose is known to 5 cm" in as_text(join)
+    assert "travel times about +9 % (to some 5 %)" in as_text(join | {"longer_travel_times": 0.09})

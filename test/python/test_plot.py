@@ -166,3 +166,64 @@ def test_text_in_tables_is_left_aligned_and_names_do_not_break() -> None:
     page = canvas.table(["name", "m", "why"], [["a-b", "0.3 m", "no pose at all"]])
     assert "<td>0.3 m</td><td class=prose>no pose at all</td>" in page
     assert "td:first-child { text-align: left; white-space: nowrap; }" in canvas.STYLE
+
+
+@pytest.fixture
+def tum(tmp_path: Path) -> Path:
+    """A bend of twelve poses."""
+    path = tmp_path / "wheel.tum"
+    rows = [f"{1.7e9 + i:.1f} {i} {0.1 * i * i} 0 0 0 0 1" for i in range(12)]
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("ending", "begins"),
+    [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"), ("", b"\x89PNG")],
+)
+def test_a_picture_is_what_its_ending_says(
+    ending: str, begins: bytes, tum: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / f"path{ending}"
+    made = []
+    for _ in range(2):  # equal data give equal files
+        assert main(["plot", "trajectory", str(tum), "-o", str(path)]) == 0
+        made.append(path.read_bytes())
+    assert made[0].startswith(begins) and made[0] == made[1]
+
+
+def test_a_picture_of_another_ending_is_refused(
+    tum: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["plot", "trajectory", str(tum), "-o", str(tmp_path / "path.txt")]) == 2
+    assert "ending in .png, .svg, .pdf" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [tum]
+
+
+def test_a_legend_shows_names_and_not_files(
+    tum: Path, tmp_path: Path, drawn: list[Figure], capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "1700000000-0-yard.tum"
+    other.write_bytes(tum.read_bytes())
+    line_of = ["plot", "trajectory", str(tum), str(other), "-o", str(tmp_path / "path.png")]
+    for more, names in (([], ["wheel", "estimate 2"]), (["--labels", "a, b"], ["a", "b"])):
+        assert main([*line_of, *more]) == 0
+        legend = drawn[-1].axes[0].get_legend()
+        assert legend is not None
+        assert [text.get_text() for text in legend.get_texts()] == names
+    assert main([*line_of, "--labels", "a"]) == 2
+    assert "expected 2 different names" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("most", [1.1, 3.0, 40.0, 1e5])
+def test_ticks_of_logarithmic_axes_read_as_numbers(most: float) -> None:
+    figure, (axis,) = canvas.new_figure()
+    axis.plot([0.5, 20], [0.6, 0.6 * most])
+    canvas.log_scales(axis, "x", "y")
+    canvas.png(figure)
+    for one in (axis.xaxis, axis.yaxis):
+        low, high = one.get_view_interval()
+        shown = [tick.get_text() for tick in one.get_ticklabels(which="both") if tick.get_text()]
+        inside = [value for value in map(float, shown) if low <= value <= high]
+        assert len(inside) >= 2, shown
+        assert not any("$" in text for text in shown)

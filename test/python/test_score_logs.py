@@ -133,7 +133,7 @@ def test_plot_trajectory(log: Path, tmp_path: Path, drawn: list[Figure]) -> None
     assert main(arguments) == 0
     [figure] = drawn
     assert picture.is_file()
-    truth, estimate = line(figure.axes[0], "truth"), line(figure.axes[0], "out")
+    truth, estimate = line(figure.axes[0], "truth"), line(figure.axes[0], "estimate")
     np.testing.assert_allclose(truth, [np.full(len(truth[0]), 3.0), truth[1]])
     assert np.ptp(truth[1]) == pytest.approx(8.0)
     # Aligned to it: off by the jump of map, of which the fit takes a part.

@@ -6,7 +6,7 @@ import fcntl
 import hashlib
 import json
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,7 @@ class Outcome:
     curves: Curves | None = None
     failure: str = ""
     k: Fit | None = None
+    fitted_on: tuple[str, ...] = ()  # the sequences of K
     reused: bool = False
 
 
@@ -170,15 +171,18 @@ def load_shifts(sequence: Sequence, front_end: str) -> Shifts:
         return Shifts(*(data[name] for name in ("start", "end", "shift", "distance")))
 
 
-def fit_on_others(sequence: Sequence, method: Method, others: list[Sequence]) -> Fit:
-    """K for `sequence` from `others`."""
+def fit_on_others(
+    sequence: Sequence, method: Method, others: list[Sequence]
+) -> tuple[Fit, tuple[str, ...]]:
+    """K for `sequence` from `others`, and the names of those that have shifts."""
     found = [other for other in others if shifts_path(other, method.front_end).exists()]
     if not found:
         raise Error(
             f"no other sequence with {method.front_end} shifts to fit K on: give more sequences, "
             "best of the same scene"
         )
-    return fit_k([load_shifts(other, method.front_end) for other in found])
+    fit = fit_k([load_shifts(other, method.front_end) for other in found])
+    return fit, tuple(other.name for other in found)
 
 
 def run_job(
@@ -189,8 +193,10 @@ def run_job(
     Never raises: an error becomes the outcome's `failure`, so that other jobs continue.
     """
     try:
-        fit = fit_on_others(sequence, method, others) if method.k_key else None
-        return _run_job(sequence, method, settings, fit)
+        if not method.k_key:
+            return _run_job(sequence, method, settings, None)
+        fit, fitted_on = fit_on_others(sequence, method, others)
+        return replace(_run_job(sequence, method, settings, fit), fitted_on=fitted_on)
     except Error as error:
         return Outcome(sequence.name, method.name, failure=str(error))
     except Exception as error:  # a defect in one job must not lose the results of the others

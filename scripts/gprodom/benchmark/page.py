@@ -15,11 +15,11 @@ from gprodom.benchmark.results import mean_of, summarise, table_cells, weighted_
 from gprodom.files import write_text
 from gprodom.score.figures import FIGURE_NAMES
 from gprodom.score.page import text
-from gprodom.score.record import Record
+from gprodom.score.record import Record, scene_of
 
 SHOWN = ("sequence", "method", "mode", *FIGURE_NAMES, "map_jumps")
 MOST_PATHS = 24
-DPI = 90
+DPI = 150  # half as fine again as a page shows it, for screens that are
 
 
 def write_report(
@@ -98,7 +98,7 @@ def _row(records: Items[Record], method: str, mode: str) -> list[str]:
     own = [r for r in records if (r.method, r.mode) == (method, mode)]
     scenes = [mean_of([r for r in own if r.scene == scene], "ate_rmse_m") for scene in SCENES]
     values = [*scenes, weighted_mean(own), mean_of(own, "ate_rmse_m")]
-    return [f"{method}, {mode}", *(text(value) for value in values), "here"]
+    return [f"{method}, {mode}", *(text(value) for value in values), "measured here"]
 
 
 def _printed(published: Published) -> list[str]:
@@ -134,7 +134,7 @@ def _experiments(outcomes: Items[Outcome], records: Items[Record]) -> list[str]:
     parts: list[str] = []
     for title, figure, caption in figures:
         if figure is not None:
-            image = canvas.picture(canvas.png(figure, dpi=DPI), caption)
+            image = canvas.picture(canvas.png(figure, dpi=DPI), caption, figure.get_figwidth())
             parts += [canvas.heading(title), image]
     if curves:
         parts.append(canvas.heading("Trajectories"))
@@ -142,7 +142,7 @@ def _experiments(outcomes: Items[Outcome], records: Items[Record]) -> list[str]:
         parts.append(canvas.paragraph(f"The first {MOST_PATHS} of {len(curves)} sequences."))
     for name in list(curves)[:MOST_PATHS]:
         figure = pictures.paths_figure(curves[name], methods, name)
-        parts.append(canvas.picture(canvas.png(figure, dpi=DPI), name))
+        parts.append(canvas.picture(canvas.png(figure, dpi=DPI), name, figure.get_figwidth()))
     return parts
 
 
@@ -163,10 +163,24 @@ def _compared(records: Items[Record]) -> list[str]:
 
 
 def _fits(outcomes: Items[Outcome]) -> list[str]:
-    fits = [[o.sequence, o.method, f"{o.k.k:.6g}", str(o.k.n)] for o in outcomes if o.k]
+    fits = [
+        [o.sequence, o.method, f"{o.k.k:.6g}", str(o.k.n), _fitted_on(o)] for o in outcomes if o.k
+    ]
     if not fits:
         return []
     return [
-        canvas.heading("K, fitted on the other sequences of the scene"),
-        canvas.table(["sequence", "method", "K (m per unit of shift)", "windows"], fits),
+        canvas.heading("K, fitted on other sequences"),
+        canvas.table(
+            ["sequence", "method", "K (m per unit of shift)", "windows", "fitted on"], fits
+        ),
     ]
+
+
+def _fitted_on(outcome: Outcome) -> str:
+    """Sequences of its own scene, or of others where it has no other."""
+    scene = scene_of(outcome.sequence)
+    scenes = {scene_of(name) for name in outcome.fitted_on}
+    count = len(outcome.fitted_on)
+    if scenes == {scene}:
+        return f"{count} of the same scene"
+    return f"{count} of other scenes ({', '.join(sorted(scenes))}), having none of its own"

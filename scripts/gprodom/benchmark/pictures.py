@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GPR, WHEEL = "gpr_sfm", "wheel"  # the paper's distances: of the radar alone, of the encoder
-MOST_PANELS = 12
+MOST_PANELS = 11
+PAGE_WIDTH = 9.6  # inches; a picture is at most 62rem wide on the page, 930 pixels
 
 ByMethod = Mapping[str, Curves]
 
@@ -38,13 +39,31 @@ def styles(methods: Items[str]) -> dict[str, dict[str, Any]]:
     return {name: canvas.line_style(i, len(methods)) for i, name in enumerate(methods)}
 
 
-def _panels(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
-    columns = min(3, count)
-    rows = ceil(count / columns)
-    figure, axes = canvas.new_figure(rows, columns, width=width * columns, height=height * rows)
+def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Panels, at most three side by side, of a page's width, so that texts stay as large as they
+    are; the last one is left for the legend."""
+    columns = 2 if count == 3 else min(3, count + 1)
+    rows = ceil((count + 1) / columns)
+    figure, axes = canvas.new_figure(
+        rows, columns, width=PAGE_WIDTH * columns / 3, height=height * rows
+    )
     for axis in axes[count:]:
         axis.set_axis_off()
     return figure, axes
+
+
+def _legend(axes: list[Axes], count: int) -> None:
+    """What the lines of all panels are, in the first one left."""
+    lines: dict[str, Any] = {}
+    for axis in axes[:count]:
+        for line, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            lines.setdefault(label, line)
+    axes[count].legend(lines.values(), lines.keys(), loc="center left", frameon=False)
+
+
+def sequence_title(name: str) -> str:
+    """A sequence's name, without what all of the dataset have in theirs."""
+    return name.removesuffix("-cmu-gpr")
 
 
 def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
@@ -53,7 +72,7 @@ def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
     shown = shown[:MOST_PANELS]
     if not shown:
         return None
-    figure, axes = _panels(len(shown), 4.0, 2.7)
+    figure, axes = _panels(len(shown), 2.6)
     for axis, name in zip(axes, shown, strict=False):
         each = curves[name]
         truth = next(iter(each.values()))
@@ -62,10 +81,10 @@ def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
             if method in each:
                 own = each[method]
                 axis.plot(own.time, own.distance, label=method, **style)
-        axis.set_title(name, fontsize="small")
+        axis.set_title(sequence_title(name))
         axis.set_xlabel("time (s)")
         axis.set_ylabel("travelled (m)")
-    axes[0].legend(frameon=False, fontsize="small")
+    _legend(axes, len(shown))
     return figure
 
 
@@ -74,18 +93,17 @@ def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> Figu
     methods = [method for method in (WHEEL, GPR) if any(method in each for each in curves.values())]
     if not methods:
         return None
-    figure, axes = _panels(len(scenes), 4.0, 3.0)
+    figure, axes = _panels(len(scenes), 2.9)
     for axis, scene in zip(axes, scenes, strict=False):
         here = [each for name, each in curves.items() if scene_of(name) == scene]
         for (method, style), marker in zip(styles(methods).items(), canvas.MARKERS, strict=False):
             values = interval_values([each[method] for each in here if method in each])
             axis.plot(INTERVALS, values, marker=marker, ms=4, label=method, **style)
-        axis.set_title(scene or "all", fontsize="small")
+        axis.set_title(scene or "all")
         axis.set_xlabel("sampling interval (s)")
         axis.set_ylabel("RMS error (m)")
-        axis.set_xscale("log")
-        axis.set_yscale("log")
-    axes[0].legend(frameon=False, fontsize="small")
+        canvas.log_scales(axis, "x", "y")
+    _legend(axes, len(scenes))
     return figure
 
 
@@ -107,7 +125,7 @@ def time_figure(
     """
     if not curves:
         return None
-    figure, axes = _panels(len(scenes), 4.2, 3.2)
+    figure, axes = _panels(len(scenes), 3.1)
     look = styles(methods)
     for axis, scene in zip(axes, scenes, strict=False):
         here = [each for name, each in curves.items() if scene_of(name) == scene]
@@ -117,11 +135,11 @@ def time_figure(
                 mean = _mean_square_root(runs)
                 time = np.arange(len(mean)) * STEP_S
                 axis.plot(time, mean, label=method, **look[method])
-        axis.set_title(scene or "all", fontsize="small")
+        axis.set_title(scene or "all")
         axis.set_xlabel("time (s)")
         axis.set_ylabel("RMSE so far (m)")
-        axis.set_yscale("log")
-    axes[0].legend(frameon=False, fontsize="x-small", ncols=2)
+        canvas.log_scales(axis, "y")
+    _legend(axes, len(scenes))
     return figure
 
 
@@ -135,7 +153,7 @@ def _mean_square_root(runs: Items[Items[float]]) -> np.ndarray:
 
 def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
     """All methods of one sequence over the truth, aligned, seen from above."""
-    figure, (axis,) = canvas.new_figure(width=7.5, height=5.0)
+    figure, (axis,) = canvas.new_figure(width=PAGE_WIDTH, height=5.0)
     truth = np.array(next(iter(each.values())).true_path)
     axis.plot(*truth.T, color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
     axis.plot(*truth[0], "o", color="0.2", markersize=5)
@@ -146,6 +164,6 @@ def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("x (m)")
     axis.set_ylabel("y (m)")
-    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     axis.set_title(title)
     return figure

@@ -68,21 +68,20 @@ def summarise(records: Sequence[Record]) -> list[dict[str, Any]]:
 def table_cells(summary: Sequence[dict[str, Any]]) -> tuple[list[str], list[list[object]]]:
     """Header and rows of the one table: mean ATE by scene and over all, then the other figures."""
     scenes = list(summary[0]["scenes"]) if summary else []
-    header = ["method", "mode", "sequences", *(scene or "ATE" for scene in scenes)]
+    header = ["method", "mode", "mean ATE (m)", "by length", *(scene or "ATE" for scene in scenes)]
     header += [
-        "mean ATE (m)",
-        "by length",
         "RPE 1 m (m)",
         "end (m)",
         "% of dist.",
         "NEES xy",
         "NEES yaw",
         "answered",
+        "sequences",
     ]
     rows: list[list[object]] = [
-        [line["method"], line["mode"], line["sequences"], *line["scenes"].values()]
-        + [line["ate_rmse_m"], line["weighted_m"]]
-        + [line[figure] for figure in AVERAGED[1:]]
+        [line["method"], line["mode"], line["ate_rmse_m"], line["weighted_m"]]
+        + [*line["scenes"].values(), *(line[figure] for figure in AVERAGED[1:])]
+        + [line["sequences"]]
         for line in summary
     ]
     return header, rows
@@ -100,7 +99,11 @@ def as_json(
         "records": [record.as_dict() for record in records],
         "means": summarise(records),
         "pairs": [{**asdict(pair), "verdict": pair.verdict} for pair in compare_methods(records)],
-        "k": [{"sequence": o.sequence, "method": o.method, **asdict(o.k)} for o in outcomes if o.k],
+        "k": [
+            {"sequence": o.sequence, "method": o.method, **asdict(o.k), "fitted_on": o.fitted_on}
+            for o in outcomes
+            if o.k
+        ],
         "failures": [
             {"sequence": o.sequence, "method": o.method, "reason": o.failure}
             for o in outcomes

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
-from gprodom.files import OutputFile
+from gprodom.files import PictureFile
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
@@ -140,8 +140,7 @@ def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
         for i, (column, name) in enumerate(zip(values.T, "xyz", strict=True)):
             tau, deviation, error = allan(column, rate)
             axis.errorbar(tau, deviation, error, label=name, **canvas.line_style(i, 3))
-        axis.set_xscale("log")
-        axis.set_yscale("log")
+        canvas.log_scales(axis, "x", "y")
         axis.set_xlabel("averaging time (s)")
         axis.set_ylabel("Allan deviation, " + what)
         axis.legend(frameon=False)
@@ -154,7 +153,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     parser.add_argument(
-        "--plot", metavar="PNG", type=OutputFile, help="picture of the Allan deviations"
+        "--plot", metavar="PICTURE", type=PictureFile, help="of the Allan deviations"
     )
     add_config_options(parser)
     add_json_flag(parser)

@@ -115,8 +115,10 @@ def _damage_told(path: Path) -> Iterator[None]:
 
 
 def choose_topics(path: Path, bag: Bag, asked: dict[str, str | None]) -> dict[str, str]:
-    """The topics of imu, wheel, truth and gpr: as given, or the only one of a fitting type."""
+    """The topics of imu, wheel, truth and gpr: as given, or the only one of a fitting type. Raises
+    an error that tells all that are in question."""
     chosen: dict[str, str] = {}
+    open_questions: list[str] = []
     for what in (*KINDS, "gpr"):
         topic = asked[what]
         if topic == NONE and what not in NEEDED:
@@ -129,8 +131,10 @@ def choose_topics(path: Path, bag: Bag, asked: dict[str, str | None]) -> dict[st
             chosen[what] = fitting[0]
         elif fitting or what in NEEDED:
             having = ", ".join(fitting) or f"none of {', '.join(KINDS[what])}"
-            without = "" if what in NEEDED else f"; --{what} {NONE} leaves it out"
-            raise Error(f"{path}: which topic is --{what}? It has {having}{without}")
+            without = "" if what in NEEDED else f" (--{what} {NONE} leaves it out)"
+            open_questions.append(f"which topic is --{what}? It has {having}{without}")
+    if open_questions:
+        raise Error(f"{path}: {'; '.join(open_questions)}")
     return chosen
 
 

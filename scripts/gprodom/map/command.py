@@ -18,7 +18,7 @@ from gprodom.map import cut, service
 from gprodom.map import merge as merging
 from gprodom.map.ground import MapFile, facts, map_from, read_map
 from gprodom.map.picture import map_figure
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_picture_output
 from gprodom.trajectory import Trajectory
 
 DESCRIPTION = """\
@@ -127,9 +127,7 @@ def _add_info(works: Subparsers) -> None:
 def _add_plot(works: Subparsers) -> None:
     parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES)
     _add_file(parser)
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
-    )
+    add_picture_output(parser)
     parser.set_defaults(run=run_plot)
 
 

@@ -9,6 +9,10 @@ from typing import Any
 from gprodom.errors import Error
 from gprodom.map.ground import MapFile
 
+# The search tries travel times as they are, and so much longer and shorter; from there on they are
+# followed by what fits a patch better. What is less is not told from none.
+TOLD_APART = 0.05
+
 
 @dataclass(frozen=True)
 class Merged:
@@ -51,13 +55,19 @@ def _facts(join: dict[str, Any]) -> dict[str, Any]:
     return {name: join[name] for name in names} | known
 
 
+def _travel_times(join: dict[str, Any]) -> str:
+    longer = join["longer_travel_times"]
+    if abs(longer) <= TOLD_APART:
+        return f"travel times alike within {100 * TOLD_APART:.0f} %"
+    return f"travel times about {100 * longer:+.0f} % (to some {100 * TOLD_APART:.0f} %)"
+
+
 def as_text(join: dict[str, Any]) -> str:
     """A line on one map of the second file."""
     if not join["proven"]:
         return f"map {join['map']}: no ground in common is proven: left out"
     return (
         f"map {join['map']} joins map {join['into']}: {join['revisits']} revisits over "
-        f"{join['proven_m']:.1f} m, {join['refused']} refused; travel times "
-        f"{100 * join['longer_travel_times']:+.0f} %; its last pose is known to "
-        f"{100 * join['sigma_m']:.0f} cm"
+        f"{join['proven_m']:.1f} m, {join['refused']} refused; {_travel_times(join)}; its last "
+        f"pose is known to {100 * join['sigma_m']:.0f} cm"
     )

@@ -32,7 +32,8 @@ def map_figure(file: MapFile) -> Figure:
                 lw=1.0,
                 label=f"paths: {len(paths)}" if i == 0 else None,
             )
-            axis.plot(*path.position[0, :2], ".", color=canvas.COLOURS[1], ms=5)
+            begins = "where a path begins" if i == 0 else None
+            axis.plot(*path.position[0, :2], ".", color=canvas.COLOURS[1], ms=7, label=begins)
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_xlabel("x (m)")
         axis.set_ylabel("y (m)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,12 +14,12 @@ from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
 from gprodom.convert.sampling import sample_interval
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile, OutputFolder, write_text
+from gprodom.files import OutputFolder, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log
-from gprodom.odometry.methods import find_method
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.odometry.methods import METHODS, find_method
+from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
 from gprodom.plot import radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
@@ -46,7 +47,7 @@ observability.json to DIR and prints the figures.
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``plot`` and its subjects."""
-    parser = add_command(subparsers, "plot", "draw pictures", "Draws pictures (PNG).", EXAMPLES)
+    parser = add_command(subparsers, "plot", "draw pictures", "Draws pictures.", EXAMPLES)
     subjects = parser.add_subparsers(metavar="WHAT", required=True)
     _add_trajectory(subjects)
     _add_log(subjects)
@@ -68,6 +69,12 @@ def _add_trajectory(subjects: Subparsers) -> None:
         "--truth", type=Path, metavar="TRUTH", help="truth, to which the trajectories are aligned"
     )
     parser.add_argument(
+        "--labels",
+        metavar="A,B",
+        help="names of the trajectories in the legend (default: the methods that the files are "
+        "named by, else estimate 1 and so on, in the order given)",
+    )
+    parser.add_argument(
         "--align",
         choices=ALIGNMENTS,
         default="se2",
@@ -76,9 +83,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
     parser.add_argument(
         "--frame", choices=FRAMES, default="map", help="frame of the poses of logs (default map)"
     )
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
-    )
+    add_picture_output(parser)
     add_config_options(parser)
     parser.set_defaults(run=run_trajectory)
 
@@ -99,9 +104,7 @@ def _add_log(subjects: Subparsers) -> None:
         metavar="LOG",
         help="log with the wheel's speed: the replay's input (its output has none)",
     )
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
-    )
+    add_picture_output(parser)
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run_log)
@@ -141,7 +144,8 @@ def _add_observability(subjects: Subparsers) -> None:
 
 def run_trajectory(args: argparse.Namespace) -> int:
     """Runs ``plot trajectory``."""
-    paths: dict[str, Trajectory] = {}
+    labels = labels_of(args.estimates, args.labels)
+    paths: dict[Path, Trajectory] = {}
     channels = read_channels(args.configs, args.overrides)
     truth = read_truth(args.truth, channels=channels).trajectory if args.truth else None
     for path in args.estimates:
@@ -151,12 +155,33 @@ def run_trajectory(args: argparse.Namespace) -> int:
         if truth is not None:
             pairs = associate(trajectory, truth)
             trajectory = fit(pairs, args.align, FIRST_M).apply(pairs.estimate)
-        paths[path.stem] = trajectory
+        paths[path] = trajectory
     figure, (axis,) = canvas.new_figure(width=7.5, height=5.5)
-    draw_paths(axis, None if truth is None else truth.position, paths)
+    named = dict(zip(labels, paths.values(), strict=True))
+    draw_paths(axis, None if truth is None else truth.position, named)
     axis.legend(loc="best", frameon=False)
     canvas.save(figure, args.output)
     return 0
+
+
+def labels_of(estimates: Sequence[Path], told: str | None) -> list[str]:
+    """What the paths are called: as told, else by the names of methods, of which a benchmark names
+    its files, and `estimate`, with a number where there are several."""
+    if len(set(estimates)) < len(estimates):
+        raise UsageError("the same trajectory twice")
+    if told is not None:
+        labels = [label.strip() for label in told.split(",")]
+        if not len(labels) == len(set(labels)) == len(estimates):
+            raise UsageError(f"--labels: expected {len(estimates)} different names, got {told!r}")
+        return labels
+    labels = []
+    for i, path in enumerate(estimates, start=1):
+        method, _, rest = path.name.partition(".")
+        smoothed = ", smoothed" if rest.startswith("smoothed") else ""
+        name = f"{method}{smoothed}" if method in METHODS else "estimate"
+        several = name == "estimate" and len(estimates) > 1
+        labels.append(f"{name} {i}" if several or name in labels else name)
+    return labels
 
 
 def run_log(args: argparse.Namespace) -> int:

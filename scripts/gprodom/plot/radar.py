@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from gprodom import canvas
 from gprodom.convert.sampling import sample_interval
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile
 from gprodom.lcm import logs
 from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,6 +130,7 @@ def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
         axis.legend(frameon=False)
     axis.set_ylim(len(trace) * metres, 0)
     axis.set_title(f"trace {middle} of B′")
+    axis.locator_params(axis="x", nbins=4)
     axis.set_xlabel("amplitude (counts)")
     axis.set_ylabel("depth (m)")
 
@@ -158,9 +158,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
-    )
+    add_picture_output(parser)
     parser.add_argument(
         "--at",
         metavar="S",

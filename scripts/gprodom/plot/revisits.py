@@ -14,10 +14,9 @@ from gprodom import canvas
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
-from gprodom.files import OutputFile
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -111,9 +110,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "revisits", "places that the radar knew again", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="PNG", help="picture"
-    )
+    add_picture_output(parser)
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)

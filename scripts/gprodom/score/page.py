@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gprodom import canvas
-from gprodom.files import write_text
+from gprodom.files import write_bytes, write_text
 from gprodom.score.figures import Comparison
 from gprodom.score.pictures import error_figure, trajectory_figure
 from gprodom.score.record import Record
@@ -44,7 +44,9 @@ def write_report(comparison: Comparison, record: Record, folder: Path) -> list[P
         folder / "trajectory.png": trajectory_figure(comparison, title),
         folder / "error.png": error_figure(comparison, title),
     }
-    images = [canvas.save(figure, path) for path, figure in pictures.items()]
+    images = [canvas.png(figure) for figure in pictures.values()]
+    for path, image in zip(pictures, images, strict=True):
+        write_bytes(path, image)
     values = record.as_dict()
     rows = [
         [name, text(values[name]), meaning]
@@ -53,7 +55,7 @@ def write_report(comparison: Comparison, record: Record, folder: Path) -> list[P
     ]
     parts = [
         canvas.paragraph(
-            f"Method {record.method}, {record.mode}. Alignment of the estimate to the truth: "
+            f"Estimate: {record.method}, {record.mode}. Alignment of the estimate to the truth: "
             f"{record.align}."
         ),
         canvas.table(["figure", "value", "meaning"], rows),
