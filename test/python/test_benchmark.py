@@ -295,8 +295,8 @@ def test_the_report_says_on_what_k_was_fitted(tmp_path: Path) -> None:
     records = [record(names[0], "sfm", 0.1)]
     write_report(page, sequences, outcomes, records, Settings((), (), "se2", 3.0))
     text = page.read_text()
-    assert "2 of other scenes (hall), having none of its own" in text
-    assert "1 of the same scene" in text
+    assert "other scenes (hall), 2 sequences: its own has no other" in text
+    assert "its own scene, 1 sequences" in text
     # What is looked for first is not at the far edge of a wide table.
     header = text.split("<tr>")[1].split("</tr>")[0]
     assert re.findall("<th.*?>(.*?)</th>", header)[:3] == ["method", "mode", "mean ATE (m)"]

@@ -182,5 +182,5 @@ def _fitted_on(outcome: Outcome) -> str:
     scenes = {scene_of(name) for name in outcome.fitted_on}
     count = len(outcome.fitted_on)
     if scenes == {scene}:
-        return f"{count} of the same scene"
-    return f"{count} of other scenes ({', '.join(sorted(scenes))}), having none of its own"
+        return f"its own scene, {count} sequences"
+    return f"other scenes ({', '.join(sorted(scenes))}), {count} sequences: its own has no other"
