@@ -17,7 +17,6 @@ using namespace gprodom;
 int main(int argc, char** argv) {
   ReplayFiles files;
   std::vector<std::string> config_paths;
-  std::string stats_path;
   std::vector<std::string> overrides;
   bool progress_lines = false;
   const CommandLine command_line(
@@ -37,7 +36,7 @@ int main(int argc, char** argv) {
        {"--smoothed", "TRAJ", "also write all states of one solution over all data, as a TUM file",
         [&](const std::string& path) { files.smoothed = path; }},
        {"--stats", "FILE.json", "write counts and times as JSON",
-        [&](const std::string& path) { stats_path = path; }},
+        [&](const std::string& path) { files.stats = path; }},
        {"--progress", "", "print `progress 0.42` lines on stderr",
         [&](const std::string&) { progress_lines = true; }}});
   return command_line.run([&] {
@@ -46,6 +45,7 @@ int main(int argc, char** argv) {
     if (files.output.empty()) throw UsageError("-o OUT.lcmlog is needed");
     if (others.size() != 1) throw UsageError("expected one IN.lcmlog");
     files.input = others.front();
+    files.configs = config_paths;
 
     std::vector<std::string> notices;
     const Config config = load_config(or_default(config_paths), overrides, &notices);
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
                {[&](double share) { progress.show(share); }, [&] { return signals.poll() != 0; }});
     progress.end();
     print_summary(stats, files);
-    if (!stats_path.empty()) write_whole(stats_path, to_json(stats));
+    if (!files.stats.empty()) write_whole(files.stats, to_json(stats));
     if (stats.poses == 0) throw std::runtime_error("no pose was estimated: " + stats.why_no_pose);
     return 0;
   });

@@ -112,14 +112,22 @@ void Replay::write(const Outputs& outputs) {
   if (!outputs.status.empty()) stats_.last_status = outputs.status.back();
 }
 
-// The output must not replace the log that is being read.
+// No output may replace a file that is read, by any name or link, nor another output.
 void check_distinct(const ReplayFiles& files) {
   namespace fs = std::filesystem;
   std::error_code missing;
-  for (const auto& output : {files.output, files.trajectory, files.smoothed}) {
-    if (!output.empty() && fs::equivalent(files.input, output, missing)) {
-      throw FileError(output + ": is the input file; expected another file");
-    }
+  std::vector<std::string> inputs = files.configs, outputs;
+  inputs.push_back(files.input);
+  for (const auto& output : {files.output, files.trajectory, files.smoothed, files.stats}) {
+    if (output.empty()) continue;
+    for (const auto& input : inputs)
+      if (fs::equivalent(input, output, missing))
+        throw FileError(output + ": is an input file; expected another file");
+    const bool device = fs::exists(output, missing) && !fs::is_regular_file(output, missing);
+    for (const auto& other : outputs)
+      if (!device && fs::weakly_canonical(other, missing) == fs::weakly_canonical(output, missing))
+        throw FileError(output + ": two outputs in one file; give each its own");
+    outputs.push_back(output);
   }
 }
 

@@ -16,8 +16,10 @@ namespace gprodom {
 struct ReplayFiles {
   std::string input;
   std::string output;
-  std::string trajectory;  // TUM, in map, as published at each time; empty: none
-  std::string smoothed;    // TUM, in map from one solution over all data; empty: none
+  std::string trajectory;            // TUM, in map, as published at each time; empty: none
+  std::string smoothed;              // TUM, in map from one solution over all data; empty: none
+  std::string stats;                 // JSON, which the caller writes; empty: none
+  std::vector<std::string> configs;  // read by the caller
 };
 
 // Statistics of a replay. Times are wall-clock, except log_seconds.

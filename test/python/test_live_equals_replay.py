@@ -188,19 +188,28 @@ def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
     log = folder / "in.lcmlog"
     text = tmp_path / "text"
     text.write_text("no log, but long enough to be mistaken for one\n")
+    link, config = tmp_path / "link", tmp_path / "config.yaml"
+    link.symlink_to(log)
+    config.write_text("{}\n")
+    before = log.read_bytes()
     for arguments, code, said in [
         ([log], 2, "-o OUT.lcmlog is needed"),
         (["-o", tmp_path / "x"], 2, "expected one IN.lcmlog"),
         ([tmp_path / "none", "-o", tmp_path / "x"], 1, "none: cannot be read: No such file"),
         ([text, "-o", tmp_path / "x"], 1, "text: expected an LCM log"),
         ([log, "-o", tmp_path / "no" / "x"], 1, "cannot be written: No such file or directory"),
-        ([log, "-o", log], 1, "is the input file"),
+        ([log, "-o", log], 1, "is an input file"),
+        ([log, "-o", tmp_path / "x", "--stats", log], 1, "is an input file"),
+        ([log, "-o", tmp_path / "x", "--tum", link], 1, "is an input file"),
+        ([log, "-o", tmp_path / "x", "-c", config, "--stats", config], 1, "is an input file"),
+        ([log, "-o", tmp_path / "x", "--tum", tmp_path / "x"], 1, "two outputs in one file"),
         ([log, "-o", tmp_path / "x", "--set", "wheel.scale=no"], 1, "--set wheel.scale=no: expec"),
         ([log, "-o", "/dev/full"], 1, "/dev/full: cannot be written: No space left on device"),
     ]:
         result = replay(*arguments)
         assert (result.returncode, said in result.stderr) == (code, True), result.stderr
-    assert [file.name for file in tmp_path.iterdir()] == ["text"]
+    assert {file.name for file in tmp_path.iterdir()} == {"text", "link", "config.yaml"}
+    assert log.read_bytes() == before and config.read_text() == "{}\n"
 
 
 def test_without_a_configuration_the_defaults_hold(folder: Path, tmp_path: Path) -> None:

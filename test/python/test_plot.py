@@ -21,7 +21,7 @@ from gprodom.lcm import EventLog, logs
 from gprodom.lcm.messages import message
 from gprodom.plot.log import log_figure
 from gprodom.plot.radar import make_windows
-from gprodom.plot.revisits import find_revisits
+from gprodom.plot.revisits import Revisits, find_revisits, revisits_figure
 from gprodom.score.pictures import draw_paths
 from gprodom.trajectory import Trajectory
 
@@ -227,3 +227,14 @@ def test_ticks_of_logarithmic_axes_read_as_numbers(most: float) -> None:
         inside = [value for value in map(float, shown) if low <= value <= high]
         assert len(inside) >= 2, shown
         assert not any("$" in text for text in shown)
+
+
+def test_revisits_of_earlier_drives_are_counted_beside_those_drawn() -> None:
+    time = 1_700_000_000_000_000 + 1_000_000 * np.arange(10)
+    path = Trajectory(time, np.column_stack([np.arange(10.0), np.zeros(10), np.zeros(10)]))
+    start = np.array([time[0] - 10**9, time[1]])
+    found = Revisits(start, time[[5, 6]], np.zeros(2), np.zeros(2, bool))
+    figure = revisits_figure(path, found, None, "drive")
+    assert figure.axes[0].get_title() == "places known again (1 more of earlier drives)"
+    for axis in figure.axes[1:]:
+        assert axis.get_xlim() == (0.0, 9.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,14 +13,19 @@ from gprodom.map.ground import MapFile, stored_positions
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MOST_COLUMNS = 3  # of maps side by side
 MOST_POINTS = 20_000  # of a map's ground that are drawn
 
 
 def map_figure(file: MapFile) -> Figure:
     """Paths and, as a band, the ground that is stored; an axis for each map, as their frames are
     not related."""
-    figure, axes = canvas.new_figure(1, len(file.maps), width=6.0 * len(file.maps), height=5.5)
-    for axis, number in zip(axes, file.maps, strict=True):
+    columns = min(len(file.maps), MOST_COLUMNS)
+    rows = ceil(len(file.maps) / columns)
+    figure, axes = canvas.new_figure(rows, columns, width=6.0 * columns, height=5.5 * rows)
+    for axis in axes[len(file.maps) :]:
+        axis.set_axis_off()
+    for axis, number in zip(axes, file.maps, strict=False):
         stored = stored_positions(file, number)
         thinned = stored[:: 1 + len(stored) // MOST_POINTS]
         label = f"ground stored: {len(stored) * file.ground.spacing:.1f} m"

@@ -86,7 +86,10 @@ def revisits_figure(
     above.set_aspect("equal", adjustable="datalim")
     above.set_xlabel("x (m)")
     above.set_ylabel("y (m)")
-    above.set_title("places known again")
+    earlier = int(np.count_nonzero(found.start < path.time[0]))
+    above.set_title(
+        "places known again" + (f" ({earlier} more of earlier drives)" if earlier else "")
+    )
     pairs.set_xlabel("time (s)")
     pairs.set_ylabel("seen first at (s)")
     pairs.legend(frameon=False)
@@ -100,6 +103,8 @@ def revisits_figure(
     jumps.set_xlabel("time (s)")
     jumps.set_ylabel("correction of map (m)")
     jumps.set_ylim(bottom=0)
+    for axis in (pairs, apart, jumps):
+        axis.set_xlim(0, (path.time[-1] - origin) * 1e-6)
     figure.suptitle(title)
     return figure
 
