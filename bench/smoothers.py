@@ -20,7 +20,7 @@ the "scale" of their wheel; --scale gives it otherwise. Exit code 1 where gprodo
 --max-median of the batch smoother's, its p99 over --max-p99 of it, or its error 5 % over it, with
 smoother.solver as it is by default (ceres).
 
-    bench/smoothers.py SEQ... --program build/bench/bench_smoother_update
+    bench/smoothers.py SEQ...
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import gprodom
 import plain_ekf
 import smoothers_gtsam
 import state_intervals
@@ -139,7 +140,8 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("sources", metavar="SEQ", type=Path, nargs="+")
-    parser.add_argument("--program", type=Path, default=Path("build/bench/bench_smoother_update"))
+    program = (gprodom._build or Path("build")) / "bench" / "bench_smoother_update"
+    parser.add_argument("--program", type=Path, default=program, help="default: of the build")
     parser.add_argument("--rate", type=float, default=10.0, help="states/s (default: %(default)s)")
     parser.add_argument("--lag", type=float, default=5.0, help="s (default: %(default)s)")
     parser.add_argument("--scale", type=float, help="of the wheel, reported over true")

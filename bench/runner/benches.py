@@ -24,6 +24,7 @@ from readers import (
     VISIT,
     changed_ground,
     consistency,
+    days,
     faults,
     hostile_packets,
     immobilised,
@@ -135,8 +136,9 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             "faults",
             faults,
             tuple(
-                Job(short_name(Path(name).name), (name, *FAULTS), (name,))
+                Job(number, (name, *FAULTS), (name,), prefix=number)
                 for name in (sequence(data, 3), sequence(data, 9))
+                for number in (short_name(Path(name).name),)
             ),
             settable=False,
         ),
@@ -194,6 +196,21 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
                     "all",
                     ("{data}", "--lines=8", "--strangers=8", "--jobs=1", "--change", "0"),
                     ("{data}/real_ground",),
+                ),
+            ),
+        ),
+        Bench(
+            "days",
+            "Drives that begin with the map of another",
+            "days.py",
+            days,
+            (
+                Job("same ground", ("{data}/cmu_like", "-j1"), ("{data}/cmu_like",), prefix="same"),
+                Job(
+                    "strangers",
+                    ("{data}/cmu_like", "--strangers", "-j1"),
+                    ("{data}/cmu_like",),
+                    prefix="strangers",
                 ),
             ),
         ),
@@ -340,8 +357,8 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "live_load.py",
             live,
             (
-                Job("idle", (basement,), (basement,)),
-                Job("busy", (basement, "--busy=2"), (basement,)),
+                Job("idle", (basement,), (basement,), prefix="idle"),
+                Job("busy", (basement, "--busy=2"), (basement,), prefix="busy"),
             ),
             alone=True,
         ),

@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 
 from figures import Read
-
 from gprodom.errors import Error
 from gprodom.own_code import digest_of_code
 
@@ -35,6 +34,7 @@ class Job:
     arguments: tuple[str, ...]
     data: tuple[str, ...] = ()
     short: bool | tuple[str, ...] = False
+    prefix: str = ""
 
     def command(self, short: bool) -> tuple[str, ...]:
         """Its arguments in this form."""

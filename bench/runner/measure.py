@@ -7,14 +7,16 @@ import os
 import platform
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from figures import Measured, Report
 from job import MOST_S, Bench, Job, Program, command_line, digests_of_data, key_of
 
+from figures import Figure, Measured, Report
 from gprodom.calls import Answer, Call
 from gprodom.console import to_json
 from gprodom.errors import Error
@@ -50,6 +52,12 @@ class Task:
     def name(self) -> str:
         """For people, and to find how long it took before."""
         return f"{self.bench.name}/{self.job.name}"
+
+    def figures(self, output: Any) -> Iterator[Figure]:
+        """Of what its program has printed."""
+        prefix = f"{self.job.prefix}/" if self.job.prefix else ""
+        for figure in self.bench.read(output):
+            yield replace(figure, name=prefix + figure.name)
 
 
 class Measurement:
@@ -135,7 +143,7 @@ class Measurement:
         if not path.exists():
             return None
         content = json.loads(path.read_text(encoding="utf-8"))
-        figures = tuple(task.bench.read(content["output"]))
+        figures = tuple(task.figures(content["output"]))
         return Measured.of({**content["measured"], "figures": [asdict(each) for each in figures]})
 
     def _read(self, task: Task, answer: Answer) -> Measured:
@@ -145,7 +153,7 @@ class Measurement:
             raise Error(f"exit code {answer.code}: {said[0]}")
         try:
             output = json.loads(answer.output)
-            figures = tuple(task.bench.read(output))
+            figures = tuple(task.figures(output))
         except (KeyError, TypeError, ValueError) as error:
             why = f" ({type(error).__name__} {error})" if answer.output.strip() else ""
             raise Error(f"no figures: {said[0]}{why}") from None
@@ -189,6 +197,10 @@ def _report(bench: Bench, measured: dict[str, Measured], failed: dict[str, str])
     names = [f"{bench.name}/{job.name}" for job in bench.jobs]
     jobs = tuple(measured[name] for name in names if name in measured)
     lost = {name.split("/", 1)[1]: failed[name] for name in names if name in failed}
+    counts = Counter(figure.name for job in jobs for figure in job.figures)
+    for name, count in counts.items():
+        if count > 1:
+            lost[name] = "a figure of this name twice: give the jobs a prefix"
     return Report(bench.name, bench.title, jobs, lost) if jobs or lost else None
 
 

@@ -13,7 +13,18 @@ def questions(f: Figures) -> str:
     """The table; without the lines of which something was not measured."""
     lines = [
         line
-        for part in (starts, wheel, standing, covariance, revisits, located, joined, ground, live)
+        for part in (
+            starts,
+            wheel,
+            standing,
+            covariance,
+            revisits,
+            located,
+            begun_with_a_map,
+            joined,
+            ground,
+            live,
+        )
         for line in part(f)
         if UNKNOWN not in str(line[1])
     ]
@@ -141,6 +152,19 @@ def located(f: Figures) -> Iterator[Row]:
         yield [what, f"{answer}{wrong} of {number} false", "`another_day`"]
 
 
+def begun_with_a_map(f: Figures) -> Iterator[Row]:
+    """The twelve."""
+    days = [f"same/{d}" for d in f.parts("days", 1) if d.isdigit()]
+    both = [metres(f.mean("days", days, key)) or UNKNOWN for key in ("with_map_m", "without_m")]
+    found = [
+        f"{_of(f, 'days', f'{kind}/located')} of {_of(f, 'days', f'{kind}/drives')}"
+        for kind in ("same", "strangers")
+    ]
+    what = "located in the map of an earlier drive; error from there; without it"
+    yield [what, f"{found[0]}; {both[0]} m; {both[1]} m", "`days`"]
+    yield ["located in the map of other ground", found[1], "`days`"]
+
+
 def joined(f: Figures) -> Iterator[Row]:
     """Maps of two days."""
     for change in f.parts("merge"):
@@ -173,3 +197,17 @@ def ground(f: Figures) -> Iterator[Row]:
     if waves:
         what = "FDTD ground against physics, largest error"
         yield [what, f"{max(waves):.3f} ns", "`fdtd`"]
+
+
+PARTS = (
+    starts,
+    wheel,
+    standing,
+    covariance,
+    revisits,
+    located,
+    begun_with_a_map,
+    joined,
+    ground,
+    live,
+)

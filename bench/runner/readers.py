@@ -69,9 +69,8 @@ def faults(content: Any) -> Iterator[Figure]:
     """bench/faults."""
     for row in content:
         name = row["fault"].replace("/", " ")
-        for key in ("error_ratio", "worst_ratio"):
-            if key in row:
-                yield Figure(f"{name}/{key}", row[key], "", "lower")
+        if "error_ratio" in row:
+            yield Figure(f"{name}/error_ratio", row["error_ratio"], "", "lower")
         yield Figure(f"{name}/silent_s", row["silent_s"], "s", "lower")
         yield Figure(f"{name}/wrong", row["wrong"], "", "lower")
 
@@ -141,6 +140,16 @@ START = {
     "smoothed_m": ERROR_M,
     "nees_xy": NEES,
 }
+
+
+def days(content: Any) -> Iterator[Figure]:
+    """bench/days.py."""
+    located = [day for day in content if day["located_after_m"] is not None]
+    yield Figure("drives", len(content), "", "")
+    yield Figure("located", len(located), "", "")
+    for day in located:
+        name = short_name(day["sequence"])
+        yield from by_row(lambda _, name=name: name, DAY)([day])
 
 
 def merge(content: Any) -> Iterator[Figure]:
@@ -224,6 +233,12 @@ def hostile_packets(content: Any) -> Iterator[Figure]:
     yield Figure("memory_end_mb", content["memory_end_mb"], "MB", "lower", 1.0)
 
 
+DAY = {
+    "located_after_m": ERROR_M,
+    "with_map_m": ERROR_M,
+    "without_m": Unit("m", ""),
+    "nees_xy": NEES,
+}
 FOUND = {
     "se2_c": ERROR_M,
     "se2_s": ERROR_M,

@@ -155,23 +155,25 @@ def methods(f: Figures) -> str:
 
 def faults(f: Figures) -> str:
     """Those that cost most, and whether anything was wrong."""
-    known = []
-    for name in f.parts("faults"):
-        ratio = f.of("faults", f"{name}/error_ratio")
+    drives, names = f.parts("faults"), f.parts("faults", 1)
+    known: list[tuple[float, str]] = []
+    for name in names:
+        ratio = f.mean("faults", [f"{drive}/{name}" for drive in drives], "error_ratio")
         if ratio is not None:
             known.append((ratio, name))
     rows: list[Row] = []
     for ratio, name in sorted(known, reverse=True)[:8]:
-        worst, silent = (f.of("faults", f"{name}/{key}") for key in ("worst_ratio", "silent_s"))
+        each = [f"{drive}/{name}" for drive in drives]
+        worst, silent = (f.greatest("faults", each, key) for key in ("error_ratio", "silent_s"))
         rows.append([name, plain(ratio), plain(worst), plain(silent, 1)])
     if not rows:
         return ""
-    wrong = sum(f.all("faults", (f"{name}/wrong" for name in f.parts("faults"))))
+    wrong = sum(f.all("faults", (f"{drive}/{name}/wrong" for drive in drives for name in names)))
     below = sum(ratio < 1.1 for ratio, _ in known)
     text = (
-        f"Of {len(known)} faults {below} cost less than 10 %; the eight that cost most are below. "
-        "Ended programs, poses that are not finite or go back in time, and faults of which "
-        f"`STATUS` is silent: {wrong:.0f}.\n\n"
+        f"Of {len(known)} faults on {len(drives)} drives {below} cost less than 10 %; the eight "
+        "that cost most are below. Ended programs, poses that are not finite or go back in time, "
+        f"and faults of which `STATUS` is silent: {wrong:.0f}.\n\n"
     )
     return text + table(["fault", "error over clean", "worst", "longest silence (s)"], rows)
 

@@ -195,6 +195,20 @@ def test_a_stranger_is_not_located() -> None:
     assert (found["right"], found["strangers"], found["false_on_strangers"]) == (1, 1, 0)
 
 
+def test_drives_of_another_day_in_a_folder(tmp_path: Path) -> None:
+    """The short form of bench/days.py: on the same ground it is located, on another it is not."""
+    for seed, ground in ((3, "basement"), (4, "basement"), (5, "garage")):
+        drive = ["--ground", ground, "--route", "loop", "--distance", "40", "--seed", str(seed)]
+        zipped = tmp_path / f"170000000{seed}-0-{ground}-cmu-gpr.zip"
+        assert main(["simulate", *drive, "-o", str(zipped)]) == 0
+    (day,) = json.loads(run(BENCH / "days.py", tmp_path, "--json"))
+    assert day["map_of"].startswith("1700000003") and day["sequence"].startswith("1700000004")
+    assert 5 < day["located_after_m"] < 35
+    assert 0 < day["with_map_m"] < 0.1 and 0 < day["without_m"] < 0.1
+    strangers = json.loads(run(BENCH / "days.py", tmp_path, "--strangers", "--json"))
+    assert [each["located_after_m"] for each in strangers] == [None] * 3
+
+
 def test_maps_of_two_days_become_one() -> None:
     """The short form of bench/merge.py."""
     command = [BENCH / "merge.py", "--runs", 1, "--change", 10, "--jobs", 1, "--json"]

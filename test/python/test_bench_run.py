@@ -72,6 +72,25 @@ def test_what_differs_is_printed(tmp_path: Path) -> None:
     assert re.search(r"^\d of 5 figures differ: ", told, re.M)
 
 
+def test_another_commit_is_taken_as_it_was(tmp_path: Path) -> None:
+    if not (CHECKOUT / ".git").exists():
+        pytest.skip("not a clone")
+    sys.path.append(str(RUNNER))
+    from commits import sources_of
+    from job import Program
+
+    program = sources_of("HEAD", tmp_path)
+    show = ["git", "-C", str(CHECKOUT), "show", "HEAD:config/gprodom.yaml"]
+    settings = program.root / "config" / "gprodom.yaml"
+    assert settings.read_bytes() == subprocess.run(show, capture_output=True, check=True).stdout
+    assert len(program.digest()) == 64 and program.digest() == Program(program.root).digest()
+    assert program.environment()["GPRODOM_BUILD"] == str(program.root / "build")
+    settings.write_text(settings.read_text().replace("noise: 0.005 ", "noise: 0.01  "))
+    assert Program(program.root, "changed").digest() != program.digest()
+    refused = run(RUNNER, "sample", "-o", tmp_path, "--compare", "no-such-commit", code=2)
+    assert "no-such-commit: no such commit" in refused.stderr
+
+
 def test_unknown_names_are_refused(tmp_path: Path) -> None:
     assert "twelve, rough" in run(RUNNER, "no_such", "-o", tmp_path, code=2).stderr
     assert "expected one of" in run(RUNNER, "robots/none", "-o", tmp_path, code=2).stderr

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Drives on other days: does the map of an earlier drive help, and is it ever taken wrongly?
+
+FOLDER holds sequences in CMU-GPR format, as they are: zips named TIME-0-SCENE-cmu-gpr.zip, those of
+a SCENE over the same ground (a robot need not drive the same route). The first of a scene makes the
+map; each later one begins with it, and is run without it, too. A row each:
+
+    located    after so many metres driven (none: not located in it)
+    error      RMSE of position from there on, aligned in the plane, m, with the map and without
+    NEES       of x and y with the map, likewise; 2 is right
+
+With --strangers the map is that of the next scene: to be located in it is false.
+
+    bench/days.py FOLDER [--strangers] [-j 2] [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.odometry.estimate import Estimate, estimate
+from gprodom.odometry.methods import find_method
+from gprodom.score.align import FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import Figures, compare
+from gprodom.score.frames import in_last_frame
+from gprodom.score.record import scene_of
+from gprodom.score.sources import read_truth
+from gprodom.trajectory import Trajectory
+from zips import log_of, sequences_of
+
+METHOD = "gprodom_full"
+
+
+@dataclass(frozen=True)
+class Day:
+    """A drive that began with the map of another."""
+
+    sequence: str
+    map_of: str
+    located_after_m: float | None
+    with_map_m: float
+    without_m: float
+    nees_xy: float | None
+
+
+def pairs_of(sequences: Sequence[Path], strangers: bool) -> list[tuple[Path, Path]]:
+    """(whose map, who begins with it). Without two of a scene, or two scenes, there are none."""
+    scenes: dict[str, list[Path]] = {}
+    for path in sequences:
+        scenes.setdefault(scene_of(path.stem), []).append(path)
+    names = list(scenes)
+    if strangers:
+        following = zip(names, [*names[1:], *names[:1]], strict=True)
+        return [(scenes[b][0], drive) for a, b in following if a != b for drive in scenes[a]]
+    return [(drives[0], later) for drives in scenes.values() for later in drives[1:]]
+
+
+def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> Day:
+    """Of one pair; the drive without the map is scored from where it was located with it."""
+    first, second = pair
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name)
+        state = folder / "state"
+        state.mkdir()
+
+        def estimated(source: Path, *settings: str) -> Estimate:
+            log = log_of(source, folder)
+            given = [*settings, *overrides]
+            return estimate(log, find_method(METHOD), (), given, folder / "out.lcmlog")
+
+        estimated(first, f"state.directory={state}")
+        if not (state / "ground.map").is_file():
+            raise Error(f"{first.name}: has left no map")
+        known = (f"state.directory={state}", "state.map=read_only")
+        informed, alone = estimated(second, *known), estimated(second)
+    located = informed.frame
+    truth = read_truth(second).trajectory
+
+    def figures(path: Trajectory) -> Figures:
+        kept = in_last_frame(path, located)
+        return compare(associate(kept, truth), "se2", FIRST_M).figures
+
+    told = figures(informed.trajectory)
+    return Day(
+        second.stem,
+        first.stem,
+        located.driven_m if located else None,
+        told.ate_rmse_m,
+        figures(alone.trajectory).ate_rmse_m,
+        told.nees_xy,
+    )
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("sequences", metavar="FOLDER", type=Path, nargs="+")
+    parser.add_argument("--strangers", action="store_true", help="maps of other scenes")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    days: list[Day] = []
+    try:
+        pairs = pairs_of(sequences_of(args.sequences), args.strangers)
+        if not pairs:
+            raise Error("no two drives of a scene (with --strangers: of two scenes)")
+        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(pairs)) as progress:
+            for day in pool.map(run, pairs, [tuple(args.overrides)] * len(pairs)):
+                days.append(day)
+                progress.advance()
+    except Error as error:
+        print(f"days: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json([asdict(day) for day in days])
+    else:
+        header = ["drive", "map of", "located after (m)", "error (m)", "without", "NEES x,y"]
+        print(format_table(header, [list(asdict(day).values()) for day in days]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
