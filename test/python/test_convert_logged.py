@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import resource
+import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -80,6 +81,22 @@ def test_a_row_cut_short_by_a_power_cut_is_no_row(tmp_path: Path) -> None:
     path = tmp_path / "w.csv"
     path.write_text(path.read_text() + f"{START + SPAN + 0.02:.6f}")
     np.testing.assert_array_equal(convert(tmp_path, *arguments)["WHEEL"]["ticks"], whole)
+
+
+def test_lines_of_windows_and_a_pipe(tmp_path: Path) -> None:
+    """CRLF, and a table that can be read only once."""
+    arguments = three(tmp_path)
+    same = convert(tmp_path, *arguments)["IMU"]
+    path = tmp_path / "g.csv"
+    data = path.read_bytes().replace(b"\n", b"\r\n")
+    path.unlink()
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(data,))
+    writer.start()
+    found = convert(tmp_path, *arguments)["IMU"]
+    writer.join()
+    for name in ("utime", "angular_velocity"):
+        np.testing.assert_array_equal(found[name], same[name])
 
 
 def test_names_may_stand_in_a_comment(tmp_path: Path) -> None:
@@ -241,7 +258,6 @@ assert table.values.shape == ({rows}, {samples})
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert resource.getpagesize() > 0
     grown = 1024 * int(done.stdout)
     blocks = 12 * (1 << 22)  # lines and numbers of the block at hand
     assert grown < blocks + 4 * rows * samples * np.dtype(np.int32).itemsize

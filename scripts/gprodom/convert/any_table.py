@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -42,10 +44,16 @@ def read_source(
     """
     path = source.file
     assert path is not None
-    if not path.is_file():
+    if not path.exists() or path.is_dir():
         raise Error(f"{path}: no such file")
-    picked = _pick(path, source, widths, what, integers, scale)
-    rows = read_rows(picked, strict)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        file = path
+        if not path.is_file():  # a pipe can be read only once
+            file = Path(name) / "table"
+            with path.open("rb") as pipe, file.open("wb") as spool:
+                shutil.copyfileobj(pipe, spool)
+        picked = _pick(path, file, source, widths, what, integers, scale)
+        rows = read_rows(picked, strict)
     _tell_faults(path, what, rows)
     if len(rows.utime) < 2:
         raise Error(f"{path}: expected rows of {what}")
@@ -54,6 +62,7 @@ def read_source(
 
 def _pick(
     path: Path,
+    file: Path,
     source: Source,
     widths: Sequence[int],
     what: str,
@@ -61,7 +70,7 @@ def _pick(
     scale: float | None,
 ) -> Picked:
     iso = source.time_unit == "iso"
-    number, header, cells, delimiter = _first_row(path, source.delimiter.encode(), iso)
+    number, header, cells, delimiter = _first_row(path, file, source.delimiter.encode(), iso)
     where = f"{path}:{number}"
     columns = _columns(cells, source.columns, header is not None, where)
     if not columns:
@@ -70,17 +79,17 @@ def _pick(
         raise Error(f"{where}: expected {either(widths)} columns ({what}), got {len(columns)}")
     per_second = TIME_UNITS[source.time_unit]
     return Picked(
-        path, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers
+        path, file, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers
     )
 
 
 def _first_row(
-    path: Path, delimiter: bytes, iso: bool
+    path: Path, file: Path, delimiter: bytes, iso: bool
 ) -> tuple[int, int | None, list[bytes], bytes]:
     """The number of the line with the names, or without one of the first row; the former again or
     None; its cells; the delimiter. Names may stand in a comment before the first row."""
     named: tuple[int, bytes] | None = None
-    for number, line in first_lines(path):
+    for number, line in first_lines(file):
         mark = next((mark for mark in COMMENTS if line.startswith(mark)), None)
         if mark is not None:
             named = number, line.lstrip(mark).strip()

@@ -34,7 +34,8 @@ _SMALLER_UNITS = (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
 class Picked:
     """Which cells of a table's rows are wanted, and what they are."""
 
-    path: Path
+    path: Path  # for messages
+    file: Path  # what is read: of a pipe, what came through it
     delimiter: bytes
     columns: tuple[int, ...]  # of the time, then of the values, from 0
     width: int  # cells of a whole row
@@ -69,8 +70,8 @@ def read_rows(picked: Picked, strict: bool = False) -> Rows:
     """All rows of the picked columns. With `strict` the first unusable one raises `Error`."""
     blocks = _Blocks(picked, strict)
     with (
-        Progress(f"reading {picked.path.name}", picked.path.stat().st_size) as progress,
-        picked.path.open("rb") as file,
+        Progress(f"reading {picked.path.name}", picked.file.stat().st_size) as progress,
+        picked.file.open("rb") as file,
     ):
         number = 1
         while lines := file.readlines(BLOCK_BYTES):
