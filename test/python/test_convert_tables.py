@@ -122,6 +122,13 @@ def test_what_is_plainly_wrong_is_refused(
     assert said in refused(tmp_path, capsys, *three(tmp_path, **changes(drive())))
 
 
+def test_shaking_is_no_wrong_unit(tmp_path: Path) -> None:
+    """A small car on rough ground: half of the samples show more than 11.4 m/s^2."""
+    force = drive()["force"] + np.random.default_rng(1).normal(0.0, 5.0, drive()["force"].shape)
+    assert np.median(np.linalg.norm(force, axis=1)) > 11.4
+    convert(tmp_path, *three(tmp_path, force=force))
+
+
 def test_what_is_doubtful_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made = drive()
     convert(tmp_path, *three(tmp_path, speed=0 * made["speed"]))

@@ -21,6 +21,7 @@ from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.messages import by_fingerprint
 
 GRAVITY = 9.81  # m/s^2
+STEADY_S = 2.0  # over which vibration and most of a robot's manoeuvres average out
 GRAVITY_TOLERANCE = 1.5  # m/s^2; a standing MEMS triad is well within, a turning gyro never
 
 SLOWEST_HZ = {"imu_t": 5.0, "wheel_t": 0.5}  # milliseconds taken for seconds make 0.1 Hz of 100 Hz
@@ -136,7 +137,8 @@ def _check_spans(times: dict[str, Ints], found: _Findings) -> None:
 
 
 def _check_imu(utime: Ints, acceleration: Floats, rate: Floats, found: _Findings) -> None:
-    norm = float(np.median(np.linalg.norm(acceleration, axis=1)))
+    # Of means: shaking, and turns to either side, make the force of single samples too large.
+    norm = float(np.median(np.linalg.norm(_means(utime, acceleration, STEADY_S), axis=1)))
     if abs(norm - GRAVITY) > GRAVITY_TOLERANCE:
         found.wrong.append(
             f"IMU: the acceleration has a median of {norm:.3g} m/s^2, expected gravity, {GRAVITY}: "
