@@ -215,6 +215,9 @@ def main() -> int:
     args = parse()
     try:
         return run(args)
+    except KeyboardInterrupt:
+        print("bench/run: ended; what was measured is kept", file=sys.stderr)
+        return 130
     except UsageError as error:
         print(f"bench/run: error: {error}", file=sys.stderr)
         return 2

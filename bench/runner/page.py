@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 
-from figures import Report
 from layout import Figures
 from questions import questions
-from tables import drives, faults, head, methods, robots, slip_kinds, speed, variations
+from tables import drives, faults, head, methods, robots, slip_kinds, speed
+
+from figures import Report
 
 BEGIN, END = "<!-- figures: written by bench/run -->", "<!-- end of figures -->"
 SECTIONS: tuple[tuple[str, str, Callable[[Figures], str]], ...] = (
@@ -20,16 +21,12 @@ SECTIONS: tuple[tuple[str, str, Callable[[Figures], str]], ...] = (
     ),
     (
         "Real robots",
-        "`bench/run robots`. No radar; the only setting is the mounting that `gprodom calibrate "
-        'mount` finds. "Over" is (error + 15 mm) over that of `wheel`. Of two recordings the truth '
-        "tells the distance alone. Sources and errors of the truth: `bench/recordings.py`.",
+        "`bench/run robots variations`. No radar; the only setting is the mounting that `gprodom "
+        'calibrate mount` finds. "Over" is (error + 15 mm) over that of `wheel`. Of two recordings '
+        "the truth tells the distance alone. Sources and errors of the truth: "
+        "`bench/recordings.py`. Varied are rates, delays, biases, mounting, encoder, losses, part "
+        "of the drive.",
         robots,
-    ),
-    (
-        "Variations of the recordings",
-        "`bench/run variations`. Rates, delays, biases, mounting, encoder, losses, part of the "
-        "drive.",
-        variations,
     ),
     (
         "Kinds of lasting slip",
@@ -62,23 +59,20 @@ def page(reports: Mapping[str, Report]) -> str:
     ]
     minutes = sum(job.seconds for job in jobs) / 60
     failed = [f"{name}/{job}" for name, report in reports.items() for job in report.failed]
-    text = f"""# Results
-
-Written by `bench/run --publish` from the JSON files in `bench/figures/`;
-[how, and how to compare two commits](benchmark.md#everything-that-is-measured). What the figures
-are: [scoring](scoring.md). What was tried and not kept: [lessons](lessons.md).
-Measured {told[0]} with {told[1]} on {told[2]}: {len(jobs)} jobs, {minutes:.0f} minutes of one core.
-{f"Failed: {', '.join(failed)}." if failed else "No job failed."}
-**Nothing is measured yet on the real CMU-GPR dataset**, nor on a real robot with a radar.
-
-## What matters to a user
-
-Position error (RMSE, m). *Live* is the pose as published, *afterwards* the solution over all data;
-dead reckoning is wheel distance and gyro heading. Motion, IMU and wheel of the drives are
-simulated; their ground is simulated, or made of recorded radar lines.
-
-{head(f)}
-"""
+    source = (
+        "Written by `bench/run --publish` from the JSON files in `bench/figures/`; [how, and how "
+        "to compare two commits](benchmark.md#everything-that-is-measured). What the figures are: "
+        "[scoring](scoring.md). What was tried and not kept: [lessons](lessons.md). "
+        f"Measured {told[0]} with {told[1]} on {told[2]}: {len(jobs)} jobs, {minutes:.0f} minutes "
+        f"of one core. {f'Failed: {chr(44).join(failed)}.' if failed else 'No job failed.'} "
+        "**Nothing is measured yet on the real CMU-GPR dataset**, nor on a real robot with a radar."
+    )
+    meaning = (
+        "Position error (RMSE, m). *Live* is the pose as published, *afterwards* the solution over "
+        "all data; dead reckoning is wheel distance and gyro heading. Motion, IMU and wheel of the "
+        "drives are simulated; their ground is simulated, or made of recorded radar lines."
+    )
+    text = f"# Results\n\n{source}\n\n## What matters to a user\n\n{meaning}\n\n{head(f)}\n"
     for title, how, section in SECTIONS:
         content = section(f)
         if content:

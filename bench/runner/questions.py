@@ -39,13 +39,12 @@ def _of(f: Figures, bench: str, name: str, form: Callable[[float | None], str] =
 def starts(f: Figures) -> Iterator[Row]:
     """In mid-drive."""
     rows = [f"{d}/{c}" for d in f.parts("mid_drive") for c in f.parts("mid_drive", 1)]
-    for name, key, normal in (
-        ("live", "causal_m", "normal_m"),
-        ("afterwards", "smoothed_m", "normal_smoothed_m"),
-    ):
-        means = [metres(f.mean("mid_drive", rows, k)) or UNKNOWN for k in (key, normal)]
-        what = f"start in mid-drive, {name}: mean error; of a normal start, same stretch"
-        yield [what, f"{means[0]} m; {means[1]} m", "`mid_drive`"]
+    keys = ("causal_m", "normal_m", "smoothed_m", "normal_smoothed_m")
+    live, normal, after, normal_after = (
+        metres(f.mean("mid_drive", rows, key)) or UNKNOWN for key in keys
+    )
+    what = "start in mid-drive: mean error (of a normal start, same stretch), live; afterwards"
+    yield [what, f"{live} m ({normal}); {after} m ({normal_after})", "`mid_drive`"]
     nees, late = (f.greatest("mid_drive", rows, key) for key in ("nees_xy", "start_s"))
     answer = f"{plain(nees) or UNKNOWN}; {plain(late, 1)} s"
     yield ["its NEES and time until the first pose, largest", answer, "`mid_drive`"]
@@ -54,18 +53,18 @@ def starts(f: Figures) -> Iterator[Row]:
 def wheel(f: Figures) -> Iterator[Row]:
     """That fails, and slips of it."""
     drives = f.parts("wheel_fails")
-    for how in ("missing", "stuck"):
-        means = [
-            metres(f.mean("wheel_fails", drives, f"{how} {use}_m")) or UNKNOWN
-            for use in ("never", "contradicted")
-        ]
-        what = f"wheel {how} for 10 s: mean error without coherence; with it"
-        yield [what, f"{means[0]} m; {means[1]} m", "`wheel_fails`"]
-    answer = f"{_of(f, 'immobilised', 'in_time')} of {_of(f, 'immobilised', 'cases')}"
-    yield ["immobilised robots told in time", answer, "`immobilised`"]
-    kilometres = _of(f, "immobilised", "km", plain)
-    answer = f"{_of(f, 'immobilised', 'false_alarms')} in {kilometres} km"
-    yield ["false alarms of it", answer, "`immobilised`"]
+    means = [
+        metres(f.mean("wheel_fails", drives, f"{how} {use}_m")) or UNKNOWN
+        for how in ("missing", "stuck")
+        for use in ("never", "contradicted")
+    ]
+    what = "wheel gone for 10 s: mean error without coherence, with it; wheel's count stuck"
+    answer = f"{means[0]} m, {means[1]} m; {means[2]} m, {means[3]} m"
+    yield [what, answer, "`wheel_fails`"]
+    keys = ("in_time", "cases", "false_alarms")
+    in_time, cases, alarms = (_of(f, "immobilised", key) for key in keys)
+    answer = f"{in_time} of {cases}; {alarms} in {_of(f, 'immobilised', 'km', plain)} km"
+    yield ["immobilised robots told in time; false alarms", answer, "`immobilised`"]
 
 
 def standing(f: Figures) -> Iterator[Row]:
@@ -92,14 +91,15 @@ def covariance(f: Figures) -> Iterator[Row]:
         for key in ("coverage_end", "coverage_all")
     ]
     what = "95 % ellipse in `map` holds the truth: at the end; always"
+    what = f"{what}; wrong revisits of another process move its end by at most"
+    held.append(f"{_of(f, 'coverage', 'moved_m_max', metres)} m")
     yield [what, "; ".join(held), "`coverage`"]
-    moved = _of(f, "coverage", "moved_m_max", metres)
-    what = "wrong revisits of another process move the final pose by at most"
-    yield [what, f"{moved} m", "`coverage`"]
-    for robot in f.parts("consistency"):
-        both = [_of(f, "consistency", f"{robot}/{key}", plain) for key in ("nees_xy", "nees_yaw")]
-        what = f"NEES of x, y (2 is right) and yaw (1), no slip: {robot}"
-        yield [what, "; ".join(both), "`consistency`"]
+    robots = [
+        f"{plain(f.of('consistency', f'{robot}/nees_xy'))} {robot.partition(',')[0]}"
+        for robot in f.parts("consistency")
+    ]
+    what = "NEES of x, y of simulated robots that do not slip (2 is right)"
+    yield [what, "; ".join(robots) or UNKNOWN, "`consistency`"]
 
 
 def revisits(f: Figures) -> Iterator[Row]:
@@ -134,22 +134,25 @@ def located(f: Figures) -> Iterator[Row]:
     """On ground of a map."""
     right = f"{_of(f, 'relocation', 'right')} of {_of(f, 'relocation', 'runs')}"
     after = _of(f, "relocation", "located_after_m_median", lambda v: plain(v, 1))
-    yield ["located after a reset; after, median", f"{right}; {after} m", "`relocation`"]
     false = [_of(f, "relocation", f"false_on_{kind}_ground") for kind in ("known", "unknown")]
-    yield ["located falsely on known; on unknown ground", "; ".join(false), "`relocation`"]
+    what = "located after a reset; after, median; falsely on known, on unknown ground"
+    yield [what, f"{right}; {after} m; {false[0]}, {false[1]}", "`relocation`"]
+    keys = ("right", "runs", "false_on_strangers", "strangers")
+    changed = []
     for change in f.parts("changed_ground"):
-        keys = ("right", "runs", "false_on_strangers", "strangers")
         found = [_of(f, "changed_ground", f"{change}/{key}") for key in keys]
-        what = f"located with permittivity changed by {change}; on a stranger's ground"
-        answer = f"{found[0]} of {found[1]}; {found[2]} of {found[3]}"
-        yield [what, answer, "`changed_ground`"]
+        changed.append(f"{change}: {found[0]} of {found[1]}, {found[2]} of {found[3]}")
+    what = "located with permittivity changed by; on a stranger's ground"
+    yield [what, "; ".join(changed) or UNKNOWN, "`changed_ground`"]
+    real = []
     for kind in f.parts("another_day"):
         right, number, wrong = (
-            _of(f, "another_day", f"{kind}/{key}") for key in ("right", "number", "false")
+            f.of("another_day", f"{kind}/{key}") for key in ("right", "number", "false")
         )
-        answer = f"{right} of {number} right; " if right != UNKNOWN else ""
-        what = f"located on real ground: {kind}"
-        yield [what, f"{answer}{wrong} of {number} false", "`another_day`"]
+        told = f"{whole(right)} of " if right is not None else ""
+        real.append(f"{kind}: {told}{whole(number)}, {whole(wrong)}")
+    what = "located rightly on real ground; falsely"
+    yield [what, "; ".join(real) or UNKNOWN, "`another_day`"]
 
 
 def begun_with_a_map(f: Figures) -> Iterator[Row]:
@@ -160,18 +163,19 @@ def begun_with_a_map(f: Figures) -> Iterator[Row]:
         f"{_of(f, 'days', f'{kind}/located')} of {_of(f, 'days', f'{kind}/drives')}"
         for kind in ("same", "strangers")
     ]
-    what = "located in the map of an earlier drive; error from there; without it"
-    yield [what, f"{found[0]}; {both[0]} m; {both[1]} m", "`days`"]
-    yield ["located in the map of other ground", found[1], "`days`"]
+    what = "located in the map of an earlier drive; error from there, without it; on other ground"
+    yield [what, f"{found[0]}; {both[0]} m, {both[1]} m; {found[1]}", "`days`"]
 
 
 def joined(f: Figures) -> Iterator[Row]:
     """Maps of two days."""
+    found = []
     for change in f.parts("merge"):
         count = f"{_of(f, 'merge', f'{change}/proven')} of {_of(f, 'merge', f'{change}/runs')}"
         errors = [_of(f, "merge", f"{change}/{key}", metres) for key in ("before_m", "after_m")]
-        what = f"maps of two days joined, ground changed by {change}; error before; after"
-        yield [what, f"{count}; {errors[0]} m; {errors[1]} m", "`merge`"]
+        found.append(f"{change}: {count}, {errors[0]} m, {errors[1]} m")
+    what = "maps of two days joined, ground changed by; error before, after"
+    yield [what, "; ".join(found) or UNKNOWN, "`merge`"]
 
 
 def ground(f: Figures) -> Iterator[Row]:

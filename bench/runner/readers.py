@@ -159,8 +159,10 @@ def merge(content: Any) -> Iterator[Figure]:
         yield Figure(f"{name}/runs", row["runs"], "", "")
         yield Figure(f"{name}/proven", row["proven"], "", "higher")
         yield Figure(f"{name}/strangers_joined", row["strangers_joined"], "", "lower")
-        for key, better in (("before_m", ""), ("after_m", "lower")):
-            yield Figure(f"{name}/{key}", fmean(row[key]), "m", "lower" if better else "")
+        if row["proven"] == 0:  # nothing was joined
+            continue
+        yield Figure(f"{name}/before_m", fmean(row["before_m"]), "m", "")
+        yield Figure(f"{name}/after_m", fmean(row["after_m"]), "m", "lower")
         yield Figure(f"{name}/nees_after", fmean(row["nees_after"]), "", "near 2")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from statistics import fmean, geometric_mean
 
@@ -11,6 +10,7 @@ from layout import Figures, Row, metres, plain, table, whole
 REAL_GROUND = ("1700010000", "1700011000", "1700012000")  # of the twelve: the beach
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
+MOST_FAULTS = 4
 LASTING = ("ramps", "steps", "turns", "gravel", "ice")  # as bench/runner/benches.py has them
 
 
@@ -74,7 +74,7 @@ def drives(f: Figures) -> str:
 
 
 def robots(f: Figures) -> str:
-    """Each recording."""
+    """Each recording, and its variations."""
     lines: list[Row] = []
     for name in f.parts("robots"):
 
@@ -90,31 +90,24 @@ def robots(f: Figures) -> str:
             values += [""] * 4
         else:
             values = ["no pose", *[""] * 5]
-        lines.append([name, *values, plain(get("start_s"), 1), plain(get("jump_m"))])
+        lines.append([name, *values, *varied(f, name)])
     header = ["recording", "`wheel`", "`imu_wheel`", "smoothed", "over `wheel`", "smoothed over"]
-    return table([*header, "NEES x,y", "start (s)", "jump (m)"], lines) if lines else ""
+    header += ["NEES x,y", "varied: at most 1.5", "worst"]
+    return table(header, lines) if lines else ""
 
 
-def variations(f: Figures) -> str:
-    """A line for each recording, over its variations."""
-    lines: list[Row] = []
-    for name in f.parts("variations"):
-        kinds = [
-            part for part in f.parts("variations", 1) if f.of("variations", f"{name}/{part}/over")
-        ]
-        over = {kind: f.of("variations", f"{name}/{kind}/over") or math.nan for kind in kinds}
-        if not over:
-            continue
-        worst = max(over, key=lambda kind: over[kind])
-        within = sum(value <= 1.5 for value in over.values())
-        nees = f.greatest("variations", [f"{name}/{kind}" for kind in kinds], "nees_xy")
-        failed = len(f.all("variations", (f"{name}/{k}/failed" for k in f.parts("variations", 1))))
-        lines.append(
-            [name, len(over), plain(geometric_mean(over.values())), within]
-            + [f"{over[worst]:.2f} ({worst})", plain(nees, 1), failed]
-        )
-    header = ["recording", "variations", "over `wheel`, mean", "at most 1.5", "worst"]
-    return table([*header, "NEES, largest", "without a pose"], lines) if lines else ""
+def varied(f: Figures, name: str) -> tuple[str, str]:
+    """How many variations of a recording are over 1.5 of `wheel`, and which one is worst."""
+    kinds = f.parts("variations", 1)
+    found = {kind: f.of("variations", f"{name}/{kind}/over") for kind in kinds}
+    over = {kind: value for kind, value in found.items() if value is not None}
+    if not over:
+        return "", ""
+    worst = max(over, key=lambda kind: over[kind])
+    within = sum(value <= 1.5 for value in over.values())
+    none = len(f.all("variations", (f"{name}/{kind}/failed" for kind in kinds)))
+    started = f", {none} without a pose" if none else ""
+    return f"{within} of {len(over)}{started}", f"{over[worst]:.2f} ({worst})"
 
 
 def slip_kinds(f: Figures) -> str:
@@ -140,6 +133,8 @@ def methods(f: Figures) -> str:
     """Mean over the twelve."""
     lines: list[Row] = []
     for method in f.parts("methods"):
+        if method.endswith("_signed"):
+            continue
         cells = [
             metres(
                 f.mean(
@@ -162,7 +157,7 @@ def faults(f: Figures) -> str:
         if ratio is not None:
             known.append((ratio, name))
     rows: list[Row] = []
-    for ratio, name in sorted(known, reverse=True)[:8]:
+    for ratio, name in sorted(known, reverse=True)[:MOST_FAULTS]:
         each = [f"{drive}/{name}" for drive in drives]
         worst, silent = (f.greatest("faults", each, key) for key in ("error_ratio", "silent_s"))
         rows.append([name, plain(ratio), plain(worst), plain(silent, 1)])
@@ -171,7 +166,7 @@ def faults(f: Figures) -> str:
     wrong = sum(f.all("faults", (f"{drive}/{name}/wrong" for drive in drives for name in names)))
     below = sum(ratio < 1.1 for ratio, _ in known)
     text = (
-        f"Of {len(known)} faults on {len(drives)} drives {below} cost less than 10 %; the eight "
+        f"Of {len(known)} faults on {len(drives)} drives {below} cost less than 10 %; those "
         "that cost most are below. Ended programs, poses that are not finite or go back in time, "
         f"and faults of which `STATUS` is silent: {wrong:.0f}.\n\n"
     )
@@ -182,10 +177,11 @@ def speed(f: Figures) -> str:
     """Times, on the machine of the run."""
     lines: list[Row] = []
     for log in f.parts("replay_speed"):
-        for case in f.parts("replay_speed", 1):
-            times = f.of("replay_speed", f"{log}/{case}/times_real_time_cpu")
-            if times is not None:
-                lines.append([f"replay of {log}, {case}", f"{times:.0f} times real time"])
+        cases = f.parts("replay_speed", 1)
+        times = [whole(f.of("replay_speed", f"{log}/{c}/times_real_time_cpu")) for c in cases]
+        lines.append(
+            [f"replay of {log}: {'; '.join(cases)}", f"{'; '.join(times)} times real time"]
+        )
     for log in f.parts("window_solvers"):
         keys = ("ceres_x", "chain_x")
         times = [whole(f.of("window_solvers", f"{log}/{key}")) for key in keys]
@@ -199,9 +195,11 @@ def speed(f: Figures) -> str:
             p50, p99, core, memory = (plain(value) for value in values)
             answer = f"{p50} ms; {p99} ms; {core} % of a core; {memory} MB"
             lines.append([f"daemon live, {name}: IMU to pose, median; p99; load; memory", answer])
-    for label in f.parts("smoothers"):
-        times = [f.of("smoothers", f"{label}/{key}") for key in ("median_ms", "p99_ms", "error_m")]
-        if None not in times:
-            answer = f"{times[0]:.2f} ms; {times[1]:.2f} ms; {times[2]:.3f} m"
-            lines.append([f"an update by {label}: median; p99; error", answer])
+    labels = [label for label in f.parts("smoothers") if f.of("smoothers", f"{label}/median_ms")]
+    if labels:
+        times = [plain(f.of("smoothers", f"{label}/median_ms")) for label in labels]
+        errors = [metres(f.of("smoothers", f"{label}/error_m")) for label in labels]
+        both = (f"{time} ms, {error} m" for time, error in zip(times, errors, strict=True))
+        what = f"an update, median, and error: {'; '.join(labels)}"
+        lines.append([what, "; ".join(both)])
     return table(["what", "measured"], lines) if lines else ""
