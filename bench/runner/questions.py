@@ -54,7 +54,7 @@ def wheel(f: Figures) -> Iterator[Row]:
     """That fails, and slips of it."""
     drives = f.parts("wheel_fails")
     means = [
-        metres(f.mean("wheel_fails", drives, f"{how} {use}_m")) or UNKNOWN
+        metres(f.mean("wheel_fails", drives, f"{how}, {use}_m")) or UNKNOWN
         for how in ("missing", "stuck")
         for use in ("never", "contradicted")
     ]
