@@ -54,8 +54,8 @@ from gprodom.lcm.messages import message
 from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import find_program
 from log_differences import Message, differences, read_events
+from recordings import Recording, recordings_of
 from recordings import convert as convert_recording
-from recordings import recordings_of
 from repeat_log import repeat
 
 CHECKOUT = Path(__file__).resolve().parents[1]
@@ -81,7 +81,8 @@ class Side:
 
 @dataclass(frozen=True)
 class Case:
-    """A replay. keeps: with a state directory, which begins as a copy of `kept` if given."""
+    """A replay. keeps: with a state directory, which begins as a copy of `kept` if given. trouble:
+    why there is no log."""
 
     name: str
     log: Path
@@ -90,6 +91,7 @@ class Case:
     smoothed: bool = False
     keeps: bool = False
     kept: Path | None = None
+    trouble: str = ""
 
 
 @dataclass(frozen=True)
@@ -166,22 +168,40 @@ def sample_cases(base: Side, folder: Path, short: bool) -> Iterator[Case]:
     yield Case("state", rest, "cmu_gpr.yaml", FULL, keeps=True, kept=kept)
 
 
-def data_cases(data: Path, folder: Path) -> Iterator[Case]:
+def data_cases(data: Path, folder: Path, only: Sequence[str]) -> Iterator[Case]:
     """The cases on recorded sequences."""
     like, rough = (sorted((data / name).glob("*.zip")) for name in ("cmu_like", "rough"))
     if not like or not rough:
         raise Error(f"{data}: expected sequences in its folders cmu_like and rough")
-    for sequence in like:
-        yield Case(f"cmu_like {sequence.stem}", convert(sequence, folder), "cmu_gpr.yaml")
-    for sequence in rough:
-        yield Case(f"rough {sequence.stem}", convert(sequence, folder), "gprodom.yaml")
+    for kind, profile, sequences in (
+        ("cmu_like", "cmu_gpr.yaml", like),
+        ("rough", "gprodom.yaml", rough),
+    ):
+        for sequence in sequences:
+            name = f"{kind} {sequence.stem}"
+            if is_wanted(name, only):
+                yield Case(name, convert(sequence, folder), profile)
     for name, recording in recordings_of(data / "robots").items():
-        log = folder / f"{re.sub(r'[^a-z0-9]+', '_', name)}.lcmlog"
-        convert_recording(recording, data / "robots", log)
+        if is_wanted(f"robots {name}", only):
+            yield robot_case(f"robots {name}", recording, data / "robots", folder)
+
+
+def robot_case(name: str, recording: Recording, data: Path, folder: Path) -> Case:
+    """Of a recording, with the mounting that is found; one that is refused tells why."""
+    log = folder / f"{re.sub(r'[^a-z0-9]+', '_', name)}.lcmlog"
+    try:
+        convert_recording(recording, data, log)
         mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel")))
-        angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-        settings = (f"imu.rpy_body_imu=[{angles}]", *recording.settings)
-        yield Case(f"robots {name}", log, "gprodom.yaml", settings, smoothed=True)
+    except Error as error:
+        return Case(name, log, "gprodom.yaml", trouble=str(error))
+    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
+    settings = (f"imu.rpy_body_imu=[{angles}]", *recording.settings)
+    return Case(name, log, "gprodom.yaml", settings, smoothed=True)
+
+
+def is_wanted(name: str, only: Sequence[str]) -> bool:
+    """A case of that name, if only those that hold one of the texts are."""
+    return not only or any(part in name for part in only)
 
 
 # ---- replays by both programs ----
@@ -224,6 +244,8 @@ def digest(path: Path) -> str:
 
 def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
     """Replays the case on both sides."""
+    if case.trouble:
+        return Result(case.name, 0, 0, [case.trouble])
     folder = folder / re.sub(r"\W+", "_", case.name)
     try:
         before, now = run(base, case, folder, "base"), run(present, case, folder, "present")
@@ -294,9 +316,8 @@ def compare_all(
     """All cases, in their order."""
     cases = list(sample_cases(base, folder, short))
     if data is not None:
-        cases += data_cases(data, folder)
-    if only:
-        cases = [case for case in cases if any(part in case.name for part in only)]
+        cases += data_cases(data, folder, only)
+    cases = [case for case in cases if is_wanted(case.name, only)]
     with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(jobs) as pool:
 
         def work(case: Case) -> Result:
