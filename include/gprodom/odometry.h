@@ -1,7 +1,9 @@
 // The estimator: measurements in, poses out. Knows no LCM, no ROS and no clock.
 #pragma once
 
+#include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,9 @@ namespace gprodom {
 class MapFrame;
 class Pipeline;
 class StateStore;
+struct GroundMap;
+struct Rescue;
+struct TraceFormat;
 struct StartingPoint;
 struct UserFactor;
 
@@ -28,7 +33,8 @@ class GPRODOM_EXPORT Odometry {
   // the calibration of left and right wheels, the ground driven over, and the pose. The pose is
   // resumed if it is at most state.resume_within old. front_end: a radar front end of your own
   // (gprodom/front_end.h) instead of gpr.front_end. Throws ConfigError if settings contradict each
-  // other.
+  // other, FileError if another estimator uses state.directory (only with state.map read_only do
+  // several share one).
   explicit Odometry(const Config& config, Execution execution = Execution::kInline,
                     gpr::FrontEndFactory front_end = {});
   ~Odometry();
@@ -81,18 +87,29 @@ class GPRODOM_EXPORT Odometry {
   // this ground is recognised, `map` becomes its frame.
   void reset();
 
-  // The same without the ground.
+  // After an exception (`failure`) from any function of this: restarts at the initialiser, with
+  // what the run has learnt: ground, wheel scale, left and right wheels, slip. Where the map has
+  // thrown three times within a minute of data, its ground is at fault: it is left out, and
+  // ground.map of state.directory gets another name, which a warning of the next step tells. May
+  // throw as well, in a front end's constructor, say; then it can be called again.
+  void recover(const std::exception_ptr& failure);
+
+  // The same without the ground. What is in ground.map of state.directory gets another name, which
+  // a warning of the next step tells.
   void forget();
 
-  // Saves the ground driven over, with its poses, to a file. Returns when it is written. Throws
-  // FileError, also if there is no map (gpr.enabled or graph.enabled is false); this holds for the
-  // next two as well. With state.map read_only, this and the next one throw.
+  // Saves the ground driven over, with its poses, to a file. Returns when it is written. A file
+  // that holds ground which is not in this one, or that cannot be read, gets another name beside
+  // it, which a warning of the next step tells. Throws FileError, also if no ground is stored yet
+  // and the file holds some, and if there is no map (gpr.enabled or graph.enabled is false); this
+  // holds for the next two as well. With state.map read_only, this and the next one throw.
   void save_map(const std::string& path);
 
   // The same in the background; a warning of a later step() reports the result.
   void begin_saving_map(const std::string& path);
 
-  // Replaces the ground driven over so far by that of a saved map. When it is recognised, `map`
+  // Replaces the ground driven over so far by that of a saved map; what was driven over is saved in
+  // state.directory before. When it is recognised, `map`
   // becomes its frame. `odom` continues. After a FileError nothing has changed.
   void load_map(const std::string& path);
 
@@ -104,8 +121,14 @@ class GPRODOM_EXPORT Odometry {
 
  private:
   void restart(StartingPoint start);
+  std::optional<GroundMap> ground_of(const TraceFormat& format);
+  std::optional<GroundMap> rescued_ground(bool of_map);
   void save_state();
-  void begin_saving(const std::string& path);
+  void begin_saving(const std::string& path, bool asked);
+  void begin_saving_newest();
+  bool save_ground();
+  void set_ground_aside();
+  void take_notices();
   void expect_map(const std::string& path) const;
   void expect_writable(const std::string& path) const;
   void save_due(Outputs& out);
@@ -117,6 +140,8 @@ class GPRODOM_EXPORT Odometry {
   gpr::FrontEndFactory front_end_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<MapFrame> map_frame_;
+  std::unique_ptr<Rescue> rescue_;
+  bool map_exchanged_ = false;  // in this step
   OdometryEstimate newest_;
   OdometryEstimate here_;  // the newest of this track; the origin before its first
 };

@@ -55,6 +55,7 @@ __all__: list[str] = [
     "envelope",
     "find_patch",
     "gain_curve",
+    "install_map",
     "iswt",
     "keep_details",
     "match_patch",
@@ -945,6 +946,12 @@ class GroundMap:
     """
     A map file: docs/map_format.md. Columns are numbered from the first, times in ns.
     """
+    @staticmethod
+    def read(path: str) -> GroundMap:
+        """
+        A file with what its estimator has added since in NAME.new beside it. Raises
+        FileError.
+        """
     def __init__(self, name: str, content: bytes) -> None:
         """
         name: of the file, for errors. Raises FileError where the bytes are not a whole map.
@@ -1200,6 +1207,13 @@ def gain_curve(
 ) -> list[float]:
     """
     max(i, 1)^power exp(rate i) for sample i, constant from flat_after on.
+    """
+
+def install_map(folder: str, name: str, content: bytes) -> list[str]:
+    """
+    Writes a map file NAME.map into an estimator's folder. What it held before is kept
+    under another name unless the new ground comes from it; returned is what to say of
+    that. Raises FileError, also for the estimator's own ground while it runs.
     """
 
 def iswt(

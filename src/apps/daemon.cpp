@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "gprodom/error.h"
+#include "gprodom/odometry.h"
 #include "gprodom/version.h"
 
 namespace gprodom {
@@ -74,6 +75,11 @@ double new_instance() {
 }
 
 }  // namespace
+
+void check_consistency(Config config) {
+  config.state.directory.clear();
+  const Odometry consistent(config);
+}
 
 Daemon::Daemon(DaemonOptions options)
     : options_(std::move(options)),
@@ -140,14 +146,13 @@ void Daemon::stop() {
 
 void Daemon::reread_config() {
   Config config;
-  std::unique_ptr<Live> live;
   std::vector<ConfigChange> changes;
   bool restarts = false;
   try {
     config = load_config(options_.config_paths, options_.overrides, &notices_);
     changes = differences(config_, config);
     restarts = !std::all_of(changes.begin(), changes.end(), applies_while_running);
-    if (restarts) live = make_live(config);
+    if (restarts) check_consistency(config);
   } catch (const std::exception& error) {  // whatever it is, the old one runs
     log_->error("config not applied, the old one stays: {}", error.what());
     return;
@@ -158,11 +163,23 @@ void Daemon::reread_config() {
   log_->info("config reread: {} keys changed", changes.size());
   for (const auto& c : changes) log_->info("config: {}: {} -> {}", c.key, c.before, c.after);
   log_->set_level(level);
-  config_ = config;
-  if (!restarts) return;
+  const Config before = std::exchange(config_, config);
+  if (restarts) restart(before);
+}
+
+// The old estimator saves what it has and ends before the new one reads it. If the new one cannot
+// start all the same (its state.directory is in use, say), the old configuration goes on.
+void Daemon::restart(const Config& before) {
   log_->warn("the estimator restarts with the new config");
   stop();
-  live_ = std::move(live);
+  live_.reset();
+  try {
+    live_ = make_live(config_);
+  } catch (const std::exception& error) {
+    log_->error("config not applied, the old one goes on: {}", error.what());
+    config_ = before;
+    live_ = make_live(config_);
+  }
   start();
 }
 

@@ -23,6 +23,9 @@ struct DaemonOptions {
   std::string lcm_url = kDefaultLcmUrl;
 };
 
+// Throws ConfigError where settings contradict each other. Reads and writes no file.
+void check_consistency(Config config);
+
 class Daemon {
  public:
   // Throws ConfigError, or std::runtime_error if LCM cannot be used.
@@ -37,6 +40,7 @@ class Daemon {
   void start();
   void stop();
   void reread_config();
+  void restart(const Config& before);
   void log_notices();
   void publish(const ChannelConfig& channels, const Outputs& outputs);
   void log_health(const Status& status);

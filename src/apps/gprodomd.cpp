@@ -6,7 +6,6 @@
 #include "apps/command_line.h"
 #include "apps/daemon.h"
 #include "apps/service.h"
-#include "gprodom/odometry.h"
 
 using namespace gprodom;
 
@@ -57,7 +56,7 @@ int main(int argc, char** argv) {
     if (options.config_paths.empty()) throw UsageError("-c CONFIG is needed");
     if (check_config) {
       std::vector<std::string> notices;
-      const Odometry consistent(load_config(options.config_paths, options.overrides, &notices));
+      check_consistency(load_config(options.config_paths, options.overrides, &notices));
       for (const auto& notice : notices) std::printf("%s\n", notice.c_str());
       for (const auto& path : options.config_paths) std::printf("%s: ok\n", path.c_str());
       return 0;

@@ -107,6 +107,25 @@ bool read_whole(const std::string& path, std::string& bytes) {
   return true;
 }
 
+std::string set_aside(const std::string& path, bool keep_both) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0) return {};
+  const fs::path whole(path);
+  const auto name = [&](int number) {
+    return (whole.parent_path() / whole.stem()).string() + ".kept-" + std::to_string(number) +
+           whole.extension().string();
+  };
+  int number = 1;
+  for (struct stat other{}; lstat(name(number).c_str(), &other) == 0; ++number)
+    if (keep_both && other.st_dev == file.st_dev && other.st_ino == file.st_ino)
+      return name(number);
+  const std::string kept = name(number);
+  const bool linked = keep_both && link(path.c_str(), kept.c_str()) == 0;
+  if (!linked && std::rename(path.c_str(), kept.c_str()) != 0) fail(path, "cannot be set aside");
+  if (!force_folder_of(path)) fail(path, "cannot be set aside for good");
+  return kept;
+}
+
 void remove_abandoned(const std::string& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {

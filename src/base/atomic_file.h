@@ -36,6 +36,13 @@ void write_whole(const std::string& path, const std::string& bytes);
 // Reads a whole file. False if it does not exist; throws FileError if it cannot be read.
 bool read_whole(const std::string& path, std::string& bytes);
 
+// Gives a file another name beside it, FOLDER/NAME.kept-N.ENDING with the first N from 1 that is
+// free. Returns that path; empty if there is no such file. Throws FileError.
+// keep_both: the file keeps its own name as well, so that at no time it is without a file; one that
+// has such a second name already gets no other. Where the file system has no second names (FAT), it
+// loses its own.
+std::string set_aside(const std::string& path, bool keep_both);
+
 // Removes temporary files of processes that no longer run (a power cut leaves one) from a folder. A
 // folder that cannot be read is left as it is.
 void remove_abandoned(const std::string& folder);

@@ -1,10 +1,10 @@
 #include "base/file_writer.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "base/atomic_file.h"
-#include "gprodom/error.h"
 
 namespace gprodom {
 
@@ -19,16 +19,23 @@ FileWriter::~FileWriter() {
 }
 
 void FileWriter::write(const std::string& path, std::string bytes) {
+  run(path, [path, bytes = std::move(bytes)] {
+    write_whole(path, bytes);
+    return Report{};
+  });
+}
+
+void FileWriter::run(const std::string& path, std::function<Report()> work) {
   {
     const std::lock_guard lock(mutex_);
     const auto waiting = std::find_if(jobs_.begin(), jobs_.end(),
                                       [&path](const Job& job) { return job.path == path; });
     if (waiting != jobs_.end()) {
-      waiting->bytes = std::move(bytes);
+      waiting->work = std::move(work);
     } else {
-      jobs_.push_back({path, std::move(bytes)});
+      jobs_.push_back({path, std::move(work)});
     }
-    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+    if (!thread_.joinable()) thread_ = std::thread([this] { work_off(); });
   }
   wake_.notify_one();
 }
@@ -43,7 +50,7 @@ std::vector<FileWriter::Outcome> FileWriter::take_outcomes() {
   return std::exchange(outcomes_, {});
 }
 
-void FileWriter::run() {
+void FileWriter::work_off() {
   std::unique_lock lock(mutex_);
   while (true) {
     wake_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
@@ -52,10 +59,10 @@ void FileWriter::run() {
     jobs_.pop_front();
     writing_ = true;
     lock.unlock();
-    Outcome outcome{job.path, ""};
+    Outcome outcome{job.path, "", {}};
     try {
-      write_whole(job.path, job.bytes);
-    } catch (const FileError& error) {
+      outcome.report = job.work();
+    } catch (const std::exception& error) {
       outcome.error = error.what();
     }
     lock.lock();

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -21,20 +22,30 @@ class FileWriter {
   // has not begun.
   void write(const std::string& path, std::string bytes);
 
+  // What a job reports; done: false where it found nothing that it could write.
+  struct Report {
+    bool done = true;
+    std::vector<std::string> told;
+  };
+  // The same for a job that writes this path by itself. Its exceptions are its outcome.
+  void run(const std::string& path, std::function<Report()> work);
+
   // Waits until all jobs are written or have failed.
   void flush();
 
   // The outcome of each job since the last call; error is empty if the file is on disk.
   struct Outcome {
     std::string path, error;
+    Report report;
   };
   std::vector<Outcome> take_outcomes();
 
  private:
   struct Job {
-    std::string path, bytes;
+    std::string path;
+    std::function<Report()> work;
   };
-  void run();
+  void work_off();
 
   std::mutex mutex_;  // guards all below but the thread
   std::condition_variable wake_, done_;

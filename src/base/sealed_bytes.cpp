@@ -3,9 +3,7 @@
 #include "gprodom/error.h"
 
 namespace gprodom {
-namespace {
 
-// FNV-1a over words of eight bytes. Detects truncated or half-written files, not manipulation.
 std::uint64_t checksum(std::string_view bytes) {
   std::uint64_t sum = 14695981039346656037U;
   while (!bytes.empty()) {
@@ -17,8 +15,6 @@ std::uint64_t checksum(std::string_view bytes) {
   }
   return sum;
 }
-
-}  // namespace
 
 std::string ByteWriter::sealed(const std::string& title) const {
   const std::uint64_t head[2] = {bytes_.size(), checksum(bytes_)};

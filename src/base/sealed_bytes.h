@@ -30,10 +30,14 @@ class ByteWriter {
 
   // The bytes of all put() calls, after a title, their length and a checksum.
   std::string sealed(const std::string& title) const;
+  const std::string& bytes() const { return bytes_; }
 
  private:
   std::string bytes_;
 };
+
+// FNV-1a over words of eight bytes. Detects truncated or half-written files, not manipulation.
+std::uint64_t checksum(std::string_view bytes);
 
 class ByteReader {
  public:

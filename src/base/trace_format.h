@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <string>
 
 #include "gprodom/types.h"
 
@@ -26,5 +27,8 @@ inline bool same_interval(const TraceFormat& a, const TraceFormat& b) {
 inline bool same_format(const TraceFormat& a, const TraceFormat& b) {
   return a.samples == b.samples && same_interval(a, b);
 }
+
+// Such as "201 samples at 0.2 ns".
+std::string text_of(const TraceFormat& format);
 
 }  // namespace gprodom

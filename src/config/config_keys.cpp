@@ -158,9 +158,9 @@ void add_graph(Keys& keys, GraphConfig& c) {
 
 void add_state(Keys& keys, StateConfig& c) {
   keys.insert(keys.end(), {
-    {"state.directory", &c.directory, "", Text{4096, true}, "folder where pose, wheel scale and ground are saved for the next run; empty: not saved"},
+    {"state.directory", &c.directory, "", Text{4096, true}, "folder where pose, wheel scale and ground are saved for the next run, of one estimator at a time; empty: not saved"},
     {"state.map", &c.map, "", kAny, "extend: new ground is added to ground.map; read_only: no ground is ever written"},
-    {"state.save_period", &c.save_period, "s", kPositive, "data time between two savings of pose and wheel scale; the ground is saved 300 times less often"},
+    {"state.save_period", &c.save_period, "s", kPositive, "data time between two savings of pose and wheel scale; what is new of the ground is saved 10 times less often, all of it 300 times"},
     {"state.resume_within", &c.resume_within, "s", kNotNegative, "resume from a saved pose if it is not older than this; 0: never"},
   });
 }

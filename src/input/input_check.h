@@ -38,6 +38,9 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
+  // The setting of the radar, once several traces agree in it.
+  std::optional<TraceFormat> trace_format() const { return trace_format_.agreed(); }
+
   // The channel of the wheel: that of left and right wheels, if they send.
   const std::string& wheel_channel() const;
 

@@ -54,6 +54,16 @@ void add(const std::string& name, const DurationHistogram& durations, Status& st
   add(name + ".longest_ms", 1e3 * durations.longest(), status);
 }
 
+std::string text_of(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "not a std::exception";
+  }
+}
+
 }  // namespace
 
 class LiveThreads {
@@ -71,7 +81,8 @@ class LiveThreads {
   void estimate();
   void tell_alive() const;
   template <class Work>
-  void guarded(Work work);
+  bool guarded(Work work);
+  void recover(const std::exception_ptr& failure);
   void report_losses();
   void report_silence();
   void add_silence(Status& status) const;
@@ -90,6 +101,8 @@ class LiveThreads {
   const double instance_;
   const std::string status_channel_;
   bool another_reported_ = false;
+  std::exception_ptr to_recover_;  // the estimator has failed with it, and not restarted yet
+  Clock::time_point recover_again_;
 
   std::atomic<Clock::rep> another_heard_{0};  // when; 0: never; any thread
   const TimeNs imu_offset_;                   // of data time from the stamps of IMU messages
@@ -157,25 +170,49 @@ void LiveThreads::estimate() {
     }
     report_losses();
   }
-  guarded([&] { return runner_.finish(); });
+  const auto finish = [&] { return runner_.finish(); };
+  if (!guarded(finish)) guarded(finish);  // the ground is saved here
 }
 
 void LiveThreads::tell_alive() const {
   if (alive_) alive_();
 }
 
-// A defect of the estimator must not end the robot's daemon.
+// A defect of the estimator, or of what a user has plugged into it, must not end the robot's
+// daemon. False where the work has failed.
 template <class Work>
-void LiveThreads::guarded(Work work) {
+bool LiveThreads::guarded(Work work) {
+  std::exception_ptr failure = to_recover_;
+  if (failure && Clock::now() < recover_again_) return false;
   try {
-    hand_out(work());
-  } catch (const std::exception& error) {
-    runner_.forget();
-    Outputs outputs;
-    outputs.warnings.push_back(std::string("internal error: ") + error.what() +
-                               "; the estimator restarts");
-    hand_out(std::move(outputs));
+    if (!failure) {
+      hand_out(work());
+      return true;
+    }
+  } catch (...) {
+    failure = std::current_exception();
   }
+  recover(failure);
+  return false;
+}
+
+// Restarts the estimator. What fails at that, such as the constructor of a front end, is tried
+// again.
+void LiveThreads::recover(const std::exception_ptr& failure) {
+  Outputs outputs;
+  const std::string said = "internal error: " + text_of(failure);
+  try {
+    runner_.recover(failure);
+    outputs.warnings.push_back(said + "; the estimator restarts");
+    to_recover_ = nullptr;
+  } catch (...) {
+    if (!to_recover_)
+      outputs.warnings.push_back(
+          said + "; the estimator cannot restart: " + text_of(std::current_exception()));
+    to_recover_ = failure;
+    recover_again_ = Clock::now() + kIdle;
+  }
+  hand_out(std::move(outputs));
 }
 
 void LiveThreads::report_losses() {

@@ -1,6 +1,7 @@
 // The estimator with its commands and notices, one input at a time. Shared by live and replay.
 #pragma once
 
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,8 @@ class Runner {
 
   Timing timing() const { return odometry_.timing(); }
 
-  // Back to the initialiser; with `all`, the ground driven over is forgotten.
-  void forget() { odometry_.forget(); }
+  // After an exception of the above (Odometry::recover()).
+  void recover(const std::exception_ptr& failure) { odometry_.recover(failure); }
 
   // Counts an input of `channel` that was lost or unusable.
   void reject(const std::string& channel, const std::string& reason);

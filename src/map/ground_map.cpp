@@ -5,9 +5,17 @@
 #include <map>
 #include <utility>
 
+#include "base/sealed_bytes.h"
 #include "map/map_path.h"
 
 namespace gprodom {
+namespace {
+
+// 32 kB of a file, and a drive a day for three years. An older file that is met again is not known
+// to be in the map any more, and is set aside.
+constexpr std::size_t kMostAncestors = 2000;
+
+}  // namespace
 
 std::optional<GroundMap::At> GroundMap::at(double column, double reach_m) const {
   const gpr::MemoryRange kept = memory.kept();
@@ -45,6 +53,32 @@ void GroundMap::changes() {
   if (identity == 0) return;
   parents = {identity};
   identity = 0;
+}
+
+std::uint64_t GroundMap::taken_from() const {
+  return identity != 0 || parents.empty() ? identity : parents.front();
+}
+
+bool GroundMap::goes_on_from(std::uint64_t file) const {
+  if (version == 1 || (file == 0 && parents.empty())) return true;
+  return file != 0 &&
+         (identity == file || std::find(parents.begin(), parents.end(), file) != parents.end());
+}
+
+void GroundMap::extended(std::size_t first, TimeNs now, bool new_drive) {
+  if (identity != 0) descent.push_back({identity, 0});
+  changes();
+  if (new_drive) {
+    const gpr::Columns begin = memory.patch({first, memory.kept().end});
+    ByteWriter out;
+    out.put_all(parents.data(), parents.size());
+    out.put(memory.column(first).time);
+    out.put_all(begin.data(), static_cast<std::size_t>(begin.size()));
+    descent.push_back({checksum(out.bytes()), now});
+  }
+  if (descent.size() > kMostAncestors)
+    descent.erase(descent.begin(), descent.end() - static_cast<std::ptrdiff_t>(kMostAncestors));
+  descent.back().until = now;
 }
 
 std::vector<gpr::MemoryRange> GroundMap::runs() const {

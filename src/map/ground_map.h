@@ -38,11 +38,30 @@ struct SessionOrigin {
   PathErrors errors;
 };
 
+// What the ground of a map comes from: a drive, whose mark is made from the first ground that it
+// left, `until` being the time of the last; or a file that was extended, whose mark is its
+// identity. Passes are no marks of descent, since they are merged.
+struct Ancestor {
+  std::uint64_t mark = 0;
+  TimeNs until = 0;  // 0: a file
+};
+
+// Ground as the bytes of a map file.
+struct SavedGround {
+  std::string bytes;
+  std::vector<Ancestor> descent;  // as in GroundMap; files of version 1 do not hold it
+  bool empty = true;              // nothing is stored
+  std::uint64_t base = 0;  // the bytes are the newest ground of this file (newest_to_bytes())
+};
+
 struct GroundMap {
   explicit GroundMap(const gpr::TraceMemoryOptions& options) : memory(options) {}
 
   gpr::TraceMemory memory;
-  TraceFormat format;                  // of the traces in the memory
+  TraceFormat format;  // of the traces in the memory
+  std::optional<TraceFormat> known_format() const {
+    return format.samples == 0 ? std::nullopt : std::optional(format);
+  }
   std::vector<KnownPlace> places;      // in the order of their columns
   std::vector<SessionOrigin> origins;  // of the memory's sessions
 
@@ -50,8 +69,19 @@ struct GroundMap {
   // are the identities of the files from which this was made.
   std::uint64_t identity = 0;
   std::vector<std::uint64_t> parents;
-  int version = 3;  // of the file
-  void changes();   // call before it changes: the file becomes its parent
+  std::vector<Ancestor> descent;  // in the order driven; of files and drives none of whose ground
+                                  // was left out since
+  int version = 4;                // of the file
+  // Call when ground of a drive was added, from column `first` on, the last of it at `now`. The
+  // file that this was read from becomes its parent. new_drive: it is the first of this drive.
+  void extended(std::size_t first, TimeNs now, bool new_drive);
+  void changes();  // call before it changes in another way
+
+  // The file that it was read from, or that became its parent; 0: none.
+  std::uint64_t taken_from() const;
+  // Whether this is that file's ground, perhaps extended: then maps have the same numbers. Of files
+  // of version 1, which keep no parents, it is taken for granted.
+  bool goes_on_from(std::uint64_t file) const;
 
   // The stored runs, in order.
   std::vector<gpr::MemoryRange> runs() const;

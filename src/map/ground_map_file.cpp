@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <iterator>
 #include <stdexcept>
-#include <vector>
+#include <utility>
 
-#include "base/sealed_bytes.h"
+#include "base/atomic_file.h"
 #include "gprodom/error.h"
+#include "map/ground_map_pieces.h"
 
 namespace gprodom {
 namespace {
@@ -20,17 +23,9 @@ using gpr::PatchFilter;
 using gpr::TraceMemory;
 
 const std::string kKind = "gprodom ground map ";
-constexpr int kNewest = 3;
+constexpr int kNewest = 4;
 
 std::string title(int version) { return kKind + std::to_string(version); }
-
-// Limit for the samples of a trace and the rows of a column; no radar has more.
-constexpr std::uint32_t kMostSamples = 1U << 20U;
-constexpr double kMostColumns = 1e4;  // of the running mean
-constexpr std::size_t kLongestText = 100;
-constexpr double kLeastError = 1e-6, kLargestError = 10.0;  // of a path: m, rad, ln
-// Of a trace since version 2. What is made of the figure takes memory before a trace was seen.
-constexpr std::uint32_t kMostSamplesRead = 1U << 16U;
 
 void put(const PatchFilter& filter, ByteWriter& out) {
   const LearntPatchFilter& learnt = filter.learnt();
@@ -66,20 +61,6 @@ void put_features(const TraceMemory& memory, MemoryRange run, ByteWriter& out) {
   out.put_all(levels.data(), levels.size());
 }
 
-std::vector<TimeNs> get_times(ByteReader& in, std::uint64_t columns) {
-  in.need(columns, sizeof(TimeNs));
-  std::vector<TimeNs> times(columns);
-  in.get_all(times.data(), times.size());
-  if (!std::is_sorted(times.begin(), times.end())) in.refuse("the times of a run go back");
-  return times;
-}
-
-double get_finite(ByteReader& in, const char* what) {
-  const auto value = in.get<double>();
-  if (!std::isfinite(value)) in.refuse(std::string(what) + " is not finite");
-  return value;
-}
-
 void get_features(ByteReader& in, const PatchFilter& filter, TraceMemory& memory) {
   const auto columns = in.get<std::uint64_t>();
   const int direction = in.get<std::int8_t>() < 0 ? -1 : 1;
@@ -95,130 +76,6 @@ void get_features(ByteReader& in, const PatchFilter& filter, TraceMemory& memory
   memory.restore_run(filter, times, distance, direction, features);
 }
 
-void put_sessions(const GroundMap& ground, ByteWriter& out) {
-  const std::vector<BandLimit>& sessions = ground.memory.sessions();
-  out.put(static_cast<std::uint32_t>(sessions.front().step));
-  out.put(static_cast<std::uint32_t>(sessions.size()));
-  for (std::size_t i = 0; i < sessions.size(); ++i) {
-    const SessionOrigin& origin = ground.origins.at(i);
-    for (const double x : origin.antenna) out.put(x);
-    out.put_text(origin.program);
-    out.put_text(origin.robot.substr(0, kLongestText));
-    for (const double x : {origin.errors.position, origin.errors.yaw, origin.errors.scale})
-      out.put(std::clamp(x, kLeastError, kLargestError));
-    out.put(sessions[i].low_cut);
-    out.put(sessions[i].long_sigma);
-    out.put_all(sessions[i].deviation.data(), static_cast<std::size_t>(sessions[i].rows()));
-  }
-}
-
-std::string get_name(ByteReader& in, const char* whose) {
-  std::string name = in.get_text();
-  if (name.size() > kLongestText) in.refuse(std::string(whose) + " name is too long");
-  return name;
-}
-
-SessionOrigin get_origin(ByteReader& in, int version) {
-  SessionOrigin origin;
-  for (double& x : origin.antenna) x = get_finite(in, "the antenna's position");
-  origin.program = get_name(in, "a program's");
-  if (version == 2) return origin;
-  origin.robot = get_name(in, "a robot's");
-  for (double* x : {&origin.errors.position, &origin.errors.yaw, &origin.errors.scale}) {
-    *x = in.get<double>();
-    if (!(*x >= kLeastError && *x <= kLargestError))
-      in.refuse("the errors of a path are out of range");
-  }
-  return origin;
-}
-
-std::vector<BandLimit> get_sessions(ByteReader& in, GroundMap& ground) {
-  BandLimit limit;
-  limit.samples = ground.format.samples;
-  limit.sample_interval = ground.format.sample_interval_s;
-  const auto step = in.get<std::uint32_t>();
-  if (step < 1 || limit.samples < 16 || limit.samples > kMostSamplesRead ||
-      !(limit.sample_interval > 0.0) || step > limit.samples)
-    in.refuse("its columns make no sense");
-  limit.step = static_cast<int>(step);
-  if (limit.rows() < 2 || limit.rows() > BandLimit::kMostRows)
-    in.refuse("its columns make no sense");
-  const auto rows = static_cast<std::size_t>(limit.rows());
-  const auto count = in.get<std::uint32_t>();
-  if (count == 0) in.refuse("it has no session");
-  in.need(count, 5 * sizeof(double) + sizeof(std::uint32_t) + rows * sizeof(float));
-  std::vector<BandLimit> sessions;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    ground.origins.push_back(get_origin(in, ground.version));
-    limit.low_cut = in.get<double>();
-    limit.long_sigma = in.get<double>();
-    limit.deviation.resize(limit.rows());
-    in.get_all(limit.deviation.data(), rows);
-    const bool sound = limit.low_cut * limit.sample_interval > 1e-6 &&
-                       limit.low_cut * limit.sample_interval < 0.5 && limit.long_sigma > 0.0 &&
-                       limit.long_sigma < kMostColumns &&
-                       (limit.deviation.array() >= BandLimit::kLeast).all() &&
-                       (limit.deviation.array() <= BandLimit::kGreatest).all();
-    if (!sound) in.refuse("the limits of a session are out of range");
-    sessions.push_back(limit);
-  }
-  return sessions;
-}
-
-void put_run(const TraceMemory& memory, MemoryRange range, ByteWriter& out) {
-  const gpr::StoredRun run = memory.stored_run(range);
-  out.put(static_cast<std::uint64_t>(range.size()));
-  out.put(static_cast<std::uint32_t>(run.session));
-  out.put(static_cast<std::int8_t>(run.direction));
-  out.put(run.first_distance_m);
-  out.put_all(run.times.data(), run.times.size());
-  out.put_all(run.levels.data(), static_cast<std::size_t>(run.levels.size()));
-}
-
-gpr::StoredRun get_run(ByteReader& in, int rows) {
-  gpr::StoredRun run;
-  const auto columns = in.get<std::uint64_t>();
-  run.session = in.get<std::uint32_t>();
-  run.direction = in.get<std::int8_t>() < 0 ? -1 : 1;
-  run.first_distance_m = get_finite(in, "a distance");
-  run.times = get_times(in, columns);
-  in.need(columns, static_cast<std::size_t>(rows));
-  run.levels.resize(static_cast<Eigen::Index>(columns), rows);
-  in.get_all(run.levels.data(), static_cast<std::size_t>(run.levels.size()));
-  return run;
-}
-
-void get_places(ByteReader& in, GroundMap& ground) {
-  const auto count = in.get<std::uint64_t>();
-  in.need(count, 44);
-  std::uint64_t last = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    KnownPlace place;
-    place.column = in.get<std::uint64_t>();
-    place.distance_m = in.get<double>();
-    place.pose.p.x() = in.get<double>();
-    place.pose.p.y() = in.get<double>();
-    place.pose.yaw = in.get<double>();
-    place.map = in.get<std::int32_t>();
-    const bool sound = place.column >= last && place.column < ground.memory.kept().end &&
-                       std::isfinite(place.distance_m) && place.pose.p.allFinite() &&
-                       std::isfinite(place.pose.yaw) && place.map >= 0;
-    if (!sound) in.refuse("a place of it makes no sense");
-    last = place.column;
-    ground.places.push_back(place);
-  }
-}
-
-void put_places(const GroundMap& ground, const std::vector<KnownPlace>& places, ByteWriter& out) {
-  out.put(static_cast<std::uint64_t>(places.size()));
-  for (const KnownPlace& place : places) {
-    out.put(static_cast<std::uint64_t>(place.column - ground.memory.kept().first));
-    for (const double x : {place.distance_m, place.pose.p.x(), place.pose.p.y(), place.pose.yaw})
-      out.put(x);
-    out.put(static_cast<std::int32_t>(place.map));
-  }
-}
-
 // The version in the title. A file of a later program is whole, and must not be called damaged.
 int version_of(const std::string& name, std::string_view bytes) {
   if (bytes.substr(0, kKind.size()) != kKind) return kNewest;
@@ -226,26 +83,12 @@ int version_of(const std::string& name, std::string_view bytes) {
   const std::string version(bytes.substr(0, bytes.find('\n')));
   const bool number = !version.empty() && version.size() < 10 &&
                       version.find_first_not_of("0123456789") == std::string::npos;
-  if (version == "1" || version == "2") return version == "1" ? 1 : 2;
-  if (number && version != std::to_string(kNewest))
+  const int known = number ? std::stoi(version) : kNewest;
+  if (known >= 1 && known <= kNewest) return known;
+  if (number)
     throw FileError(name + ": cannot be used: it is a ground map of version " + version +
                     "; this program reads versions 1 to " + std::to_string(kNewest));
   return kNewest;
-}
-
-void put_format(const GroundMap& ground, ByteWriter& out) {
-  out.put(ground.memory.spacing());
-  out.put(static_cast<std::uint64_t>(ground.format.samples));
-  out.put(ground.format.sample_interval_s);
-}
-
-void get_format(ByteReader& in, GroundMap& ground) {
-  if (in.get<double>() != ground.memory.spacing()) in.refuse("its columns have another spacing");
-  ground.format.samples = in.get<std::uint64_t>();
-  ground.format.sample_interval_s = in.get<double>();
-  if (ground.format.samples > kMostSamples) in.refuse("its traces are too long");
-  if (!std::isfinite(ground.format.sample_interval_s) || ground.format.sample_interval_s < 0)
-    in.refuse("its sample interval makes no sense");
 }
 
 // Ground that was read from version 1 is nothing but features.
@@ -257,7 +100,7 @@ std::string to_bytes_1(const GroundMap& ground, const std::vector<KnownPlace>& p
   const std::vector<MemoryRange> runs = ground.runs();
   out.put(static_cast<std::uint64_t>(runs.size()));
   for (const MemoryRange& run : runs) put_features(ground.memory, run, out);
-  put_places(ground, places, out);
+  put_places(places, ground.memory.kept().first, out);
   return out.sealed(title(1));
 }
 
@@ -267,24 +110,83 @@ void get_ground_1(ByteReader& in, GroundMap& ground) {
   const PatchFilter filter = get_filter(in);
   for (auto runs = in.get<std::uint64_t>(); runs > 0; --runs)
     get_features(in, filter, ground.memory);
-  get_places(in, ground);
+  ground.places = get_places(in);
+  expect_places(in, ground);
   in.expect_end();
 }
 
-void get_ground(ByteReader& in, GroundMap& ground) {
-  get_format(in, ground);
-  const auto parents = in.get<std::uint32_t>();
-  in.need(parents, sizeof(std::uint64_t));
-  ground.parents.resize(parents);
-  in.get_all(ground.parents.data(), parents);
-  if (in.get<std::uint8_t>() == 0) return in.expect_end();
-  std::vector<BandLimit> sessions = get_sessions(in, ground);
-  const int rows = sessions.front().rows();
+// What a file since version 2 holds, before the memory is made of it.
+struct Pieces {
+  std::vector<BandLimit> sessions;
   std::vector<gpr::StoredRun> runs;
-  for (auto left = in.get<std::uint64_t>(); left > 0; --left) runs.push_back(get_run(in, rows));
-  ground.memory.restore(std::move(sessions), runs);
-  get_places(in, ground);
+};
+
+Pieces get_pieces(ByteReader& in, GroundMap& ground) {
+  get_format(in, ground);
+  get_descent(in, ground);
+  Pieces pieces;
+  if (in.get<std::uint8_t>() != 0) {
+    pieces.sessions = get_sessions(in, ground);
+    pieces.runs = get_runs(in, pieces.sessions.front().rows());
+    ground.places = get_places(in);
+  }
   in.expect_end();
+  return pieces;
+}
+
+void restore(const ByteReader& in, Pieces pieces, GroundMap& ground) {
+  if (pieces.sessions.empty()) return;
+  ground.memory.restore(std::move(pieces.sessions), pieces.runs);
+  expect_places(in, ground);
+}
+
+// Cuts the runs off behind so many columns.
+void keep_first(std::uint64_t columns, const ByteReader& in, std::vector<gpr::StoredRun>& runs) {
+  std::size_t whole = 0;
+  for (; whole < runs.size() && runs[whole].times.size() <= columns; ++whole)
+    columns -= runs[whole].times.size();
+  if (columns > 0) {
+    if (whole == runs.size()) in.refuse("it goes on from more columns than there are");
+    runs[whole].times.resize(columns);
+    runs[whole].levels.conservativeResize(static_cast<Eigen::Index>(columns), Eigen::NoChange);
+    ++whole;
+  }
+  runs.resize(whole);
+}
+
+void append(const gpr::StoredRun& more, gpr::StoredRun& run) {
+  run.times.insert(run.times.end(), more.times.begin(), more.times.end());
+  gpr::Levels levels(run.levels.rows() + more.levels.rows(), run.levels.cols());
+  levels << run.levels, more.levels;
+  run.levels = std::move(levels);
+}
+
+const std::string kNewestTitle = "gprodom newest ground 1";
+
+// Exchanges what has changed since the whole file was written. The ground is that of no file then.
+void get_newest(ByteReader& in, GroundMap& ground, Pieces& pieces) {
+  in.get<std::uint64_t>();  // the file's identity
+  const auto columns = in.get<std::uint64_t>(), columns_before = in.get<std::uint64_t>();
+  const bool continues = in.get<std::uint8_t>() != 0;
+  std::vector<KnownPlace> places = std::move(ground.places);
+  const TraceFormat format = ground.format;
+  ground.version = kNewest;
+  ground.origins.clear();
+  Pieces newest = get_pieces(in, ground);
+  const bool same =
+      same_format(format, ground.format) && !newest.sessions.empty() &&
+      (pieces.sessions.empty() || pieces.sessions.front().rows() == newest.sessions.front().rows());
+  if (!same) in.refuse("its traces are not those of the file that it goes on from");
+  keep_first(columns, in, pieces.runs);
+  auto first = newest.runs.begin();
+  if (continues && first != newest.runs.end() && !pieces.runs.empty())
+    append(*first++, pieces.runs.back());
+  pieces.runs.insert(pieces.runs.end(), first, newest.runs.end());
+  pieces.sessions = std::move(newest.sessions);
+  const auto is_newer = [&](const KnownPlace& place) { return place.column >= columns_before; };
+  places.erase(std::remove_if(places.begin(), places.end(), is_newer), places.end());
+  places.insert(places.end(), ground.places.begin(), ground.places.end());
+  ground.places = std::move(places);
 }
 
 }  // namespace
@@ -294,34 +196,112 @@ std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& pla
   if (memory.filter() && memory.sessions().empty()) return to_bytes_1(ground, places);
   ByteWriter out;
   put_format(ground, out);
-  out.put(static_cast<std::uint32_t>(ground.parents.size()));
-  out.put_all(ground.parents.data(), ground.parents.size());
+  put_descent(ground, out);
   out.put(static_cast<std::uint8_t>(memory.filter().has_value()));
   if (!memory.filter()) return out.sealed(title(kNewest));
   put_sessions(ground, out);
-  const std::vector<MemoryRange> runs = ground.runs();
-  out.put(static_cast<std::uint64_t>(runs.size()));
-  for (const MemoryRange& run : runs) put_run(memory, run, out);
-  put_places(ground, places, out);
+  put_runs(ground, memory.kept().first, out);
+  put_places(places, memory.kept().first, out);
   return out.sealed(title(kNewest));
 }
 
-GroundMap ground_map_from(const std::string& name, std::string_view bytes,
-                          const gpr::TraceMemoryOptions& options) {
-  GroundMap ground(options);
+std::string newest_to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& places,
+                            std::size_t first_of_drive, const SavedColumns& saved) {
+  const TraceMemory& memory = ground.memory;
+  const std::size_t drive = std::max(first_of_drive, saved.first);
+  const bool more = saved.end < memory.kept().end;
+  ByteWriter out;
+  out.put(saved.identity);
+  out.put(static_cast<std::uint64_t>(saved.end - saved.first));
+  out.put(static_cast<std::uint64_t>(drive - saved.first));
+  out.put(static_cast<std::uint8_t>(more && memory.run_of(saved.end).first < saved.end));
+  put_format(ground, out);
+  put_descent(ground, out);
+  out.put(std::uint8_t{1});
+  put_sessions(ground, out);
+  put_runs(ground, saved.end, out);
+  std::vector<KnownPlace> newest;
+  std::copy_if(places.begin(), places.end(), std::back_inserter(newest),
+               [drive](const KnownPlace& place) { return place.column >= drive; });
+  put_places(newest, saved.first, out);
+  return out.sealed(kNewestTitle);
+}
+
+std::uint64_t base_of_newest(const std::string& name, std::string_view bytes) {
+  return ByteReader(name, bytes, kNewestTitle).get<std::uint64_t>();
+}
+
+std::string newest_of(const std::string& path) {
+  const std::filesystem::path file(path);
+  return (file.parent_path() / file.stem()).string() + ".new";
+}
+
+GroundHead ground_head(const std::string& name, std::string_view bytes) {
+  GroundMap ground{gpr::TraceMemoryOptions()};
   ground.version = version_of(name, bytes);
   ByteReader in(name, bytes, title(ground.version));
+  get_format(in, ground);
+  if (ground.version > 1) get_descent(in, ground);
+  return {in.checksum(), ground.format, in.get<std::uint8_t>() != 0, ground.descent};
+}
+
+bool descends(const GroundHead& ground, const GroundHead& file) {
+  const auto has = [&](const Ancestor& one) {
+    return std::any_of(ground.descent.begin(), ground.descent.end(), [&](const Ancestor& own) {
+      return own.mark == one.mark && own.until >= one.until;
+    });
+  };
+  return !file.has_ground || file.identity == ground.identity || has({file.identity, 0}) ||
+         (!file.descent.empty() && std::all_of(file.descent.begin(), file.descent.end(), has));
+}
+
+namespace {
+
+// newest: what was added to the file since, if any.
+GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest,
+               const gpr::TraceMemoryOptions& options) {
+  GroundMap ground(options);
+  ground.version = version;
+  const ByteReader& last = newest ? *newest : in;
   try {
-    if (ground.version == 1) {
+    if (version == 1) {
       get_ground_1(in, ground);
     } else {
-      get_ground(in, ground);
+      Pieces pieces = get_pieces(in, ground);
+      if (newest) get_newest(*newest, ground, pieces);
+      restore(last, std::move(pieces), ground);
     }
   } catch (const std::invalid_argument& error) {
-    in.refuse(error.what());
+    last.refuse(error.what());
   }
-  ground.identity = in.checksum();
+  ground.identity = newest ? 0 : in.checksum();
   return ground;
+}
+
+}  // namespace
+
+GroundMap ground_map_from(const std::string& name, std::string_view bytes,
+                          const gpr::TraceMemoryOptions& options) {
+  const int version = version_of(name, bytes);
+  return made(ByteReader(name, bytes, title(version)), version, std::nullopt, options);
+}
+
+std::optional<GroundMap> read_ground_map(const std::string& path,
+                                         const gpr::TraceMemoryOptions& options,
+                                         std::vector<std::string>& notices) {
+  std::string bytes, newest;
+  if (!read_whole(path, bytes)) return std::nullopt;
+  const int version = version_of(path, bytes);
+  const ByteReader whole(path, bytes, title(version));
+  const std::string beside = newest_of(path);
+  try {
+    if (version > 1 && read_whole(beside, newest) &&
+        base_of_newest(beside, newest) == whole.checksum())
+      return made(whole, version, ByteReader(beside, newest, kNewestTitle), options);
+  } catch (const FileError& error) {
+    notices.emplace_back(error.what());
+  }
+  return made(whole, version, std::nullopt, options);
 }
 
 }  // namespace gprodom

@@ -62,6 +62,11 @@ GroundMap both_of(const GroundMap& first, const GroundMap& second) {
   return both;
 }
 
+void take_descent(const GroundMap& from, GroundMap& into) {
+  into.descent.insert(into.descent.end(), from.descent.begin(), from.descent.end());
+  if (from.identity != 0) into.descent.push_back({from.identity, 0});
+}
+
 // The antenna of the session that holds a column, in body.
 PlanarPose antenna_at(const GroundMap& ground, std::size_t column) {
   return {ground.origins.at(ground.memory.session_of(column)).antenna.head<2>(), 0.0};
@@ -161,6 +166,10 @@ MergedMaps merge_maps(const GroundMap& first, const GroundMap& second, const Gra
   const bool changed = std::any_of(merged.joins.begin(), merged.joins.end(),
                                    [](const MapJoin& join) { return join.proven; });
   if (!changed) merged.ground.parents.resize(std::min<std::size_t>(both.parents.size(), 1));
+  take_descent(first, merged.ground);
+  const bool all = std::all_of(merged.joins.begin(), merged.joins.end(),
+                               [](const MapJoin& join) { return join.proven; });
+  if (all) take_descent(second, merged.ground);  // else some of its ground is left out
   return merged;
 }
 

@@ -40,6 +40,7 @@ Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {
 MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
                  std::optional<Mapper::Start> start)
     : enabled_(config.gpr.enabled && config.graph.enabled),
+      taken_from_(before ? before->taken_from() : 0),
       latency_(from_seconds(config.graph.latency)),
       mapper_(config, std::move(before), std::move(start)),
       worker_(execution) {}
@@ -77,13 +78,27 @@ void MapTask::submit(TimeNs effective) {
     next_.traces.push_back(std::move(traces_.front()));
     traces_.pop_front();
   }
-  worker_.submit(effective + latency_,
-                 [this, input = std::exchange(next_, {})] { return mapper_.run(input); });
+  worker_.submit(effective + latency_, [this, input = std::exchange(next_, {})] {
+    try {
+      return mapper_.run(input);
+    } catch (const std::exception& error) {
+      throw MapFailure(std::string("map: ") + error.what());
+    } catch (...) {
+      throw MapFailure("map: not a std::exception");
+    }
+  });
 }
 
-void MapTask::save_ground(TimeNs now, std::function<void(std::string)> take) {
+void MapTask::save_ground(TimeNs now, bool main, std::function<void(SavedGround)> take) {
+  worker_.submit(now + latency_, [this, main, take = std::move(take)] {
+    take(mapper_.saved_ground(main));
+    return MapAnswer{};
+  });
+}
+
+void MapTask::save_newest(TimeNs now, std::function<void(SavedGround)> take) {
   worker_.submit(now + latency_, [this, take = std::move(take)] {
-    take(mapper_.ground_bytes());
+    take(mapper_.newest_ground());
     return MapAnswer{};
   });
 }
@@ -93,9 +108,9 @@ GroundMap MapTask::take_ground() {
   return mapper_.take_ground();
 }
 
-std::string MapTask::ground_bytes() {
+SavedGround MapTask::saved_ground() {
   drain();
-  return mapper_.ground_bytes();
+  return mapper_.saved_ground(false);
 }
 
 std::optional<MapAnswer> MapTask::next_due(TimeNs now) {

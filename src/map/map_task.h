@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,12 @@ namespace gprodom {
 // and the graph's wheel scale and slip hold since then too.
 Correction correction_by(const MapPose& settled, const OdometryEstimate& now);
 
+// A job of the map has failed: its ground may be at fault, and may not be whole any more.
+class MapFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 class MapTask {
  public:
   // How odom lies in map, as Mapper has it.
@@ -35,6 +42,9 @@ class MapTask {
   // If not, no ground is stored, and there is none to save or to search.
   bool enabled() const { return enabled_; }
 
+  // GroundMap::taken_from() of `before`.
+  std::uint64_t taken_from() const { return taken_from_; }
+
   void add(const GprTrace& trace);
   void add(const Displacement& revisit);
   // Adds a state in effect. Every half second a job is submitted.
@@ -43,15 +53,19 @@ class MapTask {
   // The robot is about there: the next job knows it.
   void locate_at(const ToldPlace& place) { next_.told = place; }
 
-  // The next answer that is due. Its pose is kept for the next correct().
+  // The next answer that is due. Throws MapFailure where its job has thrown. Its pose is kept for
+  // the next correct().
   std::optional<MapAnswer> next_due(TimeNs now);
 
   // The map -> odom correction by the last answer; nothing if there was none since the last call.
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
-  // After the jobs so far, calls `take` on the worker's thread with the ground as bytes of a file.
+  // After the jobs so far, calls `take` on the worker's thread with the ground.
   // Only if enabled().
-  void save_ground(TimeNs now, std::function<void(std::string)> take);
+  // main: to the file that save_newest() adds to.
+  void save_ground(TimeNs now, bool main, std::function<void(SavedGround)> take);
+  // The same with what is new since (Mapper::newest_ground()).
+  void save_newest(TimeNs now, std::function<void(SavedGround)> take);
 
   void drain() { worker_.drain(); }
   void start_jobs() { worker_.start(); }
@@ -59,7 +73,7 @@ class MapTask {
 
   // Waits for all jobs and returns the ground. Taking it ends the mapper.
   GroundMap take_ground();
-  std::string ground_bytes();
+  SavedGround saved_ground();
 
   // Before the first state: keeps all revisits for revisits().
   void record() { mapper_.record(); }
@@ -73,6 +87,7 @@ class MapTask {
   void submit(TimeNs effective);
 
   const bool enabled_;
+  const std::uint64_t taken_from_;
   const TimeNs latency_;
   MapInput next_;
   std::deque<GprTrace> traces_;      // newer than the newest settled state

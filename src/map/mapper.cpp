@@ -43,6 +43,8 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       locator_(antenna_) {
   origin_ = {config.gpr.lever_arm, kVersion, config.state.robot, {}};
   ground_.memory.begin_session();
+  saved_end_ = end_of_before_;
+  if (ground_.identity != 0) saved_ = SavedColumns{ground_.identity, 0, end_of_before_};
 }
 
 MapAnswer Mapper::run(const MapInput& input) {
@@ -113,20 +115,13 @@ void Mapper::begin_graph(const PathState& first) {
 void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
   const TraceFormat format = format_of(trace);
   if (ground_.format.samples != 0 && !same_format(ground_.format, format)) {
-    ground_.memory.clear();
-    ground_.places.clear();
-    ground_.origins.clear();
-    end_of_before_ = 0;
-    candidate_.reset();
-    search_.reset();
-    search_before_.reset();
-    change_ = ChangeFollower();
-    last_query_.reset();
-    answer.notes.push_back("traces of another length or interval: the stored ground is deleted");
+    answer.notes.push_back("trace of another length or interval than the ground's: not stored");
+    return;
   }
   ground_.format = format;
   ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
                      path_.distance_at(trace.time));
+  last_trace_ = trace.time;
   note_origin();
 }
 
@@ -140,8 +135,10 @@ void Mapper::note_errors(double scale_sigma) {
 
 void Mapper::note_origin() {
   ground_.origins.resize(ground_.memory.sessions().size(), origin_);
-  if (ground_.memory.kept().end <= end_of_before_) return;
-  ground_.changes();
+  const std::size_t end = ground_.memory.kept().end;
+  if (end <= end_of_before_ || end == noted_end_) return;
+  ground_.extended(end_of_before_, last_trace_, noted_end_ == 0);
+  noted_end_ = end;
   if (!ground_.origins.empty()) ground_.origins.back().errors = origin_.errors;
 }
 
@@ -288,7 +285,30 @@ std::vector<KnownPlace> Mapper::places() const {
   return all;
 }
 
-std::string Mapper::ground_bytes() const { return to_bytes(ground_, places()); }
+SavedGround Mapper::saved_ground(bool main) {
+  SavedGround saved{to_bytes(ground_, places()), ground_.descent, !ground_.memory.filter(), 0};
+  if (!main) return saved;
+  const gpr::MemoryRange kept = ground_.memory.kept();
+  // The run under way is forgotten if it ends before it is long enough.
+  saved_ = {ground_head("ground", saved.bytes).identity, kept.first, kept.end};
+  if (kept.size() > 0) {
+    const gpr::MemoryRange run = ground_.memory.run_of(kept.end - 1);
+    if (static_cast<double>(run.size()) * ground_.memory.spacing() <
+        ground_.memory.options().least_m)
+      saved_->end = run.first;
+  }
+  saved_end_ = kept.end;
+  return saved;
+}
+
+SavedGround Mapper::newest_ground() {
+  const gpr::MemoryRange kept = ground_.memory.kept();
+  if (kept.end == saved_end_ || ground_.memory.sessions().empty()) return {};
+  if (!saved_ || kept.first > saved_->end) return saved_ground(true);
+  saved_end_ = kept.end;
+  return {newest_to_bytes(ground_, places(), end_of_before_, *saved_), ground_.descent, false,
+          saved_->identity};
+}
 
 GroundMap Mapper::take_ground() {
   ground_.memory.end_run();

@@ -14,6 +14,7 @@
 #include "gprodom/types.h"
 #include "map/change_follower.h"
 #include "map/ground_map.h"
+#include "map/ground_map_file.h"
 #include "map/locator.h"
 #include "map/map_path.h"
 #include "map/pass_finder.h"
@@ -101,10 +102,14 @@ class Mapper {
   // How odom lies in map at the track's beginning.
   PlanarPose map_from_odom() const;
 
-  // The ground of this track and of earlier ones. Taking it ends this mapper; the bytes are those
-  // of a map file.
+  // The ground of this track and of earlier ones. Taking it ends this mapper.
   GroundMap take_ground();
-  std::string ground_bytes() const;
+  // main: newest_ground() goes on from it.
+  SavedGround saved_ground(bool main);
+  // What was stored since the main file was saved, or since the file that the ground was read from;
+  // all of it where there is no such file. No bytes where nothing was stored since the last call,
+  // nor of ground of version 1.
+  SavedGround newest_ground();
 
  private:
   // One end of a revisit: near a node, or fixed in map (kInMap).
@@ -190,10 +195,14 @@ class Mapper {
   SessionOrigin origin_;  // of this track
   Eigen::Vector3d step_variances_ = Eigen::Vector3d::Zero();  // sums: m, m^2, rad^2
   std::size_t end_of_before_ = 0;  // number of the first column of this track
-  std::optional<Start> start_;     // until there is a state
-  int map_ = 0;                    // number of this track's map
-  bool located_ = false;           // tied to an earlier map, whose frame is `map`
-  bool moved_ = false;             // to a map, at the start or since
+  std::size_t noted_end_ = 0;      // of its stored ground, when its origin was noted; 0: none yet
+  TimeNs last_trace_ = 0;
+  std::optional<SavedColumns> saved_;  // in the last whole file
+  std::size_t saved_end_ = 0;          // of the stored ground, in any file
+  std::optional<Start> start_;         // until there is a state
+  int map_ = 0;                        // number of this track's map
+  bool located_ = false;               // tied to an earlier map, whose frame is `map`
+  bool moved_ = false;                 // to a map, at the start or since
   std::optional<Candidate> candidate_;
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;

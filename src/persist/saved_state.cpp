@@ -8,7 +8,7 @@
 namespace gprodom {
 namespace {
 
-const char* const kTitle = "gprodom state 2";
+const char* const kTitle = "gprodom state 3";
 
 template <typename Matrix>
 void put_matrix(const Matrix& matrix, ByteWriter& out) {
@@ -50,6 +50,7 @@ std::string to_bytes(const SavedState& saved) {
   out.put(static_cast<std::int32_t>(correction.revisits));
   out.put(static_cast<std::int32_t>(saved.map));
   out.put_text(saved.wheel_setting);
+  out.put(saved.ground);
   return out.sealed(kTitle);
 }
 
@@ -77,6 +78,7 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   if (has_correction) saved.correction = correction;
   saved.map = in.get<std::int32_t>();
   saved.wheel_setting = in.get_text();
+  saved.ground = in.get<std::uint64_t>();
   in.expect_end();
   const bool sound =
       x.finite() && x.wheel_scale > 0 && saved.noise.gyro_density > 0 &&

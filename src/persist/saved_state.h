@@ -1,6 +1,7 @@
 // The state of the estimator at one moment, from which it can continue a few seconds later.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,7 +20,8 @@ struct SavedState {
   // The map -> odom correction in force, with the covariance of the pose in map now; nothing while
   // map is odom.
   std::optional<Correction> correction;
-  int map = 0;                // which map of the ground's
+  int map = 0;                // which map of the ground's; -1: none, the ground is another one
+  std::uint64_t ground = 0;   // file that the ground was taken up from (GroundMap::taken_from())
   std::string wheel_setting;  // of saved_wheel.h, then
 };
 

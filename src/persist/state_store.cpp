@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
+#include <utility>
 
 #include "base/atomic_file.h"
 #include "estimation/drive_traits.h"
@@ -20,8 +22,11 @@ constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, a
 // chance one in 16,000 is larger, so the scale is that of another wheel, or the prior is wrong.
 constexpr double kMostSigmas = 4.0;
 
-// The ground of an hour is some 10 MB, and what changes in it is its end.
-constexpr double kGroundEvery = 300.0;  // times state.save_period
+// Times state.save_period. The ground of an hour is some 10 MB. What is new since that was written
+// is at most 6 kB a metre, and is written again each time: at 1 m/s both are below 0.1 MB/s
+// (bench/map_saving.py).
+constexpr double kGroundEvery = 300.0;
+constexpr double kNewestEvery = 10.0;
 
 const char* const kWheelFile = "/wheel.state";
 const char* const kSlipFile = "/slip.state";
@@ -52,12 +57,28 @@ StateStore::StateStore(const Config& config)
       wheel_setting_(gprodom::wheel_setting(config)),
       directory_(config.state.directory),
       state_period_(from_seconds(config.state.save_period)),
-      ground_period_(from_seconds(kGroundEvery * config.state.save_period)) {
-  if (enabled()) remove_abandoned(directory_);
+      ground_period_(from_seconds(kGroundEvery * config.state.save_period)),
+      newest_period_(from_seconds(kNewestEvery * config.state.save_period)) {
+  if (!enabled()) return;
+  lock_.take(directory_, writes_ground() ? FolderLock::Use::kAlone : FolderLock::Use::kShared);
+  if (keeps_state()) remove_abandoned(directory_);
+}
+
+bool StateStore::is_locked() {
+  try {
+    lock_.take(directory_, writes_ground() ? FolderLock::Use::kAlone : FolderLock::Use::kShared);
+    failing_.erase(directory_);
+    return true;
+  } catch (const FileError& error) {
+    failing_[directory_] = error.what();
+    return false;
+  }
 }
 
 Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) const {
-  if (!enabled() || config_.wheel.scale_sigma <= 0) return config_;
+  if (enabled() && !keeps_state())
+    notices.push_back(directory_ + ": shared: another user keeps pose, wheel and slip there");
+  if (!keeps_state() || config_.wheel.scale_sigma <= 0) return config_;
   const std::string path = directory_ + kWheelFile;
   const auto wheel = read(path, notices, saved_wheel_from);
   if (!wheel) return config_;
@@ -91,7 +112,7 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
 }
 
 std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) const {
-  if (!enabled()) return std::nullopt;
+  if (!keeps_state()) return std::nullopt;
   const std::string path = directory_ + kSlipFile;
   const auto slip = read(path, notices, saved_slip_from);
   if (!slip) return std::nullopt;
@@ -101,7 +122,7 @@ std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) 
 }
 
 std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) const {
-  if (!enabled()) return std::nullopt;
+  if (!keeps_state()) return std::nullopt;
   const std::string path = directory_ + kPairFile;
   const auto pair = read(path, notices, saved_pair_from);
   if (!pair) return std::nullopt;
@@ -130,7 +151,7 @@ std::string StateStore::why_not(const SavedPair& pair) const {
 }
 
 std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) const {
-  if (!enabled()) return std::nullopt;
+  if (!keeps_state()) return std::nullopt;
   auto saved = read(directory_ + kStateFile, notices, saved_state_from);
   if (!saved || saved->wheel_setting == wheel_setting_) return saved;
   saved->state.wheel_scale = config_.wheel.scale;
@@ -144,9 +165,31 @@ std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) c
 std::optional<GroundMap> StateStore::ground(const gpr::TraceMemoryOptions& options,
                                             std::vector<std::string>& notices) const {
   if (!enabled()) return std::nullopt;
-  return read(ground_path(), notices, [&](const std::string& path, const std::string& bytes) {
-    return ground_map_from(path, bytes, options);
-  });
+  try {
+    return read_ground_map(ground_path(), options, notices);
+  } catch (const FileError& error) {
+    notices.emplace_back(error.what());
+    return std::nullopt;
+  }
+}
+
+void StateStore::use_ground_of(const TraceFormat& format) {
+  use_main_ground();
+  other_format_.clear();
+  std::optional<GroundHead> main;
+  try {
+    main = ground_files_.head(ground_path());
+  } catch (const FileError&) {  // what cannot be used is set aside when it is replaced
+  }
+  if (!main || !main->has_ground || same_format(main->format, format)) return;
+  char name[80];
+  std::snprintf(name, sizeof name, "%s-%zux%gps", kMainGround, format.samples,
+                1e12 * format.sample_interval_s);
+  ground_name_ = name;
+  other_format_ = "the radar sends " + text_of(format) + ", ground.map is of " +
+                  text_of(main->format) + ": it stays as it is, and new ground goes to " +
+                  ground_name_ + ".map; set the radar back, or command load_map " + ground_name_ +
+                  " to go on with that one";
 }
 
 bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
@@ -158,7 +201,7 @@ bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
 }
 
 void StateStore::save(const OdometryEstimate& estimate, const std::optional<SavedState>& state) {
-  if (!enabled()) return;
+  if (!keeps_state() || !is_locked()) return;
   if (estimate.wheel_scale_sigma > 0) {
     writer_.write(
         directory_ + kWheelFile,
@@ -171,18 +214,37 @@ void StateStore::save(const OdometryEstimate& estimate, const std::optional<Save
 }
 
 void StateStore::save(const LearntTurn& pair) {
-  if (enabled())
+  if (keeps_state() && is_locked())
     writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
 }
 
 void StateStore::save(const slip::Learnt& slip) {
-  if (enabled() && slip.counts.rolled_s > 0)
+  if (keeps_state() && is_locked() && slip.counts.rolled_s > 0)
     writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
+}
+
+void StateStore::save_ground(const std::string& path, SavedGround ground, bool asked) {
+  if (!asked && ground.empty) return;
+  const auto kept = std::make_shared<const SavedGround>(std::move(ground));
+  if (kept->base != 0) {
+    writer_.run(newest_of(path), [this, path, kept] {
+      return FileWriter::Report{ground_files_.add_newest(path, *kept), {}};
+    });
+    return;
+  }
+  writer_.run(path, [this, path, kept, asked] {
+    FileWriter::Report report;
+    if (!ground_files_.replace(path, *kept, report.told) && asked)
+      throw FileError(path + ": not saved: no ground is stored yet, and the file holds some");
+    return report;
+  });
 }
 
 std::vector<std::string> StateStore::take_notices() {
   std::vector<std::string> notices;
-  for (const auto& [path, error] : writer_.take_outcomes()) {
+  for (const auto& [path, error, report] : writer_.take_outcomes()) {
+    needs_whole_ = needs_whole_ || !report.done;
+    tell(report.told, notices);
     if (error.empty()) {
       failing_.erase(path);
     } else {
@@ -194,6 +256,12 @@ std::vector<std::string> StateStore::take_notices() {
     notices.push_back(error.empty() ? path + ": saved" : error);
   }
   return notices;
+}
+
+void StateStore::tell(const std::vector<std::string>& told, std::vector<std::string>& notices) {
+  if (told.empty()) return;
+  kept_aside_ = told.back();
+  notices.insert(notices.end(), told.begin(), told.end());
 }
 
 std::string StateStore::trouble() const {

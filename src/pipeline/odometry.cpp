@@ -1,20 +1,23 @@
 #include "gprodom/odometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
 
-#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
 #include "map/map_frame.h"
 #include "persist/state_store.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/rescue.h"
 
 namespace gprodom {
 
 namespace {
+
+constexpr std::uint64_t kOfNoFile = ~std::uint64_t{0};  // as GroundMap::taken_from()
 
 std::vector<OdometryEstimate> poses(const std::vector<NavState>& states, const Pipeline& pipeline) {
   std::vector<OdometryEstimate> estimates(states.size());
@@ -33,11 +36,19 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
       config_(store_->config_with_wheel_scale(notices_)),
       execution_(execution),
       front_end_(std::move(front_end)),
-      pipeline_(std::make_unique<Pipeline>(
-          config_, execution, front_end_,
-          StartingPoint{store_->ground(memory_options(config), notices_), store_->state(notices_),
-                        store_->pair(notices_), store_->slip(notices_)})),
-      map_frame_(std::make_unique<MapFrame>()) {}
+      map_frame_(std::make_unique<MapFrame>()),
+      rescue_(std::make_unique<Rescue>()) {
+  StartingPoint start{store_->ground(memory_options(config), notices_),
+                      store_->state(notices_),
+                      store_->pair(notices_),
+                      store_->slip(notices_),
+                      {}};
+  if (start.state && start.ground && !start.ground->goes_on_from(start.state->ground)) {
+    start.state->correction.reset();
+    start.state->map = -1;
+  }
+  restart(std::move(start));
+}
 Odometry::~Odometry() = default;
 
 void Odometry::add(const ImuSample& sample) { pipeline_->add(sample); }
@@ -54,6 +65,7 @@ void Odometry::start_jobs() { pipeline_->start_jobs(); }
 
 Outputs Odometry::step() {
   Outputs out = pipeline_->step();
+  if (std::exchange(map_exchanged_, false)) map_frame_->reset();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);
   save_due(out);
@@ -74,7 +86,7 @@ Outputs Odometry::finish() {
   if (store_->enabled()) {
     if (!out.odometry.empty()) newest_ = out.odometry.back();
     save_state();
-    if (store_->writes_ground()) begin_saving(store_->ground_path());
+    if (store_->writes_ground() && store_->is_locked()) begin_saving(store_->ground_path(), false);
     pipeline_->drain();
   }
   store_->writer().flush();  // also what a command has asked for
@@ -87,41 +99,74 @@ void Odometry::save_due(Outputs& out) {
   if (!out.odometry.empty()) {
     here_ = newest_ = out.odometry.back();
     if (store_->state_is_due(newest_.time)) save_state();
-    if (store_->ground_is_due(newest_.time)) begin_saving(store_->ground_path());
+    const bool newest = store_->newest_is_due(newest_.time);
+    if (store_->ground_is_due(newest_.time))
+      begin_saving(store_->ground_path(), false);
+    else if (newest)
+      begin_saving_newest();
   }
-  for (std::string& notice : store_->take_notices()) notices_.push_back(std::move(notice));
-  pipeline_->report_files(store_->trouble());
+  take_notices();
+  pipeline_->report_files(store_->trouble(), store_->kept_aside(), store_->other_format());
   out.warnings.insert(out.warnings.begin(), std::make_move_iterator(notices_.begin()),
                       std::make_move_iterator(notices_.end()));
   notices_.clear();
 }
 
 void Odometry::save_state() {
-  store_->save(newest_, pipeline_->state(map_frame_->now()));
+  auto state = pipeline_->state(map_frame_->now());
+  if (state && !store_->uses_main_ground()) state->ground = kOfNoFile;  // the next run begins there
+  store_->save(newest_, state);
   if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
   store_->save(pipeline_->learnt_slip());
 }
 
-void Odometry::begin_saving(const std::string& path) {
+void Odometry::begin_saving(const std::string& path, bool asked) {
   if (!pipeline_->has_map()) return;
-  pipeline_->save_ground([store = store_.get(), path](std::string bytes) {
-    store->writer().write(path, std::move(bytes));
+  const bool main = path == store_->ground_path();
+  pipeline_->save_ground(main, [store = store_.get(), path, asked](SavedGround ground) {
+    store->save_ground(path, std::move(ground), asked);
   });
+}
+
+void Odometry::begin_saving_newest() {
+  if (!pipeline_->has_map()) return;
+  pipeline_->save_newest([store = store_.get(), path = store_->ground_path()](SavedGround ground) {
+    store->save_ground(path, std::move(ground), false);
+  });
+}
+
+// Before the ground driven over is exchanged for another. Waits for the disk. False if it cannot be
+// written.
+bool Odometry::save_ground() {
+  if (store_->enabled() && store_->writes_ground() && store_->is_locked())
+    begin_saving(store_->ground_path(), false);
+  pipeline_->drain();
+  store_->writer().flush();
+  take_notices();
+  return !store_->failed(store_->ground_path());
+}
+
+void Odometry::take_notices() {
+  for (std::string& notice : store_->take_notices()) notices_.push_back(std::move(notice));
 }
 
 void Odometry::begin_saving_map(const std::string& path) {
   expect_map(path);
   expect_writable(path);
   store_->await(path);
-  begin_saving(path);
+  begin_saving(path, true);
 }
 
 void Odometry::save_map(const std::string& path) {
   expect_map(path);
   expect_writable(path);
-  const std::string bytes = pipeline_->ground_bytes();
+  const SavedGround ground = pipeline_->saved_ground();
   store_->writer().flush();
-  write_whole(path, bytes);
+  std::vector<std::string> told;
+  const bool replaced = store_->ground_files().replace(path, ground, told);
+  store_->tell(told, notices_);
+  if (!replaced)
+    throw FileError(path + ": not saved: no ground is stored yet, and the file holds some");
 }
 
 void Odometry::load_map(const std::string& path) {
@@ -129,10 +174,39 @@ void Odometry::load_map(const std::string& path) {
   // The file may be one that is just being saved.
   pipeline_->drain();
   store_->writer().flush();
-  std::string bytes;
-  if (!read_whole(path, bytes)) throw FileError(path + ": no such file");
-  pipeline_->set_ground(ground_map_from(path, bytes, memory_options(config_)));
+  auto ground = read_ground_map(path, memory_options(config_), notices_);
+  if (!ground) throw FileError(path + ": no such file");
+  const auto radar = pipeline_->trace_format();
+  if (radar && ground->known_format() && !same_format(ground->format, *radar))
+    throw FileError(path + ": not loaded: its ground is of " + text_of(ground->format) +
+                    ", the radar sends " + text_of(*radar));
+  if (!save_ground())
+    throw FileError(path + ": not loaded: the ground driven over so far cannot be saved");
+  store_->use_main_ground();
+  pipeline_->set_ground(std::move(*ground));
   map_frame_->reset();
+}
+
+// The ground of the radar's new setting. That of the one before stays under its name, or, where it
+// cannot be saved, in memory.
+std::optional<GroundMap> Odometry::ground_of(const TraceFormat& format) {
+  std::vector<GroundMap>& unsaved = rescue_->unsaved;
+  const bool saved = save_ground() && store_->enabled() && store_->writes_ground();
+  if (!saved) unsaved.push_back(pipeline_->take_ground());
+  map_exchanged_ = true;
+  if (store_->enabled()) store_->use_ground_of(format);
+  const auto kept = std::find_if(unsaved.begin(), unsaved.end(), [&](const GroundMap& ground) {
+    return same_format(ground.format, format);
+  });
+  std::optional<GroundMap> ground;
+  if (kept != unsaved.end()) {
+    ground = std::move(*kept);
+    unsaved.erase(kept);
+  } else {
+    ground = store_->ground(memory_options(config_), notices_);
+  }
+  const bool usable = ground && ground->known_format() && same_format(ground->format, format);
+  return usable ? std::move(ground) : std::nullopt;
 }
 
 void Odometry::locate_at(const RoughPlace& place) {
@@ -173,13 +247,35 @@ std::vector<OdometryEstimate> Odometry::smoothed() const {
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
-  restart(
-      {pipeline_->take_ground(), std::nullopt, pipeline_->learnt_pair(), pipeline_->learnt_slip()});
+  restart({pipeline_->take_ground(),
+           std::nullopt,
+           pipeline_->learnt_pair(),
+           pipeline_->learnt_slip(),
+           {}});
 }
 
-void Odometry::forget() { restart({}); }
+void Odometry::forget() {
+  save_ground();
+  set_ground_aside();
+  store_->use_main_ground();
+  restart({});
+}
+
+// The next run does not find it either.
+void Odometry::set_ground_aside() {
+  if (!store_->enabled() || !store_->writes_ground()) return;
+  store_->writer().flush();
+  std::vector<std::string> told;
+  try {
+    store_->ground_files().set_aside(store_->ground_path(), told);
+  } catch (const FileError& error) {
+    told.emplace_back(error.what());
+  }
+  store_->tell(told, notices_);
+}
 
 void Odometry::restart(StartingPoint start) {
+  start.ground_of = [this](const TraceFormat& format) { return ground_of(format); };
   pipeline_ = std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
   map_frame_->reset();
   here_ = {};

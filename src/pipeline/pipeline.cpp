@@ -71,6 +71,8 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       health_(config.logging.warning_period),
       input_(config_, health_),
       motion_(config),
+      ground_format_(start.ground ? start.ground->known_format() : std::nullopt),
+      ground_of_(std::move(start.ground_of)),
       slip_drift_(config),
       radar_(config.gpr, front_end),
       solver_(execution),
@@ -97,7 +99,7 @@ void Pipeline::store(Message& message) {
     count_jump(motion_.add(*wheels));
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
-    map_->add(*trace);
+    if (map_->enabled()) add_to_map(*trace);
     if (radar_.enabled() && traces_.size() < kMostTraces) traces_.push_back(std::move(*trace));
   } else {
     auto& displacement = std::get<Displacement>(message);
@@ -110,6 +112,21 @@ void Pipeline::store(Message& message) {
       displacement.kind = DisplacementKind::kExternal;
     motion_.add_external(std::move(displacement));
   }
+}
+
+// What several traces agree in is the radar's setting. One of them alone may be damaged, and must
+// not decide which ground is stored.
+void Pipeline::add_to_map(const GprTrace& trace) {
+  unagreed_.push_back(trace);
+  const auto format = input_.trace_format();
+  if (!format) return;
+  if (ground_format_ && !same_format(*ground_format_, *format)) {
+    std::optional<GroundMap> ground = ground_of_ ? ground_of_(*format) : std::nullopt;
+    set_ground(ground ? std::move(*ground) : GroundMap(memory_options(config_)));
+  }
+  ground_format_ = format;
+  for (const GprTrace& waiting : std::exchange(unagreed_, {}))
+    if (same_format(*format, format_of(waiting))) map_->add(waiting);
 }
 
 std::string Pipeline::add_factor(const UserFactor& factor) {

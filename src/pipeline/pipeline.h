@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/dated_worker.h"
+#include "base/trace_format.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
@@ -35,6 +36,9 @@ struct StartingPoint {
   std::optional<SavedState> state;   // used if it is at most state.resume_within old
   std::optional<LearntTurn> pair;    // calibration of left and right wheels
   std::optional<slip::Learnt> slip;  // of the wheel
+  // The radar has another setting than the ground: saves the ground, and returns that of the new
+  // setting, if there is any.
+  std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
 };
 
 class Pipeline {
@@ -77,23 +81,34 @@ class Pipeline {
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
   }
+  TimeNs now() const { return imu_now_; }  // data time
   // save_ground() needs a map.
   bool has_map() const { return map_->enabled(); }
   // Waits for the map's jobs, and leaves the map without ground.
   GroundMap take_ground() { return map_->take_ground(); }
-  // The content of a map file. Waits for the map's jobs.
-  std::string ground_bytes() { return map_->ground_bytes(); }
+  // Waits for the map's jobs.
+  SavedGround saved_ground() { return map_->saved_ground(); }
   void drain();
+  // The radar's setting, once it is known.
+  std::optional<TraceFormat> trace_format() const { return input_.trace_format(); }
   // Replaces the map by one that has this ground of an earlier run, and begins a new track in it.
   void set_ground(GroundMap ground);
   void locate_at(const ToldPlace& place) { map_->locate_at(place); }
   // Runs on the map's thread, after its current jobs.
-  void save_ground(std::function<void(std::string)> take) {
-    map_->save_ground(imu_now_, std::move(take));
+  // main: to the file that save_newest() adds to.
+  void save_ground(bool main, std::function<void(SavedGround)> take) {
+    map_->save_ground(imu_now_, main, std::move(take));
   }
-  // Keeps this trouble in the status until it is empty.
-  void report_files(const std::string& trouble) {
+  void save_newest(std::function<void(SavedGround)> take) {
+    map_->save_newest(imu_now_, std::move(take));
+  }
+  // Keeps these in the status until they are empty: what cannot be written, which map file has
+  // another name now, and that the radar has another setting than ground.map.
+  void report_files(const std::string& trouble, const std::string& kept_aside,
+                    const std::string& other_format) {
     health_.set("state files", HealthLevel::kDegraded, trouble);
+    health_.await("map files", HealthLevel::kOk, kept_aside);
+    health_.set("map format", HealthLevel::kDegraded, other_format);
   }
 
   // The clock was set, so the state refers to another time. The next pipeline takes the inbox.
@@ -103,6 +118,7 @@ class Pipeline {
  private:
   // Stations of a message, in the order step() visits them.
   void store(Message& message);
+  void add_to_map(const GprTrace& trace);
   void count_jump(bool usable);
   void start();
   bool resume();
@@ -140,7 +156,10 @@ class Pipeline {
   TimeNs imu_now_ = 0;  // newest IMU stamp: the estimator's clock
 
   MotionJudge motion_;
-  std::vector<GprTrace> traces_;  // since the last tick
+  std::vector<GprTrace> traces_;    // since the last tick
+  std::vector<GprTrace> unagreed_;  // for the map, until the radar's setting is known
+  std::optional<TraceFormat> ground_format_;
+  const std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of_;
   FactorQueue factors_;
   MountingWatch mounting_;
 

@@ -38,6 +38,7 @@ bool Pipeline::resume() {
   prediction_.resume(saved.distance_m);
   begin({x, gaussian_prior(x, saved.covariance), saved.noise}, result);
 
+  if (saved.map < 0) return true;  // the map is another one: the robot has to find its place in it
   resumed_correction_ = saved.correction;
   const Correction correction = saved.correction.value_or(Correction{});
   const Eigen::Vector3d ahead = correction.q_map_odom * Eigen::Vector3d::UnitX();
@@ -68,6 +69,7 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   saved.distance_m = prediction_.distance_m();
   saved.correction = correction;
   saved.map = map_number_;
+  saved.ground = map_->taken_from();
   return saved;
 }
 
@@ -78,6 +80,7 @@ void Pipeline::drain() {
 }
 
 void Pipeline::set_ground(GroundMap ground) {
+  ground_format_ = ground.known_format();
   has_earlier_ground_ = !ground.places.empty();
   located_ = false;
   map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));

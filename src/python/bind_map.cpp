@@ -10,7 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/folder_lock.h"
 #include "gprodom/config.h"
+#include "gprodom/error.h"
+#include "map/ground_files.h"
 #include "map/ground_map_file.h"
 #include "map/map_merge.h"
 #include "map/map_path.h"
@@ -149,10 +152,38 @@ GroundMap part(const GroundMap& ground,
   return ground.part(kept);
 }
 
+// Of the service's folder. What the service itself writes is replaced only while it does not run.
+std::vector<std::string> install_map(const std::string& folder, const std::string& name,
+                                     const py::bytes& content) {
+  FolderLock lock;
+  if (name == "ground" || name.rfind("ground-", 0) == 0) lock.take(folder, FolderLock::Use::kAlone);
+  SavedGround ground;
+  ground.bytes = content;
+  const std::string path = folder + "/" + name + ".map";
+  ground.descent = ground_head(path, ground.bytes).descent;
+  std::vector<std::string> told;
+  if (!GroundFiles().replace(path, ground, told))
+    throw FileError(path + ": holds ground, and the new file holds none");
+  return told;
+}
+
+GroundMap read_with_newest(const std::string& path) {
+  std::vector<std::string> notices;
+  auto ground = read_ground_map(path, memory_options(default_config()), notices);
+  if (!ground) throw FileError(path + ": no such file");
+  for (const std::string& notice : notices)
+    if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+  return std::move(*ground);
+}
+
 }  // namespace
 
 void bind_map(py::module_& module) {
   const double reach_m = 2 * kNodeSpacing;
+  module.def("install_map", &install_map, py::arg("folder"), py::arg("name"), py::arg("content"),
+             "Writes a map file NAME.map into an estimator's folder. What it held before is kept\n"
+             "under another name unless the new ground comes from it; returned is what to say of\n"
+             "that. Raises FileError, also for the estimator's own ground while it runs.");
   py::class_<GroundMap>(module, "GroundMap",
                         "A map file: docs/map_format.md. Columns are numbered "
                         "from the first, times in ns.")
@@ -161,6 +192,9 @@ void bind_map(py::module_& module) {
            }),
            py::arg("name"), py::arg("content"),
            "name: of the file, for errors. Raises FileError where the bytes are not a whole map.")
+      .def_static("read", &read_with_newest, py::arg("path"),
+                  "A file with what its estimator has added since in NAME.new beside it. Raises\n"
+                  "FileError.")
       .def("to_bytes",
            [](const GroundMap& ground) { return py::bytes(to_bytes(ground, ground.places)); })
       .def("part", &part, py::arg("ranges"),

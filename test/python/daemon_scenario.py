@@ -294,50 +294,6 @@ def killed(folder: Path) -> None:
         daemon.stop(signal.SIGTERM)
 
 
-def ground(folder: Path) -> None:
-    """A recorded drive (FOLDER/in.lcmlog) with all that is kept and asked for meanwhile.
-
-    Each of the daemon's threads works and hands on here; scripts/check-sanitizers watches them.
-    """
-    keep = f"state:\n  directory: {folder}\n  save_period: 0.02\n"
-    player = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", str(folder / "in.lcmlog")]
-
-    def value(daemon: Daemon, name: str) -> float:
-        status = daemon.heard["STATUS"][-1]
-        return dict(zip(status.names, status.values, strict=True)).get(name, 0.0)
-
-    def command(daemon: Daemon, name: str, argument: str) -> None:
-        m = message("command_t")()
-        m.utime, m.name, m.argument = START_UTIME, name, argument
-        daemon.lcm.publish("COMMAND", m.encode())
-
-    def played(daemon: Daemon, played_s: float) -> bool:
-        heard = daemon.heard["ODOMETRY"]
-        return bool(heard) and heard[-1].utime - heard[0].utime > played_s * 1e6
-
-    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
-        daemon.wait_for("poses of 20 s", lambda: played(daemon, 20.0), 40.0)
-        command(daemon, "save_map", "half")
-        daemon.reread(keep + "logging:\n  level: debug\n")
-        daemon.await_log("half.map: saved")
-        daemon.wait_for("end of the log", lambda: log.poll() is not None, 60.0)
-        daemon.wait_for("revisits", lambda: value(daemon, "revisits.trusted") > 0, 40.0)
-        daemon.stop(signal.SIGTERM)
-    assert {"ground.map", "half.map", "pose.state", "wheel.state"} <= set(os.listdir(folder))
-    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
-        daemon.wait_for("poses of 10 s", lambda: played(daemon, 10.0), 40.0)
-        command(daemon, "reset", "")
-        daemon.await_log("reset by command")
-        command(daemon, "load_map", "half")
-        daemon.await_log("map half loaded")
-        daemon.reread(keep + "wheel:\n  scale: 0.99\n")
-        daemon.await_log("the estimator restarts with the new config")
-        heard = len(daemon.heard["ODOMETRY"])
-        daemon.wait_for("poses", lambda: len(daemon.heard["ODOMETRY"]) > heard, 40.0)
-        daemon.stop(signal.SIGTERM)  # amid the drive
-        log.terminate()
-
-
 def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
     """Exit code and words of `gprodom status --once` while the robot stands; utime after it."""
     command = [sys.executable, "-m", "gprodom", "status", "--once"]
@@ -393,7 +349,7 @@ def two(folder: Path) -> None:
         daemon.stop(signal.SIGTERM)
 
 
-SCENARIOS = (two, reread, hostile, service, journal, status, killed, ground)
+SCENARIOS = (two, reread, hostile, service, journal, status, killed)
 
 if __name__ == "__main__":
     (chosen,) = [scenario for scenario in SCENARIOS if scenario.__name__ == sys.argv[1]]

@@ -20,11 +20,13 @@ def sealed(version: int, body: bytes) -> bytes:
 
 def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     """Files with a right checksum that make no sense, and what is said of each."""
-    body = whole[len(b"gprodom ground map 3\n") + 16 :]
-    assert sealed(3, body) == whole
+    body = whole[len(b"gprodom ground map 4\n") + 16 :]
+    assert sealed(4, body) == whole
     parents = 24
     (count,) = struct.unpack_from("<I", body, parents)
-    step = parents + 4 + 8 * count + 1
+    ancestors = parents + 4 + 8 * count
+    (count,) = struct.unpack_from("<I", body, ancestors)
+    step = ancestors + 4 + 16 * count + 1
     (samples,) = struct.unpack_from("<Q", body, 8)
     rows = -(-samples // struct.unpack_from("<I", body, step)[0])
     antenna = step + 8
@@ -48,6 +50,7 @@ def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     yield "columns make no sense", changed(8, "Q", 8)
     yield "sample interval", changed(16, "d", np.nan)
     yield "ends too early", changed(parents, "I", 2**31)
+    yield "ends too early", changed(ancestors, "I", 2**31)
     yield "columns make no sense", changed(step, "I", 0)
     yield "columns make no sense", changed(step, "I", 1)
     yield "has no session", changed(step + 4, "I", 0)

@@ -205,11 +205,18 @@ def test_two_daemons_notice_each_other(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-def test_ground_is_kept_and_asked_for(tmp_path: Path) -> None:
+@pytest.mark.parametrize("scenario", ["ground", "reload"])
+def test_ground_is_kept(tmp_path: Path, scenario: str) -> None:
     (sample,) = (CHECKOUT / "sample").glob("*.zip")
     convert = ["-m", "gprodom", "convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]
     subprocess.run([sys.executable, *convert], check=True, capture_output=True)
-    result = run_isolated(SCENARIOS.read_text(), "ground", str(tmp_path), timeout_s=300)
+    folder, name = SCENARIOS.parent, "daemon_maps.py"
+    code = f"""
+import runpy, sys
+sys.path.insert(0, {str(folder)!r})
+runpy.run_path({str(folder / name)!r}, run_name="__main__")
+"""
+    result = run_isolated(code, scenario, str(tmp_path), timeout_s=300)
     assert result.returncode == 0, result.stderr
 
 

@@ -68,7 +68,7 @@ def info(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 def test_info_tells_what_is_in_a_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = made / "two.map"
     found = info(path, capsys)
-    assert found["version"] == 3
+    assert found["version"] == 4
     assert found["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert (found["samples"], found["sample_interval_s"]) == (201, 2e-10)
     assert found["bytes"] == path.stat().st_size
@@ -235,7 +235,7 @@ def test_files_that_make_no_sense_are_refused_with_the_reason(
     made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "bad.map"
-    bad = [(3, *each) for each in bodies((made / "one.map").read_bytes())]
+    bad = [(4, *each) for each in bodies((made / "one.map").read_bytes())]
     bad += [(1, *each) for each in bodies_of_version_1(version_1())]
     for version, reason, body in bad:
         path.write_bytes(sealed(version, body))
@@ -254,7 +254,7 @@ def test_damaged_files_are_refused(
     flipped = [bytearray(whole) for _ in range(20)]
     for one in flipped:
         one[random.integers(len(whole))] ^= 1 << random.integers(8)
-    later = sealed(4, b"of a later program")
+    later = sealed(5, b"of a later program")
     cut = [whole[:n] for n in (0, 5, 21, 30, len(whole) // 2, len(whole) - 1)]
     path, output = tmp_path / "bad.map", tmp_path / "out"
     for data in (*flipped, *cut, whole + b"\0", later, b"gprodom state 2\n" + whole[21:]):
@@ -267,7 +267,7 @@ def test_damaged_files_are_refused(
             said = capsys.readouterr().err
             assert said.startswith(f"gprodom: error: {path}: cannot be used: ")
             assert said.count("\n") == 1
-            assert ("of version 4; this program reads versions 1 to 3" in said) == (data is later)
+            assert ("of version 5; this program reads versions 1 to 4" in said) == (data is later)
     assert not output.exists()
 
 
@@ -320,6 +320,25 @@ def test_install_and_fetch(made: Path, kept: Path, tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes() == (made / name).read_bytes()
     assert (tmp_path / "one.map").stat().st_uid == 0
     assert (os.geteuid(), os.getegid(), os.getgroups()) == before
+
+
+def test_what_the_service_has_is_not_lost_by_installing(
+    made: Path, kept: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there = ["--folder", str(kept)]
+    two, one = ((made / name).read_bytes() for name in ("two.map", "one.map"))
+    assert main(["map", "install", str(made / "two.map"), "--as", "ground", *there]) == 0
+    assert main(["map", "install", str(made / "one.map"), "--as", "ground", *there]) == 0
+    assert "it is kept as ground.kept-1.map" in capsys.readouterr().out
+    assert (kept / "ground.kept-1.map").read_bytes() == two
+    (kept / "ground.map").chmod(0o666)  # as if root's daemon used it
+    kept.chmod(0o777)
+    daemon = gprodom.Odometry(set=[f"state.directory={kept}"])
+    assert main(["map", "install", str(made / "two.map"), "--as", "ground", *there]) == 1
+    assert "is in use by another estimator" in capsys.readouterr().err
+    assert main(["map", "install", str(made / "two.map"), "--as", "yard", *there]) == 0
+    del daemon
+    assert (kept / "ground.map").read_bytes() == one
 
 
 def test_a_link_of_the_service_leads_to_nothing_of_others(

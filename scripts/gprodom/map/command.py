@@ -16,7 +16,7 @@ from gprodom.export.paths import write_csv, write_geojson
 from gprodom.files import Output, OutputFile, OutputFolder, write_bytes
 from gprodom.map import cut, service
 from gprodom.map import merge as merging
-from gprodom.map.ground import MapFile, facts, map_from, read_map
+from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
 from gprodom.options import Subparsers, add_command, add_picture_output
 from gprodom.trajectory import Trajectory
@@ -64,8 +64,9 @@ cannot be merged.
 
 INSTALL = """\
 Copies map files into the folder of the service, as its user and readable by its group, each
-entirely or not at all. Afterwards the command load_map NAME takes it up. The service itself writes
-ground.map: stop it before that one is replaced. Needs root.
+entirely or not at all. Afterwards the command load_map NAME takes it up. A file of that name is
+kept as NAME.kept-N.map, unless the new ground comes from it. The service itself writes ground.map
+and ground-*.map: while it runs they are not replaced. Needs root.
 """
 
 FETCH = """\
@@ -343,7 +344,8 @@ def run_install(args: argparse.Namespace) -> int:
         for path in args.files
     ]
     for file, path in files:
-        service.install(file.data, path)
+        for said in service.install(file.data, path):
+            print(said)
         print(f"{path}: {file.length_m:.1f} m of ground")
     return 0
 
@@ -356,11 +358,10 @@ def run_fetch(args: argparse.Namespace) -> int:
     for name in args.names:
         path = service.path_in(args.folder, name)
         try:
-            data = service.fetch(path)
+            file = service.fetch(path)
         except FileNotFoundError:
             raise Error(f"{path}: no such file") from None
-        file = map_from(path, data)
         output = args.output / path.name if into_folder else args.output
-        write_bytes(output, data)
+        write_bytes(output, file.data)
         print(f"{output}: {file.length_m:.1f} m of ground")
     return 0

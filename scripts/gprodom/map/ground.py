@@ -91,20 +91,20 @@ class MapFile:
 
 
 def read_map(path: Path) -> MapFile:
-    """Reads a file, and checks all of it."""
-    return map_from(path, path.read_bytes())
-
-
-def map_from(path: Path, data: bytes) -> MapFile:
-    """The map that a file holds; path: of the file, for errors."""
+    """Reads a file, and checks all of it. What its estimator has added since, in a file NAME.new
+    beside it, is part of it."""
+    data = path.read_bytes()
     try:
         from gprodom._core import FileError, GroundMap
     except ModuleNotFoundError:
         raise Error("the extension gprodom._core is not built or not installed") from None
     try:
-        return MapFile(path, data, GroundMap(str(path), data))
+        if not path.with_suffix(".new").is_file():
+            return MapFile(path, data, GroundMap(str(path), data))
+        ground = GroundMap.read(str(path))
     except FileError as error:
         raise Error(str(error)) from None
+    return MapFile(path, ground.to_bytes() if int(ground.identity, 16) == 0 else data, ground)
 
 
 def facts(file: MapFile) -> dict[str, Any]:

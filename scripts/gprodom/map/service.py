@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from gprodom.errors import Error
-from gprodom.files import write_bytes
+from gprodom.map.ground import MapFile, read_map
 
 USER = "gprodom"
 FOLDER = Path("/var/lib/gprodom")
@@ -50,16 +50,25 @@ def path_in(folder: Path, name: str) -> Path:
     return folder / f"{bare}.map"
 
 
-def install(data: bytes, path: Path) -> None:
-    """Writes a map of the service's, entirely or not at all. A link of that name is replaced: maps
-    are in this folder and nowhere else."""
+def install(data: bytes, path: Path) -> list[str]:
+    """Writes a map of the service's, entirely or not at all; returns what to say of a file that was
+    kept under another name. A link of that name is replaced: maps are in this folder and nowhere
+    else. Raises `Error` for the service's own ground while it runs."""
+    from gprodom._core import FileError, install_map
+
     with as_service():
         if path.is_symlink():
             path.unlink()
-        write_bytes(path, data, MODE)
+        umask = os.umask(0o777 & ~MODE)
+        try:
+            return install_map(str(path.parent), path.stem, data)
+        except FileError as error:
+            raise Error(str(error)) from None
+        finally:
+            os.umask(umask)
 
 
-def fetch(path: Path) -> bytes:
+def fetch(path: Path) -> MapFile:
     """Reads one."""
     with as_service():
-        return path.read_bytes()
+        return read_map(path)

@@ -137,5 +137,34 @@ TEST_F(AtomicFileTest, OnlyTemporaryFilesOfEndedProcessesAreRemoved) {
   remove_abandoned((folder_ / "later").string());  // not there: nothing to do
 }
 
+TEST_F(AtomicFileTest, FileSetAsideGetsTheFirstFreeName) {
+  const std::string path = (folder_ / "a.map").string();
+  EXPECT_EQ(set_aside(path, false), "");
+  for (int number = 1; number <= 3; ++number) {
+    write_whole(path, std::to_string(number));
+    const std::string kept = (folder_ / ("a.kept-" + std::to_string(number) + ".map")).string();
+    EXPECT_EQ(set_aside(path, false), kept);
+    EXPECT_FALSE(fs::exists(path));
+    std::string bytes;
+    EXPECT_TRUE(read_whole(kept, bytes));
+    EXPECT_EQ(bytes, std::to_string(number));
+  }
+}
+
+// Where the power fails between the second name and the new file, there is a file all the time, and
+// next time no third name.
+TEST_F(AtomicFileTest, FileThatKeepsItsNameGetsOneMoreAlone) {
+  const std::string path = (folder_ / "a.map").string();
+  write_whole(path, "before");
+  const std::string kept = set_aside(path, true);
+  EXPECT_TRUE(fs::exists(path));
+  EXPECT_EQ(set_aside(path, true), kept);
+  write_whole(path, "after");
+  std::string bytes;
+  EXPECT_TRUE(read_whole(kept, bytes));
+  EXPECT_EQ(bytes, "before");
+  EXPECT_NE(set_aside(path, true), kept);
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -26,5 +26,31 @@ TEST(TraceFormatWatch, SingleOddTraceIsDroppedAndANewSettingIsFollowed) {
   EXPECT_NE(format.check(trace(201, 2e-10)), "");
 }
 
+// The first trace may be the damaged one: it must not say which ground is stored.
+TEST(TraceFormatWatch, SettingCountsOnceSeveralTracesAgree) {
+  TraceFormatWatch format;
+  format.check(trace(181, 2e-10));
+  EXPECT_FALSE(format.agreed());
+  for (int i = 0; i < 4; ++i) {
+    format.check(trace(201, 2e-10));
+    EXPECT_FALSE(format.agreed());
+  }
+  EXPECT_EQ(format.check(trace(201, 2e-10)), "");
+  ASSERT_TRUE(format.agreed());
+  EXPECT_EQ(format.agreed()->samples, 201U);
+  format.check(trace(181, 2e-10));
+  EXPECT_EQ(format.agreed()->samples, 201U);
+}
+
+TEST(TraceFormatWatch, SettingIsKnownThoughEveryOtherTraceIsDamaged) {
+  TraceFormatWatch format;
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_FALSE(format.agreed());
+    format.check(trace(201, 2e-10));
+    format.check(trace(100 + i, 2e-10));
+  }
+  EXPECT_EQ(format.agreed()->samples, 201U);
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "base/sealed_bytes.h"
 #include "driven_ground.h"
@@ -35,11 +36,15 @@ TEST(GroundMapFile, RoundTripKeepsAllOfIt) {
   GroundMap ground = driven(6.0);
   drive(ground, 3, 8.0, 12.0, 2);
   ground.parents = {7, 9};
+  ground.descent = {{7, 0}, {11, 123456789}};
   const std::string bytes = written(ground);
   const GroundMap back = read(bytes);
   EXPECT_EQ(written(back), bytes);
-  EXPECT_EQ(back.version, 3);
+  EXPECT_EQ(back.version, 4);
   EXPECT_EQ(back.parents, ground.parents);
+  ASSERT_EQ(back.descent.size(), 2U);
+  EXPECT_EQ(back.descent[1].mark, 11U);
+  EXPECT_EQ(back.descent[1].until, 123456789);
   EXPECT_NE(back.identity, 0U);
   ASSERT_EQ(back.origins.size(), 2U);
   EXPECT_EQ(back.origins[1].program, "test");
@@ -151,15 +156,44 @@ TEST(GroundMapFile, VersionOneIsReadAndStaysSo) {
   EXPECT_EQ(back.part({{10, 200}}).version, 1);
 }
 
-// The same bytes without a session's robot and the errors of its path.
-std::string as_version_2(const std::string& bytes) {
-  constexpr std::size_t kSeal = 21 + 16, kAntenna = 24 + 4 + 1 + 4 + 4;  // of one without parents
+constexpr std::size_t kSeal = 21 + 16, kDescent = 24 + 4;  // of ground without parents
+
+// The same bytes without what the ground comes from.
+std::string as_version_3(const std::string& bytes) {
   std::string body = bytes.substr(kSeal);
+  std::uint32_t ancestors = 0;
+  std::memcpy(&ancestors, body.data() + kDescent, sizeof ancestors);
+  body.erase(kDescent, sizeof ancestors + ancestors * 16);
+  ByteWriter out;
+  out.put_all(body.data(), body.size());
+  return out.sealed("gprodom ground map 3");
+}
+
+// The same without a session's robot and the errors of its path.
+std::string as_version_2(const std::string& bytes) {
+  constexpr std::size_t kAntenna = kDescent + 1 + 4 + 4;
+  std::string body = as_version_3(bytes).substr(kSeal);
   const std::size_t robot = kAntenna + 24 + 4 + std::string("test").size();
   body.erase(robot, 4 + std::string("mole").size() + 3 * sizeof(double));
   ByteWriter out;
   out.put_all(body.data(), body.size());
   return out.sealed("gprodom ground map 2");
+}
+
+TEST(GroundMapFile, VersionThreeIsReadAndItsGroundGoesOnFromIt) {
+  GroundMap ground = driven(6.0);
+  ground.extended(0, 7, true);
+  const std::string old = as_version_3(written(ground));
+  GroundMap back = read(old);
+  EXPECT_EQ(back.version, 3);
+  EXPECT_TRUE(back.descent.empty());
+  EXPECT_TRUE(back.goes_on_from(ground_head("a.map", old).identity));
+  const std::size_t end = back.memory.kept().end;
+  drive(back, 3, 8.0, 12.0, 2);
+  EXPECT_FALSE(descends(ground_head("a.map", written(back)), ground_head("b.map", old)));
+  back.extended(end, 9, true);
+  EXPECT_TRUE(descends(ground_head("a.map", written(back)), ground_head("b.map", old)));
+  EXPECT_EQ(read(written(back)).version, 4);
 }
 
 TEST(GroundMapFile, VersionTwoIsReadAsOfAnUnknownRobot) {
@@ -173,7 +207,7 @@ TEST(GroundMapFile, VersionTwoIsReadAsOfAnUnknownRobot) {
   EXPECT_EQ(back.memory.stored_run(back.memory.kept()).levels,
             ground.memory.stored_run(ground.memory.kept()).levels);
   EXPECT_EQ(back.places.size(), ground.places.size());
-  EXPECT_EQ(read(written(back)).version, 3);
+  EXPECT_EQ(read(written(back)).version, 4);
 }
 
 TEST(GroundMapFile, PartHoldsItsSessionsAlone) {

@@ -16,11 +16,12 @@ namespace {
 class SlowSavings {
  public:
   explicit SlowSavings(MapTask& task) {
-    task.save_ground(0, [this](const std::string& bytes) {
+    task.save_ground(0, true, [this](const SavedGround& ground) {
       release_.get_future().wait();
-      saved_.push_back(bytes);
+      saved_.push_back(ground.bytes);
     });
-    task.save_ground(0, [this](const std::string& bytes) { saved_.push_back(bytes); });
+    task.save_ground(0, true,
+                     [this](const SavedGround& ground) { saved_.push_back(ground.bytes); });
     later_ = std::thread([this] {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       release_.set_value();
@@ -49,10 +50,10 @@ TEST(MapTask, TakingTheGroundWaitsForTheSaving) {
   EXPECT_EQ(savings.saved(), 2U);
 }
 
-TEST(MapTask, BytesOfTheGroundWaitForTheJobsBefore) {
+TEST(MapTask, SavedGroundWaitsForTheJobsBefore) {
   MapTask task(default_config(), Execution::kThreaded);
   const SlowSavings savings(task);
-  EXPECT_FALSE(task.ground_bytes().empty());
+  EXPECT_FALSE(task.saved_ground().bytes.empty());
   EXPECT_EQ(savings.saved(), 2U);
 }
 

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""What it costs to save the ground: bytes written, by file of state.directory, and processor time.
+
+Each LOG is replayed with a folder for its state, going on from the one before, under strace, which
+counts what is written to each file; and --repeats times without strace, with that folder and
+without one, for the processor time of all threads (the least counts). Printed for each log: its
+seconds of data and the length of the map at its end, bytes written for ground.map (the whole
+ground), ground.new (what is new of it) and the other files, each a second of data, and the
+processor time that the folder takes, as a share of the time without one.
+
+    bench/map_saving.py LOG.lcmlog... [--save-period S] [--repeats N] [--json]
+
+Needs strace.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.lcm import EventLog
+from gprodom.map.ground import read_map
+from gprodom.odometry.replay import find_program
+
+WRITE = re.compile(r"^\d+ +writev?\(\d+<([^>]*)>.* = (\d+)$", re.M)
+FILES = ("ground.map", "ground.new")
+
+
+def command(
+    log: Path, config: Path, output: Path, state: Path | None, period_s: float
+) -> list[str]:
+    """A replay. state: its folder, if any."""
+    settings = ["--set", f"state.save_period={period_s}", "--set", "state.resume_within=0"]
+    if state:
+        settings += ["--set", f"state.directory={state}"]
+    return [str(find_program("gprodom-replay")), "-c", str(config), *settings, str(log),
+            "-o", str(output)]  # fmt: skip
+
+
+def processor_s(arguments: list[str]) -> float:
+    """Of a process, all threads."""
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        raise RuntimeError(" ".join(arguments))
+    return usage.ru_utime + usage.ru_stime
+
+
+def written(arguments: list[str], state: Path, calls: Path) -> Counter[str]:
+    """Bytes by file of the folder; those of temporary files count as of the files they become."""
+    strace = ["strace", "-f", "-y", "-s", "0", "-e", "trace=write,writev", "-e", "signal=none"]
+    subprocess.run([*strace, "-o", str(calls), *arguments], check=True, capture_output=True)
+    total: Counter[str] = Counter()
+    for path, count in WRITE.findall(calls.read_text()):
+        if Path(path).parent == state:
+            total[re.sub(r"\.\d+\.part$", "", Path(path).name)] += int(count)
+    return total
+
+
+def measure(log: Path, state: Path, folder: Path, args: argparse.Namespace) -> dict[str, Any]:
+    """The figures of one log. state: goes on from the log before."""
+    output = folder / "out.lcmlog"
+    stamps = [event.timestamp for event in EventLog(str(log), "r")]
+    seconds = (stamps[-1] - stamps[0]) * 1e-6
+    times: dict[bool, float] = {}
+    for keeps in (False, True):
+        for _ in range(args.repeats):
+            again = folder / "again"
+            shutil.rmtree(again, ignore_errors=True)
+            shutil.copytree(state, again)
+            run = command(log, args.config, output, again if keeps else None, args.save_period)
+            times[keeps] = min(processor_s(run), times.get(keeps, float("inf")))
+    run = command(log, args.config, output, state, args.save_period)
+    total = written(run, state, folder / "calls")
+    rates = {f"{name} (B/s)": round(total.pop(name, 0) / seconds) for name in FILES}
+    return {
+        "log": log.stem,
+        "data_s": round(seconds, 1),
+        "map_m": round(read_map(state / "ground.map").length_m, 1),
+        **rates,
+        "others (B/s)": round(sum(total.values()) / seconds),
+        "processor_share": round(times[True] / times[False] - 1, 4),
+    }
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG")
+    parser.add_argument(
+        "-c", "--config", type=Path, metavar="CONFIG",
+        default=Path(__file__).resolve().parents[1] / "config" / "gprodom.yaml",
+        help="default: %(default)s",
+    )  # fmt: skip
+    parser.add_argument("--save-period", type=float, default=1.0, metavar="S", help="default: 1")
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="default: 3")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name).resolve()
+        state = folder / "state"
+        state.mkdir()
+        found = [measure(log, state, folder, args) for log in args.logs]
+    if args.json:
+        print_json(found)
+    else:
+        print(format_table(list(found[0]), [list(each.values()) for each in found]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
