@@ -7,6 +7,9 @@ truth is placed by its first pose. Of the position in `map`:
 
     coverage   share of the drives, at their end, in which the 95 % ellipse holds the truth; and the
                same of all moments, a second apart, from the first revisit on
+    mean NEES  of the drives at their end, and the 95 % band of a right covariance
+    --laps N   N laps of 14 m without slip, always forwards, in which the robot wanders (--wander);
+               with wheel.slip_share=0, what revisits of the same ground again and again know
     --wrong    the same drives with wrong revisits told by another process besides: every 20 m one
                that is 0.3 to 3 m off, and three a metre apart that agree with each other, one pitch
                of 0.5 m off. Prints how far the final pose lies from that of the clean run.
@@ -14,6 +17,7 @@ truth is placed by its first pose. Of the position in `map`:
     bench/map_coverage.py --runs 100
     bench/map_coverage.py --runs 20 --wrong
     bench/map_coverage.py --runs 50 --distance 200
+    bench/map_coverage.py --runs 50 --laps 30 --set wheel.slip_share=0 --set smoother.solver=chain
 """
 
 from __future__ import annotations
@@ -28,10 +32,17 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.benchmark.monte_carlo import estimate_told
+from gprodom.benchmark.monte_carlo import estimate_told, judge
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.simulate.drives import AGAIN_M, KNOWN_M, drive_on_known_ground, wrong_revisits
+from gprodom.simulate.drives import (
+    AGAIN_M,
+    KNOWN_M,
+    drive_on_known_ground,
+    laps_drive,
+    wrong_revisits,
+)
 
+WANDER_M = 0.1  # to either side of the track, in laps
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
 
 
@@ -46,9 +57,16 @@ class Drive:
     moved_m: float = 0.0  # of the final pose, by wrong revisits
 
 
-def drive(seed: int, overrides: list[str], wrong: bool, distance: float = KNOWN_M) -> Drive:
+def drive(
+    seed: int,
+    overrides: list[str],
+    wrong: bool,
+    distance: float = KNOWN_M,
+    laps: int = 0,
+    wander: float = WANDER_M,
+) -> Drive:
     """One run."""
-    run = drive_on_known_ground(seed, distance)
+    run = laps_drive(seed, laps, wander) if laps else drive_on_known_ground(seed, distance)
     [outputs] = estimate_told(run, overrides)
     pose = outputs.odometry_map
     time = pose["time"]
@@ -71,13 +89,17 @@ def summarise(drives: list[Drive], wrong: bool) -> dict[str, Any]:
     """The figures of ``--json``."""
     tied = [run for run in drives if run.revisits > 0]
     inside = np.concatenate([np.array(run.nees) <= ELLIPSE for run in tied])
+    end = judge([run.nees[-1] for run in drives], 2, 0.95)
     figures: dict[str, Any] = {
         "runs": len(drives),
         "with_revisits": len(tied),
         "revisits_mean": float(np.mean([run.revisits for run in drives])),
         "coverage_end": float(np.mean([run.nees[-1] <= ELLIPSE for run in drives])),
         "coverage_all": float(inside.mean()),
-        "nees_end_mean": float(np.mean([run.nees[-1] for run in drives])),
+        "nees_end_mean": end["mean"],
+        "nees_end_low": end["low"],
+        "nees_end_high": end["high"],
+        "nees_all_mean": float(np.mean([np.mean(run.nees) for run in tied])),
         "end_m_rms": float(np.sqrt(np.mean([run.end_m**2 for run in drives]))),
     }
     if wrong:
@@ -101,12 +123,23 @@ def main() -> int:
         metavar="M",
         help=f"beyond {KNOWN_M:g}: {AGAIN_M:g} m of ground again and again (default: %(default)s)",
     )
+    parser.add_argument("--laps", type=int, default=0, metavar="N", help="laps, instead")
+    parser.add_argument(
+        "--wander", type=float, default=WANDER_M, metavar="M", help="default: %(default)s"
+    )
     parser.add_argument("--wrong", action="store_true", help="wrong revisits besides")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     add_json_flag(parser)
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.runs)
-    work = partial(drive, overrides=args.overrides, wrong=args.wrong, distance=args.distance)
+    work = partial(
+        drive,
+        overrides=args.overrides,
+        wrong=args.wrong,
+        distance=args.distance,
+        laps=args.laps,
+        wander=args.wander,
+    )
     with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(seeds)) as progress:
         drives = []
         for run in pool.map(work, seeds):

@@ -95,12 +95,12 @@ def _rmse(simulated: Simulated, found: Trajectory) -> float:
     return compare(pairs, "se2", FIRST_M).figures.ate_rmse_m
 
 
-def judge(nees: Sequence[float], freedom: int) -> dict[str, Any]:
+def judge(nees: Sequence[float], freedom: int, band: float = BAND) -> dict[str, Any]:
     """Mean of `nees` with these degrees of freedom, and the band of a right covariance."""
     from scipy.stats import chi2
 
     count = len(nees)
-    tail = 0.5 * (1 - BAND)
+    tail = 0.5 * (1 - band)
     low, high = chi2.ppf([tail, 1 - tail], count * freedom) / count
     mean = float(np.mean(nees))
     inside = bool(low <= mean <= high)

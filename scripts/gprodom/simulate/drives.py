@@ -111,6 +111,15 @@ def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
     return simulate(Spec(route, station=None, slips=round(2 * distance_m / KNOWN_M)), seed)
 
 
+def laps_drive(seed: int, laps: int, wander_m: float) -> Simulated:
+    """Laps of `AGAIN_M`, always forwards and without slip, over scatterers and layers. The robot
+    steers `wander_m` to either side of its track and back, differently in each lap."""
+    distance = laps * AGAIN_M
+    route = make_route("loop", distance, 0.7, STANDSTILL_S, stream(seed, "route"), AGAIN_M)
+    steps = (route.steps[0], Move(distance, 0.7), route.steps[-1])
+    return simulate(Spec(replace(route, steps=steps, wander=wander_m), station=None), seed)
+
+
 def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:
     """Revisits that did not take place, as arguments of `gprodom.Odometry.add_displacement`.
 
