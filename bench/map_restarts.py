@@ -10,7 +10,7 @@ end it must have grown. Exit code 1 where it is not so.
 With --errors FOLDER (of the built tests) the live estimator also fails by an exception at so many
 random moments: that is test_live, told by GPRODOM_MOMENTS.
 
-    bench/map_restarts.py --moments 200 --errors build --json
+    bench/map_restarts.py --moments 200 --errors build/test --json
 """
 
 from __future__ import annotations
