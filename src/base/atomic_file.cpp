@@ -119,7 +119,7 @@ std::string set_aside(const std::string& path, bool keep_both) {
   for (struct stat other{}; lstat(name(number).c_str(), &other) == 0; ++number)
     if (keep_both && other.st_dev == file.st_dev && other.st_ino == file.st_ino)
       return name(number);
-  const std::string kept = name(number);
+  std::string kept = name(number);
   const bool linked = keep_both && link(path.c_str(), kept.c_str()) == 0;
   if (!linked && std::rename(path.c_str(), kept.c_str()) != 0) fail(path, "cannot be set aside");
   if (!force_folder_of(path)) fail(path, "cannot be set aside for good");
