@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -38,14 +39,18 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
-  // The setting of the radar, once several traces agree in it.
-  std::optional<TraceFormat> trace_format() const { return trace_format_.agreed(); }
+  // The setting of the radar (of that antenna), once several traces agree in it.
+  std::optional<TraceFormat> trace_format() const;
 
   // The channel of the wheel: that of left and right wheels, if they send.
   const std::string& wheel_channel() const;
 
-  // No trace for a second.
+  // No trace for a second, of the antenna that the estimator follows.
   bool radar_silent() const;
+
+  // That antenna: the first of gpr.antennas, otherwise the one whose trace came first; nothing
+  // before.
+  const std::optional<int>& antenna() const { return antenna_; }
 
   // Reports sensors that are silent or have no signal.
   void watch_silence(bool radar_used);
@@ -57,20 +62,30 @@ class InputCheck {
  private:
   static constexpr std::size_t kMessages = std::variant_size_v<InputMessage>;
 
+  // What is known about the traces of one antenna.
+  struct Antenna {
+    TraceFormatWatch format;
+    TraceWatch quality;
+    GapWatch gaps;
+    TimeNs newest = 0, signal = 0;  // newest trace; newest one that was not dead
+  };
+
   std::string refusal(InputMessage& message);
+  std::string refusal(const GprTrace& trace);
+  bool is_other_antenna(const InputMessage& message) const;
+  GapWatch& gaps(const InputMessage& message);
   void watch(const InputMessage& message);
 
   const Config& config_;
   Health& health_;
   TimeGuard time_guard_;
-  TraceFormatWatch trace_format_;
   ImuWatch imu_watch_;
-  TraceWatch trace_watch_;
+  std::optional<int> antenna_;
+  std::map<int, Antenna> antennas_;           // by id
   std::array<GapWatch, kMessages> gaps_;      // by the message's index
   std::array<ClockWatch, kMessages> clocks_;  // likewise
-  TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
+  TimeNs imu_now_ = 0, wheel_now_ = 0;
   bool pair_heard_ = false;
-  TimeNs gpr_signal_ = 0;  // newest trace that was not dead
   TimeNs next_lost_status_ = 0;
 };
 

@@ -40,6 +40,15 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   joint_ = (F * joint_ * F.transpose()).eval();
 }
 
+void SlipDrift::measured(const NavState& state) {
+  last_ = state;
+  sigma_ = 0.0;
+  moves_ = false;
+  joint_.row(2).setZero();
+  joint_.col(2).setZero();
+  joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
+}
+
 // P - P H^T (H P H^T + M^-1)^-1 H P with H = [I 0], for an information M that may be singular.
 void SlipDrift::measure(const Eigen::Matrix2d& information) {
   const Eigen::Matrix<double, 3, 2> PHt = joint_.leftCols<2>();

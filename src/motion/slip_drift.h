@@ -27,6 +27,9 @@ class SlipDrift {
   // wheel slips, as learnt.
   void advance(const NavState& state, const ImuNoise& noise, double share);
 
+  // The next state, where the distance is measured whatever the wheel does.
+  void measured(const NavState& state);
+
   // Information (1/m^2) of a measurement of the position (x, y in odom) at the last state. It
   // reduces the variance of past slip as well.
   void measure(const Eigen::Matrix2d& information);

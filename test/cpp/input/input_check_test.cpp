@@ -1,0 +1,78 @@
+#include "input/input_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gprodom {
+namespace {
+
+// Traces over ground, each another one.
+GprTrace trace_of(int antenna, TimeNs time) {
+  GprTrace trace;
+  trace.time = time;
+  trace.antenna_id = antenna;
+  trace.sample_interval_s = 2e-10;
+  trace.samples.resize(64);
+  const double phase = to_seconds(time % 1'000'000'000);
+  for (std::size_t i = 0; i < trace.samples.size(); ++i) {
+    const double t = static_cast<double>(i);
+    trace.samples[i] = static_cast<float>(1000 * std::exp(-t / 20) * std::sin(0.6 * t + phase));
+  }
+  return trace;
+}
+
+class TwoAntennas : public ::testing::Test {
+ protected:
+  void use(const std::vector<std::string>& settings) {
+    config_ = default_config(settings);
+    check_.emplace(config_, health_);
+  }
+  bool accepts(InputMessage message) { return check_->accept(message); }
+  // The IMU comes first: it is the clock.
+  void start(TimeNs time) {
+    ImuSample imu;
+    imu.time = time;
+    imu.acceleration.z() = 9.8;
+    ASSERT_TRUE(accepts(imu));
+  }
+  double count(const std::string& what) {
+    const Status status = health_.status(0);
+    for (std::size_t i = 0; i < status.names.size(); ++i)
+      if (status.names[i].find(what) != std::string::npos) return status.values[i];
+    return 0.0;
+  }
+
+  const TimeNs begin_ = 1'700'000'000'000'000'000, period_ = 50'000'000;
+  Config config_;
+  Health health_{10.0};
+  std::optional<InputCheck> check_;
+};
+
+TEST_F(TwoAntennas, TracesOfAnAntennaThatIsNotConfiguredAreRefusedAndCounted) {
+  use({});
+  start(begin_);
+  EXPECT_TRUE(accepts(trace_of(3, begin_))) << "the first antenna that is heard is the antenna";
+  EXPECT_FALSE(accepts(trace_of(4, begin_ + period_ / 2)));
+  EXPECT_TRUE(accepts(trace_of(3, begin_ + period_)));
+  EXPECT_EQ(check_->antenna(), 3);
+  EXPECT_EQ(count("of a second antenna"), 1.0);
+}
+
+TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
+  use({"gpr.antennas={1: [0.1, 0, 0], 5: [-0.1, 0, 0]}"});
+  EXPECT_EQ(config_.gpr.lever_arm.x(), 0.1) << "the first of them is the one that is followed";
+  start(begin_);
+  EXPECT_FALSE(accepts(trace_of(0, begin_)));
+  EXPECT_TRUE(accepts(trace_of(5, begin_)));
+  EXPECT_TRUE(accepts(trace_of(1, begin_))) << "channels of one radar have equal stamps";
+  EXPECT_FALSE(accepts(trace_of(5, begin_))) << "stamp repeated";
+  EXPECT_EQ(check_->antenna(), 1);
+  EXPECT_EQ(count("not in gpr.antennas"), 1.0);
+}
+
+}  // namespace
+}  // namespace gprodom
