@@ -10,13 +10,10 @@
 // yardstick (us), the same small computation each second of data, which is not counted with the
 // estimator's. What else the machine does changes both alike, so that their ratio tells whether the
 // cost is flat.
-#include <unistd.h>
-
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -28,6 +25,7 @@
 #include "gprodom/lcm_io.h"
 #include "io/log_io.h"
 #include "live/runner.h"
+#include "soak_meter.h"
 
 namespace {
 
@@ -56,30 +54,6 @@ TimeNs& time_of(Input& input) {
   return std::get<GprTrace>(input).time;
 }
 
-double processor_s() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-std::int64_t resident_bytes() {
-  std::ifstream statm("/proc/self/statm");
-  std::int64_t size = 0, resident = 0;
-  statm >> size >> resident;
-  return resident * sysconf(_SC_PAGESIZE);
-}
-
-// A computation of the smoother's kind, about half a millisecond.
-double yardstick() {
-  using Block = Eigen::Matrix<double, 16, 16>;
-  Block H = 20 * Block::Identity() + Block::Ones();
-  for (int i = 0; i < 150; ++i) {
-    const Block L = H.llt().matrixL();
-    H = 0.5 * (H + L * L.transpose());
-  }
-  return H(3, 5);
-}
-
 // What is told of the time since the row before.
 class Rows {
  public:
@@ -103,23 +77,15 @@ class Rows {
     if (!outputs.corrections.empty()) revisits_ = outputs.corrections.back().revisits;
   }
 
-  void measure_machine() {
-    const double begin = processor_s();
-    if (yardstick() < 0) throw std::logic_error("the yardstick's result is used");
-    yardstick_s_ += processor_s() - begin;
-    ++yardsticks_;
-  }
+  void measure_machine() { yardstick_.measure(); }
 
   void write(double data_s, const WorkTime& solver) {
-    const double cpu = processor_s() - yardstick_s_;
-    const double each = (yardstick_s_ - yardstick_before_s_) / std::max(1, yardsticks_);
+    const double cpu = processor_s() - yardstick_.spent_s();
     const auto jobs = static_cast<double>(std::max<std::int64_t>(1, solver.jobs - before_.jobs));
     out_ << data_s / 3600 << ',' << (cpu - cpu_) / (data_s - data_s_) << ',' << resident_bytes()
          << ',' << 1e3 * (solver.total_s - before_.total_s) / jobs << ',' << 1e3 * solver.longest_s
          << ',' << distance_m_ << ',' << revisits_ << ',' << refused_ << ',' << poses_ << ','
-         << 1e6 * each << std::endl;
-    yardstick_before_s_ = yardstick_s_;
-    yardsticks_ = 0;
+         << 1e6 * yardstick_.take_mean_s() << std::endl;
     cpu_ = cpu;
     data_s_ = data_s;
     before_ = solver;
@@ -129,8 +95,8 @@ class Rows {
   std::ofstream out_;
   double cpu_ = processor_s(), data_s_ = 0.0, distance_m_ = 0.0;
   WorkTime before_;
-  double yardstick_s_ = 0.0, yardstick_before_s_ = 0.0;
-  int yardsticks_ = 0, revisits_ = 0, refused_ = 0;
+  Yardstick yardstick_;
+  int revisits_ = 0, refused_ = 0;
   std::int64_t poses_ = 0;
 };
 

@@ -8,8 +8,9 @@
 namespace gprodom {
 
 // kInline does radar and solver work at once and always finishes it (replay, Python).
-// kThreaded gives each a thread. A radar result not ready at its data time is dropped and counted;
-// a late solve is awaited up to a limit, so that live equals replay on a busy machine too.
+// kThreaded gives each a thread, and no pose waits for one. A radar result not ready at its data
+// time is dropped; a late solve or correction of map counts as soon as it is there. All are counted
+// in the status.
 enum class Execution { kInline, kThreaded };
 
 // Wall-clock time of work done off the fast path. Never part of an estimate.

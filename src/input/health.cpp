@@ -7,11 +7,13 @@ namespace gprodom {
 
 Health::Health(double warning_period_s) : period_(from_seconds(warning_period_s)) {}
 
-void Health::count(const std::string& channel, const std::string& reason) {
+void Health::count(const std::string& channel, std::size_t times, const std::string& reason) {
+  if (times == 0) return;
   const std::string key = channel + ": " + reason;
-  Event& event = events_[key];
-  ++event.count;
-  if (event.count > 1 && now_ < event.last_warning + period_) return;
+  const auto [found, first] = events_.try_emplace(key);
+  Event& event = found->second;
+  event.count += static_cast<std::int64_t>(times);
+  if (!first && now_ < event.last_warning + period_) return;
   const std::int64_t since = event.count - event.at_last_warning;
   warnings_.push_back(since > 1 ? key + " (" + std::to_string(since) + " times)" : key);
   event.at_last_warning = event.count;

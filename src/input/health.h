@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,7 +21,9 @@ class Health {
 
   // Counts an event, such as ("IMU", "stamp repeated"). Adds a warning, unless one of the same kind
   // was given within the period.
-  void count(const std::string& channel, const std::string& reason);
+  void count(const std::string& channel, const std::string& reason) { count(channel, 1, reason); }
+  // The same of an event that has happened so many times.
+  void count(const std::string& channel, std::size_t times, const std::string& reason);
 
   // Sets a condition, which stays in the status until it is set with an empty text. Its begin and
   // its end give a warning each.

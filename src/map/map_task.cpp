@@ -1,6 +1,7 @@
 #include "map/map_task.h"
 
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "map/map_frame.h"
@@ -11,8 +12,36 @@ namespace {
 constexpr TimeNs kJobPeriod = 500'000'000;
 constexpr std::size_t kMostWaiting = 2000;  // traces or revisits that wait for a state
 
-// How long to wait for a late answer. Beyond it the correction comes later.
-constexpr std::chrono::milliseconds kPatience(200);
+// Inputs of a mapper that is late are joined as far as the path knows its recent states (MapPath:
+// 20 s), and no more than so many of these wait: 100 s of data, which the search of all ground of
+// a large map can take.
+constexpr TimeNs kLongestInput = 10'000'000'000;
+constexpr std::size_t kMostInputs = 10;
+
+template <class T>
+void append(std::vector<T> more, std::vector<T>& to) {
+  to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+void append(MapInput later, MapInput& to) {
+  append(std::move(later.states), to.states);
+  append(std::move(later.traces), to.traces);
+  append(std::move(later.revisits), to.revisits);
+  if (later.told) to.told = later.told;
+  to.scale = later.scale;
+  to.scale_sigma = later.scale_sigma;
+}
+
+void append(MapAnswer later, MapAnswer& to) {
+  later.revisits.swap(to.revisits);
+  append(std::move(to.revisits), later.revisits);
+  later.notes.swap(to.notes);
+  append(std::move(to.notes), later.notes);
+  later.located |= to.located;
+  if (!later.pose) later.pose = to.pose;
+  if (!later.map) later.map = to.map;
+  to = std::move(later);
+}
 
 }  // namespace
 
@@ -48,11 +77,17 @@ MapTask::MapTask(const Config& config, Execution execution, std::optional<Ground
 void MapTask::add(const GprTrace& trace) {
   if (!enabled_) return;
   traces_.push_back(trace);
-  if (traces_.size() > kMostWaiting) traces_.pop_front();
+  if (traces_.size() <= kMostWaiting) return;
+  traces_.pop_front();
+  if (!unsettled_.empty()) ++late_.dropped;  // before the start, none is kept for the map
 }
 
 void MapTask::add(const Displacement& revisit) {
-  if (enabled_ && next_.revisits.size() < kMostWaiting) next_.revisits.push_back(revisit);
+  if (!enabled_) return;
+  if (next_.revisits.size() < kMostWaiting)
+    next_.revisits.push_back(revisit);
+  else
+    ++late_.dropped;
 }
 
 void MapTask::add(const StateResult& result, TimeNs effective) {
@@ -68,39 +103,76 @@ void MapTask::add(const StateResult& result, TimeNs effective) {
   unsettled_.pop_front();
   next_.scale = result.state.wheel_scale;
   next_.scale_sigma = std::sqrt(result.covariance(row::kScale, row::kScale));
-  if (effective - last_submitted_ >= kJobPeriod) submit(effective);
-}
-
-void MapTask::submit(TimeNs effective) {
+  if (effective - last_submitted_ < kJobPeriod) return;
   last_submitted_ = effective;
   const TimeNs newest = next_.states.back().time;
   while (!traces_.empty() && traces_.front().time <= newest) {
     next_.traces.push_back(std::move(traces_.front()));
     traces_.pop_front();
   }
-  worker_.submit(effective + latency_, [this, input = std::exchange(next_, {})] {
-    try {
-      return mapper_.run(input);
-    } catch (const std::exception& error) {
-      throw MapFailure(std::string("map: ") + error.what());
-    } catch (...) {
-      throw MapFailure("map: not a std::exception");
-    }
-  });
+  submit(effective, {{std::exchange(next_, {})}, {}, {}});
 }
 
 void MapTask::save_ground(TimeNs now, bool main, std::function<void(SavedGround)> take) {
-  worker_.submit(now + latency_, [this, main, take = std::move(take)] {
-    take(mapper_.saved_ground(main));
-    return MapAnswer{};
-  });
+  const auto save = [this, main, take = std::move(take)] { take(mapper_.saved_ground(main)); };
+  submit(now, {{}, {save}, {}});
 }
 
 void MapTask::save_newest(TimeNs now, std::function<void(SavedGround)> take) {
-  worker_.submit(now + latency_, [this, take = std::move(take)] {
-    take(mapper_.newest_ground());
-    return MapAnswer{};
-  });
+  const auto save = [this, take = std::move(take)] { take(mapper_.newest_ground()); };
+  submit(now, {{}, {}, save});
+}
+
+// If the mapper is so late that a job has not begun when its answer is due, all jobs that wait are
+// done as one.
+void MapTask::submit(TimeNs now, Work work) {
+  for (std::size_t n = worker_.withdraw_late(now); n > 0; --n) {
+    work = joined(std::move(*submitted_.back()), std::move(work));
+    submitted_.pop_back();
+  }
+  const auto job = std::make_shared<Work>(std::move(work));
+  worker_.submit(now + latency_, [this, job] { return run(*job); });
+  submitted_.push_back(job);
+  while (submitted_.size() > worker_.waiting()) submitted_.pop_front();
+}
+
+MapTask::Work MapTask::joined(Work earlier, Work later) {
+  std::vector<MapInput>& inputs = earlier.inputs;
+  if (!inputs.empty() && !later.inputs.empty()) ++late_.joined;
+  for (MapInput& input : later.inputs) {
+    if (inputs.empty() ||
+        input.states.back().time - inputs.back().states.front().time > kLongestInput) {
+      inputs.push_back(std::move(input));
+    } else {
+      append(std::move(input), inputs.back());
+    }
+  }
+  for (; inputs.size() > kMostInputs; inputs.erase(inputs.begin())) {
+    late_.dropped += inputs.front().traces.size() + inputs.front().revisits.size();
+    if (!inputs[1].told) inputs[1].told = inputs.front().told;
+  }
+  append(std::move(later.savings), earlier.savings);
+  if (later.newest) earlier.newest = std::move(later.newest);
+  return earlier;
+}
+
+MapAnswer MapTask::run(const Work& work) {
+  MapAnswer answer;
+  try {
+    for (const MapInput& input : work.inputs) append(mapper_.run(input), answer);
+  } catch (const std::exception& error) {
+    throw MapFailure(std::string("map: ") + error.what());
+  } catch (...) {
+    throw MapFailure("map: not a std::exception");
+  }
+  for (const auto& save : work.savings) save();
+  if (work.newest) work.newest();
+  return answer;
+}
+
+MapTask::Late MapTask::take_late(TimeNs now) {
+  late_.answers += worker_.take_late(now);
+  return std::exchange(late_, {});
 }
 
 GroundMap MapTask::take_ground() {
@@ -114,9 +186,9 @@ SavedGround MapTask::saved_ground() {
 }
 
 std::optional<MapAnswer> MapTask::next_due(TimeNs now) {
-  const auto due = worker_.await_due(now, kPatience);
-  if (!due || !due->result) return std::nullopt;
-  MapAnswer answer = *due->result;
+  auto due = worker_.next_due(now);
+  if (!due) return std::nullopt;
+  MapAnswer answer = std::move(due->result);
   for (Displacement& d : answer.revisits) d.time = due->effective;
   if (answer.pose) pose_ = answer.pose;
   return answer;

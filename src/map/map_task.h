@@ -2,9 +2,10 @@
 // fixed data times, and makes the map -> odom correction from their answers.
 #pragma once
 
-#include <chrono>
+#include <cstddef>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -53,15 +54,23 @@ class MapTask {
   // The robot is about there: the next job knows it.
   void locate_at(const ToldPlace& place) { next_.told = place; }
 
-  // The next answer that is due. Throws MapFailure where its job has thrown. Its pose is kept for
-  // the next correct().
+  // The next answer that is due and ready; never waits. Throws MapFailure where its job has thrown.
+  // Its pose is kept for the next correct().
   std::optional<MapAnswer> next_due(TimeNs now);
+
+  // Of a mapper that is slower than its input, since the last call: answers that are late, inputs
+  // that were joined with later ones since both waited, and traces and revisits of other processes
+  // that were dropped.
+  struct Late {
+    std::size_t answers = 0, joined = 0, dropped = 0;
+  };
+  Late take_late(TimeNs now);
 
   // The map -> odom correction by the last answer; nothing if there was none since the last call.
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
   // After the jobs so far, calls `take` on the worker's thread with the ground.
-  // Only if enabled().
+  // Only if enabled(). If the mapper is late, input that comes after this call may be in it.
   // main: to the file that save_newest() adds to.
   void save_ground(TimeNs now, bool main, std::function<void(SavedGround)> take);
   // The same with what is new since (Mapper::newest_ground()).
@@ -84,7 +93,15 @@ class MapTask {
   PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
 
  private:
-  void submit(TimeNs effective);
+  // What a job does: input for the mapper, then savings of the ground, the one of what is new last.
+  struct Work {
+    std::vector<MapInput> inputs;
+    std::vector<std::function<void()>> savings;
+    std::function<void()> newest;
+  };
+  void submit(TimeNs now, Work work);
+  Work joined(Work earlier, Work later);
+  MapAnswer run(const Work& work);
 
   const bool enabled_;
   const std::uint64_t taken_from_;
@@ -94,6 +111,8 @@ class MapTask {
   std::deque<PathState> unsettled_;  // states that are not settled, each as when it was the newest
   TimeNs last_submitted_ = 0;
   std::optional<MapPose> pose_;
+  std::deque<std::shared_ptr<Work>> submitted_;  // the jobs that have not begun, and perhaps more
+  Late late_;
 
   Mapper mapper_;  // used by the jobs of the worker alone, which no job outlives
   DatedWorker<MapAnswer> worker_;

@@ -64,7 +64,9 @@ MapAnswer Mapper::run(const MapInput& input) {
   answer.located = located_ && !was_located;
   answer.map = map_;
   const bool tied = graph_->revisits().size() > trusted_.size();
-  if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_)) {
+  const bool moved = path_.travelled() > fresh_at_m_;  // else the last solution holds
+  if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_) &&
+      (tied || moved)) {
     solve(input.scale, input.scale_sigma, answer);
     merge();
   }
@@ -321,6 +323,7 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
   const double every =
       std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
   next_solve_ = path_.newest().time + from_seconds(every);
+  fresh_at_m_ = path_.travelled() + kNodeSpacing;
   solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
   try {
     const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);

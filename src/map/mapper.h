@@ -184,6 +184,8 @@ class Mapper {
   std::optional<PoseGraph> graph_;
   PlanarEstimate newest_node_;
   TimeNs next_solve_ = 0, solve_anyway_ = 0;
+  double fresh_at_m_ =
+      0.0;  // travelled; from here on the graph has a new node since the last solution
   std::vector<bool> trusted_;  // of the graph's revisits, at the last solution
   PassMerger merger_;
   double next_merge_m_ = 0.0;                    // travelled

@@ -65,6 +65,7 @@ class MotionJudge {
   double slip_share() const { return slip_belief_.share().value(); }
   slip::Learnt learnt_slip() const { return slip_belief_.learnt(); }
   const slip::WheelPosition& wheel_position() const { return slip_belief_.position(); }
+  TimeNs judged_to() const { return judged_to_; }  // end of the newest interval judged
   // Is the wheel compared with the radar's coherence, at present?
   bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
 

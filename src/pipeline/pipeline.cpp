@@ -1,7 +1,6 @@
 #include "pipeline/pipeline.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 
 #include "gprodom/error.h"
@@ -16,9 +15,11 @@ constexpr TimeNs kSecond = 1'000'000'000;
 // Traces kept while there are no ticks: before the first IMU sample, or without an IMU.
 constexpr std::size_t kMostTraces = 2000;
 
-// A solve takes milliseconds. On a machine so busy that it takes longer than this, the newest state
-// is taken over later.
-constexpr std::chrono::milliseconds kSolverPatience(200);
+// A solver that is too slow gets fewer states: as soon as those of kMostBehind (s) wait, the next
+// one ends a longer interval, up to kLongestInterval (s), as a low smoother.state_rate has it. If
+// even so many wait as make a minute, IMU samples are dropped as if the IMU had stopped.
+constexpr double kMostBehind = 1.0, kLongestInterval = 1.0;
+constexpr std::size_t kMostSolves = 60;
 
 // The first multiple of the period after a time: the grid of radar ticks and of states.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
@@ -89,10 +90,14 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
 
 void Pipeline::store(Message& message) {
   if (auto* imu = std::get_if<ImuSample>(&message)) {
+    imu_now_ = input_.imu_now();
+    if (solver_.waiting() >= kMostSolves) {
+      health_.count("smoother", "IMU sample dropped: the solver is a minute late");
+      return;
+    }
     imu->acceleration = R_body_imu_ * imu->acceleration;
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
     if (!motion_.add(*imu)) health_.count(config_.channels.imu, "stamp repeated");
-    imu_now_ = input_.imu_now();
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     count_jump(motion_.add(*wheel));
   } else if (auto* wheels = std::get_if<WheelsSample>(&message)) {
@@ -171,15 +176,13 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
 }
 
 void Pipeline::take_radar_answers() {
+  health_.count("radar", radar_worker_.drop_late(imu_now_),
+                "tick not answered within gpr.latency_budget");
   while (auto due = radar_worker_.next_due(imu_now_)) {
-    if (!due->result) {
-      health_.count("radar", "tick not answered within gpr.latency_budget");
-      continue;
-    }
-    for (const std::string& note : due->result->notes)
+    for (const std::string& note : due->result.notes)
       health_.count(config_.channels.gpr_trace, note);
-    if (due->result->sfm) out_.sfm.push_back(stamped(std::move(*due->result->sfm)));
-    for (const gpr::Finding& finding : due->result->findings) {
+    if (due->result.sfm) out_.sfm.push_back(stamped(std::move(*due->result.sfm)));
+    for (const gpr::Finding& finding : due->result.findings) {
       if (const auto* sight = std::get_if<gpr::Sight>(&finding)) {
         motion_.add_sight(*sight);
         continue;
@@ -194,13 +197,9 @@ void Pipeline::take_radar_answers() {
 }
 
 void Pipeline::take_states() {
-  while (auto due = solver_.await_due(imu_now_, kSolverPatience)) {
-    if (!due->result) {
-      health_.count("smoother", "solve not ready after smoother.latency");
-      break;
-    }
-    adopt(*due->result, due->effective);
-  }
+  while (auto due = solver_.next_due(imu_now_)) adopt(std::move(due->result), due->effective);
+  health_.count("smoother", solver_.take_late(imu_now_),
+                "solve not ready after smoother.latency: it counts later");
 }
 
 void Pipeline::take_map_answers() {
@@ -219,6 +218,11 @@ void Pipeline::take_map_answers() {
     health_.value("revisits.trusted", answer->pose->revisits);
     health_.value("revisits.refused", answer->pose->refused);
   }
+  const MapTask::Late late = map_->take_late(imu_now_);
+  health_.count("map", late.answers, "answer not ready after graph.latency: it counts later");
+  health_.count("map", late.joined,
+                "input joined with later input: the map is slower than the robot");
+  health_.count("map", late.dropped, "trace or revisit dropped: the map is slower than the robot");
 }
 
 // Whether the track is tied to earlier ground, and how surely.
@@ -287,7 +291,14 @@ void Pipeline::ask_radar() {
 }
 
 void Pipeline::make_states() {
-  while (started_ && imu_now_ >= next_state_ + reorder_window_) {
+  const double most = std::max(1.0, kMostBehind * config_.smoother.state_rate);
+  const TimeNs longest = from_seconds(std::min(kLongestInterval, 0.5 * config_.smoother.lag));
+  for (; started_ && imu_now_ >= next_state_ + reorder_window_; next_state_ += state_period_) {
+    const bool may_wait = next_state_ + state_period_ <= motion_.judged_to() + longest;
+    if (may_wait && static_cast<double>(solver_.waiting()) >= most) {
+      health_.count("smoother", "state left out: the solver is slower than smoother.state_rate");
+      continue;
+    }
     StateInput input = motion_.judge(next_state_);
     if (input.speed_correction)
       health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
@@ -300,7 +311,6 @@ void Pipeline::make_states() {
     input.factors = factors_.take(next_state_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
-    next_state_ += state_period_;
   }
 }
 

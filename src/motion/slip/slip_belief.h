@@ -91,7 +91,7 @@ class SlipBelief {
   void resume(const StateResult& newest);
   void take_in(const StateInput& input);
   void close();
-  void branch(double seconds);
+  void branch(double block_s);
   void learn_share();
   void predict(slip::Hypothesis& h, bool rolls) const;
   void weigh(slip::Hypothesis& h) const;

@@ -2,16 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <algorithm>
+#include <condition_variable>
 #include <future>
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 
 namespace gprodom {
 namespace {
-
-using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 // Work that is not done before it is let go.
 class HeldWork {
@@ -32,15 +31,9 @@ class HeldWork {
 using Due = std::optional<DatedWorker<int>::Due>;
 
 void expect_result(const Due& due, TimeNs effective, int result) {
-  ASSERT_TRUE(due && due->result);
-  EXPECT_EQ(due->effective, effective);
-  EXPECT_EQ(*due->result, result);
-}
-
-void expect_late(const Due& due, TimeNs effective) {
   ASSERT_TRUE(due);
   EXPECT_EQ(due->effective, effective);
-  EXPECT_FALSE(due->result);
+  EXPECT_EQ(due->result, result);
 }
 
 // An exception on the worker's thread must not end the process: it is thrown when the result is
@@ -62,69 +55,173 @@ TEST(DatedWorker, ResultIsNotReturnedBeforeItsTime) {
     worker.submit(20, [] { return 2; });
     worker.drain();
     EXPECT_FALSE(worker.next_due(9));
-    EXPECT_FALSE(worker.await_due(9, milliseconds(0)));
     expect_result(worker.next_due(10), 10, 1);
     EXPECT_FALSE(worker.next_due(19));
-    expect_result(worker.await_due(30, milliseconds(0)), 20, 2);
+    expect_result(worker.next_due(30), 20, 2);
     EXPECT_FALSE(worker.next_due(1000));
+    EXPECT_EQ(worker.take_late(1000), 0U);
+    EXPECT_EQ(worker.drop_late(1000), 0U);
+    EXPECT_EQ(worker.withdraw_late(1000), 0U);
   }
 }
 
-TEST(DatedWorker, LateJobIsDiscardedAndTheNextOneIsReturned) {
+// Nobody waits for it, or a slow solver would hold up every pose; and it is counted once.
+TEST(DatedWorker, LateResultComesWhenItIsThere) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, held.giving(1));
   worker.submit(20, [] { return 2; });
-  expect_late(worker.next_due(12), 10);
-  EXPECT_FALSE(worker.next_due(12));  // returned once only
+  EXPECT_FALSE(worker.next_due(9));
+  EXPECT_EQ(worker.take_late(9), 0U);
+  EXPECT_FALSE(worker.next_due(12));
+  EXPECT_EQ(worker.take_late(12), 1U);
+  EXPECT_FALSE(worker.next_due(25));
+  EXPECT_EQ(worker.take_late(25), 1U);  // the second: it waits behind the first
+  held.let_go();
+  worker.drain();
+  expect_result(worker.next_due(26), 10, 1);
+  expect_result(worker.next_due(26), 20, 2);
+  EXPECT_EQ(worker.take_late(26), 0U);
+}
+
+TEST(DatedWorker, LateJobIsDroppedAndTheNextOneIsReturned) {
+  HeldWork held;
+  DatedWorker<int> worker(Execution::kThreaded);
+  worker.submit(10, held.giving(1));
+  worker.submit(20, [] { return 2; });
+  EXPECT_EQ(worker.drop_late(9), 0U);
+  EXPECT_EQ(worker.drop_late(12), 1U);
+  EXPECT_EQ(worker.drop_late(12), 0U);  // told once only
+  EXPECT_FALSE(worker.next_due(12));
   held.let_go();
   worker.drain();
   expect_result(worker.next_due(25), 20, 2);
   EXPECT_FALSE(worker.next_due(1000));  // nor does it come afterwards
-  EXPECT_EQ(worker.work_time().jobs, 2);
 }
 
-TEST(DatedWorker, ExceptionOfADiscardedJobIsDropped) {
+TEST(DatedWorker, WhatWaitsBehindADroppedJobIsNotRun) {
+  HeldWork held;
+  DatedWorker<int> worker(Execution::kThreaded);
+  int begun = 0;
+  worker.submit(10, [&begun, work = held.giving(1)] {
+    ++begun;
+    return work();
+  });
+  for (const int late : {20, 30}) {
+    worker.submit(late, [&begun, late] {
+      ++begun;
+      return late;
+    });
+  }
+  worker.submit(40, [&begun] {
+    ++begun;
+    return 4;
+  });
+  EXPECT_EQ(worker.drop_late(22), 3U);
+  EXPECT_LE(worker.waiting(), 2U);  // the one that runs may not have begun
+  held.let_go();
+  worker.drain();
+  EXPECT_LE(begun, 2);
+  expect_result(worker.next_due(50), 40, 4);
+}
+
+TEST(DatedWorker, ExceptionOfADroppedJobIsDropped) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
   worker.submit(10, [work = held.giving(1)]() -> int {
     work();
     throw std::runtime_error("singular");
   });
-  expect_late(worker.next_due(10), 10);
+  EXPECT_EQ(worker.drop_late(10), 1U);
   held.let_go();
   worker.drain();
   EXPECT_FALSE(worker.next_due(1000));
 }
 
-TEST(DatedWorker, LateJobCanBeAwaited) {
+TEST(DatedWorker, JobsThatWaitAreTakenBackOnceTheOldestIsDue) {
   HeldWork held;
   DatedWorker<int> worker(Execution::kThreaded);
-  worker.submit(10, held.giving(1));
-  std::thread later([&held] {
-    std::this_thread::sleep_for(milliseconds(20));
-    held.let_go();
+  std::promise<void> begun;
+  worker.submit(10, [&begun, work = held.giving(1)] {
+    begun.set_value();
+    return work();
   });
-  expect_result(worker.await_due(10, seconds(60)), 10, 1);
-  later.join();
-}
-
-// It waits once only, or a solver that hangs would delay every message of the sensors; its result
-// is not thrown away.
-TEST(DatedWorker, ResultComesLaterWhenWaitingTimesOut) {
-  HeldWork held;
-  DatedWorker<int> worker(Execution::kThreaded);
-  worker.submit(10, held.giving(1));
+  worker.start();
+  begun.get_future().wait();
   worker.submit(20, [] { return 2; });
-  const auto start = std::chrono::steady_clock::now();
-  expect_late(worker.await_due(25, milliseconds(20)), 10);
-  EXPECT_GE(std::chrono::steady_clock::now() - start, milliseconds(20));
-  expect_late(worker.await_due(25, seconds(60)), 10);  // at once
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(30));
+  worker.submit(30, [] { return 3; });
+  EXPECT_EQ(worker.withdraw_late(15), 0U);  // the one that is due has begun
+  EXPECT_EQ(worker.waiting(), 2U);
+  EXPECT_EQ(worker.withdraw_late(20), 2U);
+  worker.submit(40, [] { return 4; });
   held.let_go();
   worker.drain();
-  expect_result(worker.await_due(25, milliseconds(0)), 10, 1);
-  expect_result(worker.await_due(25, milliseconds(0)), 20, 2);
+  expect_result(worker.next_due(50), 10, 1);
+  expect_result(worker.next_due(50), 40, 4);
+}
+
+// A virtual clock in tenths of a tick: a job is let go when its time is over, so that the machine's
+// speed does not matter.
+TEST(DatedWorker, JobsSlowerThanTheirPeriodEndInASteadyState) {
+  constexpr TimeNs kTick = 10, kTakes = 12, kBudget = 50;
+  DatedWorker<int> worker(Execution::kThreaded);
+  std::mutex mutex;
+  std::condition_variable changed;
+  int running = 0, let_go = 0;  // number of the job
+  const auto work = [&](int number) {
+    return [&, number] {
+      std::unique_lock lock(mutex);
+      running = number;
+      changed.notify_all();
+      changed.wait(lock, [&] { return let_go >= number; });
+      return number;
+    };
+  };
+  const auto await_running = [&](int other_than) {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return running != other_than; });
+    return running;
+  };
+  std::size_t dropped = 0, most = 0;
+  int submitted = 0, answered = 0, now_running = 0, newest = 0;
+  TimeNs ends = 0;
+  for (TimeNs now = 0; submitted < 1000; ++now) {
+    if (now_running > 0 && now >= ends) {
+      const auto before = worker.work_time().ready.count();
+      const bool another = worker.waiting() > 0;
+      {
+        const std::lock_guard lock(mutex);
+        let_go = now_running;
+      }
+      changed.notify_all();
+      while (worker.work_time().ready.count() == before) std::this_thread::yield();
+      now_running = another ? await_running(now_running) : 0;
+      ends = now + kTakes;
+    }
+    if (now % kTick == 0) {
+      worker.submit(now + kBudget, work(++submitted));
+      worker.start();
+      if (now_running == 0) {
+        now_running = await_running(now_running);
+        ends = now + kTakes;
+      }
+    }
+    dropped += worker.drop_late(now);
+    while (const auto due = worker.next_due(now)) {
+      ++answered;
+      newest = due->result;
+    }
+    if (submitted > 500) most = std::max(most, worker.waiting());
+  }
+  EXPECT_LE(most, 5U);       // those within the budget
+  EXPECT_GT(answered, 700);  // of the 833 that can be
+  EXPECT_LT(submitted - newest, 10);
+  EXPECT_NEAR(answered + static_cast<double>(dropped), submitted, 6);
+  {
+    const std::lock_guard lock(mutex);
+    let_go = submitted;
+  }
+  changed.notify_all();
 }
 
 }  // namespace

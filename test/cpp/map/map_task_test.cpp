@@ -12,7 +12,7 @@
 namespace gprodom {
 namespace {
 
-// Two savings, of which the first is under way until later: the disk is slow.
+// Savings of two files, of which the first is under way until later: the disk is slow.
 class SlowSavings {
  public:
   explicit SlowSavings(MapTask& task) {

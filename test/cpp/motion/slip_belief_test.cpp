@@ -138,6 +138,35 @@ double even(double) { return 0.4; }
 
 constexpr ImuNoise kCart{3e-4, 0.01}, kShaken{3e-3, 0.3};
 
+// A solver that is too slow, or a gap of the IMU, gives an interval of many seconds.
+TEST(SlipBelief, ALongIntervalLeavesItFinite) {
+  SlipBelief belief{Config()};
+  StateResult newest;
+  newest.covariance.diagonal().setConstant(1e-8);
+  newest.state.v_odom.x() = 0.6;
+  TimeNs now = 0;
+  for (int i = 0; i < 60; ++i) {
+    const int steps = i == 30 ? 640 : kSteps;
+    StateInput input;
+    input.has_wheel = true;
+    for (int k = 0; k < steps; ++k) {
+      MotionStep step;
+      step.dt = 0.01;
+      step.acceleration = {0, 0, kGravity};
+      step.wheel_m = 0.006;
+      input.steps.push_back(step);
+    }
+    input.time = now += from_seconds(0.01 * steps);
+    input.wheel_sigma_m = 1e-3;
+    belief.advance(input, newest, input.noise, 0.0);
+  }
+  for (const IntervalSlip& slip : belief.recent()) {
+    EXPECT_TRUE(std::isfinite(slip.l));
+    EXPECT_TRUE(std::isfinite(slip.sigma));
+  }
+  EXPECT_TRUE(std::isfinite(belief.share().value()));
+}
+
 TEST(SlipBelief, AWheelThatGripsIsBelieved) {
   Drive drive(kCart, wavy, zero, zero);
   double worst = 0.0;
