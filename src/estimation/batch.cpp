@@ -23,10 +23,10 @@ void Batch::add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor)
   links_.push_back({a, b, std::move(factor)});
 }
 
-void Batch::set_slip(size_t a, double l) {
+void Batch::set_slips(const std::vector<std::optional<double>>& slips) {
   for (Link& link : links_) {
-    if (link.a != a) continue;
-    if (auto slipped = link.factor->with_slip(l)) link.factor = std::move(slipped);
+    if (link.a >= slips.size() || !slips[link.a]) continue;
+    if (auto slipped = link.factor->with_slip(*slips[link.a])) link.factor = std::move(slipped);
   }
 }
 

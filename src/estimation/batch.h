@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "estimation/factors.h"
@@ -24,8 +25,9 @@ class Batch {
   // Adds a prior on the wheel's scale at the first state.
   void hold_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
-  // Multiplies the wheel's distance between the states a and a + 1 by e^l.
-  void set_slip(size_t a, double l);
+  // Multiplies the wheel's distance between the states a and a + 1 by e^l, with l = slips[a] where
+  // there is one.
+  void set_slips(const std::vector<std::optional<double>>& slips);
 
   struct Options {
     bool robust = true;  // false: every row quadratic

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include "pipeline/pipeline.h"
 
@@ -30,13 +32,15 @@ void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_fr
                   Batch& batch) {
   const PlanarPose odom_from_map = between(map_from_odom, {});
   std::size_t piece = 0;
+  std::vector<std::optional<double>> slips(batch.size());
   for (std::size_t i = 0; i < batch.size() && !track.empty(); ++i) {
     const NavState state = batch.states()[i];
     while (piece + 1 < track.size() && track[piece + 1].from <= state.time) ++piece;
     if (state.time < track[piece].from) continue;
-    batch.set_slip(i, track[piece].slip);
+    slips[i] = track[piece].slip;
     batch.set_state(i, warped(state, track[piece], odom_from_map));
   }
+  batch.set_slips(slips);
 }
 
 }  // namespace
