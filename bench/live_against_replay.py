@@ -4,8 +4,9 @@
 Each log is played to gprodomd over LCM in a network namespace of its own (scripts/live) at --speed
 times real time, and replayed. The logger's record tells what the daemon heard and said. Printed are
 messages of IMU, wheel and radar that the daemon may have missed (those that the logger, listening
-beside it, did not hear), the poses compared, and the largest distance between the two in ODOMETRY
-at one stamp. Exit code 1 where that is over a centimetre in a run that lost nothing.
+beside it, did not hear), results of the radar, the window and the map that were not there at their
+data time, the poses compared, and the largest distance between the two in ODOMETRY at one stamp.
+Exit code 1 where that is over a centimetre in a run that lost nothing and was never late.
 
     bench/live_against_replay.py LOG.lcmlog... --speed 2 -j 2
 """
@@ -32,6 +33,7 @@ from gprodom.options import add_config_option
 LIVE = Path(__file__).resolve().parents[1] / "scripts" / "live"
 INPUTS = ["IMU", "WHEEL", "GPR_TRACE"]
 LIMIT_M = 0.01
+LATE = ("not answered within", "not ready after")  # in the names of what STATUS counts
 
 
 def positions(log: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -43,6 +45,13 @@ def positions(log: Path) -> tuple[np.ndarray, np.ndarray]:
 def count(log: Path) -> int:
     """Messages of the sensors in a log."""
     return sum(len(channel["utime"]) for channel in logs.read(log, INPUTS).values())
+
+
+def late(log: Path) -> int:
+    """Results that were not there at their data time, by the last STATUS."""
+    status = logs.read(log, ["STATUS"])["STATUS"]["messages"][-1]
+    told = zip(status.names, status.values, strict=True)
+    return int(sum(value for name, value in told if any(words in name for words in LATE)))
 
 
 def compare(log: Path, configs: Configs, speed: float) -> dict[str, Any]:
@@ -67,6 +76,7 @@ def compare(log: Path, configs: Configs, speed: float) -> dict[str, Any]:
         return {
             "log": log.name,
             "lost": count(log) - count(live),
+            "late": late(live),
             "poses": len(stamps_replay),
             "compared": len(i),
             "max_m": float(apart.max()),
@@ -100,9 +110,9 @@ def main() -> int:
     if args.json:
         print_json(results)
     else:
-        header = ["log", "lost", "poses", "compared", "apart at most (m)", "share equal"]
+        header = ["log", "lost", "late", "poses", "compared", "apart at most (m)", "share equal"]
         print(format_table(header, [list(result.values()) for result in results]))
-    wrong = [r for r in results if r["lost"] == 0 and r["max_m"] > LIMIT_M]
+    wrong = [r for r in results if r["lost"] == r["late"] == 0 and r["max_m"] > LIMIT_M]
     return 1 if wrong else 0
 
 

@@ -49,17 +49,24 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run_live(config: Path, log: Path, output: Path, speed: int) -> None:
+def run_live(config: Path, log: Path, output: Path, speed: int) -> bool:
+    """Whether every result of the radar, the window and the map was there at its data time.
+
+    If not, live need not equal replay to the last bit. So a busy machine gets more time for it.
+    """
     command = [CHECKOUT / "scripts" / "live", config, log, output, str(speed)]
     live = subprocess.run(command, capture_output=True, text=True, timeout=120)
     if live.returncode == 3:
         pytest.skip(live.stderr.strip())
     assert live.returncode == 0, live.stderr
+    told = read(output, ["STATUS"])["STATUS"]["messages"][-1].names
+    in_time = not any("not answered within" in name or "not ready after" in name for name in told)
+    return in_time or (speed > 1 and run_live(config, log, output, speed // 2))
 
 
 def test_live_equals_replay(folder: Path) -> None:
     live_log = folder / "live.lcmlog"
-    run_live(CONFIG, folder / "in.lcmlog", live_log, 2)
+    in_time = run_live(CONFIG, folder / "in.lcmlog", live_log, 2)
     for channel in ("ODOMETRY", "ODOMETRY_MAP"):
         ours = read(folder / "out.lcmlog", [channel])[channel]
         theirs = read(live_log, [channel])[channel]
@@ -68,7 +75,7 @@ def test_live_equals_replay(folder: Path) -> None:
         apart = np.abs(ours["position"][at_ours] - theirs["position"][at_theirs])
         assert apart.max() < 0.01
         # A lost message makes more than a rounding error; hardly ever is one lost here.
-        assert np.median(apart) < 1e-9
+        assert not in_time or np.median(apart) < 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +118,7 @@ def test_paper_config_publishes_at_every_tick(paper: Path) -> None:
 
 
 def test_paper_config_live_equals_replay(paper: Path) -> None:
-    run_live(PAPER, paper / "in.lcmlog", paper / "live.lcmlog", 4)
+    in_time = run_live(PAPER, paper / "in.lcmlog", paper / "live.lcmlog", 4)
     replayed, live = read(paper / "out.lcmlog"), read(paper / "live.lcmlog")
 
     def pairs(channel: str) -> tuple[Channel, Channel, IntArray, IntArray]:
@@ -132,7 +139,8 @@ def test_paper_config_live_equals_replay(paper: Path) -> None:
     assert np.mean(same) > 0.9
     ours, theirs, i, j = pairs("ODOMETRY")
     apart = np.abs(ours["position"][i] - theirs["position"][j])
-    assert apart.max() < 0.01 and np.median(apart) < 1e-9
+    assert apart.max() < 0.01
+    assert not in_time or np.median(apart) < 1e-9
 
 
 def test_replay_is_repeatable_to_the_byte(folder: Path) -> None:
