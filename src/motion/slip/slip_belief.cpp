@@ -19,9 +19,7 @@ constexpr double kRolls_mps = 0.01;  // of the wheel; below, no slip begins or e
 
 // Rates at which a change of slip ends (l becomes 0) or becomes a slip that holds.
 constexpr double kChangeEnds = 1 / 6.0, kChangeHolds = 1 / 5.0;  // 1/s
-// s; a block after a long interval counts as so long, since the probabilities of its ends must not
-// sum up to more than 1.
-constexpr double kLongestBlock = 2.5;
+constexpr double kLongestBlock = 2.5;  // s; in a longer one these would sum up to more than 1
 // A slip ends at l = 0. Density of l there while it ends, against chance.
 constexpr double kTowardsGrip = 5.0;
 // Random walk of l, per root second: over the slip's size while it changes; while it holds.
