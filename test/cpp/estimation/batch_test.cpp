@@ -33,13 +33,17 @@ TEST(Batch, SlipsReachTheirStatesInOnePass) {
     batch.add_state(NavState());
     batch.add_factor(i - 1, i, listener);
   }
-  std::vector<std::optional<double>> slips(kStates), expected;
+  std::vector<std::optional<double>> slips(kStates);
   for (std::size_t i = 0; i + 1 < kStates; ++i)
     if (i % 3 != 0) slips[i] = static_cast<double>(i);
   batch.set_slips(slips);
   ASSERT_EQ(told.size(), (kStates - 1) * 2 / 3);
-  for (std::size_t i = 0, k = 0; i < kStates; ++i)
-    if (slips[i]) ASSERT_EQ(told[k++], *slips[i]);
+  std::size_t k = 0;
+  for (const std::optional<double>& slip : slips) {
+    if (slip) {
+      ASSERT_EQ(told[k++], *slip);
+    }
+  }
 }
 
 }  // namespace
