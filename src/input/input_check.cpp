@@ -58,7 +58,10 @@ bool InputCheck::accept(InputMessage& message) {
   pair_heard_ |= std::holds_alternative<WheelsSample>(message);
   if (std::holds_alternative<WheelSample>(message) || std::holds_alternative<WheelsSample>(message))
     wheel_now_ = std::max(wheel_now_, time);
-  if (std::holds_alternative<GprTrace>(message)) gpr_now_ = time;
+  if (const auto* trace = std::get_if<GprTrace>(&message)) {
+    gpr_now_ = time;
+    antenna_ = trace->antenna_id;
+  }
   return true;
 }
 
@@ -72,6 +75,9 @@ std::string InputCheck::refusal(InputMessage& message) {
     reason = "not used: there are messages of left and right wheels";
   const auto* imu = std::get_if<ImuSample>(&message);
   const auto* trace = std::get_if<GprTrace>(&message);
+  // Antennas see different places at the same time: their traces cannot be mixed.
+  if (reason.empty() && trace && antenna_.value_or(trace->antenna_id) != trace->antenna_id)
+    reason = "of another antenna: the first one that was heard is used";
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);
   if (reason.empty() && trace) reason = trace_format_.check(*trace);
   if (reason.empty() && trace) reason = trace_watch_.check(*trace);

@@ -12,7 +12,7 @@ time, and dropping them would hide what the recording holds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,16 @@ from gprodom.console import Progress
 from gprodom.convert.plausible import GRAVITY, GRAVITY_TOLERANCE
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.sampling import SAMPLE_INTERVAL, find_sample_interval
-from gprodom.convert.source import GPR, IMU, RADAR_FACTS, TRUTH, WHEEL, File, read_files
+from gprodom.convert.source import (
+    GPR,
+    IMU,
+    RADAR_FACTS,
+    TRUTH,
+    WHEEL,
+    File,
+    antenna_of,
+    read_files,
+)
 from gprodom.convert.table import Table, parse
 from gprodom.errors import Error
 
@@ -31,6 +40,14 @@ VOLTS_PER_COUNT = 0.05 / 32767
 FALLBACK_QUANTUM = 1e-6  # m per tick where the wheel's values lie on no grid
 
 _UNIT_NORM_TOLERANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Radar traces of one antenna. Times as in `Recording`."""
+
+    utime: Ints  # (g,)
+    counts: Ints  # (g, samples)
 
 
 @dataclass(frozen=True)
@@ -47,11 +64,12 @@ class Recording:
     ticks: Ints  # (w,)
     metres_per_tick: float
     gpr_utime: Ints  # (g,)
-    traces: Ints  # (g, samples), counts; g = 0 where the sequence has no radar
+    traces: Ints  # (g, samples), counts, of antenna 0; g = 0 where the sequence has no radar
     truth_utime: Ints  # (t,)
     truth: Floats  # (t, 3), m, in the instrument's frame; t = 0 where there is none
     out_of_order: dict[str, int]  # rows sorted into place, by sensor
     sample_interval: float = SAMPLE_INTERVAL  # s, of the radar; see `find_sample_interval`
+    more_antennas: dict[int, Traces] = field(default_factory=dict)  # by antenna_id, from 1 on
 
     def messages(self, since: int = 0, until: int = 2**63 - 1) -> dict[str, Any]:
         """Arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us)."""
@@ -72,6 +90,11 @@ class Recording:
         }
 
 
+def radar_name(antenna_id: int) -> str:
+    """The name of a further antenna's radar among the sensors."""
+    return f"gpr {antenna_id}"
+
+
 def read_recording(sequence: Path) -> Recording:
     """Reads a sequence, a directory or a zip. Raises `Error` with file and line."""
     files = read_files(sequence)
@@ -81,7 +104,9 @@ def read_recording(sequence: Path) -> Recording:
     missing = [name for name in (IMU, GPR) if name not in files] + ([] if wheels else [WHEEL[0]])
     if missing:
         raise Error(f"{sequence}: incomplete sequence, missing {', '.join(missing)}")
-    read = [files[IMU], files[GPR], wheels[0], *([files[TRUTH]] if TRUTH in files else [])]
+    more = {id_: file for name, file in files.items() if (id_ := antenna_of(name)) is not None}
+    read = [files[IMU], files[GPR], wheels[0], *more.values()]
+    read += [files[TRUTH]] if TRUTH in files else []
     with Progress("reading", sum(len(file.data) for file in read)) as progress:
 
         def counted(parse_file: Callable[[File], Table], file: File) -> Table:
@@ -93,6 +118,7 @@ def read_recording(sequence: Path) -> Recording:
         wheel = counted(_parse_wheel, wheels[0])
         truth = counted(parse_truth, files[TRUTH]) if TRUTH in files else _NO_TRUTH
         gpr = counted(_parse_gpr, files[GPR])
+        antennas = {id_: counted(_parse_gpr, file) for id_, file in sorted(more.items())}
     acceleration, rate, gyro_first = _find_gravity(imu.values, files[IMU].label)
     orientation = (
         imu.values[:, 6:10] if imu.values.shape[1] >= 10 else np.zeros((len(imu.utime), 4))
@@ -118,8 +144,13 @@ def read_recording(sequence: Path) -> Recording:
             "wheel": wheel.out_of_order,
             "gpr": gpr.out_of_order,
             "truth": truth.out_of_order,
+            **{radar_name(id_): table.out_of_order for id_, table in antennas.items()},
         },
         sample_interval=find_sample_interval(sequence, files.get(RADAR_FACTS)),
+        more_antennas={
+            id_: Traces(table.utime, table.values.astype(np.int32))
+            for id_, table in antennas.items()
+        },
     )
 
 

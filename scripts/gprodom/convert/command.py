@@ -28,6 +28,9 @@ and, where there is truth, TOTAL_STATION, in order of time (at equal times: IMU,
 TOTAL_STATION). SEQ is a directory or the dataset's zip. Rows that are out of order are sorted into
 place and counted; a malformed row ends the conversion, and no log is left behind.
 
+gpr_meas.csv holds antenna 0; gpr_meas_1.csv and so on, where they are, become traces of antenna 1
+and so on, on the same channel.
+
 The dataset's files do not tell the time between radar samples. A sequence of `gprodom simulate`
 holds it in gpr_meas.json; else it is --sample-interval.
 """

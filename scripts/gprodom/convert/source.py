@@ -6,6 +6,7 @@ read, and never more than the stated size is read.
 
 from __future__ import annotations
 
+import re
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ WHEEL = ("we_odom_meas.csv", "we_odom.csv")
 TRUTH = "ts_meas.csv"
 RADAR_FACTS = "gpr_meas.json"  # of ours, not of the dataset: {"sample_interval_s": S}
 _KNOWN = (GPR, IMU, *WHEEL, TRUTH, RADAR_FACTS)
+# gpr_meas_1.csv, ...: traces of further antennas, by antenna_id; gpr_meas.csv is antenna 0.
+_MORE_GPR = re.compile(r"gpr_meas_([1-9][0-9]?)\.csv")
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,16 @@ class File:
 
     label: str
     data: bytes
+
+
+def antenna_of(name: str) -> int | None:
+    """The antenna_id whose traces a further file of traces holds; None for any other file."""
+    found = _MORE_GPR.fullmatch(name)
+    return int(found.group(1)) if found else None
+
+
+def _is_known(name: str) -> bool:
+    return name in _KNOWN or antenna_of(name) is not None
 
 
 def read_files(sequence: Path) -> dict[str, File]:
@@ -48,15 +61,14 @@ def read_files(sequence: Path) -> dict[str, File]:
 
 def _from_directory(sequence: Path) -> dict[str, File]:
     folders = [sequence, *sorted(path for path in sequence.iterdir() if path.is_dir())]
-    holding = [folder for folder in folders if any((folder / name).is_file() for name in _KNOWN)]
-    folder = _single(sequence, [str(path) for path in holding])
+    known = [[path for path in sorted(f.iterdir()) if _is_known(path.name)] for f in folders]
+    holding = {str(f): paths for f, paths in zip(folders, known, strict=True) if paths}
     files = {}
-    for name in _KNOWN:
-        path = Path(folder) / name
+    for path in holding[_single(sequence, list(holding))]:
         if path.is_file():
             if path.stat().st_size > MAX_BYTES:
                 raise Error(f"{path}: {path.stat().st_size} bytes, at most {MAX_BYTES} expected")
-            files[name] = File(str(path), path.read_bytes())
+            files[path.name] = File(str(path), path.read_bytes())
     return files
 
 
@@ -68,7 +80,7 @@ def _from_zip(sequence: Path) -> dict[str, File]:
         wanted: dict[str, list[tuple[str, zipfile.ZipInfo]]] = {}
         for member in members:
             path = PurePosixPath(member.filename)
-            if path.name not in _KNOWN or path.parts[0] == "__MACOSX":
+            if not _is_known(path.name) or path.parts[0] == "__MACOSX":
                 continue
             if path.is_absolute() or ".." in path.parts or "\\" in member.filename:
                 raise Error(f"{sequence}: refused, the zip has the unsafe path {path}")

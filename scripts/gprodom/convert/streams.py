@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from gprodom.arrays import Ints
 from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
-from gprodom.convert.cmu import VOLTS_PER_COUNT, Recording
+from gprodom.convert.cmu import VOLTS_PER_COUNT, Recording, Traces
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
@@ -27,26 +28,28 @@ def streams(
         "ticks": recording.ticks,
         "metres_per_tick": recording.metres_per_tick,
     }
-    gpr: Fields = {
-        "seq": np.arange(len(recording.gpr_utime)),
-        "antenna_id": 0,
+    truth: Fields = {"position": recording.truth}
+    antennas = {0: Traces(recording.gpr_utime, recording.traces), **recording.more_antennas}
+    radar = [(of.utime, _traces(id_, of, sample_interval)) for id_, of in antennas.items()]
+    sources: list[tuple[str, str, Ints, Fields]] = [
+        (channels.imu, "imu_t", recording.imu_utime, imu),
+        (channels.wheel, "wheel_t", recording.wheel_utime, wheel),
+        *((channels.gpr_trace, "gpr_trace_t", utime, fields) for utime, fields in radar),
+        (TRUTH_CHANNEL, "position_truth_t", recording.truth_utime, truth),
+    ]
+    return [
+        Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
+        for channel, name, utime, fields in sources
+        if len(utime)
+    ]
+
+
+def _traces(antenna_id: int, traces: Traces, sample_interval: float) -> Fields:
+    return {
+        "seq": np.arange(len(traces.utime)),
+        "antenna_id": antenna_id,
         "sample_interval": sample_interval,
         "time_zero": 0.0,
         "volts_per_count": VOLTS_PER_COUNT,
-        "samples": recording.traces,
+        "samples": traces.counts,
     }
-    return [
-        Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
-        for channel, name, utime, fields in (
-            (channels.imu, "imu_t", recording.imu_utime, imu),
-            (channels.wheel, "wheel_t", recording.wheel_utime, wheel),
-            (channels.gpr_trace, "gpr_trace_t", recording.gpr_utime, gpr),
-            (
-                TRUTH_CHANNEL,
-                "position_truth_t",
-                recording.truth_utime,
-                {"position": recording.truth},
-            ),
-        )
-        if len(utime)
-    ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Ints
 from gprodom.console import format_table
-from gprodom.convert.cmu import Recording
+from gprodom.convert.cmu import Recording, radar_name
 
 # What is printed of `describe_times`, and how it is headed.
 TIME_FACTS = {
@@ -47,6 +47,7 @@ def summarise(recording: Recording, sample_interval: float) -> dict[str, Any]:
         "wheel": recording.wheel_utime,
         "gpr": recording.gpr_utime,
         "truth": recording.truth_utime,
+        **{radar_name(id_): of.utime for id_, of in recording.more_antennas.items()},
     }
     everything = np.concatenate(list(times.values()))
     travelled = int(np.abs(np.diff(recording.ticks)).sum()) * recording.metres_per_tick
