@@ -81,11 +81,12 @@ def events_in(text: str, known: dict[str, str]) -> set[str]:
     return {"…" + text if text.startswith(":") else text for text in found if " " in text}
 
 
-def refusals_in(text: str) -> set[str]:
+def refusals_in(text: str, known: dict[str, str]) -> set[str]:
     """Texts that a function of src/input gives as the reason to drop or to count a message."""
     found = set()
     for statement in re.findall(r"(?:\breturn\b|\breason =)([^;]*);", text):
         found |= {joined(m.group(0)) for m in re.finditer(STRINGS, statement)}
+        found |= {known[name] for name in re.findall(r"\bk[A-Z]\w*", statement) if name in known}
     return {text for text in found if text}
 
 
@@ -181,7 +182,7 @@ def status_part(code: str, meanings: dict[str, dict[str, str]], faults: list[str
     mounting = mounting_texts()
     reasons |= {("degraded", text) for text in mounting}
     inputs = "\n".join(sources("src/input")).replace((CHECKOUT / MOUNTING).read_text(), "")
-    events = (events_in(code, known) | refusals_in(inputs)) - {text for _, text in reasons}
+    events = (events_in(code, known) | refusals_in(inputs, known)) - {text for _, text in reasons}
     stale = texts.keys() - events - {text for _, text in reasons}
     faults += [f"{text}: the code has no such text" for text in stale]
     health = [(name, str(value)) for name, value, _ in lcm_constants("status_t")]

@@ -74,7 +74,7 @@ void add_wheel(Keys& keys, WheelConfig& c) {
     {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond get less weight; 0: none"},
     {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "difference of wheel and IMU that counts as slip; 0: no detection"},
     {"wheel.slip_share", &c.slip_share, "", between(0, 1), "share of the path on which the wheel slips gradually, without a jump; 0: never"},
-    {"wheel.max_speed", &c.max_speed, "m/s", kPositive, "faster increments are dropped"},
+    {"wheel.max_speed", &c.max_speed, "m/s", kNotNegative, "faster increments are dropped, until several agree; 0: learnt"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
   });
 }

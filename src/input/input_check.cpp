@@ -11,6 +11,7 @@ namespace {
 constexpr TimeNs kSecond = 1'000'000'000;
 constexpr char kGap[] = "gap: messages lost or late";
 constexpr char kNoData[] = "no data for a second or more";
+constexpr char kStaysStuck[] = "values stuck for a second or more";
 
 void shift_stamps(InputMessage& message, TimeNs by) {
   std::visit([by](auto& m) { m.time += by; }, message);
@@ -47,15 +48,20 @@ InputCheck::InputCheck(const Config& config, Health& health)
 
 bool InputCheck::accept(InputMessage& message) {
   const std::string reason = refusal(message);
+  const TimeNs time = time_of(message);
   if (!reason.empty()) {
     health_.count(channel_of(message, config_).name, reason);
+    if (reason == kStuck)
+      (std::holds_alternative<ImuSample>(message) ? imu_stuck_ : gpr_stuck_) = time;
     return false;
   }
-  const TimeNs time = time_of(message);
   health_.advance(time);
   watch(message);
   if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
   pair_heard_ |= std::holds_alternative<WheelsSample>(message);
+  if (const auto* wheel = std::get_if<WheelSample>(&message)) wheel_m_ = wheel->distance_m;
+  if (const auto* wheels = std::get_if<WheelsSample>(&message))
+    wheel_m_ = 0.5 * (wheels->left_m + wheels->right_m);
   if (std::holds_alternative<WheelSample>(message) || std::holds_alternative<WheelsSample>(message))
     wheel_now_ = std::max(wheel_now_, time);
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
@@ -80,7 +86,7 @@ std::string InputCheck::refusal(InputMessage& message) {
     reason = "of another antenna: the first one that was heard is used";
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);
   if (reason.empty() && trace) reason = trace_format_.check(*trace);
-  if (reason.empty() && trace) reason = trace_watch_.check(*trace);
+  if (reason.empty() && trace) reason = trace_watch_.check(*trace, wheel_m_);
   TimeNs usable = time;
   if (reason.empty()) reason = time_guard_.check(channel.source, usable);
   if (!reason.empty()) return reason;
@@ -110,13 +116,14 @@ const std::string& InputCheck::wheel_channel() const {
 bool InputCheck::radar_silent() const { return gpr_now_ + kSecond < imu_now_; }
 
 void InputCheck::watch_silence(bool radar_used) {
-  const auto watch = [&](const std::string& topic, bool used, TimeNs newest) {
+  const auto watch = [&](const std::string& topic, bool used, TimeNs newest, TimeNs stuck) {
     const bool silent = used && newest + kSecond < imu_now_;
-    health_.set(topic, HealthLevel::kDegraded, silent ? kNoData : "");
+    const bool speaks = stuck + kSecond >= imu_now_;
+    health_.set(topic, HealthLevel::kDegraded, !silent ? "" : speaks ? kStaysStuck : kNoData);
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
-  watch(wheel_channel(), config_.wheel.enabled, wheel_now_);
-  watch(config_.channels.gpr_trace, radar_used, gpr_now_);
+  watch(wheel_channel(), config_.wheel.enabled, wheel_now_, 0);
+  watch(config_.channels.gpr_trace, radar_used, gpr_now_, gpr_stuck_);
   const bool no_signal = radar_used && gpr_signal_ + kSecond < gpr_now_;
   health_.set("radar", HealthLevel::kDegraded,
               no_signal ? "traces without a signal for a second or more" : "");
@@ -131,7 +138,8 @@ std::optional<Status> InputCheck::status_without_clock() {
   const bool first = next_lost_status_ == 0;
   next_lost_status_ = (time / kSecond + 1) * kSecond;
   if (first) return std::nullopt;
-  health_.set(config_.channels.imu, HealthLevel::kFailed, kNoData);
+  health_.set(config_.channels.imu, HealthLevel::kFailed,
+              imu_stuck_ + kSecond >= time ? kStaysStuck : kNoData);
   return health_.status(time);
 }
 

@@ -70,8 +70,10 @@ class InputCheck {
   std::array<ClockWatch, kMessages> clocks_;  // likewise
   TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
   bool pair_heard_ = false;
-  std::optional<int> antenna_;  // the one whose traces are used
-  TimeNs gpr_signal_ = 0;       // newest trace that was not dead
+  std::optional<int> antenna_;            // the one whose traces are used
+  TimeNs imu_stuck_ = 0, gpr_stuck_ = 0;  // newest that was dropped as stuck
+  double wheel_m_ = 0.0;                  // newest distance; of a pair the mean
+  TimeNs gpr_signal_ = 0;                 // newest trace that was not dead
   TimeNs next_lost_status_ = 0;
 };
 

@@ -70,7 +70,7 @@ std::string ImuWatch::check(const ImuSample& sample) {
     cut_off_ |= ranges_[axis].cut_off(values[i]);
   }
   last_ = values;
-  if (stuck) return "values stuck";
+  if (stuck) return kStuck;
   return stays ? "one axis stays, as at the end of its range" : "";
 }
 
@@ -78,10 +78,12 @@ std::string ImuWatch::quality() const {
   return cut_off_ ? "values cut off at the end of a range" : "";
 }
 
-std::string TraceWatch::check(const GprTrace& trace) {
-  const bool stuck = stuck_.stuck(trace.samples != last_);
+std::string TraceWatch::check(const GprTrace& trace, double wheel_m) {
+  const bool changed = trace.samples != last_;
+  if (changed) changed_at_m_ = wheel_m;
+  const bool stuck = stuck_.stuck(changed) || std::abs(wheel_m - changed_at_m_) > kGoesFar;
   last_ = trace.samples;
-  return stuck ? "values stuck" : "";
+  return stuck ? kStuck : "";
 }
 
 std::string TraceWatch::quality(const GprTrace& trace) {

@@ -11,6 +11,8 @@
 
 namespace gprodom {
 
+inline constexpr char kStuck[] = "values stuck";  // a reason to drop a message
+
 // Detects missing messages: learns the usual time between two messages and its deviation.
 class GapWatch {
  public:
@@ -72,8 +74,11 @@ class ImuWatch {
 
 class TraceWatch {
  public:
-  // Empty where the trace is usable, else the reason to drop it.
-  std::string check(const GprTrace& trace);
+  // Empty where the trace is usable, else the reason to drop it. wheel_m: the newest distance of
+  // the wheel. The noise of a receiver changes each trace. Where that was never seen, the ground's
+  // changes show whether the traces are stuck, once the wheel has gone so far.
+  std::string check(const GprTrace& trace, double wheel_m);
+  static constexpr double kGoesFar = 1.0;  // m; some wavelengths of most radars
 
   // Why the front ends will skip the trace; empty if they will not.
   std::string quality(const GprTrace& trace);
@@ -83,6 +88,7 @@ class TraceWatch {
 
  private:
   std::vector<float> last_;
+  double changed_at_m_ = 0.0;  // wheel_m of the first trace like the last one
   StuckWatch stuck_{2, 0.01};
   gpr::TraceCheck check_;
   bool dead_ = false;

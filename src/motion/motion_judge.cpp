@@ -37,9 +37,6 @@ constexpr double kLargestDensityRatio = 10.0;
 constexpr TimeNs kLongestSilence = 100 * kSecond;
 constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
-// Must be longer than a state waits for the reorder window.
-constexpr TimeNs kStandingKept = 2 * kSecond;
-
 // From `from` to `to`, as far as there are data.
 WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
   WheelSpeeds result{from, {}};
@@ -73,16 +70,16 @@ bool MotionJudge::add(const ImuSample& sample) {
   return imu_.insert(sample);
 }
 
-bool MotionJudge::add(const WheelSample& sample) {
+void MotionJudge::add(const WheelSample& sample) {
   wheel_now_ = std::max(wheel_now_, sample.time);
   wheel_.forget_before(wheel_now_ - kLongestSilence);
-  return !config_.wheel.enabled || wheel_.insert(sample);
+  if (config_.wheel.enabled) wheel_.insert(sample);
 }
 
-bool MotionJudge::add(const WheelsSample& sample) {
+void MotionJudge::add(const WheelsSample& sample) {
   pair_.forget_before(sample.time - kLongestSilence);
   if (config_.wheel.enabled) pair_.insert(sample);  // a jump is reported by the mean
-  return add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m)});
+  add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m)});
 }
 
 void MotionJudge::add_external(Displacement displacement) {
@@ -97,6 +94,7 @@ Displacement MotionJudge::in_metres(const gpr::Finding& finding) {
 }
 
 void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_metres) {
+  radar_heard_ = std::max(radar_heard_, in_metres.to);
   if (!in_metres.valid) return;
   if (const auto* standstill = std::get_if<gpr::Standstill>(&finding)) {
     radar_standing_.push_back(*standstill);
@@ -116,6 +114,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
 }
 
 void MotionJudge::add_sight(const gpr::Sight& sight) {
+  radar_heard_ = std::max(radar_heard_, sight.to);
   gpr::PathLength path;  // its unit is the detection limit times a second
   path.from = sight.from;
   path.to = sight.to;
@@ -232,7 +231,8 @@ AtRest MotionJudge::at_rest() const {
           newest_.state.gyro_bias,
           std::sqrt(variance),
           unseen_speed().value_or(kUnseenAtFirst),
-          rest_.known()};
+          rest_.known(),
+          config_.gpr.enabled && radar_heard_ + kStandingKept > imu_now_};
 }
 
 // Unsigned path of the wheel, or of either side of a pair, which also turns on the spot.
@@ -309,7 +309,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   const bool with_engine = !verdict.standing && !verdict.steady_rate && stands_with_engine(to);
   verdict.standing |= with_engine;
   if (verdict.standing) learn_rest(to, with_engine);
-  input.gyro_bias = bias_watch_.new_bias(verdict, to_seconds(to - from));
+  input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
   input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
   if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));

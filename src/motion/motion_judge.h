@@ -34,10 +34,11 @@ class MotionJudge {
   // Body axes. false: the sample is dropped, since there is already one with this stamp.
   bool add(const ImuSample& sample);
 
-  // false: the distance jumped further than wheel.max_speed allows (WheelHistory::insert). Ignored
-  // unless wheel.enabled.
-  bool add(const WheelSample& sample);
-  bool add(const WheelsSample& sample);  // the mean of both sides counts as the wheel
+  // Ignored unless wheel.enabled.
+  void add(const WheelSample& sample);
+  void add(const WheelsSample& sample);  // the mean of both sides counts as the wheel
+  // Whether the wheel's distance was found to have jumped since the last call.
+  bool take_jump() { return wheel_.take_jump(); }
 
   // From another process, in effect at once, whatever gpr.coherence.use says: it is not learnt from
   // the wheel. Dropped if too many wait for the first state.
@@ -57,6 +58,10 @@ class MotionJudge {
   // nothing while it is not known.
   std::optional<double> unseen_speed() const;
   static constexpr double kUnseenAtFirst = 0.05;  // m/s; above that of most grounds
+
+  // The gyro shows a steady turn although all other sensors show a standstill, and a faster one
+  // than a step of its bias would.
+  bool turns_at_rest() const { return bias_watch_.turns_at_rest(); }
 
   // Do the wheels turn although the ground stands?
   Immobilised immobilised() const { return immobilised_.at(wheel_now_, wheel_); }
@@ -127,6 +132,8 @@ class MotionJudge {
   std::int32_t flags() const;
 
   static constexpr TimeNs kComparedFor = 5'000'000'000;
+  // Must be longer than a state waits for the reorder window.
+  static constexpr TimeNs kStandingKept = 2'000'000'000;
 
   const Config config_;
   const TimeNs state_period_, lag_;
@@ -148,7 +155,8 @@ class MotionJudge {
   SlipWatch slip_;
   SlipBelief slip_belief_;
   LateWheel late_wheel_;
-  TimeNs compared_to_ = -kComparedFor;  // end of the last distance by coherence
+  TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
+  TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence
   ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;

@@ -77,7 +77,7 @@ std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap
 }
 
 void WheelHistory::resume(const WheelSample& sample) {
-  *this = WheelHistory(max_speed_);
+  *this = WheelHistory(max_speed_, gains_most_);
   insert(sample);
   resumed_at_ = sample.time;
 }
@@ -101,28 +101,36 @@ bool WheelHistory::insert(const WheelSample& sample) {
   const double took = std::max(dt + kStampError_s, period_s_);
   const bool jumped =
       newest ? !plausible(std::abs(moved) / took) : std::abs(moved) > fastest() * took;
+  jump_found_ |= jumped && !newest;
   if (newest && !jumped) watch_repeats(before, sample.time, moved / dt);
   entries_.insert(
       next, {sample.time, sample.distance_m, before.distance_m + (jumped ? 0.0 : moved), jumped});
   return !jumped;
 }
 
-double WheelHistory::fastest() const { return std::max(max_speed_, 2 * usual_speed_); }
+double WheelHistory::fastest() const {
+  return std::max(max_speed_ > 0 ? max_speed_ : gains_most_, 2 * usual_speed_);
+}
 
-// wheel.max_speed applies while nothing is known about the vehicle. One that is faster reaches its
-// speed gradually, or has it from the first sample on.
+// A vehicle that is faster reaches its speed gradually, or has it from the first sample on: several
+// increments in a row that agree are no jumps.
 bool WheelHistory::plausible(double speed) {
   constexpr double kLearningRate = 0.5, kAgrees = 0.2;
   constexpr int kEnough = 5;
+  const bool pending = max_speed_ == 0 && fast_in_a_row_ > 0;
   if (speed <= fastest()) {
+    jump_found_ |= pending;
     usual_speed_ += kLearningRate * (speed - usual_speed_);
     fast_in_a_row_ = 0;
     return true;
   }
   const bool agrees = std::abs(speed - fast_speed_) < kAgrees * fast_speed_;
+  jump_found_ |= max_speed_ > 0 || (pending && !agrees);
   fast_in_a_row_ = agrees ? fast_in_a_row_ + 1 : 1;
   fast_speed_ = speed;
-  if (fast_in_a_row_ >= kEnough) usual_speed_ = speed;
+  if (fast_in_a_row_ < kEnough) return false;
+  usual_speed_ = speed;
+  fast_in_a_row_ = 0;
   return false;
 }
 

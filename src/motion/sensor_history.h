@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "estimation/state_estimator.h"
@@ -34,15 +35,25 @@ class ImuHistory {
 
 class WheelHistory {
  public:
-  explicit WheelHistory(double max_speed) : max_speed_(max_speed) {}
+  // m/s; nothing that drives gains more between two samples, even if some were lost: half a second
+  // at 1 g, which is what tyres can do.
+  static constexpr double kGainsMost = 5.0;
+
+  // max_speed: m/s, of the vehicle; 0: learnt. gains_most: that between two samples, while it is
+  // learnt.
+  explicit WheelHistory(double max_speed, double gains_most = kGainsMost)
+      : max_speed_(max_speed), gains_most_(gains_most) {}
 
   // Starts from a sample of an earlier run. The gap after it counts as covered, however long.
   void resume(const WheelSample& sample);
 
-  // false: the distance jumped further than max_speed allows (a corrupt count, or an encoder that
-  // was set to zero). The distance then continues without the jump, and its time counts as not
-  // covered.
+  // false: faster than this vehicle can be, as after a corrupt count, or if the encoder was set to
+  // zero. The distance then continues without the increment, and its time counts as not covered.
   bool insert(const WheelSample& sample);
+
+  // Whether a jump has been found since the last call. A single increment may be the first of a
+  // vehicle that is heard at speed, so unless max_speed is given it is the next one that shows it.
+  bool take_jump() { return std::exchange(jump_found_, false); }
   void forget_before(TimeNs time);
 
   // Signed distance, linear between samples; nullopt outside the data and across jumps, and across
@@ -75,7 +86,8 @@ class WheelHistory {
   double fastest() const;
   bool plausible(double speed);
 
-  double max_speed_;
+  double max_speed_, gains_most_;
+  bool jump_found_ = false;
   double usual_speed_ = 0.0;                       // m/s, running mean; twice that is plausible
   int fast_in_a_row_ = 0;                          // implausible increments of about equal speed
   double fast_speed_ = 0.0;                        // m/s, of the last of them

@@ -20,7 +20,9 @@ constexpr double kWindow_s = 0.4;
 // it.
 constexpr double kRestVarianceRatio = 1.6;
 
-constexpr double kLargestBiasStep = 0.02;  // rad/s; a real turn is faster or less steady
+// rad/s. Shocks and heat move the bias of cheap gyros by 2 deg/s. A robot that turns on the spot is
+// faster than 3 deg/s, or less steady.
+constexpr double kLargestBiasStep = 0.05;
 
 constexpr double kRestSpread = 1.5;  // times the wheel's path at rest
 
@@ -94,8 +96,7 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   const Stillness longer = stillness(at_rest, imu.between(from - margin, to + margin));
   StandstillVerdict verdict;
   if (now.turns()) {
-    if (wheel_still && (radar_still || !config.gpr.enabled) && longer.quiet &&
-        now.rate_less_bias.norm() < kLargestBiasStep)
+    if (wheel_still && (radar_still || !at_rest.radar_heard) && longer.quiet)
       verdict.steady_rate = {now.rate, now.rate_sigma};
     return verdict;
   }
@@ -118,19 +119,25 @@ bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
          !stillness(shaken, last.imu).turns();
 }
 
-std::optional<Vector3d> BiasWatch::new_bias(const StandstillVerdict& verdict, double dt_s) {
+std::optional<Vector3d> BiasWatch::new_bias(const StandstillVerdict& verdict, const Vector3d& bias,
+                                            double dt_s) {
   if (!verdict.steady_rate) {
     *this = {};
     return std::nullopt;
   }
   const auto& [rate, sigma] = *verdict.steady_rate;
-  if (still_s_ > 0 && (rate - turned_ / still_s_).norm() > 6 * std::sqrt(2.0) * sigma) *this = {};
+  if (still_s_ > 0 && (rate - turned_ / still_s_).norm() > 6 * std::sqrt(2.0) * sigma) {
+    still_s_ = 0.0;
+    turned_.setZero();
+  }
   still_s_ += dt_s;
   turned_ += rate * dt_s;
   if (still_s_ < kPatience_s) return std::nullopt;
-  const Vector3d bias = turned_ / still_s_;
+  const Vector3d found = turned_ / still_s_;
   *this = {};
-  return bias;
+  turns_at_rest_ = (found - bias).norm() > kLargestBiasStep;
+  if (turns_at_rest_) return std::nullopt;
+  return found;
 }
 
 }  // namespace gprodom

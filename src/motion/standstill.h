@@ -23,7 +23,7 @@ struct StandstillVerdict {
   bool standing = false;
   bool wheel_contradicted = false;  // the robot stands although the wheel turns
   // Mean rate of the gyro, if it differs from the bias although all other sensors show a
-  // standstill.
+  // standstill. Those are the wheel and, if it is heard, the radar.
   std::optional<Rate> steady_rate;
 };
 
@@ -35,6 +35,7 @@ struct AtRest {
   double bias_sigma = 0.0;  // rad/s, per axis
   double unseen_mps = 0.0;  // the radar may miss motion slower than this
   bool known = true;        // noise and wheel_mps were measured at a standstill
+  bool radar_heard = true;  // of late
 };
 
 // Over [from, to], the interval between two states. The robot stands if both hold:
@@ -64,16 +65,22 @@ bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
                          const Vibration& vibration, const LastSecond& last);
 
 // Detects a gyro bias that has changed by more than its random walk: at the next standstill, the
-// steady rate is the new bias. Until then the error of the heading cannot be noticed.
+// steady rate is the new bias. Until then the error of the heading cannot be noticed. A larger rate
+// may also be that of a robot which is turned on the spot, and is only told.
 class BiasWatch {
  public:
   // Call for each state interval in turn. Returns the new bias (rad/s, body) once the rate was
   // steady for long enough while all else showed a standstill.
-  std::optional<Eigen::Vector3d> new_bias(const StandstillVerdict& verdict, double dt_s);
+  std::optional<Eigen::Vector3d> new_bias(const StandstillVerdict& verdict,
+                                          const Eigen::Vector3d& bias, double dt_s);
+
+  // The rate is steady, and too large for a step of the bias.
+  bool turns_at_rest() const { return turns_at_rest_; }
 
  private:
   static constexpr double kPatience_s = 1.0;
 
+  bool turns_at_rest_ = false;
   double still_s_ = 0.0;                              // duration of the steady rate so far
   Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // its integral, rad
 };

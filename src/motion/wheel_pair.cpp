@@ -18,7 +18,7 @@ constexpr double kAgrees = 2.0, kDetected = 3.0;  // standard deviations
 
 WheelPair::WheelPair(const WheelConfig& config)
     : config_(config),
-      difference_(2 * config.max_speed),
+      difference_(2 * config.max_speed, 2 * WheelHistory::kGainsMost),
       calibration_(drive_traits(config), config.noise_floor) {}
 
 bool WheelPair::insert(const WheelsSample& sample) {

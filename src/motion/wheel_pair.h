@@ -20,7 +20,7 @@ class WheelPair {
  public:
   explicit WheelPair(const WheelConfig& config);
 
-  // false: the difference of the sides jumped further than wheel.max_speed allows.
+  // false: the difference of the sides jumped (WheelHistory::insert).
   bool insert(const WheelsSample& sample);
   void forget_before(TimeNs time);
   bool received() const { return received_; }  // any sample so far

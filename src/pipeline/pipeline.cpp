@@ -99,9 +99,11 @@ void Pipeline::store(Message& message) {
     imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
     if (!motion_.add(*imu)) health_.count(config_.channels.imu, "stamp repeated");
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
-    count_jump(motion_.add(*wheel));
+    motion_.add(*wheel);
+    count_jump();
   } else if (auto* wheels = std::get_if<WheelsSample>(&message)) {
-    count_jump(motion_.add(*wheels));
+    motion_.add(*wheels);
+    count_jump();
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
     if (map_->enabled()) add_to_map(*trace);
@@ -143,8 +145,14 @@ std::string Pipeline::add_factor(const UserFactor& factor) {
   return refusal;
 }
 
-void Pipeline::count_jump(bool usable) {
-  if (!usable) health_.count(input_.wheel_channel(), "distance jumped: beyond wheel.max_speed");
+void Pipeline::count_jump() {
+  if (!motion_.take_jump()) return;
+  if (config_.wheel.max_speed > 0)
+    health_.count(input_.wheel_channel(),
+                  "beyond wheel.max_speed: the distance jumped, or the robot is faster than that");
+  else
+    health_.count(input_.wheel_channel(),
+                  "distance jumped: the encoder was set back, or a count is wrong");
 }
 
 void Pipeline::start() {
@@ -305,6 +313,11 @@ void Pipeline::make_states() {
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias has changed: heading uncertain since the last standstill");
+    health_.set("gyro", HealthLevel::kDegraded,
+                motion_.turns_at_rest()
+                    ? "a steady turn while all other sensors show a standstill: its bias has "
+                      "changed, or the robot is turned on the spot"
+                    : "");
     mounting_.add(input.steps, motion_.wheel().distance(next_state_),
                   prediction_.base().state.gyro_bias);
     health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());

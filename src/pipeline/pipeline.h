@@ -119,7 +119,7 @@ class Pipeline {
   // Stations of a message, in the order step() visits them.
   void store(Message& message);
   void add_to_map(const GprTrace& trace);
-  void count_jump(bool usable);
+  void count_jump();
   void start();
   bool resume();
   void begin(const InitialState& initial, const StateResult& first);

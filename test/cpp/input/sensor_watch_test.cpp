@@ -94,5 +94,25 @@ TEST(GapWatch, MissingMessagesAreReportedAndJitterIsNot) {
   EXPECT_FALSE(watch.gap_before(from_seconds(t += 0.02)));
 }
 
+// A radar that hangs before anything is known of its noise; the wheel counts on.
+TEST(TraceWatch, TheSameTraceAllAlongIsStuckOnceTheRobotHasDriven) {
+  GprTrace trace;
+  trace.samples.assign(201, 7.0f);
+  TraceWatch watch;
+  for (double wheel_m = 50.0; wheel_m < 55.0; wheel_m += 0.3)
+    EXPECT_EQ(watch.check(trace, wheel_m).empty(), wheel_m < 50.0 + TraceWatch::kGoesFar)
+        << wheel_m;
+  trace.samples[100] += 1;
+  EXPECT_EQ(watch.check(trace, 55.0), "");
+}
+
+// Of one without noise, as a simulated one: equal traces are no fault while the robot stands.
+TEST(TraceWatch, TheSameTraceAtAStandstillIsNotStuck) {
+  GprTrace trace;
+  trace.samples.assign(201, 7.0f);
+  TraceWatch watch;
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(watch.check(trace, 50.0 + 0.001 * (i % 3)), "");
+}
+
 }  // namespace
 }  // namespace gprodom

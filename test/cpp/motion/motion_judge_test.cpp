@@ -283,13 +283,18 @@ TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
   MotionJudge judge{Config{}};
   EXPECT_TRUE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.8}, kBias}));
   EXPECT_FALSE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.9}, kBias}));
-  EXPECT_TRUE(judge.add(WheelSample{from_seconds(1), 0.0}));
-  EXPECT_FALSE(judge.add(WheelSample{from_seconds(1.02), 50.0}));
+  judge.add(WheelSample{from_seconds(1), 0.0});
+  judge.add(WheelSample{from_seconds(1.02), 50.0});
+  EXPECT_FALSE(judge.take_jump());  // the first of a fast vehicle, or a jump
+  judge.add(WheelSample{from_seconds(1.04), 50.0});
+  EXPECT_TRUE(judge.take_jump());
   Config without_wheel;
   without_wheel.wheel.enabled = false;
   Robot robot(without_wheel);
-  EXPECT_TRUE(robot.judge.add(WheelSample{from_seconds(1.0), 0.0}));
-  EXPECT_TRUE(robot.judge.add(WheelSample{from_seconds(1.02), 50.0}));
+  robot.judge.add(WheelSample{from_seconds(1.0), 0.0});
+  robot.judge.add(WheelSample{from_seconds(1.02), 50.0});
+  robot.judge.add(WheelSample{from_seconds(1.04), 50.0});
+  EXPECT_FALSE(robot.judge.take_jump());
   EXPECT_FALSE(robot.next().has_wheel);
 }
 

@@ -183,6 +183,37 @@ TEST(WheelHistory, FastVehicleIsAccepted) {
   EXPECT_LE(dropped, 6);
 }
 
+// What is told of the jumps of a wheel at this speed (m/s), heard from there on.
+int jumps_told(WheelHistory& wheel, double speed) {
+  int told = 0;
+  for (int i = 0; i < 50; ++i) {
+    wheel.insert({from_seconds(100 + i * kPeriod), speed * i * kPeriod});
+    told += wheel.take_jump();
+  }
+  return told;
+}
+
+TEST(WheelHistory, SpeedThatIsLearntIsNotToldAsAJump) {
+  for (const double speed : {0.5, 8.0, 30.0}) {
+    WheelHistory wheel(0.0);
+    EXPECT_EQ(jumps_told(wheel, speed), 0) << speed;
+    for (const double jump : {100.0, -100.0}) {
+      const double time = jump > 0 ? 105.0 : 105.2, metres = speed * (time - 100.0);
+      EXPECT_FALSE(wheel.insert({from_seconds(time), metres + std::max(0.0, jump)}));
+      EXPECT_FALSE(wheel.take_jump()) << "the first of several such increments, or a jump?";
+      wheel.insert({from_seconds(time + kPeriod), metres + std::max(0.0, jump) + speed * kPeriod});
+      EXPECT_TRUE(wheel.take_jump());
+    }
+    EXPECT_FALSE(wheel.take_jump());
+  }
+}
+
+TEST(WheelHistory, SpeedBeyondAGivenLimitIsTold) {
+  WheelHistory slow(5.0), fast(5.0);
+  EXPECT_EQ(jumps_told(slow, 4.0), 0);
+  EXPECT_GT(jumps_told(fast, 8.0), 0);
+}
+
 // Of a busy computer: stamps come up to a period early or late, but every count is right.
 TEST(WheelHistory, NothingIsLostWhereStampsComeCloseTogether) {
   constexpr double kPeriod_s = 0.05, kSpeed_mps = 12.0;

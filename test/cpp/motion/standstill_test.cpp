@@ -30,6 +30,7 @@ struct Judged {
   bool standing;
   bool steady;
   std::optional<Eigen::Vector3d> bias;  // of the first that was told
+  bool turns = false;                   // told: too fast for a step of the bias
 };
 
 // All the intervals from 1 to 9 s: `standing` and `steady` where every one was.
@@ -63,11 +64,14 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   BiasWatch watch;
   for (int i = 5; i < 45; ++i) {
     const auto verdict = judge_standstill(
-        config, {kReference, robot.resting_wheel, known_bias, robot.bias_sigma, robot.unseen}, imu,
-        wheel, radar, from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
+        config,
+        {kReference, robot.resting_wheel, known_bias, robot.bias_sigma, robot.unseen, true,
+         config.gpr.enabled},
+        imu, wheel, radar, from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
     judged.standing &= verdict.standing;
     judged.steady &= verdict.steady_rate.has_value();
-    const auto bias = watch.new_bias(verdict, kInterval_s);
+    const auto bias = watch.new_bias(verdict, known_bias, kInterval_s);
+    judged.turns |= watch.turns_at_rest();
     if (bias && !judged.bias) judged.bias = *bias - known_bias;
   }
   return judged;
@@ -103,13 +107,24 @@ TEST(Standstill, RadarDoesNotContradictAWheelBelowItsSight) {
 }
 
 TEST(BiasWatch, SteadyRateAtAStandstillIsTheBias) {
+  for (const double rate : {5e-3, 0.02, 0.04}) {
+    Robot stepped;
+    stepped.rate = rate;
+    const Judged judged = judge(stepped);
+    EXPECT_FALSE(judged.standing);
+    EXPECT_TRUE(judged.steady);
+    EXPECT_FALSE(judged.turns);
+    ASSERT_TRUE(judged.bias) << rate;
+    EXPECT_LT((*judged.bias - Eigen::Vector3d(0, 0, rate)).norm(), 5e-4);  // over a second
+  }
+}
+
+TEST(BiasWatch, ASteadyTurnAtAStandstillIsTold) {
   Robot stepped;
-  stepped.rate = 5e-3;
-  const Judged judged = judge(stepped);
-  EXPECT_FALSE(judged.standing);
-  EXPECT_TRUE(judged.steady);
-  ASSERT_TRUE(judged.bias);
-  EXPECT_LT((*judged.bias - Eigen::Vector3d(0, 0, 5e-3)).norm(), 5e-4);  // over a second
+  stepped.rate = 0.1;
+  EXPECT_TRUE(judge(stepped).turns);
+  stepped.vibration = 5.0;
+  EXPECT_FALSE(judge(stepped).turns);
 }
 
 TEST(BiasWatch, OtherRatesAreNotTheBias) {
