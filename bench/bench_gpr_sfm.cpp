@@ -60,6 +60,7 @@ BENCHMARK_CAPTURE(per_trace, sfm_fit, FrontEndKind::kSfm, true)->Unit(benchmark:
 BENCHMARK_CAPTURE(per_trace, sfm_no_fit, FrontEndKind::kSfm, false)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(per_trace, bscan, FrontEndKind::kBscan, false)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(per_trace, dec, FrontEndKind::kDec, false)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(per_trace, salient, FrontEndKind::kSalient, false)->Unit(benchmark::kMicrosecond);
 
 LevelMatrix random_levels(int rows, int columns) {
   std::mt19937 random(1);

@@ -12,7 +12,16 @@ namespace gprodom {
 
 enum class WheelDrive { kSingle, kDifferential, kSkidSteer, kAckermann };
 enum class WheelForm { kIncrement, kDistance };
-enum class FrontEndKind { kMotion, kStationarity, kSfm, kBscan, kDec, kTraceCount, kNone };
+enum class FrontEndKind {
+  kMotion,
+  kStationarity,
+  kSfm,
+  kBscan,
+  kDec,
+  kSalient,
+  kTraceCount,
+  kNone
+};
 enum class Fusion { kSigned, kNorm };
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
@@ -26,8 +35,8 @@ constexpr std::array<const char*, 4> names_like(WheelDrive) {
   return {"single", "differential", "skid_steer", "ackermann"};
 }
 constexpr std::array<const char*, 2> names_like(WheelForm) { return {"increment", "distance"}; }
-constexpr std::array<const char*, 7> names_like(FrontEndKind) {
-  return {"motion", "stationarity", "sfm", "bscan", "dec", "trace_count", "none"};
+constexpr std::array<const char*, 8> names_like(FrontEndKind) {
+  return {"motion", "stationarity", "sfm", "bscan", "dec", "salient", "trace_count", "none"};
 }
 constexpr std::array<const char*, 2> names_like(Fusion) { return {"signed", "norm"}; }
 constexpr std::array<const char*, 2> names_like(DistanceForm) { return {"cosine", "printed"}; }

@@ -99,7 +99,7 @@ struct PeaksConfig {
   bool fit = true;  // damped sinusoid per pulse; false: envelope maxima, much cheaper
 };
 
-// Displacement from one B-scan window to the next (front ends sfm, bscan, dec and trace_count).
+// Displacement from one B-scan window to the next (front ends sfm, bscan, dec, salient and trace_count).
 struct SequentialConfig {
   int window_traces = 100;  // L, traces in a window
   int rows = 50;            // D_S, of the feature matrix

@@ -111,11 +111,18 @@ def add_picture_output(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_networks_option(parser: argparse.ArgumentParser) -> None:
-    """``--networks``, for commands that run a method."""
+def add_method_options(parser: argparse.ArgumentParser) -> None:
+    """``--networks`` and ``--pipes``, for commands that run a method."""
     parser.add_argument(
         "--networks",
         type=Path,
         metavar="DIR",
         help="folder that gprodom learn wrote, for the learned methods",
+    )
+    parser.add_argument(
+        "--pipes",
+        type=Path,
+        metavar="FILE",
+        help="map of pipes for the method salient (YAML: pipes: [{x: M, depth: M}, ...], and if "
+        "known wave_speed: M/S, and length: M of a line that closes)",
     )

@@ -210,8 +210,8 @@ std::string section_description(const std::string& section) {
       {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",
-       "The paper's method, and the methods it is compared with: front ends sfm, bscan, dec and "
-       "trace_count."},
+       "The paper's method, and the methods it is compared with: front ends sfm, bscan, dec, "
+       "salient and trace_count."},
   };
   const auto found = descriptions.find(section);
   return found == descriptions.end() ? std::string() : found->second;

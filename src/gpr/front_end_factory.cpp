@@ -15,6 +15,7 @@ std::unique_ptr<FrontEnd> make_front_end(const GprConfig& config) {
     case FrontEndKind::kSfm:
     case FrontEndKind::kBscan:
     case FrontEndKind::kDec:
+    case FrontEndKind::kSalient:
     case FrontEndKind::kTraceCount:
       return std::make_unique<SequentialFrontEnd>(config);
     case FrontEndKind::kNone:

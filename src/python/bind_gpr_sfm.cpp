@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "gpr/sequential/alignment.h"
+#include "gpr/sequential/apexes.h"
 #include "gpr/sequential/dec.h"
 #include "gpr/sequential/sfm.h"
 #include "python/choice_argument.h"
@@ -21,6 +22,8 @@ using gprodom::DistanceForm;
 using gprodom::gpr::Aligner;
 using gprodom::gpr::Alignment;
 using gprodom::gpr::AlignmentOptions;
+using gprodom::gpr::Apex;
+using gprodom::gpr::ApexOptions;
 using gprodom::gpr::CurveAligner;
 using gprodom::gpr::CurveOptions;
 using gprodom::gpr::CurveRefiner;
@@ -107,6 +110,21 @@ Eigen::VectorXd dominant_energy_curve(const Traces& traces, int half_width, int 
   return curve;
 }
 
+std::vector<Apex> find_apexes(const Traces& traces, double sample_interval, double time_zero,
+                              double pulse, double first_time, double least_widening,
+                              double most_widening) {
+  if (traces.ndim() != 2) throw std::invalid_argument("traces: expected shape (traces, samples)");
+  const Eigen::Map<const Eigen::MatrixXf> bscan(traces.data(), traces.shape(1), traces.shape(0));
+  ApexOptions options;
+  options.sample_interval_s = sample_interval;
+  options.time_zero_s = time_zero;
+  options.first_time_s = first_time;
+  options.pulse_s = pulse;
+  options.least_widening_s = least_widening;
+  options.most_widening_s = most_widening;
+  return gprodom::gpr::find_apexes(bscan, options);
+}
+
 }  // namespace
 
 void bind_gpr_sfm(py::module_& module) {
@@ -139,4 +157,16 @@ void bind_gpr_sfm(py::module_& module) {
              py::arg("smoothing") = 7,
              "Row (samples) of the strongest reflector under each trace of (traces, samples),\n"
              "background removed; zeros where there is none; see gpr/dec.h.");
+  py::class_<Apex>(module, "Apex", "Apex of a hyperbola in a B-scan.")
+      .def_readonly("column", &Apex::column, "with its fraction")
+      .def_readonly("time", &Apex::time_s, "s, two-way, from time zero")
+      .def_readonly("widening", &Apex::widening_s, "s per column: 2 spacing / wave speed")
+      .def_readonly("amplitude", &Apex::amplitude, "of the mean echo along the hyperbola")
+      .def_readonly("semblance", &Apex::semblance, "stacked energy over energy, 0 to 1");
+  module.def("find_apexes", &find_apexes, py::arg("traces"), py::kw_only(),
+             py::arg("sample_interval"), py::arg("time_zero") = 0.0, py::arg("pulse") = 3e-9,
+             py::arg("first_time") = 2e-9, py::arg("least_widening") = 0.0,
+             py::arg("most_widening") = 0.0,
+             "Apexes of hyperbolas in (traces, samples), background removed, the strongest first;\n"
+             "see gpr/sequential/apexes.h.");
 }

@@ -26,7 +26,7 @@ from gprodom.options import (
     Subparsers,
     add_command,
     add_config_options,
-    add_networks_option,
+    add_method_options,
     add_scheduler_option,
 )
 from gprodom.score.align import ALIGNMENTS, FIRST_M
@@ -125,7 +125,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
     )
     add_config_options(parser)
-    add_networks_option(parser)
+    add_method_options(parser)
     parser.add_argument(
         "--align",
         choices=ALIGNMENTS,
@@ -182,7 +182,7 @@ def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     names = dict.fromkeys(re.split(r"[,\s]+", args.methods))
     networks = args.networks.resolve() if args.networks else None
-    methods = [find_method(name, networks) for name in names]
+    methods = [find_method(name, networks, args.pipes) for name in names]
     if args.jobs < 1:
         raise UsageError(f"-j {args.jobs}: expected at least 1")
     output: Path = args.output.resolve()  # a worker may be in another folder

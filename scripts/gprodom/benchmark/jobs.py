@@ -95,6 +95,8 @@ def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: o
         facts += [file.read_text(encoding="utf-8") for file in config_files(settings.configs)]
     if method.networks is not None:
         facts.append(_stamp(method.networks / f"{method.network}.onnx"))
+    if method.pipes is not None:
+        facts.append(_stamp(method.pipes))
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 

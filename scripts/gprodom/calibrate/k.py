@@ -133,7 +133,9 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES
     )
     k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth")
-    k.add_argument("--method", default="sfm", help="sfm (default), bscan, dec or trace_count")
+    k.add_argument(
+        "--method", default="sfm", help="sfm (default), bscan, dec, salient or trace_count"
+    )
     add_config_options(k)
     k.add_argument(
         "--sample-interval",

@@ -10,13 +10,12 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.lcm.answers import Answer
 from gprodom.lcm.constants import kind
-from gprodom.lcm.messages import message
 from gprodom.learned.model import Network, read_record, to_offset, to_spacing, widening
 from gprodom.learned.windows import COLUMN, LENGTH, WINDOW, image, step_at, to_rows
 
@@ -29,41 +28,6 @@ NEAR = 0.6  # m; images whose middles lie so close by the track are compared
 DRIFT = 0.02  # by which that grows with the way between them
 MOST = 24  # images compared with one, the nearest
 KEPT_TRACES = 4000  # traces that are kept for images
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A displacement_t to be sent; times in microseconds, metres."""
-
-    utime: int
-    utime_from: int
-    utime_to: int
-    source: str
-    kind: int
-    distance: float
-    sigma: float
-    mirrored: bool = False
-    score: float = 0.0
-
-
-def encoded(answer: Answer) -> bytes:
-    """Its displacement_t."""
-    told = message("displacement_t")()
-    for name, value in vars(answer).items():
-        setattr(told, name, value)
-    told.valid, told.scale = True, 1.0
-    data: bytes = told.encode()
-    return data
-
-
-class Teller(Protocol):
-    """What hears and tells."""
-
-    def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
-        """Hears a trace."""
-
-    def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
-        """Hears a pose of the track, m and rad."""
 
 
 class SequentialTeller:

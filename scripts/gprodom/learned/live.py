@@ -15,7 +15,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.options import Subparsers, add_command, add_config_options
 
 if TYPE_CHECKING:
-    from gprodom.learned.answers import Answer, Teller
+    from gprodom.lcm.answers import Answer, Teller
 
 DESCRIPTION = """\
 Hears the traces of a radar and the odometry of a running gprodomd, and sends what a network says of
@@ -79,7 +79,7 @@ class Inference:
         self._send(self._teller.pose(pose.utime, at_x, at_y, yaw), begun)
 
     def _send(self, answers: list[Answer], begun: float) -> None:
-        from gprodom.learned.answers import encoded
+        from gprodom.lcm.answers import encoded
 
         for answer in answers:
             self._lcm.publish(self._channel, encoded(answer))

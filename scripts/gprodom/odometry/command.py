@@ -13,7 +13,7 @@ from gprodom.errors import UsageError
 from gprodom.files import OutputFile
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
-from gprodom.options import Subparsers, add_command, add_config_options, add_networks_option
+from gprodom.options import Subparsers, add_command, add_config_options, add_method_options
 from gprodom.score.align import ALIGNMENTS, FIRST_M
 from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
@@ -43,7 +43,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
-    add_networks_option(parser)
+    add_method_options(parser)
     parser.add_argument("--tum", type=OutputFile, metavar="FILE", help="file for the trajectory")
     parser.add_argument(
         "--smoothed",
@@ -72,7 +72,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
-    method = find_method(args.method, args.networks)
+    method = find_method(args.method, args.networks, args.pipes)
     if args.output and method.reckoned == "wheel":
         raise UsageError("-o: the method wheel is dead reckoning, there is no replay to keep")
     if args.smoothed and method.reckoned:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gprodom.config import STANDARD, Channels, Configs, read_channels
 from gprodom.convert.cmu import read_recording
@@ -24,6 +25,9 @@ from gprodom.score.frames import FrameStart
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum
+
+if TYPE_CHECKING:
+    from gprodom.lcm.answers import Teller
 
 OnProgress = Callable[[float], None]
 OnWarning = Callable[[str], None]
@@ -105,7 +109,7 @@ def estimate(
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
         tum = folder / "smoothed.tum" if smooth and not method.reckoned else None
-        if method.network:
+        if method.answers:
             log = _with_answers(log, method, configs, overrides, folder)
         run_replay(
             log,
@@ -122,8 +126,8 @@ def estimate(
             displacements = sequential(found, method.front_end)
             return Estimate(reckon(logs.read_roles(log, sensors), displacements))
         published = read_estimate(output, channels=channels)
-        role = "displacement_in" if method.network else "displacement"
-        told = logs.read_roles(log if method.network else output, channels.of(role)).get(role)
+        role = "displacement_in" if method.answers else "displacement"
+        told = logs.read_roles(log if method.answers else output, channels.of(role)).get(role)
         heard = answered(told, published.trajectory.time)
         smoothed = None if tum is None else read_tum(tum)
     return Estimate(published.trajectory, published.jumps, smoothed, heard, published.frame)
@@ -132,16 +136,27 @@ def estimate(
 def _with_answers(
     log: Path, method: Method, configs: Configs, overrides: Sequence[str], folder: Path
 ) -> Path:
-    """A log in `folder` in which the method's network has answered the traces. Its track, where it
-    needs one, is that of IMU and wheel."""
-    from gprodom.learned.recorded import answers_to, with_answers
+    """A log in `folder` in which the method's network or map of pipes has answered the traces. Its
+    track, where it needs one, is that of IMU and wheel."""
+    from gprodom.lcm.answers import answers_to, with_answers
 
-    assert method.networks is not None
     channels = read_channels(configs, [*method.overrides, *overrides])
     track = folder / "track.lcmlog" if method.tracked else None
     if track is not None:
         run_replay(log, track, configs, [*overrides, *METHODS["imu_wheel"].overrides])
-    answers = answers_to(log, method.network, method.networks, channels, track)
+    answers = answers_to(log, _teller(method), channels, track)
     told = folder / "answers.lcmlog"
     with_answers(log, answers, channels, told)
     return told
+
+
+def _teller(method: Method) -> Teller:
+    if method.pipes is not None:
+        from gprodom.ground.pipes import read_pipes
+        from gprodom.odometry.pipes import PipeTeller
+
+        return PipeTeller(read_pipes(method.pipes))
+    from gprodom.learned.answers import TELLERS
+
+    assert method.networks is not None
+    return TELLERS[method.network](method.networks)

@@ -19,6 +19,7 @@ class Method:
     k_key: configuration key of the displacement per unit of shift (K), where the method has one.
     network: whose answers to traces and track the estimator gets, where the method has one
       (`gprodom.learned`); tracked: it needs a track. networks: folder that holds it.
+    pipes: map of pipes (`gprodom.odometry.pipes`) that answers in place of a network.
     """
 
     name: str
@@ -30,6 +31,12 @@ class Method:
     network: str = ""
     tracked: bool = False
     networks: Path | None = None
+    pipes: Path | None = None
+
+    @property
+    def answers(self) -> bool:
+        """Whether displacements come from outside of the estimator."""
+        return bool(self.network) or self.pipes is not None
 
 
 K_KEY = "paper.k"
@@ -66,6 +73,7 @@ METHODS = {
         *_sequential("bscan", "IMU, wheel and radar: B-scans matched by cosine similarity"),
         *_sequential("dec", "IMU, wheel and radar: dominant energy curves"),
         *_sequential("sfm", "IMU, wheel and radar: subsurface feature matrices (the paper)"),
+        *_sequential("salient", "IMU, wheel and radar: salient regions (apexes of hyperbolas)"),
         *_sequential("trace_count", "IMU, wheel and the number of radar traces"),
         Method(
             "gprodom",
@@ -94,6 +102,16 @@ METHODS = {
 }
 
 
+# `salient` where there is a map of pipes: two pipes that are further apart than the usual window
+# are still one displacement.
+ON_PIPES = Method(
+    "salient",
+    "IMU, wheel and the places of pipes",
+    ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=true", "smoother.lag=20"),
+    tracked=True,
+)
+
+
 # The rows of a benchmark where none are named: all but those that differ in a sign, or need a
 # network.
 DEFAULT_METHODS = tuple(
@@ -101,11 +119,14 @@ DEFAULT_METHODS = tuple(
 )
 
 
-def find_method(name: str, networks: Path | None = None) -> Method:
-    """The method of that name. networks: folder of `gprodom learn`, for a method that has one."""
+def find_method(name: str, networks: Path | None = None, pipes: Path | None = None) -> Method:
+    """The method of that name. networks: folder of `gprodom learn`, for a method that has one;
+    pipes: map of pipes, for `salient`."""
     if name not in METHODS:
         raise UsageError(f"unknown method {name!r}; expected one of {', '.join(METHODS)}")
     method = METHODS[name]
+    if name == "salient" and pipes is not None:
+        return replace(ON_PIPES, pipes=pipes.resolve())
     if not method.network:
         return method
     if networks is None:

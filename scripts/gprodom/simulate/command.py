@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.files import Output
+from gprodom.ground.pipes import read_pipes
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.options import Subparsers, add_command
 from gprodom.random_streams import stream
@@ -121,6 +123,13 @@ def add_parser(subparsers: Subparsers) -> None:
             default=(0.0, 0.0),
             help=f"{what} in body, m (default: 0,0)",
         )
+    parser.add_argument(
+        "--pipes",
+        metavar="FILE",
+        type=Path,
+        help=f"pipes across the x axis in ground {RAYS}, as gprodom run --pipes reads them (those "
+        "of other ground are in its scene)",
+    )
     parser.add_argument("--plain", action="store_true", help="see above")
     add_json_flag(parser)
     parser.set_defaults(run=run)
@@ -138,7 +147,12 @@ def parse_point(text: str) -> Point:
 def make_spec(args: argparse.Namespace) -> Spec:
     """The specification given by the arguments."""
     speed = args.speed or (KINDS[args.robot].speed if args.robot else SPEED)
-    ground: GroundSpec | SurveySpec | None = GroundSpec() if args.ground == RAYS else None
+    ground: GroundSpec | SurveySpec | None = None
+    if args.ground == RAYS:
+        pipes = read_pipes(args.pipes) if args.pipes else None
+        ground = GroundSpec(
+            pipes=() if pipes is None else tuple(zip(pipes.x, pipes.depth, strict=True))
+        )
     length = None
     if args.ground not in (RAYS, NONE):
         ground, length = SurveySpec(args.ground), find_survey(args.ground).length
@@ -177,6 +191,8 @@ def check(args: argparse.Namespace) -> None:
             raise UsageError(f"--{name} {value}: expected {low} to {high}")
     if args.surface and not args.robot:
         raise UsageError("--surface: wants a --robot")
+    if args.pipes and args.ground != RAYS:
+        raise UsageError(f"--pipes: wants --ground {RAYS}")
     if args.robot and (args.plain or args.contact != (0, 0)):
         raise UsageError("--robot: takes no --plain or --contact")
 

@@ -34,6 +34,7 @@ class GroundSpec:
     direct: float = 14000.0  # counts, of the wave that goes straight across
     # Relative change of the permittivity, evenly from the surface to `depth`'s end; (): none.
     permittivity: tuple[float, ...] = ()
+    pipes: tuple[tuple[float, float], ...] = ()  # m: x, depth of each; they lie along y
 
 
 def _wavelet(t: Floats, frequency: float) -> Floats:
@@ -85,6 +86,12 @@ class Ground:
         beam = (self._depth[which] / distance) ** 2 * (1 - (near / _REACH) ** 2) ** 2
         strength = self._strength[which] * beam
         echoes = [(trace, distance, strength)]
+        for place, depth in spec.pipes:
+            off = np.abs(x - place)
+            over = np.flatnonzero(off < _REACH)
+            distance = np.hypot(off[over], depth)
+            beam = (depth / distance) ** 2 * (1 - (off[over] / _REACH) ** 2) ** 2
+            echoes.append((over, distance, beam))
         for layer, mean in enumerate(spec.layers):
             kx, ky = self._waves[:, layer]
             wave = np.sin(np.outer(x, kx) + np.outer(y, ky) + self._phase[layer]).sum(axis=1)

@@ -17,7 +17,7 @@
 
 namespace gprodom::gpr {
 
-// Of gpr.front_end it serves sfm, bscan, dec and trace_count.
+// Of gpr.front_end it serves sfm, bscan, dec, salient and trace_count.
 class SequentialFrontEnd : public FrontEnd {
  public:
   explicit SequentialFrontEnd(const GprConfig& config);

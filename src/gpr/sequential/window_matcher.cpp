@@ -67,11 +67,14 @@ std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config) {
       return make_bscan_matcher(config);
     case FrontEndKind::kDec:
       return make_dec_matcher(config);
+    case FrontEndKind::kSalient:
+      return make_salient_matcher(config);
     case FrontEndKind::kTraceCount:
       return std::make_unique<TraceCountMatcher>(config);
     default:
-      throw std::invalid_argument("gpr.front_end: " + name_of(config.front_end) +
-                                  " compares no windows; expected sfm, bscan, dec or trace_count");
+      throw std::invalid_argument(
+          "gpr.front_end: " + name_of(config.front_end) +
+          " compares no windows; expected sfm, bscan, dec, salient or trace_count");
   }
 }
 

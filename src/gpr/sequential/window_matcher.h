@@ -1,7 +1,7 @@
 // How a sequential front end compares the last L traces from step to step: as an SFM, as the B-scan
-// itself, as a dominant energy curve, or by counting traces only. There is one matcher for each
-// method, with the same three functions. Shifts are in columns of the SFM grid (L_S per window),
-// whatever the method's own resolution.
+// itself, as a dominant energy curve, as salient regions, or by counting traces only. There is one
+// matcher for each method, with the same three functions. Shifts are in columns of the SFM grid
+// (L_S per window), whatever the method's own resolution.
 #pragma once
 
 #include <cstddef>
@@ -71,6 +71,7 @@ class WindowMatcher {
 std::unique_ptr<WindowMatcher> make_sfm_matcher(const GprConfig& config);
 std::unique_ptr<WindowMatcher> make_bscan_matcher(const GprConfig& config);
 std::unique_ptr<WindowMatcher> make_dec_matcher(const GprConfig& config);
+std::unique_ptr<WindowMatcher> make_salient_matcher(const GprConfig& config);
 
 AlignmentOptions alignment_options(const SequentialConfig& config);
 
@@ -78,7 +79,8 @@ AlignmentOptions alignment_options(const SequentialConfig& config);
 double columns_per_trace(const SequentialConfig& config);
 Alignment in_grid_columns(Alignment alignment, double columns_per_trace);
 
-// Of kSfm, kBscan, kDec or kTraceCount; throws std::invalid_argument on another front end.
+// Of kSfm, kBscan, kDec, kSalient or kTraceCount; throws std::invalid_argument on another front
+// end.
 std::unique_ptr<WindowMatcher> make_window_matcher(const GprConfig& config);
 
 }  // namespace gprodom::gpr

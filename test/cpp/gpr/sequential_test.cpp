@@ -91,7 +91,8 @@ TEST_P(SequentialMethods, StandsForGapsAndBadTraces) {
 
 INSTANTIATE_TEST_SUITE_P(All, SequentialMethods,
                          testing::Values(FrontEndKind::kSfm, FrontEndKind::kBscan,
-                                         FrontEndKind::kDec, FrontEndKind::kTraceCount),
+                                         FrontEndKind::kDec, FrontEndKind::kSalient,
+                                         FrontEndKind::kTraceCount),
                          [](const auto& info) { return name_of(info.param); });
 
 // What docs/sfm.md explains: windows of one stream share their traces, and the shift counts the new

@@ -59,9 +59,10 @@ void run_over_ground(const GprConfig& config) {
   }
 }
 
-const FrontEndKind kFrontEnds[] = {FrontEndKind::kMotion, FrontEndKind::kStationarity,
-                                   FrontEndKind::kSfm,    FrontEndKind::kBscan,
-                                   FrontEndKind::kDec,    FrontEndKind::kTraceCount};
+const FrontEndKind kFrontEnds[] = {FrontEndKind::kMotion,    FrontEndKind::kStationarity,
+                                   FrontEndKind::kSfm,       FrontEndKind::kBscan,
+                                   FrontEndKind::kDec,       FrontEndKind::kSalient,
+                                   FrontEndKind::kTraceCount};
 
 bool is_refused(const GprConfig& config) {
   try {

@@ -1,23 +1,59 @@
-"""The answers of a network to a recording, in a log that the estimator is then driven by."""
+"""Displacements that are told to the estimator from outside: by a network, or a map of pipes. They
+are put into a log that then drives the estimator."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
+from gprodom.arrays import Floats
 from gprodom.config import Channels
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.learned.answers import TELLERS, Answer, encoded
+from gprodom.lcm.messages import message
 
 
-def answers_to(
-    log: Path, name: str, networks: Path, channels: Channels, poses: Path | None
-) -> list[Answer]:
-    """What the network `name` says of a log; `poses`: a replay of it, for the track."""
-    teller = TELLERS[name](networks)
+@dataclass(frozen=True)
+class Answer:
+    """A displacement_t to be sent; times in microseconds, metres."""
+
+    utime: int
+    utime_from: int
+    utime_to: int
+    source: str
+    kind: int
+    distance: float
+    sigma: float
+    mirrored: bool = False
+    score: float = 0.0
+
+
+def encoded(answer: Answer) -> bytes:
+    """Its displacement_t."""
+    told = message("displacement_t")()
+    for name, value in vars(answer).items():
+        setattr(told, name, value)
+    told.valid, told.scale = True, 1.0
+    data: bytes = told.encode()
+    return data
+
+
+class Teller(Protocol):
+    """What hears and tells."""
+
+    def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
+        """Hears a trace."""
+
+    def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
+        """Hears a pose of the track, m and rad."""
+
+
+def answers_to(log: Path, teller: Teller, channels: Channels, poses: Path | None) -> list[Answer]:
+    """What the teller says of a log; `poses`: a replay of it, for the track."""
     heard = logs.need(logs.read_roles(log, channels.of("gpr_trace")), "gpr_trace")
     times: list[tuple[int, int, int]] = [(int(t), 1, i) for i, t in enumerate(heard["utime"])]
     track = None
