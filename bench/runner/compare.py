@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from figures import Figure, Report
-
 from gprodom.console import format_table
 
 # Standard deviations of the difference that chance makes of one in 370 figures: a page of figures

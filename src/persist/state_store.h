@@ -106,7 +106,7 @@ class StateStore {
   std::string directory_;  // empty: nothing is kept
   TimeNs state_period_, ground_period_, newest_period_;
   TimeNs last_state_ = 0, last_ground_ = 0, last_newest_ = 0;
-  bool needs_whole_ = false; // newest ground belongs to no file
+  bool needs_whole_ = false;                    // newest ground belongs to no file
   std::vector<std::string> awaited_;            // paths
   std::map<std::string, std::string> failing_;  // errors by path
   std::string kept_aside_;

@@ -170,10 +170,13 @@ TEST_F(ResumeTest, IsNoSurerOfThePoseThanTheRunBefore) {
   const auto variance = [](const OdometryEstimate& estimate) {
     return estimate.pose_covariance.topLeftCorner<2, 2>().trace();
   };
-  Odometry before(kept());
   std::vector<Input> drive = there_and_back(1);
   drive.resize(drive.size() / 3);  // it ends on the way
-  const OdometryEstimate last = run(before, drive).odometry.back();
+  OdometryEstimate last;
+  {
+    Odometry before(kept());
+    last = run(before, drive).odometry.back();
+  }
   Odometry resumed(kept());
   const Told told = run(resumed, standing(3.0, last.time + from_seconds(0.5)));
   ASSERT_TRUE(told.has("resumed from the pose saved"));
