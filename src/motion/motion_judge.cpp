@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "estimation/factors.h"
-#include "motion/gyro_bias_size.h"
 #include "motion/imu_noise.h"
 #include "motion/radar_finding.h"
 
@@ -16,19 +15,6 @@ namespace {
 
 constexpr TimeNs kSecond = 1'000'000'000;
 
-// The robot starts on the move after this time without a standstill, if the wheel has turned this
-// far in initializer.duration.
-constexpr TimeNs kStartOnTheMove = 4 * kSecond;
-constexpr double kMoving_m = 0.1;
-// It waits for a wheel that does not slip, and until the size of the gyro's bias shows, but not for
-// longer than this.
-constexpr TimeNs kStartAnyway = 9 * kSecond;
-
-// A start from a stop of less than initializer.duration: so much of it is enough. The wheel turns
-// by no more within it, of which all may be the end of the braking: it begins so much later.
-constexpr double kShareOfShortStop = 0.5, kStill_m = 1e-3;
-constexpr TimeNs kBrakes = kSecond / 5;
-
 // Largest ratio of the noise over seconds, which driving shows, to that from sample to sample. Real
 // robots and cars have 1 to 8; what lies beyond is lasting slip.
 constexpr double kLargestDensityRatio = 10.0;
@@ -37,31 +23,16 @@ constexpr double kLargestDensityRatio = 10.0;
 constexpr TimeNs kLongestSilence = 100 * kSecond;
 constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
-// From `from` to `to`, as far as there are data.
-WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
-  WheelSpeeds result{from, {}};
-  const TimeNs part = from_seconds(WheelSpeeds::kPart);
-  for (TimeNs t = from; t + part <= to; t += part) {
-    const auto a = wheel.distance(t), b = wheel.distance(t + part);
-    if (!a || !b) {
-      if (!result.mps.empty()) break;
-      result.from = t + part;  // the wheel's data begin later
-      continue;
-    }
-    result.mps.push_back((*b - *a) / WheelSpeeds::kPart);
-  }
-  return result;
-}
+constexpr TimeNs kWheelKept = 8 * kSecond;  // before the newest judged state
 
 }  // namespace
 
 MotionJudge::MotionJudge(const Config& config)
     : config_(config),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
-      lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
-      slip_(config.wheel, config.smoother.lag),
+      grip_(config),
       slip_belief_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
@@ -106,7 +77,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   }
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
-    slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
+    grip_.compare(in_metres);
     late_wheel_.keep(std::get<gpr::PathLength>(finding));
     compare_with_wheel();
   }
@@ -135,61 +106,10 @@ void MotionJudge::compare_with_wheel() {
   for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
     const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
     const auto from = wheel_.distance(begin), to = wheel_.distance(end);
-    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
+    if (!from || !to || grip_.slipped(begin - kMargin, end + kMargin)) continue;
     slip_belief_.compare(path, *to - *from);
     compared_to_ = path.to;
   }
-}
-
-Initialization MotionJudge::initialize() {
-  const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
-  const TimeNs driven_from = imu_now_ - kStartOnTheMove;
-  const TimeNs since = std::max(first_imu_, imu_now_ - kStartAnyway);
-  imu_.forget_before(std::min(from, since));
-  Initialization found = initialize_at_rest(from, 1.0);
-  if (found.initial) return found;
-  // The robot may stand for less long than that, or have only just stopped.
-  const TimeNs still = wheel_.still_since(from, 2 * config_.wheel.noise_floor + kStill_m);
-  if (still > from) {
-    Initialization short_stop = initialize_at_rest(still + kBrakes, kShareOfShortStop);
-    if (short_stop.initial) return short_stop;
-  }
-  WheelAtStart wheel = wheel_at_start(from);
-  if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
-    const TimeNs wheel_to = std::min(imu_now_, wheel_now_);
-    const bool waits = imu_now_ - first_imu_ < kStartAnyway;
-    wheel.agrees =
-        speeds_agree(imu_.between(driven_from, imu_now_), speeds(wheel_, driven_from, wheel_to));
-    if (!wheel.agrees && waits)
-      return {std::nullopt, "on the move, and the wheel disagrees with the accelerations"};
-    const GyroBiasSize gyro_bias =
-        gyro_bias_size(imu_.between(since, imu_now_), speeds(wheel_, since, wheel_to));
-    if (!gyro_bias.known && waits)
-      return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
-    Initialization moving =
-        initialize_moving(config_, imu_.between(from, imu_now_), wheel, gyro_bias.sigma);
-    if (moving.initial) return moving;
-  }
-  return found;
-}
-
-Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
-  const auto samples = imu_.between(from, imu_now_);
-  const WheelAtStart wheel = wheel_at_start(from);
-  Initialization found = gprodom::initialize(config_, samples, wheel, share);
-  if (found.initial)
-    rest_.measure(samples, wheel.path_m / to_seconds(samples.back().time - samples.front().time));
-  return found;
-}
-
-WheelAtStart MotionJudge::wheel_at_start(TimeNs from) const {
-  const TimeNs over = from_seconds(WheelAtStart::kSpeedOver), to = std::min(imu_now_, wheel_now_);
-  const auto speed_since = [&](TimeNs since) {
-    const auto a = wheel_.distance(since), b = wheel_.distance(since + over);
-    return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
-  };
-  const bool received = wheel_now_ > from && config_.wheel.enabled;
-  return {received, wheel_.path(from, imu_now_), speed_since(from), speed_since(to - over)};
 }
 
 void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
@@ -202,8 +122,8 @@ void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
   immobilised_.add(newest);
   imu_.forget_before(std::min(judged_to_, newest.state.time) - ImmobilisedWatch::kMemory);
-  wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
-  pair_.forget_before(judged_to_ - SlipWatch::kMemory);
+  wheel_.forget_before(judged_to_ - kWheelKept);
+  pair_.forget_before(judged_to_ - kWheelKept);
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
@@ -291,18 +211,13 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
   input.wheel_y_m = slip_belief_.position().believed_m();
-  slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
   const double delay_s = wheel_delay_s();
   input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
   input.wheel_delay_s = delay_s;
-  slip_.set_wheel_error(
-      {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
   learn_vibration(from - margin, to + margin);
   if (!rest_.known()) learn_rest(to, false);
 
-  input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
-  if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
@@ -311,22 +226,45 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
-  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
-  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
+  input.wheel_contradicted = verdict.wheel_contradicted;
+  follow_grip(input, from);
+  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, grip_.ground_m());
   const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
   input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
-  if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
+  if (!input.has_wheel || input.wheel_contradicted || slips()) no_wheel_until_ = to;
   if (late_wheel_.follow(input)) slip_belief_.restart();
   compare_with_wheel();
-  if (!late_wheel_.waits())
-    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
-                         drive_noise_.accel_density_of_one_second());
+  if (!late_wheel_.waits()) {
+    StateInput earlier = late_wheel_.earlier(input, from, imu_, wheel_);
+    earlier.wheel_contradicted |= slips();
+    slip_belief_.advance(earlier, newest_, rest_.noise(), density_of_slow_slip(input.noise));
+  }
   input.slips = slip_belief_.recent();
   if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
+}
+
+// The filter begins with the state at the interval's beginning: the newest one, carried there.
+void MotionJudge::follow_grip(StateInput& input, TimeNs from) {
+  StateResult began = newest_;
+  for (const MotionStep& step : imu_.steps(newest_.state.time, from))
+    began.state.q_odom_body *= so3::exp((step.angular_velocity - began.state.gyro_bias) * step.dt);
+  grip_.advance(late_wheel_.earlier(input, from, imu_, wheel_), began,
+                {pair_.middle_noise(), std::max(wheel_.held_s(), input.wheel_delay_s)});
+  input.loose = grip_.loose();
+}
+
+bool MotionJudge::slips() const { return grip_.slips() > 0.5; }
+
+// Before a minute of driving has shown the noise of one second, the accelerations may err by as
+// much as the grip filter still holds possible, for as long as such an error lasts.
+double MotionJudge::density_of_slow_slip(const ImuNoise& noise) const {
+  const double shown = drive_noise_.accel_density_of_one_second();
+  if (shown > 0) return shown;
+  return std::max(noise.accel_density, grip_.error_density());
 }
 
 // Of an immobilised robot that its wheels shake: the IMU does not see the standstill, only the
@@ -370,22 +308,18 @@ void MotionJudge::forget_old_standing() {
 }
 
 bool MotionJudge::follow(OdometryEstimate& estimate) {
-  // After a gap of the IMU the speed is predicted or the wheel's own, so it cannot show slip.
-  if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
-  const bool speed_known = estimate.time > speed_known_after_;
-  const bool slipped = slip_.now() != WheelSlip::kNone;
-  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
-  coherence_.add(estimate, speed_known);
-  sight_.add(estimate, speed_known);
-  return !slipped && slip_.now() != WheelSlip::kNone;
+  // After a gap of the IMU the speed is predicted, or the wheel's own: nothing is learnt from it.
+  coherence_.add(estimate, !newest_.carried);
+  sight_.add(estimate, !newest_.carried);
+  const bool told = std::exchange(told_slip_, slips());
+  return !told && told_slip_;
 }
 
 std::int32_t MotionJudge::flags() const {
   std::int32_t flags = 0;
   if (newest_.standing) flags |= kStanding;
-  if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
-  if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
+  if (slips()) flags |= kSlipping | (grip_.wheel_is_fast() ? kWheelFast : kWheelSlow);
   if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
   if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
   if (immobilised_.at(wheel_now_, wheel_) == Immobilised::kYes) flags |= kImmobilised;

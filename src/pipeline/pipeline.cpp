@@ -233,24 +233,6 @@ void Pipeline::take_map_answers() {
   health_.count("map", late.dropped, "trace or revisit dropped: the map is slower than the robot");
 }
 
-// Whether the track is tied to earlier ground, and how surely.
-void Pipeline::report_place(const MapAnswer& answer) {
-  if (!has_earlier_ground_) return;
-  const bool lost = located_ && answer.sigma_m > kGateMax / kGateSigmas;
-  health_.value("map.located", located_ && !lost ? 1.0 : 0.0);
-  health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
-  if (located_) health_.value("map.sigma_m", answer.sigma_m);
-  if (lost)
-    health_.set(
-        "map", HealthLevel::kDegraded,
-        "lost: no known ground for so long that the position is less certain than the range "
-        "of the search");
-  else if (located_)
-    health_.set("map", HealthLevel::kOk, "");
-  else
-    health_.await("map", HealthLevel::kOk, "searching for earlier ground");
-}
-
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
   slip_drift_.advance(result.state, noise, motion_.slip_share());
@@ -308,8 +290,6 @@ void Pipeline::make_states() {
       continue;
     }
     StateInput input = motion_.judge(next_state_);
-    if (input.speed_correction)
-      health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias has changed: heading uncertain since the last standstill");
@@ -345,46 +325,6 @@ Displacement Pipeline::stamped(Displacement displacement) const {
   for (TimeNs* time : {&displacement.time, &displacement.from, &displacement.to})
     *time = sensor_stamp(*time);
   return displacement;
-}
-
-void Pipeline::report_pair() {
-  if (!motion_.pair().received()) return;
-  const TurnCalibration& found = motion_.pair().calibration();
-  health_.value("wheels.track_m", found.track_m());
-  health_.value("wheels.track_sigma_m", found.track_sigma_m());
-  health_.value("wheels.radii_difference", found.radii_difference());
-  health_.value("wheels.difference_noise", found.noise());
-}
-
-void Pipeline::report_sight() {
-  const auto unseen = motion_.unseen_speed();
-  if (!unseen) return;
-  health_.value("standstill.unseen_mps", *unseen);
-  if (*unseen <= MotionJudge::kUnseenAtFirst || sight_warned_) return;
-  sight_warned_ = true;
-  health_.count(config_.channels.gpr_trace,
-                "the radar cannot detect slow motion on this ground (coarse, smooth or weak): the "
-                "wheel decides what is a standstill");
-}
-
-// Reports a robot that is stuck, and slip that no sensor would show.
-void Pipeline::report_slip() {
-  const Immobilised stands = motion_.immobilised();
-  health_.set("robot", HealthLevel::kDegraded,
-              stands == Immobilised::kYes
-                  ? "immobilised: the wheels turn, and the ground under the antenna stands"
-                  : "");
-  health_.await("standstill", HealthLevel::kOk,
-                stands == Immobilised::kCannotTell
-                    ? "cannot be told from slow motion: the ground has no texture here"
-                    : "");
-  const bool unwitnessed = slip_drift_.unwitnessed() && !motion_.wheel_compared();
-  const auto centimetres = static_cast<int>(std::lround(100 * slip_drift_.sigma()));
-  health_.await("wheel", HealthLevel::kOk,
-                unwitnessed ? "unwitnessed: neither the IMU nor the radar would show gradual slip; "
-                              "standard deviation per metre " +
-                                  std::to_string(centimetres) + " cm"
-                            : "");
 }
 
 void Pipeline::publish_pose(OdometryEstimate estimate) {

@@ -1,0 +1,339 @@
+#include "motion/grip_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "estimation/graph/slip_model.h"
+
+namespace gprodom {
+
+namespace {
+
+// The error of the accelerations: for how long it lasts, and the sizes that are held possible, from
+// what the bias of a good sensor moves by to what a shaken and badly mounted one shows. A factor of
+// three from one to the next costs at most 0.15 nats an interval against the true size.
+constexpr double kErrorLasts_s = 2.0;
+constexpr double kSmallestError = 5e-3, kLargestError = 4.0, kLadder = 3.0;  // m/s^2
+// Share of the centripetal acceleration that is felt forwards: six degrees of mounting and lean.
+constexpr double kOfTurns = 0.1;
+// The model is not exact, and what it leaves out lasts for more than one interval. So two intervals
+// count as one.
+constexpr double kEvidence = 0.5;
+constexpr double kForgets_s = 60.0;  // what was learnt of the size of the error
+constexpr double kMostOdds = 12.0;   // ln; no size is ever ruled out for good
+
+// A slip with a jump: how often one begins, how soon it ends, and how fast it changes, as a share
+// of the speed per root second.
+constexpr double kBegins = 0.01, kEnds = 0.2;  // 1/s
+constexpr double kChanges = 0.3;
+constexpr double kSurfaceLasts_s = 10.0;  // of the wheel's scale, for some metres
+
+constexpr double kLate_s = 0.02;           // of any wheel against the IMU
+constexpr double kStands_mps = 2e-3;       // StandstillSigmas
+constexpr double kRolls_mps = 0.01;        // below, no slip begins or ends
+constexpr double kLeast_mps = 0.05;        // slip of a slow wheel is as that of one of this speed
+constexpr double kUnknownSpeed_mps = 1.0;  // by a gap of the IMU
+constexpr double kDropped = 12.0;          // ln, below the likeliest of the same size
+
+// Hypotheses whose last change is about as long ago, in intervals, become one.
+constexpr int kAges[] = {1, 2, 3, 4, 6, 9, 13, 21, 40};
+constexpr std::size_t kGroups = std::size(kAges) + 1;
+
+std::size_t group_of(int age) {
+  return static_cast<std::size_t>(std::upper_bound(std::begin(kAges), std::end(kAges), age) -
+                                  std::begin(kAges));
+}
+
+}  // namespace
+
+// Returns the log likelihood without its constant.
+double GripFilter::Hypothesis::update(const Vector& H, double innovation, double variance) {
+  const Vector PH = P * H;
+  const double s = H.dot(PH) + variance;
+  x += PH * (innovation / s);
+  P -= PH * PH.transpose() / s;
+  P = (0.5 * (P + P.transpose())).eval();
+  return -0.5 * (innovation * innovation / s + std::log(s));
+}
+
+void GripFilter::Hypothesis::change(bool to_slip, double sigma_mps) {
+  if (to_slip || slips) age = 0;
+  slips = to_slip;
+  x[kSlip] = 0.0;
+  P.row(kSlip).setZero();
+  P.col(kSlip).setZero();
+  P(kSlip, kSlip) = sigma_mps * sigma_mps;
+}
+
+// Mean and covariance of the two together stay the same.
+void GripFilter::Hypothesis::merge(Hypothesis other) {
+  if (other.log_weight > log_weight) std::swap(*this, other);
+  const double sum = log_weight + std::log1p(std::exp(other.log_weight - log_weight));
+  const double share = std::exp(other.log_weight - sum);
+  const Vector apart = other.x - x;
+  x += share * apart;
+  P = ((1 - share) * P + share * other.P + share * (1 - share) * apart * apart.transpose()).eval();
+  slipped += static_cast<float>(share) * (other.slipped - slipped);
+  way_m += static_cast<float>(share) * (other.way_m - way_m);
+  log_weight = sum;
+}
+
+GripFilter::GripFilter(const Config& config)
+    : config_(config.wheel),
+      lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {
+  for (double size = kSmallestError; size <= kLargestError; size *= kLadder) sizes_.push_back(size);
+}
+
+void GripFilter::begin(const StateResult& at) {
+  const Eigen::Vector3d forwards = at.state.q_odom_body * Eigen::Vector3d::UnitX();
+  Hypothesis h;
+  h.x[kSpeed] = forwards.dot(at.state.v_odom);
+  h.P(kSpeed, kSpeed) = forwards.dot(at.covariance.block<3, 3>(row::kV, row::kV) * forwards);
+  h.P(kScale, kScale) = std::pow(SlipModel().surface, 2);
+  h.slipped = h.way_m = Eigen::VectorXf::Zero(static_cast<long>(lag_));
+  h.log_weight = -std::log(static_cast<double>(sizes_.size()));
+  for (h.size = 0; h.size < sizes_.size(); ++h.size) {
+    h.P(kError, kError) = sizes_[h.size] * sizes_[h.size];
+    hypotheses_.push_back(h);
+  }
+}
+
+GripFilter::Step GripFilter::step_of(const StateInput& input, const StateResult& at,
+                                     const WheelError& error) const {
+  Step s;
+  Eigen::Quaterniond q = at.state.q_odom_body;
+  double p = 0.0, turned = 0.0, wheel_m = 0.0, way_m = 0.0;
+  for (const MotionStep& step : input.steps) {
+    const Eigen::Vector3d rate = step.angular_velocity - at.state.gyro_bias;
+    const Eigen::Quaterniond middle = q * so3::exp(0.5 * rate * step.dt);
+    const Eigen::Vector3d up = middle.conjugate() * Eigen::Vector3d(0, 0, kStandardGravity);
+    const double forwards = (step.acceleration - at.state.accel_bias - up).x();
+    const double density =
+        step.bridged ? kBridgedImuNoise.accel_density : input.noise.accel_density;
+    q = (q * so3::exp(rate * step.dt)).normalized();
+    p += s.gained * step.dt + 0.5 * forwards * step.dt * step.dt;
+    s.gained += forwards * step.dt;
+    s.white += density * density * step.dt;
+    s.dt += step.dt;
+    turned += rate.z() * step.dt;
+    // Of the body's origin, in true metres.
+    wheel_m += step.wheel_m / at.state.wheel_scale + input.wheel_y_m * rate.z() * step.dt;
+    way_m += std::abs(step.wheel_m);
+  }
+  if (s.dt <= 0) return s;
+  s.behind = s.gained - p / s.dt;
+  s.standing = input.standing;
+  s.gap = imu_silent(input.steps);
+  if (!input.has_wheel) return s;
+  s.wheel = wheel_m / s.dt + s.behind;
+  s.turn_speed = wheel_m / s.dt * turned / s.dt;
+  const double noise = std::max(config_.noise, error.noise);
+  s.increment_variance = std::max(noise * noise * way_m + 2 * std::pow(config_.noise_floor, 2),
+                                  std::pow(input.wheel_sigma_m, 2));
+  const double late = std::hypot(kLate_s, error.late_s) * s.gained / s.dt;
+  s.wheel_variance = s.increment_variance / (s.dt * s.dt) + late * late;
+  return s;
+}
+
+void GripFilter::advance(const StateInput& input, const StateResult& at, const WheelError& error) {
+  if (!config_.enabled || config_.slip_threshold <= 0) return;
+  if (hypotheses_.empty()) begin(at);
+  const Step step = step_of(input, at, error);
+  if (step.dt <= 0) return;
+  branch(step);
+  merge();
+  double ground_m = 0.0;
+  for (Hypothesis& h : hypotheses_) {
+    predict(h, step);
+    weigh(h, step);
+    const double way = (h.x[kSpeed] - step.behind) * step.dt;
+    const auto append = [](Eigen::VectorXf& past, double value) {
+      std::copy_backward(past.data(), past.data() + past.size() - 1, past.data() + past.size());
+      past[0] = static_cast<float>(value);
+    };
+    append(h.slipped, h.slips ? 1.0 : 0.0);
+    append(h.way_m, way);
+  }
+  normalise();
+  forget(step.dt);
+  for (const Hypothesis& h : hypotheses_) ground_m += std::exp(h.log_weight) * h.way_m[0];
+  ground_m_ = step.gap ? std::nullopt : std::optional<double>(ground_m);
+  const double wheel_m = step.wheel ? (*step.wheel - step.behind) * step.dt : 0.0;
+  const double larger = std::max({std::abs(ground_m), std::abs(wheel_m), kLeast_mps * step.dt});
+  intervals_.push_front(
+      {input.time - from_seconds(step.dt), input.time, larger, step.increment_variance});
+  if (intervals_.size() > lag_) intervals_.pop_back();
+}
+
+// Adds to each hypothesis those in which the wheel begins to slip in this interval, anew or by
+// another amount, or ceases to.
+void GripFilter::branch(const Step& step) {
+  const double by_wheel = step.wheel ? std::abs(*step.wheel) : 0.0;
+  const std::size_t count = hypotheses_.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    Hypothesis h = hypotheses_[i];
+    const double speed = std::max(by_wheel, std::abs(h.x[kSpeed]));
+    if (step.standing) hypotheses_[i].change(false, 0.0);
+    if (step.standing || speed < kRolls_mps) continue;
+    const double begins = kBegins * step.dt, ends = h.slips ? kEnds * step.dt : 0.0;
+    hypotheses_[i].log_weight += std::log1p(-begins - ends);
+    if (h.slips) {
+      hypotheses_.push_back(h);
+      hypotheses_.back().change(false, 0.0);
+      hypotheses_.back().log_weight += std::log(ends);
+    }
+    h.change(true, SlipModel().size * std::max(speed, kLeast_mps));
+    h.log_weight += std::log(begins);
+    hypotheses_.push_back(std::move(h));
+  }
+}
+
+void GripFilter::predict(Hypothesis& h, const Step& step) const {
+  const double dt = step.dt;
+  const double kept = std::exp(-dt / kErrorLasts_s), same = std::exp(-dt / kSurfaceLasts_s);
+  Matrix F = Matrix::Identity();
+  F(kSpeed, kError) = -dt;
+  F(kError, kError) = kept;
+  F(kScale, kScale) = same;
+  h.x = F * h.x;
+  h.x[kSpeed] += step.gained;
+  h.P = F * h.P * F.transpose();
+  const double in_turns = kOfTurns * step.turn_speed, size = sizes_[h.size];
+  h.P(kSpeed, kSpeed) += step.white + (step.gap ? kUnknownSpeed_mps * kUnknownSpeed_mps : 0.0);
+  h.P(kError, kError) += (size * size + in_turns * in_turns) * (1 - kept * kept);
+  h.P(kScale, kScale) += std::pow(SlipModel().surface, 2) * (1 - same * same);
+  if (h.slips && h.age > 0)
+    h.P(kSlip, kSlip) += std::pow(kChanges * std::max(std::abs(h.x[kSpeed]), kLeast_mps), 2) * dt;
+  ++h.age;
+}
+
+void GripFilter::weigh(Hypothesis& h, const Step& step) const {
+  Vector H = Vector::Zero();
+  H[kSpeed] = 1;
+  if (step.standing) {
+    h.log_weight += kEvidence * h.update(H, -h.x[kSpeed], kStands_mps * kStands_mps);
+  } else if (step.wheel) {
+    const double expected = h.x[kSpeed] * (1 + h.x[kScale]) + h.x[kSlip];
+    H << 1 + h.x[kScale], 0, h.x[kSpeed], h.slips ? 1 : 0;
+    h.log_weight += kEvidence * h.update(H, *step.wheel - expected, step.wheel_variance);
+  }
+}
+
+// Makes one of those that differ only in an age of about the same size.
+void GripFilter::merge() {
+  std::vector<std::optional<Hypothesis>> groups(sizes_.size() * 2 * kGroups);
+  for (Hypothesis& h : hypotheses_) {
+    auto& group = groups[(h.size * 2 + (h.slips ? 1 : 0)) * kGroups + group_of(h.age)];
+    if (group)
+      group->merge(std::move(h));
+    else
+      group = std::move(h);
+  }
+  hypotheses_.clear();
+  for (auto& group : groups)
+    if (group) hypotheses_.push_back(std::move(*group));
+}
+
+// Drops the unlikely ones; the likeliest of each size stays. Then all weights sum to 1.
+void GripFilter::normalise() {
+  std::vector<double> most(sizes_.size(), -std::numeric_limits<double>::infinity());
+  for (const Hypothesis& h : hypotheses_) most[h.size] = std::max(most[h.size], h.log_weight);
+  const auto unlikely = [&](const Hypothesis& h) { return h.log_weight < most[h.size] - kDropped; };
+  hypotheses_.erase(std::remove_if(hypotheses_.begin(), hypotheses_.end(), unlikely),
+                    hypotheses_.end());
+  const double best = *std::max_element(most.begin(), most.end());
+  double sum = 0.0;
+  for (const Hypothesis& h : hypotheses_) sum += std::exp(h.log_weight - best);
+  for (Hypothesis& h : hypotheses_) h.log_weight -= best + std::log(sum);
+}
+
+void GripFilter::forget(double dt) {
+  constexpr double kLeast = 1e-300;  // so that the logarithm is finite
+  std::vector<double> before(sizes_.size(), kLeast), after;
+  for (const Hypothesis& h : hypotheses_) before[h.size] += std::exp(h.log_weight);
+  const double best = std::log(*std::max_element(before.begin(), before.end()));
+  double sum = 0.0;
+  for (const double weight : before) {
+    const double odds = (std::log(weight) - best) * (1 - dt / kForgets_s);
+    after.push_back(std::max(odds, -kMostOdds));
+    sum += std::exp(after.back());
+  }
+  for (Hypothesis& h : hypotheses_)
+    h.log_weight += after[h.size] - std::log(sum) - std::log(before[h.size]);
+}
+
+void GripFilter::compare(const Displacement& radar) {
+  constexpr double kCovered = 0.8;  // least share of the radar's time
+  std::vector<double> seconds;      // of it, in each interval
+  double all = 0.0;
+  for (const Interval& each : intervals_) {
+    seconds.push_back(
+        std::max(0.0, to_seconds(std::min(each.to, radar.to) - std::max(each.from, radar.from))));
+    all += seconds.back();
+  }
+  if (all < kCovered * to_seconds(radar.to - radar.from) || all <= 0) return;
+  for (Hypothesis& h : hypotheses_) {
+    double way = 0.0;
+    for (std::size_t k = 0; k < intervals_.size(); ++k)
+      way += std::abs(h.way_m[static_cast<long>(k)]) * seconds[k] /
+             to_seconds(intervals_[k].to - intervals_[k].from);
+    Vector H = Vector::Zero();
+    H[kSpeed] = h.x[kSpeed] < 0 ? -all : all;
+    h.log_weight += kEvidence * h.update(H, radar.distance_m - way, radar.sigma_m * radar.sigma_m);
+  }
+  normalise();
+}
+
+double GripFilter::slips() const {
+  double p = 0;
+  for (const Hypothesis& h : hypotheses_)
+    if (h.slips) p += std::exp(h.log_weight);
+  return p;
+}
+
+bool GripFilter::wheel_is_fast() const {
+  double forwards = 0;  // of the wheel's excess, in the direction in which it turns
+  for (const Hypothesis& h : hypotheses_) {
+    const double wheel = h.x[kSpeed] + h.x[kSlip];
+    if (h.slips) forwards += std::exp(h.log_weight) * (wheel < 0 ? -h.x[kSlip] : h.x[kSlip]);
+  }
+  return forwards > 0;
+}
+
+double GripFilter::error_density() const {
+  double log_size = 0;
+  for (const Hypothesis& h : hypotheses_)
+    log_size += std::exp(h.log_weight) * std::log(sizes_[h.size]);
+  return hypotheses_.empty() ? 0.0 : std::exp(log_size);
+}
+
+double GripFilter::slipped(std::size_t interval) const {
+  double p = 0;
+  for (const Hypothesis& h : hypotheses_)
+    p += std::exp(h.log_weight) * h.slipped[static_cast<long>(interval)];
+  return std::min(p, 1.0);
+}
+
+// The window takes the mean information of a wheel that grips and of one that slips.
+std::vector<LooseWheel> GripFilter::loose() const {
+  std::vector<LooseWheel> result;
+  for (std::size_t k = intervals_.size(); k-- > 0;) {
+    const Interval& interval = intervals_[k];
+    const double p = slipped(k), grips = interval.variance;
+    const double slips = grips + std::pow(SlipModel().size * interval.way_m, 2);
+    const double mixed = grips > 0 ? 1 / ((1 - p) / grips + p / slips) : 0.0;
+    result.push_back({interval.to, std::sqrt(std::max(0.0, mixed - grips))});
+  }
+  return result;
+}
+
+bool GripFilter::slipped(TimeNs from, TimeNs to) const {
+  for (std::size_t k = 0; k < intervals_.size(); ++k)
+    if (intervals_[k].from < to && intervals_[k].to > from && slipped(k) > 0.5) return true;
+  return false;
+}
+
+}  // namespace gprodom

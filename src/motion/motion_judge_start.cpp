@@ -1,0 +1,95 @@
+// The start of the estimator: at rest, from a short stop, or on the move.
+#include <algorithm>
+
+#include "motion/gyro_bias_size.h"
+#include "motion/motion_judge.h"
+
+namespace gprodom {
+
+namespace {
+
+constexpr TimeNs kSecond = 1'000'000'000;
+
+// The robot starts on the move after this time without a standstill, if the wheel has turned this
+// far in initializer.duration.
+constexpr TimeNs kStartOnTheMove = 4 * kSecond;
+constexpr double kMoving_m = 0.1;
+// It waits for a wheel that does not slip, and until the size of the gyro's bias shows, but not for
+// longer than this.
+constexpr TimeNs kStartAnyway = 9 * kSecond;
+
+// A start from a stop of less than initializer.duration: so much of it is enough. The wheel turns
+// by no more within it, of which all may be the end of the braking: it begins so much later.
+constexpr double kShareOfShortStop = 0.5, kStill_m = 1e-3;
+constexpr TimeNs kBrakes = kSecond / 5;
+
+// From `from` to `to`, as far as there are data.
+WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
+  WheelSpeeds result{from, {}};
+  const TimeNs part = from_seconds(WheelSpeeds::kPart);
+  for (TimeNs t = from; t + part <= to; t += part) {
+    const auto a = wheel.distance(t), b = wheel.distance(t + part);
+    if (!a || !b) {
+      if (!result.mps.empty()) break;
+      result.from = t + part;  // the wheel's data begin later
+      continue;
+    }
+    result.mps.push_back((*b - *a) / WheelSpeeds::kPart);
+  }
+  return result;
+}
+
+}  // namespace
+
+Initialization MotionJudge::initialize() {
+  const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
+  const TimeNs driven_from = imu_now_ - kStartOnTheMove;
+  const TimeNs since = std::max(first_imu_, imu_now_ - kStartAnyway);
+  imu_.forget_before(std::min(from, since));
+  Initialization found = initialize_at_rest(from, 1.0);
+  if (found.initial) return found;
+  // The robot may stand for less long than that, or have only just stopped.
+  const TimeNs still = wheel_.still_since(from, 2 * config_.wheel.noise_floor + kStill_m);
+  if (still > from) {
+    Initialization short_stop = initialize_at_rest(still + kBrakes, kShareOfShortStop);
+    if (short_stop.initial) return short_stop;
+  }
+  WheelAtStart wheel = wheel_at_start(from);
+  if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
+    const TimeNs wheel_to = std::min(imu_now_, wheel_now_);
+    const bool waits = imu_now_ - first_imu_ < kStartAnyway;
+    wheel.agrees =
+        speeds_agree(imu_.between(driven_from, imu_now_), speeds(wheel_, driven_from, wheel_to));
+    if (!wheel.agrees && waits)
+      return {std::nullopt, "on the move, and the wheel disagrees with the accelerations"};
+    const GyroBiasSize gyro_bias =
+        gyro_bias_size(imu_.between(since, imu_now_), speeds(wheel_, since, wheel_to));
+    if (!gyro_bias.known && waits)
+      return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
+    Initialization moving =
+        initialize_moving(config_, imu_.between(from, imu_now_), wheel, gyro_bias.sigma);
+    if (moving.initial) return moving;
+  }
+  return found;
+}
+
+Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
+  const auto samples = imu_.between(from, imu_now_);
+  const WheelAtStart wheel = wheel_at_start(from);
+  Initialization found = gprodom::initialize(config_, samples, wheel, share);
+  if (found.initial)
+    rest_.measure(samples, wheel.path_m / to_seconds(samples.back().time - samples.front().time));
+  return found;
+}
+
+WheelAtStart MotionJudge::wheel_at_start(TimeNs from) const {
+  const TimeNs over = from_seconds(WheelAtStart::kSpeedOver), to = std::min(imu_now_, wheel_now_);
+  const auto speed_since = [&](TimeNs since) {
+    const auto a = wheel_.distance(since), b = wheel_.distance(since + over);
+    return a && b ? (*b - *a) / WheelAtStart::kSpeedOver : 0.0;
+  };
+  const bool received = wheel_now_ > from && config_.wheel.enabled;
+  return {received, wheel_.path(from, imu_now_), speed_since(from), speed_since(to - over)};
+}
+
+}  // namespace gprodom
