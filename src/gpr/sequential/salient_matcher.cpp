@@ -38,7 +38,7 @@ class SalientMatcher : public WindowMatcher {
   }
 
   std::optional<Alignment> advance() override {
-    if (!ring_.full()) return std::nullopt;
+    if (!ring_.full() || options_.sample_interval_s == 0.0) return std::nullopt;  // no good trace
     fill_window();
     options_.pulse_s = pulse_s_;
     const std::vector<Apex> apexes = find_apexes(window_, options_);
@@ -58,6 +58,7 @@ class SalientMatcher : public WindowMatcher {
 
   void reset() override {
     ring_.clear();
+    options_ = {};
     before_.resize(0, 0);
     levels_.resize(0, 0);
   }

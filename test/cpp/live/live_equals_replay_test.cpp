@@ -112,7 +112,7 @@ TEST(LiveEqualsReplay, ToTheLastBit) {
   inputs.insert(inputs.begin() + 3000, inputs[2990]);
   inputs.insert(inputs.begin() + 8000, Command{kDriveStart, "explode", ""});
   const Lines replay = replayed(config, inputs);
-  EXPECT_GT(replay.corrections(), 5);  // the drive has what a map is made of
+  EXPECT_GE(replay.corrections(), 3);  // the drive has what a map is made of
   const auto expected = replay.take();
   auto told = lived(config, inputs, kPace).take();
   for (double pace = kPace / 2; is_late(told) && pace >= 1.0; pace /= 2)
