@@ -11,6 +11,7 @@ import typing
 
 __all__: list[str] = [
     "Alignment",
+    "Apex",
     "CommandName",
     "ConfigError",
     "DetailsRetention",
@@ -53,6 +54,7 @@ __all__: list[str] = [
     "dewow",
     "dominant_energy_curve",
     "envelope",
+    "find_apexes",
     "find_patch",
     "gain_curve",
     "install_map",
@@ -297,6 +299,36 @@ class Alignment:
     def variance(self) -> float:
         """
         of subcolumn, columns^2
+        """
+
+class Apex:
+    """
+    Apex of a hyperbola in a B-scan.
+    """
+    @property
+    def amplitude(self) -> float:
+        """
+        of the mean echo along the hyperbola
+        """
+    @property
+    def column(self) -> float:
+        """
+        with its fraction
+        """
+    @property
+    def semblance(self) -> float:
+        """
+        stacked energy over energy, 0 to 1
+        """
+    @property
+    def time(self) -> float:
+        """
+        s, two-way, from time zero
+        """
+    @property
+    def widening(self) -> float:
+        """
+        s per column: 2 spacing / wave speed
         """
 
 class RevisitMatch:
@@ -1183,6 +1215,21 @@ def envelope(
 ) -> numpy.typing.NDArray[numpy.float32]:
     """
     Hilbert envelope of a trace (samples,), its mean removed.
+    """
+
+def find_apexes(
+    traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    *,
+    sample_interval: typing.SupportsFloat | typing.SupportsIndex,
+    time_zero: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    pulse: typing.SupportsFloat | typing.SupportsIndex = 3e-09,
+    first_time: typing.SupportsFloat | typing.SupportsIndex = 2e-09,
+    least_widening: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    most_widening: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+) -> list[Apex]:
+    """
+    Apexes of hyperbolas in (traces, samples), background removed, the strongest first;
+    see gpr/sequential/apexes.h.
     """
 
 def find_patch(
