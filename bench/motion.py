@@ -10,8 +10,8 @@ Each SEQUENCE needs `.json` (slip episodes: start s, duration s, wheel factor) a
     flagged        the same of the published flag, which is causal and so late by its delay
     false          radar claims at 5 mm/s or more, over all such time
     unseen         the farthest that the antenna moved within a claim
-    slip           episodes (overlapping ones joined) flagged within 0.8 s of their start
-    false/100m     flags more than 0.8 s from any episode, per 100 m
+    slip           episodes (overlapping ones joined) flagged within 0.5 s of their start
+    false/100m     flags more than 0.5 s from any episode, per 100 m
     coherence      RMS relative error of its distances over a span, where the truth is 0.1 m or more
     in 2 sigma     share of them within twice the standard deviation told
     gprodom        RMSE of position, SE(2)-aligned, m; over dead reckoning; over imu_wheel

@@ -75,7 +75,7 @@ def standing(f: Figures) -> Iterator[Row]:
     prompt, episodes = (
         sum(f.all("motion", (f"{d}/{key}" for d in drives))) for key in ("prompt", "episodes")
     )
-    what = "sudden slips flagged within 0.8 s"
+    what = "sudden slips flagged within 0.5 s"
     yield [what, f"{prompt:.0f} of {episodes:.0f}", "`motion`"]
     claims, false = (
         f.mean("motion", drives, f"standing_{key}") or 0.0 for key in ("recall", "false")

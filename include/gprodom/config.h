@@ -63,11 +63,10 @@ struct WheelConfig {
   double lateral_noise = 0.003;   // m/sqrt(m); side slip
   double vertical_noise = 0.003;  // m/sqrt(m)
   double robust_threshold = 1.5;  // standard deviations at which an increment loses weight; 0: none
-  double slip_threshold =
-      5.0;                   // standard deviations between left, right and gyro; 0: no sudden slip
-  double slip_share = 0.3;   // of the way on which the wheel slips gradually; 0: it never does
-  double max_speed = 0.0;    // m/s; faster increments are dropped at first; 0: learnt
-  double time_offset = 0.0;  // s; added to every stamp
+  double slip_threshold = 5.0;    // standard deviations between wheel and IMU that are slip; 0: off
+  double slip_share = 0.3;        // of the way on which the wheel slips gradually; 0: it never does
+  double max_speed = 0.0;         // m/s; faster increments are dropped at first; 0: learnt
+  double time_offset = 0.0;       // s; added to every stamp
 };
 
 struct StandstillConfig {
@@ -100,8 +99,7 @@ struct PeaksConfig {
   bool fit = true;  // damped sinusoid per pulse; false: envelope maxima, much cheaper
 };
 
-// Displacement from one B-scan window to the next (front ends sfm, bscan, dec, salient and
-// trace_count).
+// Displacement between B-scan windows (front ends sfm, bscan, dec, salient and trace_count).
 struct SequentialConfig {
   int window_traces = 100;  // L, traces in a window
   int rows = 50;            // D_S, of the feature matrix

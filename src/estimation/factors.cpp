@@ -171,9 +171,7 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   const Vector3d measured =
       stretch * increment_.displacement() + d_dbg * (a.gyro_bias - increment_.gyro_bias());
   Vector3d variance = variance_;
-  if (slip_)
-    variance[0] +=
-        std::pow(slip_->sigma * stretch * increment_.distance(), 2) + std::pow(slip_->loose_m, 2);
+  if (slip_) variance[0] += std::pow(slip_->sigma * stretch * increment_.distance(), 2);
   const Vector3d weight = variance.cwiseSqrt().cwiseInverse();
   // The forward row is in reported distance, the others are in true distance.
   const Vector3d moved = RaT * (cb.c - ca.c), unit(s, 1, 1);
@@ -193,7 +191,6 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
 std::shared_ptr<const Factor> WheelFactor::with_slip(double l) const {
   auto slipped = std::make_shared<WheelFactor>(*this);
   slipped->increment_ = increment_.stretched(std::exp(l + (slip_ ? slip_->l : 0.0)));
-  if (slip_) slipped->variance_[0] += std::pow(slip_->loose_m, 2);
   slipped->slip_ = nullptr;
   return slipped;
 }

@@ -78,11 +78,9 @@ class RandomWalkFactor final : public Factor {
   Eigen::Matrix<double, 7, 1> weight_;
 };
 
-// Estimate of a wheel's slip in an interval, l = ln(true distance / distance by the wheel), and
-// what slip of an unknown size adds to the distance (m, as reported, one standard deviation).
+// Estimate of a wheel's slip in an interval, l = ln(true distance / distance by the wheel).
 struct WheelSlipTerm {
   double l = 0.0, sigma = 0.0;
-  double loose_m = 0.0;
 };
 
 // U (R_a^T (c_b - c_a) - e^l dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical,
@@ -92,7 +90,7 @@ struct WheelSlipTerm {
 // slip forwards.
 class WheelFactor final : public Factor {
  public:
-  // variance: forward, lateral, vertical, m^2; that of the slip is added to the forward one.
+  // variance: forward, lateral, vertical, m^2; the variance of l is added to the forward one.
   // robust_threshold: standard deviations; 0: quadratic. slip: read at each evaluation; null: no
   // slip.
   WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,

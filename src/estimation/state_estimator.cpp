@@ -129,6 +129,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (scale_not_shown(input)) hold_scale(with_first_scale());
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
+  if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
   const NavState before = last;  // the solve changes `last`
   const ImuPreintegration imu = integrated(input, last);
@@ -138,7 +139,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   NavState predicted = propagate(last, imu, kStandardGravity);
   predicted.time = input.time;
 
-  update_slips(input);
+  update_slips(input.slips);
   motion_.add(last.time, input.noise, input.steps);
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
@@ -262,27 +263,24 @@ void StateEstimator::restart(const NavState& state) {
   motion_.clear();
 }
 
-// What is believed of slip changes while its intervals are in the window, since slip shows only
-// after seconds.
-void StateEstimator::update_slips(const StateInput& input) {
+// The estimates of slip change while their intervals are in the window, since slip shows only after
+// seconds.
+void StateEstimator::update_slips(const std::vector<IntervalSlip>& slips) {
   const TimeNs oldest = smoother_.state(smoother_.oldest_id()).time;
   while (!slips_.empty() && slips_.front().first <= oldest) slips_.pop_front();
-  for (const IntervalSlip& slip : input.slips) {
-    if (WheelSlipTerm* term = slip_term(slip.to)) {
-      term->l = slip.l;
-      term->sigma = slip.sigma;
+  for (const IntervalSlip& slip : slips) {
+    const auto known = std::find_if(slips_.begin(), slips_.end(),
+                                    [&](const auto& s) { return s.first == slip.to; });
+    if (known == slips_.end()) {
+      if (slips_.empty() || slip.to > slips_.back().first)
+        slips_.emplace_back(slip.to, std::make_shared<WheelSlipTerm>());
+      else
+        continue;
     }
+    WheelSlipTerm& term = known == slips_.end() ? *slips_.back().second : *known->second;
+    term.l = slip.l;
+    term.sigma = slip.sigma;
   }
-  for (const LooseWheel& loose : input.loose)
-    if (WheelSlipTerm* term = slip_term(loose.to))
-      term->loose_m = loose.sigma_m * smoother_.newest().wheel_scale;
-}
-
-WheelSlipTerm* StateEstimator::slip_term(TimeNs to) {
-  for (const auto& [time, term] : slips_)
-    if (time == to) return term.get();
-  if (!slips_.empty() && to < slips_.back().first) return nullptr;
-  return slips_.emplace_back(to, std::make_shared<WheelSlipTerm>()).second.get();
 }
 
 std::shared_ptr<const WheelSlipTerm> StateEstimator::slip_of(TimeNs time) const {

@@ -33,16 +33,16 @@ constexpr double kOriginYawSigma = 1e-3;       // rad
 
 struct CarriedState;
 
+// Replaces the velocity of a state that was found to be wrong, by wheel or radar.
+struct SpeedCorrection {
+  double speed = 0.0, sigma = 0.0;  // m/s, forwards
+  double ahead_m = 0.0;             // signed; the robot is this far ahead of the state's position
+};
+
 // Estimate of the wheel's slip in the interval that ends with a state.
 struct IntervalSlip {
   TimeNs to = 0;
   double l = 0.0, sigma = 0.0;  // ln(true distance / distance by the wheel)
-};
-
-// The wheel may slip by an unknown amount in the interval that ends with a state.
-struct LooseWheel {
-  TimeNs to = 0;
-  double sigma_m = 0.0;  // m, true; standard deviation that this adds to the wheel's distance
 };
 
 // What is known about the interval from the newest state to a new one.
@@ -60,10 +60,10 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot does not move as the wheel says
   // rad/s, body; set if a standstill shows that the bias has changed by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
-  std::vector<IntervalSlip> slips;          // of this interval and of earlier ones
-  std::vector<LooseWheel> loose;            // likewise
-  std::vector<Displacement> displacements;  // newly in effect, for any earlier time
-  std::vector<UserFactor> factors;          // likewise
+  std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
+  std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
+  std::vector<Displacement> displacements;          // newly in effect, for any earlier time
+  std::vector<UserFactor> factors;                  // likewise
 };
 
 // s after which the pose graph takes a state as it is: most slips have been seen by then, and have
@@ -127,8 +127,7 @@ class StateEstimator {
  private:
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
-  void update_slips(const StateInput& input);
-  WheelSlipTerm* slip_term(TimeNs to);  // null: of an interval that the window has not
+  void update_slips(const std::vector<IntervalSlip>& slips);
   std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
   bool add_displacement(const Displacement& displacement);
   // Returns the reason if the factor is refused, otherwise an empty string. Adds the factor's

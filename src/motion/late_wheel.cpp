@@ -17,7 +17,7 @@ bool LateWheel::follow(const StateInput& input) {
   intervals_.push_back({input.time, input.standing});
   while (intervals_.front().to <= input.time - from_seconds(kLongest_s)) intervals_.pop_front();
   const bool was_late = waits_ || delay_ > 0;
-  if (!input.wheel_late || !was_late) {
+  if (!input.wheel_late || !was_late || input.speed_correction) {
     delay_ = 0;
     waits_ = input.wheel_late;
     return was_late || waits_;

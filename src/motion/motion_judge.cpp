@@ -23,16 +23,15 @@ constexpr double kLargestDensityRatio = 10.0;
 constexpr TimeNs kLongestSilence = 100 * kSecond;
 constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
-constexpr TimeNs kWheelKept = 8 * kSecond;  // before the newest judged state
-
 }  // namespace
 
 MotionJudge::MotionJudge(const Config& config)
     : config_(config),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
+      lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
-      grip_(config),
+      slip_(config.wheel, config.smoother.lag),
       slip_belief_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
@@ -77,7 +76,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   }
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
-    grip_.compare(in_metres);
+    slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
     late_wheel_.keep(std::get<gpr::PathLength>(finding));
     compare_with_wheel();
   }
@@ -106,7 +105,7 @@ void MotionJudge::compare_with_wheel() {
   for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
     const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
     const auto from = wheel_.distance(begin), to = wheel_.distance(end);
-    if (!from || !to || grip_.slipped(begin - kMargin, end + kMargin)) continue;
+    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
     slip_belief_.compare(path, *to - *from);
     compared_to_ = path.to;
   }
@@ -122,8 +121,8 @@ void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
   immobilised_.add(newest);
   imu_.forget_before(std::min(judged_to_, newest.state.time) - ImmobilisedWatch::kMemory);
-  wheel_.forget_before(judged_to_ - kWheelKept);
-  pair_.forget_before(judged_to_ - kWheelKept);
+  wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
+  pair_.forget_before(judged_to_ - SlipWatch::kMemory);
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
@@ -211,13 +210,18 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
   input.wheel_y_m = slip_belief_.position().believed_m();
+  slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
   const double delay_s = wheel_delay_s();
   input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
   input.wheel_delay_s = delay_s;
+  slip_.set_wheel_error(
+      {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
   learn_vibration(from - margin, to + margin);
   if (!rest_.known()) learn_rest(to, false);
 
+  input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
+  if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
@@ -226,45 +230,22 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
-  input.wheel_contradicted = verdict.wheel_contradicted;
-  follow_grip(input, from);
-  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, grip_.ground_m());
+  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
   input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
-  if (!input.has_wheel || input.wheel_contradicted || slips()) no_wheel_until_ = to;
+  if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
   if (late_wheel_.follow(input)) slip_belief_.restart();
   compare_with_wheel();
-  if (!late_wheel_.waits()) {
-    StateInput earlier = late_wheel_.earlier(input, from, imu_, wheel_);
-    earlier.wheel_contradicted |= slips();
-    slip_belief_.advance(earlier, newest_, rest_.noise(), density_of_slow_slip(input.noise));
-  }
+  if (!late_wheel_.waits())
+    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
+                         drive_noise_.accel_density_of_one_second());
   input.slips = slip_belief_.recent();
   if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
-}
-
-// The filter begins with the state at the interval's beginning: the newest one, carried there.
-void MotionJudge::follow_grip(StateInput& input, TimeNs from) {
-  StateResult began = newest_;
-  for (const MotionStep& step : imu_.steps(newest_.state.time, from))
-    began.state.q_odom_body *= so3::exp((step.angular_velocity - began.state.gyro_bias) * step.dt);
-  grip_.advance(late_wheel_.earlier(input, from, imu_, wheel_), began,
-                {pair_.middle_noise(), std::max(wheel_.held_s(), input.wheel_delay_s)});
-  input.loose = grip_.loose();
-}
-
-bool MotionJudge::slips() const { return grip_.slips() > 0.5; }
-
-// Before a minute of driving has shown the noise of one second, the accelerations may err by as
-// much as the grip filter still holds possible, for as long as such an error lasts.
-double MotionJudge::density_of_slow_slip(const ImuNoise& noise) const {
-  const double shown = drive_noise_.accel_density_of_one_second();
-  if (shown > 0) return shown;
-  return std::max(noise.accel_density, grip_.error_density());
 }
 
 // Of an immobilised robot that its wheels shake: the IMU does not see the standstill, only the
@@ -308,18 +289,22 @@ void MotionJudge::forget_old_standing() {
 }
 
 bool MotionJudge::follow(OdometryEstimate& estimate) {
+  // After a gap of the IMU the speed is predicted or the wheel's own, so it cannot show slip.
+  if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
+  const bool speed_known = estimate.time > speed_known_after_;
+  const bool slipped = slip_.now() != WheelSlip::kNone;
+  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
-  // After a gap of the IMU the speed is predicted, or the wheel's own: nothing is learnt from it.
-  coherence_.add(estimate, !newest_.carried);
-  sight_.add(estimate, !newest_.carried);
-  const bool told = std::exchange(told_slip_, slips());
-  return !told && told_slip_;
+  coherence_.add(estimate, speed_known);
+  sight_.add(estimate, speed_known);
+  return !slipped && slip_.now() != WheelSlip::kNone;
 }
 
 std::int32_t MotionJudge::flags() const {
   std::int32_t flags = 0;
   if (newest_.standing) flags |= kStanding;
-  if (slips()) flags |= kSlipping | (grip_.wheel_is_fast() ? kWheelFast : kWheelSlow);
+  if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
+  if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
   if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
   if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
   if (immobilised_.at(wheel_now_, wheel_) == Immobilised::kYes) flags |= kImmobilised;

@@ -16,12 +16,12 @@
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
-#include "motion/grip_filter.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
 #include "motion/rest_levels.h"
 #include "motion/sensor_history.h"
 #include "motion/slip/slip_belief.h"
+#include "motion/slip_watch.h"
 #include "motion/standstill.h"
 #include "motion/wheel_pair.h"
 
@@ -120,9 +120,6 @@ class MotionJudge {
   bool stands_with_engine(TimeNs now);
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
-  void follow_grip(StateInput& input, TimeNs from);
-  double density_of_slow_slip(const ImuNoise& noise) const;
-  bool slips() const;         // more likely than not, in the newest interval
   void compare_with_wheel();  // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
   struct Waiting {
@@ -139,7 +136,7 @@ class MotionJudge {
   static constexpr TimeNs kStandingKept = 2'000'000'000;
 
   const Config config_;
-  const TimeNs state_period_;
+  const TimeNs state_period_, lag_;
 
   ImuHistory imu_;
   WheelHistory wheel_;
@@ -155,8 +152,7 @@ class MotionJudge {
   DriveNoise drive_noise_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state
-  GripFilter grip_;
-  bool told_slip_ = false;
+  SlipWatch slip_;
   SlipBelief slip_belief_;
   LateWheel late_wheel_;
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
@@ -164,8 +160,9 @@ class MotionJudge {
   ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
-  CoherenceScale sight_;       // m/s, the detection limit of the radar
-  TimeNs no_wheel_until_ = 0;  // end of the last state interval without a usable wheel
+  CoherenceScale sight_;          // m/s, the detection limit of the radar
+  TimeNs speed_known_after_ = 0;  // until then the speed comes from the wheel alone
+  TimeNs no_wheel_until_ = 0;     // end of the last state interval without a usable wheel
 };
 
 }  // namespace gprodom

@@ -290,6 +290,8 @@ void Pipeline::make_states() {
       continue;
     }
     StateInput input = motion_.judge(next_state_);
+    if (input.speed_correction)
+      health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias has changed: heading uncertain since the last standstill");

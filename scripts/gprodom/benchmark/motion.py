@@ -31,9 +31,7 @@ from gprodom.trajectory import Trajectory
 STANDING = 0.005  # m/s
 SHORTEST = 1.0  # s of standstill
 EDGE = 0.2  # s of standstill left out at its edges
-# s from the start of a slip, and from any slip to a false flag: three state intervals, and what a
-# state waits for its data.
-PROMPT = 0.8
+PROMPT = 0.5  # s from the start of a slip; from any slip to a false flag
 LEAST = 0.1  # m over which the coherence is scored
 
 

@@ -39,6 +39,7 @@ class Search {
       energy_to_.row(r + 1) = energy_to_.row(r) + padded_.row(r).array().square().matrix();
     const double first = std::max(options.first_time_s / interval_s_, 1.0);
     const int step = std::max(1, half_ / 2);
+    times_.reserve(static_cast<std::size_t>(rows_ / step) + 1);
     for (double t = first; zero_ + t < static_cast<double>(rows_); t += step) times_.push_back(t);
     row_step_ = step;
     least_ = options.least_widening_s / interval_s_;
@@ -56,6 +57,7 @@ class Search {
       if (!known) kept.push_back(candidate);
     }
     std::vector<Apex> apexes;
+    apexes.reserve(kept.size());
     for (const Candidate& candidate : kept) apexes.push_back(refined(candidate));
     return apexes;
   }

@@ -43,6 +43,7 @@ class SalientMatcher : public WindowMatcher {
     options_.pulse_s = pulse_s_;
     const std::vector<Apex> apexes = find_apexes(window_, options_);
     points_.clear();
+    points_.reserve(apexes.size());
     for (const Apex& apex : apexes) points_.push_back({apex.time_s, apex.column, 1.0});
     std::swap(before_, levels_);
     build_sfm(points_.data(), points_.size(),

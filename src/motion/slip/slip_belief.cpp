@@ -146,7 +146,7 @@ void SlipBelief::resume(const StateResult& newest) {
 void SlipBelief::advance(const StateInput& given, const StateResult& newest, const ImuNoise& rest,
                          double driving_accel_density) {
   if (!enabled_) return;
-  if (given.gyro_bias) restart();
+  if (given.gyro_bias || given.speed_correction) restart();
   StateInput input = given;
   // The configured noise contains tilt and slip, which are states here.
   if (driving_accel_density > 0) input.noise.accel_density = driving_accel_density;
@@ -228,8 +228,7 @@ void SlipBelief::branch(double block_s) {
     add(std::move(h), mode, probability);
   };
   for (const Hypothesis& h : hypotheses_) {
-    // A slip may end with a jump. That with which it begins is GripFilter's to see, except in a
-    // gap.
+    // A slip may end with a jump. That with which it begins is SlipWatch's to see, except in a gap.
     if (h.mode != Mode::kGrips) jump(h, kGripSigma, Mode::kGrips, changes);
     if (h.mode == Mode::kGrips && block_.gap) jump(h, model_.size, Mode::kHolds, begins);
     if (h.mode == Mode::kGrips) {

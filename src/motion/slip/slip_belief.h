@@ -1,5 +1,5 @@
 // Multiple-hypothesis filter of slip that begins over seconds: l = ln(true distance / distance by
-// the wheel) of each state interval, with its standard deviation. Sudden slips are GripFilter's.
+// the wheel) of each state interval, with its standard deviation. Sudden slips are SlipWatch's.
 //
 // A hypothesis says when the wheel gripped (l = 0), when its slip changed and when its slip was
 // constant. It runs a Kalman filter over speed, tilt, biases, slip and the ground's decorrelation

@@ -1,0 +1,384 @@
+#include "motion/slip_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace gprodom {
+namespace {
+
+constexpr double kSpeed = 0.4;           // m/s, of the robot
+constexpr double kVelocitySigma = 0.01;  // m/s, of the estimate
+
+struct Flag {
+  double time;
+  WheelSlip slip;
+};
+
+// A robot at kSpeed (`direction` 1 or -1) whose wheel turns `factor(t)` times as fast; 200 Hz
+// estimates, 30 Hz wheel. `speed_error`: of the estimate, m/s.
+std::vector<Flag> drive(const WheelConfig& config, double direction,
+                        const std::function<double(double)>& factor, double speed_error = 0.0) {
+  SlipWatch watch(config, SmootherConfig().lag);
+  WheelHistory wheel(config.max_speed);
+  double wheel_m = 0, next_wheel = 0, wheel_now = 0;
+  std::vector<Flag> flags;
+  for (int i = 0; i < 2000; ++i) {
+    const double time = 100 + i * 0.005;
+    wheel_m += 0.005 * direction * kSpeed * factor(i * 0.005) * config.scale;
+    if (i * 0.005 >= next_wheel) {
+      wheel.insert({from_seconds(time), wheel_m});
+      wheel_now = time;
+      next_wheel += 1.0 / 30;
+    }
+    OdometryEstimate estimate;
+    estimate.time = from_seconds(time);
+    estimate.v_body.x() = direction * kSpeed + speed_error;
+    estimate.velocity_covariance.setIdentity();
+    estimate.velocity_covariance *= kVelocitySigma * kVelocitySigma;
+    estimate.wheel_scale = config.scale;
+    watch.add(estimate, wheel, from_seconds(wheel_now), true);
+    flags.push_back({i * 0.005, watch.now()});
+  }
+  return flags;
+}
+
+double first(const std::vector<Flag>& flags, WheelSlip slip) {
+  for (const Flag& flag : flags)
+    if (flag.slip == slip) return flag.time;
+  return std::nan("");
+}
+
+TEST(SlipWatch, DetectsSlipWithItsTimeAndSign) {
+  WheelConfig config;
+  config.scale = 1.03;
+  for (const double direction : {1.0, -1.0}) {
+    for (const double slipping : {0.5, 1.7}) {
+      const auto flags =
+          drive(config, direction, [&](double t) { return t > 4 && t < 6 ? slipping : 1.0; });
+      const auto expected = slipping > 1 ? WheelSlip::kFast : WheelSlip::kSlow;
+      const auto other = slipping > 1 ? WheelSlip::kSlow : WheelSlip::kFast;
+      EXPECT_GT(first(flags, expected), 4.0);
+      EXPECT_LT(first(flags, expected), 4.3);
+      EXPECT_TRUE(std::isnan(first(flags, other)));
+      for (const Flag& flag : flags) {
+        if (flag.time > 4.0 && flag.time < 6.35) continue;
+        EXPECT_EQ(flag.slip, WheelSlip::kNone) << flag.time;
+      }
+    }
+  }
+}
+
+TEST(SlipWatch, ErrorWithinTheVelocitysDeviationIsNoSlip) {
+  const auto flags = drive(
+      {}, 1, [](double) { return 1.0; }, 3 * kVelocitySigma);
+  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kFast)));
+  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kSlow)));
+}
+
+TEST(SlipWatch, RemembersIntervalsWithSlip) {
+  WheelConfig config;
+  SlipWatch watch(config, SmootherConfig().lag);
+  WheelHistory wheel(config.max_speed);
+  for (int i = 0; i < 600; ++i) {
+    const TimeNs time = from_seconds(50 + i * 0.005);
+    const double t = i * 0.005;
+    wheel.insert({time, t < 1 ? 0.0 : 0.5 * (std::min(t, 1.6) - 1)});  // spins while it stands
+    OdometryEstimate estimate;
+    estimate.time = time;
+    estimate.velocity_covariance.setIdentity();
+    estimate.velocity_covariance *= 1e-6;
+    watch.add(estimate, wheel, time, true);
+  }
+  EXPECT_FALSE(watch.between(from_seconds(50.2), from_seconds(50.4)));
+  EXPECT_TRUE(watch.between(from_seconds(51.0), from_seconds(51.2)));
+  EXPECT_TRUE(watch.between(from_seconds(51.4), from_seconds(51.6)));
+  EXPECT_FALSE(watch.between(from_seconds(52.0), from_seconds(52.2)));
+}
+
+// Estimates at 200 Hz, the wheel at 50 Hz, the radar once a second; what they say is set by the
+// test.
+class Drive {
+ public:
+  double ground = kSpeed, wheel_speed = kSpeed;  // m/s
+  double published = kSpeed, sigma = 0.01;       // m/s
+  bool wheel_speaks = true, radar_speaks = true, asked = true;
+  bool speed_known = true;
+  SlipWatch watch{WheelConfig(), SmootherConfig().lag};
+  std::optional<SpeedCorrection> correction;
+
+  void run(double seconds) {
+    for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
+      const TimeNs now = from_seconds(100 + 0.005 * i_);
+      wheel_m_ += 0.005 * wheel_speed;
+      if (wheel_speaks && i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
+      OdometryEstimate estimate;
+      estimate.time = now;
+      estimate.v_body.x() = published;
+      estimate.velocity_covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+      estimate.wheel_scale = 1.0;
+      watch.add(estimate, wheel_, wheel_now_, speed_known);
+      if (!correction && asked && i_ % 40 == 0)
+        correction = watch.take_speed_correction(now - 50'000'000, wheel_, 1.0);
+      if (!radar_speaks || i_ % 200 != 199) continue;
+      Displacement radar;
+      radar.to = now - 50'000'000;
+      radar.from = radar.to - 1'100'000'000;
+      radar.distance_m = 1.1 * std::abs(ground);
+      radar.sigma_m = 0.2 * radar.distance_m;
+      watch.compare_with_radar(radar, wheel_, 1.0);
+    }
+  }
+  bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
+
+ private:
+  WheelHistory wheel_{5.0};
+  double wheel_m_ = 0.0;
+  TimeNs wheel_now_ = 0;
+  int i_ = 0;
+};
+
+// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
+// slip.
+TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
+  Drive drive;
+  drive.run(3.0);
+  drive.published = 0.75;
+  drive.run(4.0);
+  ASSERT_TRUE(drive.correction);
+  EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+  EXPECT_LT(drive.correction->ahead_m, -0.5);
+  EXPECT_GT(drive.correction->ahead_m, -1.4);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // until the caller corrects the speed
+  drive.published = kSpeed;
+  drive.run(1.0);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+
+  Drive silent_radar;
+  silent_radar.radar_speaks = false;
+  silent_radar.run(3.0);
+  silent_radar.published = 0.75;
+  silent_radar.run(4.0);
+  EXPECT_FALSE(silent_radar.correction);
+}
+
+// A jump of the wheel's speed by half, within what left and right wheels have shown of their noise,
+// and beyond it.
+TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
+  for (const double noise : {0.0, 0.1}) {
+    Drive drive;
+    drive.watch.set_wheel_error({noise, 0.0, 0.0});
+    drive.run(3.0);
+    drive.wheel_speed = 1.5 * kSpeed;
+    drive.run(0.5);
+    EXPECT_EQ(drive.watch.now() == WheelSlip::kNone, noise > 0) << noise;
+  }
+}
+
+// It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
+// back.
+TEST(SlipWatch, DecisionThatCannotBeUsedAtOnceIsDropped) {
+  for (const double silence : {3.0, 12.0}) {
+    Drive drive;
+    drive.run(3.0);
+    drive.published = 0.75;
+    drive.asked = false;
+    drive.run(4.0);
+    drive.wheel_speaks = drive.radar_speaks = false;
+    drive.run(0.3);
+    drive.asked = true;
+    drive.run(silence);
+    drive.wheel_speaks = true;
+    drive.published = kSpeed;
+    drive.run(1.0);
+    EXPECT_FALSE(drive.correction) << silence;
+  }
+}
+
+// After a gap of the IMU the published speed is the wheel's.
+TEST(SlipWatch, RadarJudgesTheWheelWhileTheSpeedIsUnknown) {
+  for (const double direction : {1.0, -1.0}) {
+    Drive drive;
+    drive.speed_known = false;
+    drive.ground = direction * kSpeed;
+    drive.wheel_speed = drive.published = 1.8 * direction * kSpeed;
+    drive.run(4.0);
+    ASSERT_TRUE(drive.correction);
+    EXPECT_NEAR(drive.correction->speed, direction * kSpeed, 0.01);
+    EXPECT_NEAR(drive.correction->sigma, 0.2 * kSpeed, 0.01);
+    EXPECT_LT(direction * drive.correction->ahead_m, -0.25);  // of 0.3 to 0.6 m
+    EXPECT_GT(direction * drive.correction->ahead_m, -0.65);
+    EXPECT_TRUE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
+
+    drive.wheel_speed = drive.published = direction * kSpeed;
+    drive.run(3.0);
+    EXPECT_FALSE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+  }
+  Drive agreed;
+  agreed.speed_known = false;
+  agreed.run(4.0);
+  EXPECT_FALSE(agreed.correction);
+  EXPECT_FALSE(agreed.contradicted());
+}
+
+// By the radar; or without it, if the wheel turns more slowly than the published speed.
+TEST(SlipWatch, EndOfASlipIsDetectedWhileTheSpeedIsUnknown) {
+  for (const bool radar_speaks : {true, false}) {
+    Drive drive;
+    drive.speed_known = false;
+    drive.radar_speaks = radar_speaks;
+    drive.published = (radar_speaks ? 0.4 : 1.8) * kSpeed;
+    drive.run(3.0);
+    ASSERT_TRUE(drive.correction);
+    EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+    EXPECT_DOUBLE_EQ(drive.correction->sigma, 0.1);
+    EXPECT_FALSE(drive.contradicted());
+  }
+  Drive slips;  // as far as can be known
+  slips.speed_known = slips.radar_speaks = false;
+  slips.wheel_speed = 1.8 * kSpeed;
+  slips.run(3.0);
+  EXPECT_FALSE(slips.correction);
+}
+
+// The speed published before the gap is no longer evidence.
+TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
+  Drive drive;
+  drive.run(3.0);
+  drive.published = 0.75;
+  drive.asked = false;
+  drive.run(4.0);  // the radar has confirmed the wheel
+  EXPECT_TRUE(drive.contradicted());
+  drive.asked = true;
+  drive.speed_known = false;
+  drive.published = kSpeed;
+  drive.radar_speaks = false;
+  drive.run(0.01);
+  EXPECT_FALSE(drive.contradicted());
+  drive.run(1.0);
+  EXPECT_FALSE(drive.correction);
+}
+
+TEST(SlipWatch, RealSlipIsNotRevoked) {
+  for (const double wheel_speed : {0.0, 0.2, 0.55, 0.8}) {
+    Drive drive;
+    drive.run(3.0);
+    drive.wheel_speed = wheel_speed;
+    drive.run(6.0);
+    EXPECT_FALSE(drive.correction) << wheel_speed;
+    EXPECT_NE(drive.watch.now(), WheelSlip::kNone) << wheel_speed;
+  }
+}
+
+TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
+  Drive drive;
+  drive.run(3.0);
+  drive.wheel_speaks = false;
+  drive.sigma = 0.06;
+  drive.wheel_speed = 0.68;  // 4.7 deviations off
+  drive.run(5.0);
+  drive.wheel_speaks = true;
+  drive.run(0.15);
+  EXPECT_TRUE(drive.contradicted());
+  drive.run(1.0);
+  EXPECT_TRUE(drive.contradicted());
+  drive.wheel_speed = kSpeed;
+  drive.run(1.0);
+  EXPECT_FALSE(drive.contradicted());
+}
+
+// The velocity of a long slip is less and less certain. That alone does not make the wheel right:
+// it would be believed in mid-slip, and its return to the ground's speed be taken for the next
+// slip.
+TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
+  const double slipping = 0.5 * kSpeed, off = kSpeed - slipping;
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.run(2);
+  EXPECT_FALSE(robot.contradicted());
+  robot.wheel_speed = slipping;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.sigma = off / 4;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.sigma = off / 1.5;  // any wheel agrees
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.run(3);  // longer than the window
+  EXPECT_FALSE(robot.contradicted());
+
+  Drive fades;  // without a jump
+  fades.radar_speaks = fades.asked = false;
+  fades.run(2);
+  fades.wheel_speed = slipping;
+  fades.run(1);
+  for (; fades.wheel_speed < kSpeed - 1e-9; fades.wheel_speed += 0.01 * kSpeed) fades.run(0.05);
+  EXPECT_FALSE(fades.contradicted());
+
+  Drive unsure;  // as far off, but never seen to begin
+  unsure.radar_speaks = unsure.asked = false;
+  unsure.wheel_speed = slipping;
+  unsure.sigma = off / 4;
+  unsure.run(2);
+  EXPECT_FALSE(unsure.contradicted());
+}
+
+// The velocity drifts in a slip, and may be more than two standard deviations off at its end. The
+// end is seen all the same, since the wheel jumps towards the velocity.
+TEST(SlipWatch, JumpBackEndsASlip) {
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.sigma = 0.02;
+  robot.run(2);
+  robot.wheel_speed = 0.5 * kSpeed;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  robot.wheel_speed = kSpeed - 3 * robot.sigma;
+  robot.run(1);
+  EXPECT_FALSE(robot.contradicted());
+}
+
+// A velocity that accelerations with a wrong tilt carry towards the slipping wheel's. That is no
+// end of the slip: the wheel would be believed in mid-slip.
+TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
+  Drive robot;
+  robot.radar_speaks = robot.asked = false;
+  robot.sigma = 0.02;
+  robot.run(2);
+  robot.wheel_speed = 1.6 * kSpeed;
+  robot.run(1);
+  EXPECT_TRUE(robot.contradicted());
+  const double beyond = 3 * robot.sigma;  // within the threshold of the onset
+  while (robot.published < robot.wheel_speed - beyond) {
+    robot.published += 0.01 * kSpeed;  // 0.1 of it in a second
+    robot.run(0.1);
+  }
+  EXPECT_TRUE(robot.contradicted());
+}
+
+// A velocity that accelerations with a wrong tilt have carried off: the wheel is slower for longer
+// than any skid lasts.
+TEST(SlipWatch, WheelThatIsSlowForLongIsRight) {
+  for (const double wheel_speed : {0.5 * kSpeed, 0.0}) {
+    Drive robot;
+    robot.radar_speaks = false;
+    robot.run(2);
+    robot.wheel_speed = wheel_speed;
+    robot.run(4);
+    EXPECT_FALSE(robot.correction);
+    robot.run(2);
+    const bool turns = wheel_speed > 0;  // one that does not is stuck
+    ASSERT_EQ(robot.correction.has_value(), turns);
+    if (!turns) continue;
+    EXPECT_NEAR(robot.correction->speed, wheel_speed, 0.02);
+  }
+}
+
+}  // namespace
+}  // namespace gprodom
