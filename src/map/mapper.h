@@ -154,7 +154,7 @@ class Mapper {
   double sigma_m() const;
   bool is_proved();  // the candidate, by a revisit now
   void join_map(const Hypothesis& at);
-  std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
+  std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query);
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
   void predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
                        gpr::SearchWindow& window) const;
@@ -166,6 +166,7 @@ class Mapper {
   bool use(const Sighting& seen, MapAnswer& answer);
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);
+  void mark_known(const gpr::MemoryColumn& query);
   std::optional<End> remembered_end(double column) const;
   End end_at(const MapPath::Place& place) const;
   bool add_edge(const End& memory, const End& query, RevisitEdge edge);
@@ -213,6 +214,7 @@ class Mapper {
   std::optional<gpr::RevisitSearch> search_before_;
   ChangeFollower change_;
   std::optional<gpr::MemoryColumn> last_query_;
+  bool crowded_ = false;  // at the last query: passes are stored side by side, and one more is none
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };
 
