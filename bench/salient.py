@@ -33,6 +33,7 @@ from gprodom.lcm.constants import kind
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
 from gprodom.random_streams import stream
+from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
@@ -150,7 +151,7 @@ def drive(seed: int) -> dict[str, Any]:
             found = estimate(log, method, (), (), folder / f"{label}.lcmlog")
             row[f"{label}_s"] = time.process_time() - begun
             row[f"{label}_m"] = compare(
-                associate(found.trajectory, truth), "se2"
+                associate(found.trajectory, truth), "se2", FIRST_M
             ).figures.ate_rmse_m
             if found.answered is not None:
                 row[f"{label}_answered"] = found.answered.share

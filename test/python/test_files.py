@@ -20,7 +20,7 @@ READ = {
     *("bag", "config", "configs", "estimate", "estimates", "file", "files", "first", "folder"),
     *("layout", "log", "networks", "radar", "scene", "second", "sequence", "sequences", "source"),
     *("sources", "table", "truth", "wheel", "imu", "accelerometer", "gyroscope", "wheel_speed"),
-    *("wheel_distance", "wheel_counts", "gpr", "gpr_times", "position", "python"),
+    *("wheel_distance", "wheel_counts", "gpr", "gpr_times", "pipes", "position", "python"),
 }
 
 
@@ -53,13 +53,19 @@ def arguments(parser: argparse.ArgumentParser, read: Path, written: Path, link: 
     """A command line in which every input is `read`, and the output `written` is `link`."""
     line = parser.prog.split()[1:]
     positional: list[str] = []
+    inputs = [a for a in paths(parser) if a.type is Path and a.dest not in ("folder", "configs")]
+    optional = not any(a.required or not a.option_strings for a in inputs)
     for action in parser._actions:
         path = isinstance(action.type, type) and issubclass(action.type, Path)
         output = path and issubclass(action.type, Output)  # type: ignore[arg-type]
         value = str(link) if output else str(read) if path else (action.choices or ["sfm"])[0]
         if not action.option_strings:
             positional.append(str(value))
-        elif action.required or (output and action.dest == written.name):
+        elif (
+            action.required
+            or (output and action.dest == written.name)
+            or (optional and action in inputs)
+        ):
             line += [action.option_strings[-1], str(value)]
     return [*line, *positional]
 

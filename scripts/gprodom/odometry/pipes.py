@@ -20,6 +20,7 @@ from gprodom.lcm.constants import kind
 
 COLUMN = 0.02  # m of an image, about a tenth of the wavelength in the ground
 LENGTH = 3.0  # m of an image: both flanks, at 45 degrees, of an echo 1.25 m deep
+REVERSES_M = 0.1  # a step back is no turn, but a correction of the odometry
 EVERY = 0.5  # m from an image to the next; each looks for apexes in its middle EVERY
 SPEEDS = (0.55e8, 1.75e8)  # m/s: waves in wet soil, and in dry sand
 SIGMA_M = 0.03  # of an apex: full-wave ground shows 1 cm for thin pipes, 9 for one of 22 cm
@@ -87,9 +88,10 @@ class PipeTeller:
         """Hears a pose by odometry, m and rad."""
         if self._pose is not None:
             step = (x - self._pose[0]) * math.cos(yaw) + (y - self._pose[1]) * math.sin(yaw)
-            if abs(step) < 0.1 * COLUMN:
+            turned = (step > 0) != self._forwards
+            if abs(step) < (REVERSES_M if turned else 0.1 * COLUMN):
                 return []
-            if (step > 0) != self._forwards:
+            if turned:
                 self._forwards, self._track, self._next = step > 0, self._track[-1:], LENGTH
             self._s += step
         self._pose = x, y
@@ -176,11 +178,12 @@ class PipeTeller:
         likely = np.exp(evidence - evidence.max())
         nothing = math.exp(-evidence.max()) * likely.size
         row, best = divmod(int(np.argmax(likely)), len(places))
-        at_best = np.abs(self.pipes.apart(places - places[best])) < SIGMAS * DRIFT * LENGTH
+        off = self.pipes.apart(places - places[best])
+        at_best = np.abs(off) < SIGMAS * DRIFT * LENGTH
         if likely[row, at_best].sum() > (1 - FALSE_PLACE) * (likely.sum() + nothing):
             sign = (1, -1)[row]
-            mean = np.average(places[at_best], weights=likely[row, at_best])
-            self._place = _Place(sign, float(mean) - sign * newest, DRIFT * LENGTH, newest)
+            place = places[best] + np.average(off[at_best], weights=likely[row, at_best])
+            self._place = _Place(sign, float(place) - sign * newest, DRIFT * LENGTH, newest)
 
     def _on_map(self, place: _Place, apex: _Apex) -> int | None:
         """The only pipe that it can be; the place moves by what it shows."""
