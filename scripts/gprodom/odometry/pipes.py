@@ -208,7 +208,10 @@ class PipeTeller:
         answers = []
         if self._last is not None and self._last[0] != pipe:
             before, then = self._last
-            between = float(self.pipes.apart(self.pipes.x[pipe] - self.pipes.x[before]))
+            between = float(self.pipes.x[pipe] - self.pipes.x[before])
+            if self.pipes.length:  # which way round, the odometry knows
+                laps = (place.sign * (apex.s - then.s) - between) / self.pipes.length
+                between += round(laps) * self.pipes.length
             if 0 < apex.utime - then.utime < self.longest_s * 1e6:
                 answers.append(
                     Answer(
