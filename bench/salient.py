@@ -168,15 +168,12 @@ def judged(log: Path, folder: Path, pipes: Path, run: Any) -> dict[str, Any]:
     estimate(log, find_method("imu_wheel"), (), (), folder / "track.lcmlog")
     mapped = read_pipes(pipes)
     told = answers_to(log, PipeTeller(mapped), STANDARD, folder / "track.lcmlog")
-    travelled = np.interp(
-        [[each.utime_from, each.utime_to] for each in told] or np.zeros((0, 2)),
-        run.truth_utime,
-        run.truth.travelled,
-    )
-    error = np.array([
-        mapped.apart(abs(each.distance) - (to - begin))
-        for each, (begin, to) in zip(told, travelled, strict=True)
-    ])  # fmt: skip
+    seconds = 1e-6 * (run.truth_utime - run.truth_utime[0])
+    steps = 0.5 * (run.truth.v[1:] + run.truth.v[:-1]) * np.diff(seconds)
+    along = np.concatenate([[0.0], np.cumsum(steps)])  # backwards it falls
+    ends = [[each.utime_from, each.utime_to] for each in told] or np.zeros((0, 2))
+    begin, end = np.interp(ends, run.truth_utime, along).T
+    error = mapped.apart(np.array([each.distance for each in told]) - (end - begin))
     wrong = np.abs(error) > 3 * np.array([each.sigma for each in told] or [1.0])[: len(error)]
     crossings = run.truth.travelled[-1] / mapped.length * len(mapped.x)
     told_pipes = {each.utime_to for each in told}
