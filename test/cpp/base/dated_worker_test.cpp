@@ -164,10 +164,10 @@ TEST(DatedWorker, JobsThatWaitAreTakenBackOnceTheOldestIsDue) {
 // speed does not matter.
 TEST(DatedWorker, JobsSlowerThanTheirPeriodEndInASteadyState) {
   constexpr TimeNs kTick = 10, kTakes = 12, kBudget = 50;
-  DatedWorker<int> worker(Execution::kThreaded);
   std::mutex mutex;
   std::condition_variable changed;
-  int running = 0, let_go = 0;  // number of the job
+  int running = 0, let_go = 0;                    // number of the job
+  DatedWorker<int> worker(Execution::kThreaded);  // ends first: its jobs use what is above
   const auto work = [&](int number) {
     return [&, number] {
       std::unique_lock lock(mutex);
