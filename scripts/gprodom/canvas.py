@@ -105,27 +105,34 @@ def log_scales(axes: Axes, *names: str) -> None:
 
 
 STYLE = """
+:root { --paper: #fff; --ink: #222; --soft: #555; --faint: #ddd;
+        --cover: linear-gradient(to left, #fff 1rem, transparent);
+        --cast: linear-gradient(to left, #0003, transparent); }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --paper: #16181c; --ink: #e3e5e8; --soft: #a4a9b0; --faint: #3a3e45;
+          --cover: linear-gradient(to left, #16181c 1rem, transparent);
+          --cast: linear-gradient(to left, #fff3, transparent); } }
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 90rem; padding: 0 1rem;
-       color: #222; background: #fff; }
+       color: var(--ink); background: var(--paper); }
 h1 { font-size: 1.5rem; overflow-wrap: anywhere; } h2 { font-size: 1.15rem; margin-top: 2rem; }
 p, figure { max-width: 62rem; }
 /* A table wider than the page scrolls under its first column; a shade at its edge says so. */
-.scroll { overflow-x: auto; background:
-  linear-gradient(to left, #fff 1rem, transparent) right / 3rem 100% no-repeat local,
-  linear-gradient(to left, #0003, transparent) right / 1rem 100% no-repeat scroll; }
+.scroll { overflow-x: auto; background: var(--cover) right / 3rem 100% no-repeat local,
+                                           var(--cast) right / 1rem 100% no-repeat scroll; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
-th, td { padding: 0.25rem 0.55rem; text-align: right; border-bottom: 1px solid #ddd; }
+th, td { padding: 0.25rem 0.55rem; text-align: right; border-bottom: 1px solid var(--faint); }
 th { vertical-align: bottom; }
 th:first-child, td:first-child { text-align: left; white-space: nowrap; }
-th:first-child, td:first-child { position: sticky; left: 0; background: #fff; }
+th:first-child, td:first-child { position: sticky; left: 0; background: var(--paper); }
 @media (max-width: 60rem) {
   td:first-child { white-space: normal; min-width: 8rem; overflow-wrap: anywhere; } }
 th.prose, td.prose { text-align: left; min-width: 10rem; }
 @media print { .scroll { overflow: visible; } table { font-size: 0.65rem; } }
-tr.mean td { font-weight: 600; border-top: 2px solid #999; }
+tr.mean td { font-weight: 600; border-top: 2px solid var(--soft); }
 figure { margin: 1rem 0; overflow-x: auto; }
-img { max-width: 100%; min-width: 38rem; height: auto; } /* smaller, its texts could not be read */
-figcaption, .note { color: #555; font-size: 0.9rem; }
+img { max-width: 100%; min-width: 38rem; height: auto; background: #fff; } /* smaller, its texts
+  could not be read */
+figcaption, .note { color: var(--soft); font-size: 0.9rem; }
 """
 
 
@@ -183,13 +190,17 @@ def table(
     )
 
 
-def page(title: str, parts: Sequence[str]) -> str:
-    """A whole HTML document: style and pictures inside, nothing fetched from anywhere."""
+def page(title: str, parts: Sequence[str], style: str = "") -> str:
+    """A whole HTML document: style and pictures inside, nothing fetched from anywhere.
+
+    style: more of it, for this page alone.
+    """
     safe = html.escape(title)
     content = "\n".join(parts)
     return (
         f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{safe}</title>\n<style>{STYLE}</style></head>\n"
+        f'<meta name="color-scheme" content="light dark">'
+        f"<title>{safe}</title>\n<style>{STYLE}{style}</style></head>\n"
         f"<body>\n<h1>{safe}</h1>\n{content}\n</body>\n</html>\n"
     )

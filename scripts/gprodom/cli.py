@@ -43,6 +43,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.calibrate.command",
     "gprodom.export.command",
     "gprodom.plot.command",
+    "gprodom.report.command",
     "gprodom.map.command",
     "gprodom.learned.command",
     "gprodom.learned.live",

@@ -13,7 +13,8 @@ import numpy as np
 
 from gprodom.console import warn
 from gprodom.errors import Error
-from gprodom.lcm import EventLog, wire
+from gprodom.lcm import wire
+from gprodom.lcm.log_scan import events
 from gprodom.lcm.messages import by_fingerprint, message
 
 # What a type's messages are read as: arrays by field; "type" is the type's name, "log_utime" (n,)
@@ -21,26 +22,24 @@ from gprodom.lcm.messages import by_fingerprint, message
 Channel = dict[str, Any]
 
 
-def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> dict[str, Channel]:
+def read(
+    path: str | PathLike[str], channels: Collection[str] | None = None, every_us: int = 0
+) -> dict[str, Channel]:
     """The messages of a log by channel and field; only `channels` where given.
 
     ``read(path)["IMU"]["angular_velocity"]`` is (n, 3). Times (``utime``) are int64 microseconds.
     Messages of variable structure (status_t, sfm_t, command_t) come decoded as a list in
     ``"messages"``. Channels of foreign types are left out; of a channel with messages of several
     types those of the type that most have of ours are read, and the rest is counted in a warning.
+    every_us: of each channel at most one message in so many microseconds of the log's stamps.
     """
     if not Path(path).is_file():
         raise Error(f"{path}: no such log")
     payloads: dict[str, list[bytes]] = {}
     stamps: dict[str, list[int]] = {}
-    log = EventLog(str(path), "r")
-    for event in log:
-        channel = event.channel
-        if channels is not None and channel not in channels:
-            continue
-        payloads.setdefault(channel, []).append(event.data)
-        stamps.setdefault(channel, []).append(event.timestamp)
-    log.close()
+    for channel, stamp, data in events(path, channels, every_us):
+        payloads.setdefault(channel, []).append(data)
+        stamps.setdefault(channel, []).append(stamp)
     if not payloads and channels is None and Path(path).stat().st_size > 0:
         raise Error(f"{path}: expected an LCM log, found no event in it")
     known = by_fingerprint()
@@ -62,9 +61,11 @@ def read(path: str | PathLike[str], channels: Collection[str] | None = None) -> 
     return result
 
 
-def read_roles(path: str | PathLike[str], names: Mapping[str, str]) -> dict[str, Channel]:
+def read_roles(
+    path: str | PathLike[str], names: Mapping[str, str], every_us: int = 0
+) -> dict[str, Channel]:
     """As `read`, of the channels `names`, which gives each one's name by its role; by role."""
-    found = read(path, names.values())
+    found = read(path, names.values(), every_us)
     return {role: found[name] for role, name in names.items() if name in found}
 
 

@@ -11,6 +11,7 @@ from gprodom import canvas
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag_bits
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
+from gprodom.trajectory import Times
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,17 +46,24 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
     return figure
 
 
+def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, NDArray[np.float64]] | None:
+    """Times (n,), us, and speed (n,) over `SPEED_SPAN_S` about them, m/s; None without a wheel."""
+    if not has_wheel(log):
+        return None
+    time, distance = wheel_distance(log)
+    clock = (time - time[0]) * 1e-6
+    ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
+    behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
+    return time, (ahead - behind) / SPEED_SPAN_S
+
+
 def _draw_speed(
     axis: Axes, log: dict[str, logs.Channel], seconds: NDArray[np.float64], origin: int
 ) -> None:
-    if has_wheel(log):
-        time, distance = wheel_distance(log)
-        clock = (time - origin) * 1e-6
-        ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
-        behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
-        colour = canvas.COLOURS[1]
-        speed = (ahead - behind) / SPEED_SPAN_S
-        axis.plot(clock, speed, color=colour, lw=0.8, ls="--", label="wheel")
+    measured = wheel_speed(log)
+    if measured is not None:
+        clock = (measured[0] - origin) * 1e-6
+        axis.plot(clock, measured[1], color=canvas.COLOURS[1], lw=0.8, ls="--", label="wheel")
     speed = log["odometry"]["velocity"][:, 0]
     axis.plot(seconds, speed, color=canvas.COLOURS[0], lw=0.8, label="estimate")
     axis.set_ylabel("forward speed (m/s)")

@@ -1,0 +1,177 @@
+"""One drive: what the estimator published, and what the sensors said."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from gprodom import rotation
+from gprodom.arrays import Floats, Ints
+from gprodom.config import TRUTH_CHANNEL, Channels
+from gprodom.errors import Error
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import has_wheel, wheel_and_gyro
+from gprodom.odometry.estimate import as_log
+from gprodom.score.align import FIRST_M, fit
+from gprodom.score.associate import associate
+from gprodom.score.frames import FrameStart, frame_start
+from gprodom.score.jumps import Jump, find_jumps
+from gprodom.score.sources import odometry
+from gprodom.trajectory import Trajectory, interpolate, without_repeats
+
+POSES_US = 50_000  # between poses that are kept: a robot moves some centimetres
+PUBLISHED = ("odometry", "odometry_map", "correction", "displacement", "status")
+SENSORS = ("imu", "wheel", "wheels", "gpr_trace")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A log of the estimator, and the sensors' data where there are any.
+
+    name: of the drive. log, sensors: channels by role (`gprodom.config.Channels`); `log` has
+    odometry. truth: positions in a frame of their own, or None.
+    """
+
+    name: str
+    log: dict[str, logs.Channel]
+    sensors: dict[str, logs.Channel]
+    truth: Trajectory | None = None
+
+    @cached_property
+    def odom(self) -> Trajectory:
+        """The path in `odom`, which is smooth and drifts."""
+        return odometry(self.log["odometry"])
+
+    @cached_property
+    def jumps(self) -> list[Jump]:
+        """Steps of the pose in `map` by corrections."""
+        return find_jumps(self.log.get("correction"), self.odom)
+
+    @property
+    def steps(self) -> list[Jump]:
+        """The jumps in the last frame, without that which located the robot in it."""
+        return [jump for jump in self.jumps if self.frame is None or jump.utime > self.frame.utime]
+
+    @cached_property
+    def frame(self) -> FrameStart | None:
+        """Where the last frame begins; None: all of the path is in one."""
+        return frame_start(self.log["odometry"], self.log.get("status"), self.jumps)
+
+    @cached_property
+    def path(self) -> Trajectory:
+        """The path in `map` as published (in `odom` where there is no map), in its last frame.
+
+        What was driven before the robot was located in an earlier map is carried into that map by
+        the correction that located it; what was driven before a reset is left out.
+        """
+        published = self.log.get("odometry_map")
+        path = self.odom if published is None else odometry(published)
+        if self.frame is None:
+            return path
+        after = path.select(path.time >= self.frame.utime)
+        corrections = self.log.get("correction")
+        if self.frame.why == "reset" or corrections is None or not len(after):
+            return after if len(after) else path
+        row = int(np.argmin(np.abs(corrections["utime"] - self.frame.utime)))
+        before = self.odom.select(self.odom.time < after.time[0])
+        return _joined(
+            before.transformed(
+                rotation.to_matrix(corrections["orientation"][row : row + 1])[0],
+                corrections["position"][row],
+            ),
+            after,
+        )
+
+    @cached_property
+    def dead_reckoning(self) -> Trajectory | None:
+        """Wheel and gyro alone, from where the path begins; None where it cannot be had."""
+        if not has_wheel(self.sensors) or "imu" not in self.sensors:
+            return None
+        try:
+            reckoned = without_repeats(wheel_and_gyro(self.sensors))
+        except Error:  # no standstill, so no bias of the gyro
+            return None
+        begin = np.clip(self.path.time[:1], reckoned.time[0], reckoned.time[-1])
+        here, there = interpolate(reckoned, begin), self.path
+        assert here.orientation is not None and there.orientation is not None
+        turn = rotation.yaw_of(there.orientation[:1]) - rotation.yaw_of(here.orientation)
+        matrix = rotation.yaw_matrix(float(turn[0]))
+        moved = reckoned.transformed(matrix, there.position[0] - matrix @ here.position[0])
+        return moved.select(moved.time >= begin[0])
+
+    @cached_property
+    def aligned_truth(self) -> Trajectory | None:
+        """The truth moved onto the path (rotation and translation in the plane)."""
+        if self.truth is None:
+            return None
+        try:
+            there = fit(associate(self.path, self.truth), "se2", FIRST_M)
+        except Error:  # of another time, or it does not move
+            return None
+        return there.inverse().apply(self.truth)
+
+    @property
+    def origin(self) -> int:
+        """The first pose's time (us), from which seconds are counted."""
+        return int(self.log["odometry"]["utime"][0])
+
+    @property
+    def seconds(self) -> float:
+        """From the first pose to the last."""
+        return float(self.log["odometry"]["utime"][-1] - self.origin) * 1e-6
+
+    def clock(self, utime: Ints) -> Floats:
+        """Seconds after the first pose."""
+        return np.asarray((np.asarray(utime) - self.origin) * 1e-6)
+
+
+def _joined(one: Trajectory, other: Trajectory) -> Trajectory:
+    assert one.orientation is not None and other.orientation is not None
+    assert one.covariance is not None and other.covariance is not None
+    return Trajectory(
+        np.concatenate([one.time, other.time]),
+        np.concatenate([one.position, other.position]),
+        np.concatenate([one.orientation, other.orientation]),
+        np.concatenate([one.covariance, other.covariance]),
+    )
+
+
+def position_sigma(path: Trajectory) -> Floats:
+    """Standard deviation (n,) of the position in the plane, m: the root of both variances' sum."""
+    assert path.covariance is not None
+    return np.asarray(np.sqrt(np.maximum(path.covariance[:, [0, 1], [0, 1]].sum(axis=1), 0)))
+
+
+def yaw_sigma(path: Trajectory) -> Floats:
+    """Standard deviation (n,) of the heading, rad."""
+    assert path.covariance is not None
+    return np.asarray(np.sqrt(np.maximum(path.covariance[:, 5, 5], 0)))
+
+
+def read_drive(
+    path: Path, channels: Channels, sensors: Path | None = None, roles: Sequence[str] = SENSORS
+) -> Drive:
+    """A log of gprodom-replay, or a recording of gprodomd.
+
+    sensors: the log or sequence with the sensors' data, where `path` has none. roles: which of them
+    are read.
+    """
+    log = logs.read_roles(path, channels.of("odometry", "odometry_map"), POSES_US)
+    if "odometry" not in log:
+        raise Error(
+            f"{path}: holds no {channels.odometry} messages; expected a log of the estimator, as "
+            f"gprodom-replay -c CONFIG {path} -o OUT.lcmlog makes one"
+        )
+    log |= logs.read_roles(path, channels.of("correction", "displacement", "status"))
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+        source = path if sensors is None else as_log(sensors, Path(folder), channels=channels)
+        wanted = {**channels.of(*roles), "truth": TRUTH_CHANNEL}
+        found = logs.read_roles(source, wanted)
+    truth = found.pop("truth", None)
+    points = None if truth is None else Trajectory(truth["utime"], truth["position"])
+    return Drive(path.stem, log, found, None if points is None else without_repeats(points))

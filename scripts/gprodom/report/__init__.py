@@ -1,0 +1,1 @@
+"""A page about a drive that nobody scored."""

@@ -1,0 +1,59 @@
+"""``gprodom report``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gprodom.config import read_channels
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.files import OutputFile, write_text
+from gprodom.options import Subparsers, add_command, add_config_options
+
+DESCRIPTION = """\
+Writes one HTML page about a drive, from a log of gprodom-replay or a recording of gprodomd: where
+and how far, how sure, what went wrong and when, and pictures of the way, of time, of the revisits
+and of the ground. No truth is needed. The page fetches nothing, suits a phone as well as paper
+(four pages), and can be sent as it is. Prints the figures of its first table.
+"""
+
+EXAMPLES = """\
+  gprodom report recording.lcmlog -o drive.html
+  gprodom report out.lcmlog --sensors in.lcmlog -o drive.html
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``report``."""
+    parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, EXAMPLES)
+    parser.add_argument("log", metavar="LOG", type=Path, help="log with the estimate")
+    parser.add_argument(
+        "--sensors",
+        type=Path,
+        metavar="SEQ|LOG",
+        help="the replay's input, where LOG has no sensor data (as the output of a replay): for "
+        "the wheel's speed, dead reckoning and the ground",
+    )
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, required=True, metavar="FILE", help="page to write"
+    )
+    add_config_options(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Writes the page."""
+    from gprodom.drive.log import read_drive
+    from gprodom.drive.troubles import find_troubles
+    from gprodom.report.page import facts_of, write_html
+
+    drive = read_drive(args.log, read_channels(args.configs, args.overrides), args.sensors)
+    troubles = find_troubles(drive)
+    facts = facts_of(drive, troubles)
+    write_text(args.output, write_html(drive, troubles, facts))
+    if args.json:
+        print_json({fact.key: fact.value for fact in facts})
+    else:
+        print(format_table(["what", "value"], [[fact.name, fact.text] for fact in facts]))
+    return 0
