@@ -1,5 +1,5 @@
-// ROS 1 messages to measurements, and estimates to ROS 1 messages; nothing else. Stamps are data
-// time: nothing here asks for now.
+// ROS 1 messages to measurements, and estimates to ROS 1 messages. What does not depend on the
+// version of ROS is in ros/shared/.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
@@ -9,35 +9,34 @@
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
-#include <std_msgs/Int64.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "conversions.h"
 #include "gprodom/input.h"
 #include "gprodom/types.h"
+#include "wheels.h"
 
 namespace gprodom::ros1 {
+
+using ros_shared::FrameNames;
 
 TimeNs to_ns(const ros::Time& stamp);
 ros::Time to_stamp(TimeNs time);
 
 ImuSample to_sample(const sensor_msgs::Imu& message);
 GprTrace to_trace(const gprodom_ros::GprTrace& message);
-
-// The command locate_at, with the larger of the standard deviations of x and y.
 Command to_command(const geometry_msgs::PoseWithCovarianceStamped& message);
 
-// The wheel's distance from the poses that its driver integrates: the chord of each step, projected
-// on the heading halfway.
+// The wheel's distance from the poses that its driver integrates.
 class WheelOdometry {
  public:
   WheelSample add(const nav_msgs::Odometry& message);
 
  private:
-  std::optional<geometry_msgs::Pose> last_;
-  double distance_m_ = 0.0;
+  ros_shared::WheelOdometry distance_;
 };
 
 // The same for left and right wheels, track_m apart: the integral of the twist's yaw rate gives
@@ -49,26 +48,10 @@ class WheelsOdometry {
 
  private:
   WheelOdometry middle_;
-  double track_m_, turned_rad_ = 0.0, rate_ = 0.0;
-  TimeNs last_ = 0;
+  ros_shared::Integral turned_;
+  double track_m_;
 };
 
-// The joint's angle (rad) times the wheel's radius (m); nothing if the message lacks the joint.
-std::optional<WheelSample> to_sample(const sensor_msgs::JointState& message,
-                                     const std::string& joint, double radius_m);
-
-// The same of two sides, each the mean of its joints.
-std::optional<WheelsSample> to_sample(const sensor_msgs::JointState& message,
-                                      const std::vector<std::string>& left,
-                                      const std::vector<std::string>& right, double radius_m);
-
-struct FrameNames {
-  std::string map = "map";
-  std::string odom = "odom";
-  std::string body = "base_link";
-};
-
-// `frame` is that of the estimate: odom or map. The variance of the turn rate is not known (0).
 nav_msgs::Odometry to_odometry(const OdometryEstimate& estimate, const std::string& frame,
                                const std::string& body);
 

@@ -1,6 +1,5 @@
 #include "ros_node.h"
 
-#include <sstream>
 #include <stdexcept>
 
 #include "gprodom/config.h"
@@ -29,12 +28,8 @@ double positive(const ros::NodeHandle& parameters, const std::string& name) {
   return value;
 }
 
-// Names by commas.
-std::vector<std::string> names(const ros::NodeHandle& parameters, const std::string& name) {
-  std::vector<std::string> found;
-  std::istringstream list(parameters.param<std::string>(name, ""));
-  for (std::string each; std::getline(list, each, ',');)
-    if (!each.empty()) found.push_back(each);
+std::vector<std::string> joints(const ros::NodeHandle& parameters, const std::string& name) {
+  auto found = ros_shared::names_by_commas(parameters.param<std::string>(name, ""));
   if (found.empty())
     throw std::runtime_error("parameter ~" + name + ": expected names of joints, by commas");
   return found;
@@ -100,7 +95,9 @@ void RosNode::subscribe() {
     if (joint.empty()) throw std::runtime_error("parameter ~wheel_joint: expected a joint's name");
     const double radius_m = positive(private_, "wheel_radius");
     on<sensor_msgs::JointState>("joint_states", [this, joint, radius_m](const auto& m) {
-      if (const auto sample = ros1::to_sample(m, joint, radius_m)) live_->push(*sample);
+      if (const auto sample = ros_shared::to_sample(ros1::to_ns(m.header.stamp), m.name, m.position,
+                                                    joint, radius_m))
+        live_->push(*sample);
     });
   } else if (wheel == "joints") {
     subscribe_joints(positive(private_, "wheel_radius"));
@@ -113,9 +110,11 @@ void RosNode::subscribe() {
 }
 
 void RosNode::subscribe_joints(double radius_m) {
-  const auto left = names(private_, "left_joints"), right = names(private_, "right_joints");
+  const auto left = joints(private_, "left_joints"), right = joints(private_, "right_joints");
   on<sensor_msgs::JointState>("joint_states", [this, left, right, radius_m](const auto& m) {
-    if (const auto sample = ros1::to_sample(m, left, right, radius_m)) live_->push(*sample);
+    if (const auto sample = ros_shared::to_sample(ros1::to_ns(m.header.stamp), m.name, m.position,
+                                                  left, right, radius_m))
+      live_->push(*sample);
   });
 }
 
