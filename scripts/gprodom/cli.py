@@ -44,6 +44,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.export.command",
     "gprodom.plot.command",
     "gprodom.report.command",
+    "gprodom.view.command",
     "gprodom.map.command",
     "gprodom.learned.command",
     "gprodom.learned.live",

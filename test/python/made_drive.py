@@ -23,6 +23,11 @@ def along(t: float) -> float:
     return SPEED * max(0.0, t - STANDS_S)
 
 
+def spread(t: float) -> np.ndarray:
+    """Covariance of x and y (m^2): an ellipse that grows, and lies askew."""
+    return 1e-4 * (1 + t) * np.array([[1.0, 1.0], [1.0, 4.0]])
+
+
 def write_drive(path: Path, seconds: int = SECONDS, sensors: bool = True) -> None:
     """Poses at 20 Hz, IMU at 100 Hz, wheel and traces at 10 Hz, as a recording of gprodomd has
     them; without `sensors` as the output of a replay."""
@@ -57,7 +62,9 @@ def _pose(t: float, frame: str) -> tuple[str, bytes]:
     pose.position = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned)), 0.0]
     pose.orientation = [np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2)]
     pose.velocity = [SPEED if t > STANDS_S else 0.0, 0.0, 0.0]
-    pose.pose_covariance = np.diag([1e-4 * (1 + t)] * 2 + [1e-6] * 3 + [1e-5]).ravel().tolist()
+    covariance = np.diag([1e-6] * 5 + [1e-5])
+    covariance[:2, :2] = spread(t)
+    pose.pose_covariance = covariance.ravel().tolist()
     pose.wheel_scale, pose.wheel_scale_sigma = 1.01, 0.002
     pose.distance = along(t)
     pose.flags = flag("STANDING") if t <= STANDS_S else 0

@@ -141,18 +141,6 @@ def _joined(one: Trajectory, other: Trajectory) -> Trajectory:
     )
 
 
-def position_sigma(path: Trajectory) -> Floats:
-    """Standard deviation (n,) of the position in the plane, m: the root of both variances' sum."""
-    assert path.covariance is not None
-    return np.asarray(np.sqrt(np.maximum(path.covariance[:, [0, 1], [0, 1]].sum(axis=1), 0)))
-
-
-def yaw_sigma(path: Trajectory) -> Floats:
-    """Standard deviation (n,) of the heading, rad."""
-    assert path.covariance is not None
-    return np.asarray(np.sqrt(np.maximum(path.covariance[:, 5, 5], 0)))
-
-
 def read_drive(
     path: Path, channels: Channels, sensors: Path | None = None, roles: Sequence[str] = SENSORS
 ) -> Drive:
@@ -161,17 +149,25 @@ def read_drive(
     sensors: the log or sequence with the sensors' data, where `path` has none. roles: which of them
     are read.
     """
-    log = logs.read_roles(path, channels.of("odometry", "odometry_map"), POSES_US)
+    thinned = dict.fromkeys(("odometry", "odometry_map"), POSES_US)
+    names = channels.of(*PUBLISHED)
+    in_one = {**names, **_sensors(channels, roles)} if sensors is None else names
+    log = logs.read_roles(path, in_one, thinned)
     if "odometry" not in log:
         raise Error(
             f"{path}: holds no {channels.odometry} messages; expected a log of the estimator, as "
             f"gprodom-replay -c CONFIG {path} -o OUT.lcmlog makes one"
         )
-    log |= logs.read_roles(path, channels.of("correction", "displacement", "status"))
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        source = path if sensors is None else as_log(sensors, Path(folder), channels=channels)
-        wanted = {**channels.of(*roles), "truth": TRUTH_CHANNEL}
-        found = logs.read_roles(source, wanted)
+    if sensors is None:
+        found = {role: log.pop(role) for role in set(log) - set(names)}
+    else:
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+            source = as_log(sensors, Path(folder), channels=channels)
+            found = logs.read_roles(source, _sensors(channels, roles))
     truth = found.pop("truth", None)
     points = None if truth is None else Trajectory(truth["utime"], truth["position"])
     return Drive(path.stem, log, found, None if points is None else without_repeats(points))
+
+
+def _sensors(channels: Channels, roles: Sequence[str]) -> dict[str, str]:
+    return {**channels.of(*roles), "truth": TRUTH_CHANNEL}

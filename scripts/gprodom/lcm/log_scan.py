@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import mmap
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 
@@ -22,12 +22,14 @@ Event = tuple[str, int, bytes]  # channel, the log's stamp (us), data
 
 
 def events(
-    path: str | PathLike[str], channels: Collection[str] | None = None, every_us: int = 0
+    path: str | PathLike[str],
+    channels: Collection[str] | None = None,
+    every_us: Mapping[str, int] | None = None,
 ) -> Iterator[Event]:
     """The events of `channels` (all where None), in the log's order.
 
-    every_us: of each channel at most one in so many microseconds of the log's stamps, and its first
-    after a step back in time.
+    every_us: of each channel named there at most one in so many microseconds of the log's stamps,
+    and its first after a step back in time.
     """
     if Path(path).stat().st_size == 0:
         return
@@ -35,11 +37,14 @@ def events(
         Path(path).open("rb") as file,
         mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
     ):
-        yield from _events(data, channels, every_us)
+        yield from _events(data, channels, every_us or {})
 
 
-def _events(data: mmap.mmap, channels: Collection[str] | None, every_us: int) -> Iterator[Event]:
+def _events(
+    data: mmap.mmap, channels: Collection[str] | None, every_us: Mapping[str, int]
+) -> Iterator[Event]:
     wanted = None if channels is None else {name.encode() for name in channels}
+    periods = {name.encode(): period for name, period in every_us.items()}
     last: dict[bytes, int] = {}
     at, size, head = 0, len(data), _HEAD.size
     read_head = _HEAD.unpack_from
@@ -59,9 +64,10 @@ def _events(data: mmap.mmap, channels: Collection[str] | None, every_us: int) ->
         name = data[begin - name_length : begin]
         if wanted is not None and name not in wanted:
             continue
-        if every_us:
-            since = stamp - last.get(name, stamp - every_us)
-            if 0 <= since < every_us:
+        period = periods.get(name)
+        if period is not None:
+            since = stamp - last.get(name, stamp - period)
+            if 0 <= since < period:
                 continue
             last[name] = stamp
         yield name.decode("utf-8", "replace"), stamp, data[begin:at]

@@ -23,7 +23,9 @@ Channel = dict[str, Any]
 
 
 def read(
-    path: str | PathLike[str], channels: Collection[str] | None = None, every_us: int = 0
+    path: str | PathLike[str],
+    channels: Collection[str] | None = None,
+    every_us: Mapping[str, int] | None = None,
 ) -> dict[str, Channel]:
     """The messages of a log by channel and field; only `channels` where given.
 
@@ -31,7 +33,8 @@ def read(
     Messages of variable structure (status_t, sfm_t, command_t) come decoded as a list in
     ``"messages"``. Channels of foreign types are left out; of a channel with messages of several
     types those of the type that most have of ours are read, and the rest is counted in a warning.
-    every_us: of each channel at most one message in so many microseconds of the log's stamps.
+    every_us: of each channel named there at most one message in so many microseconds of the log's
+    stamps.
     """
     if not Path(path).is_file():
         raise Error(f"{path}: no such log")
@@ -62,10 +65,14 @@ def read(
 
 
 def read_roles(
-    path: str | PathLike[str], names: Mapping[str, str], every_us: int = 0
+    path: str | PathLike[str], names: Mapping[str, str], every_us: Mapping[str, int] | None = None
 ) -> dict[str, Channel]:
-    """As `read`, of the channels `names`, which gives each one's name by its role; by role."""
-    found = read(path, names.values(), every_us)
+    """As `read`, of the channels `names`, which gives each one's name by its role; by role.
+
+    every_us: by role.
+    """
+    periods = {names[role]: period for role, period in (every_us or {}).items()}
+    found = read(path, names.values(), periods)
     return {role: found[name] for role, name in names.items() if name in found}
 
 

@@ -12,19 +12,16 @@ import numpy as np
 
 import gprodom
 from gprodom import canvas
-from gprodom.arrays import Floats
-from gprodom.drive.log import Drive, yaw_sigma
+from gprodom.drive.doubt import SIGMAS_95_OF_ONE, radius_95, yaw_sigma
+from gprodom.drive.log import Drive
 from gprodom.drive.troubles import Trouble, stretches
 from gprodom.lcm.constants import flag
 from gprodom.report import pictures, vector
-from gprodom.report.pictures import SIGMAS_95
-from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_ROWS = 24  # of what went wrong: a page of paper
-SIGMAS_95_OF_ONE = 1.96
 COLUMNS = ("what", "level", "times", "for", "longest from", "at x, y (m)")
 
 STYLE = """
@@ -108,13 +105,6 @@ def verdict(worse: Sequence[Trouble]) -> str:
         return "nothing"
     lasted = sum(each.total_s for each in worse)
     return f"{len(worse)} thing{'s' if len(worse) > 1 else ''}, {duration(lasted)} altogether"
-
-
-def radius_95(path: Trajectory) -> Floats:
-    """(n,), m: the larger half axis of the ellipse that holds the position with 95 %."""
-    assert path.covariance is not None
-    largest = np.linalg.eigvalsh(path.covariance[:, :2, :2])[:, 1]
-    return np.asarray(SIGMAS_95 * np.sqrt(np.maximum(largest, 0)))
 
 
 def duration(seconds: float) -> str:

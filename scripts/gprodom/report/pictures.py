@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gprodom import canvas, rotation
-from gprodom.arrays import Floats, Ints
-from gprodom.drive.log import Drive, position_sigma, yaw_sigma
+from gprodom.arrays import Ints
+from gprodom.drive.doubt import ellipses, position_sigma, yaw_sigma
+from gprodom.drive.log import Drive
 from gprodom.drive.radargram import along_way
 from gprodom.drive.troubles import FLAGS, health_spans, stretches
 from gprodom.errors import Error
@@ -25,7 +26,6 @@ WIDE_IN, NARROW_IN = 7.2, 3.5  # of 96 pixels
 MOST_POINTS = 2000  # of a curve: as many as a picture has pixels on a fine screen
 MOST_LINKS = 300
 ELLIPSES = 8
-SIGMAS_95 = 2.4477  # radius that holds 95 % of a normal distribution in the plane, in sigma
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = canvas.COLOURS[:7]
 HEALTH = {"ok": GREEN, "degraded": AMBER, "failed": ORANGE}
 BELOW: dict[str, Any] = {"frameon": False, "fontsize": 8}
@@ -44,16 +44,6 @@ def _new(rows: int, narrow: bool, height: float, **options: Any) -> tuple[Figure
     with rc_context({"font.size": 8.5, "axes.titlesize": 9}):
         width = NARROW_IN if narrow else WIDE_IN
         return canvas.new_figure(rows, 1, width=width, height=height, **options)
-
-
-def ellipse(mean: Floats, covariance: Floats) -> Floats:
-    """(2, n): the line round `mean` (2,) that holds 95 % of a normal distribution with that
-    covariance (2, 2)."""
-    values, vectors = np.linalg.eigh(covariance)
-    angle = np.linspace(0, 2 * np.pi, 60)
-    circle = np.stack([np.cos(angle), np.sin(angle)])
-    axes = vectors * (SIGMAS_95 * np.sqrt(np.maximum(values, 0)))
-    return np.asarray(mean[:, None] + axes @ circle)
 
 
 def above_figure(drive: Drive, narrow: bool) -> Figure:
@@ -112,10 +102,10 @@ def _draw_ellipses(axis: Axes, path: Trajectory) -> None:
     )
     rows = np.searchsorted(travelled, np.linspace(0, travelled[-1], ELLIPSES + 1)[1:])
     label: str | None = "95 % ellipse"
-    for row in np.unique(np.minimum(rows, len(path) - 1)):
-        line = ellipse(path.position[row, :2], path.covariance[row, :2, :2])
-        axis.fill(*line, facecolor=SKY, alpha=0.12)
-        axis.plot(*line, color=SKY, lw=0.8, label=label)
+    chosen = path.select(np.unique(np.minimum(rows, len(path) - 1)))
+    for line in ellipses(chosen):
+        axis.fill(*line.T, facecolor=SKY, alpha=0.12)
+        axis.plot(*line.T, color=SKY, lw=0.8, label=label)
         label = None
 
 

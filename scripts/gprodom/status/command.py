@@ -12,7 +12,6 @@ from gprodom.errors import Error, UsageError
 from gprodom.options import Subparsers, add_command
 
 if TYPE_CHECKING:
-    from gprodom.lcm import LCM
     from gprodom.status.heard import Heard
 
 DESCRIPTION = """\
@@ -61,18 +60,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code: with --once 0 where healthy, 1 where not."""
-    from gprodom.lcm import LCM
+    from gprodom.lcm.connect import connect
     from gprodom.status.heard import Heard
 
     if args.json and not args.once:
         raise UsageError("--json goes with --once")
-    try:
-        lcm = LCM(args.lcm_url)
-    except RuntimeError:
-        raise Error(
-            f"LCM URL {args.lcm_url}: cannot be used; is there a route for multicast "
-            "(ip route add 224.0.0.0/4 dev lo)?"
-        ) from None
+    lcm = connect(args.lcm_url)
     heard = Heard()
     lcm.subscribe(".*", heard.take).set_queue_capacity(1000)
     if args.once:

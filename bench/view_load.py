@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""What `gprodom view` costs: opening a log, and watching a running robot.
+
+OUT is the output of a replay, IN its input. Printed are the wall and processor time in which the
+recording of the whole log is written, its size, and the share of a core that the live view takes
+while both logs are played at the speed at which they were recorded (in a network namespace of its
+own), first into a file and then with a viewer that is served for a browser beside it.
+
+    bench/view_load.py OUT.lcmlog IN.lcmlog [--seconds 60] [--json]
+
+An hour: bench/repeat_log.py makes one of a short log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from gprodom.console import add_json_flag, format_table, print_json
+from live_load import processor_seconds
+from own_network import URL, parse_inside
+
+VIEW = (sys.executable, "-m", "gprodom", "view")
+SETTLES_S = 8.0  # imports, and the viewer's start
+
+
+def open_log(out: Path, sensors: Path, folder: Path) -> dict[str, float]:
+    """Writes the recording."""
+    path = folder / "drive.rrd"
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.monotonic()
+    subprocess.run(
+        [*VIEW, str(out), "--sensors", str(sensors), "-o", str(path)],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    wall = time.monotonic() - begun
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    size = path.stat().st_size / 1e6
+    return {"open_wall_s": wall, "open_processor_s": used, "recording_mb": size}
+
+
+def watch(logs: list[Path], seconds: float, more: list[str]) -> float:
+    """Share of a core, percent, of the process that logs."""
+    players = []
+    viewer = subprocess.Popen([*VIEW, "--live", "--lcm-url", URL, *more], start_new_session=True)
+    try:
+        time.sleep(SETTLES_S)
+        players = [subprocess.Popen(["lcm-logplayer", "-l", URL, str(log)],
+                                    stdout=subprocess.DEVNULL) for log in logs]  # fmt: skip
+        time.sleep(2.0)
+        begun, used = time.monotonic(), processor_seconds(viewer.pid)
+        time.sleep(seconds)
+        share = 100 * (processor_seconds(viewer.pid) - used) / (time.monotonic() - begun)
+    finally:
+        for player in players:
+            player.terminate()
+            player.wait()
+        os.killpg(viewer.pid, signal.SIGINT)
+        viewer.wait()
+    return share
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("out", metavar="OUT", type=Path)
+    parser.add_argument("sensors", metavar="IN", type=Path)
+    parser.add_argument("--seconds", type=float, default=60.0, help="watched (default %(default)s)")
+    add_json_flag(parser)
+    args = parse_inside(parser)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        folder = Path(name)
+        figures = open_log(args.out, args.sensors, folder)
+        logs = [args.out, args.sensors]
+        into_file = ["-o", str(folder / "live.rrd")]
+        figures["live_to_file_core_pct"] = watch(logs, args.seconds, into_file)
+        figures["live_to_viewer_core_pct"] = watch(logs, args.seconds, ["--web"])
+    if args.json:
+        print_json(figures)
+    else:
+        print(format_table(["figure", "value"], [[key, value] for key, value in figures.items()]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""A drive on one screen, drawn by Rerun."""

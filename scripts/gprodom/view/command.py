@@ -1,0 +1,179 @@
+"""``gprodom view``."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from gprodom.config import Channels, read_channels
+from gprodom.errors import UsageError
+from gprodom.files import OutputFile, replacing
+from gprodom.options import Subparsers, add_command, add_config_options
+
+DESCRIPTION = """\
+Shows a drive on one screen, in the Rerun viewer: the way from above (map, odom, wheel and gyro
+alone, truth) with the ellipse that holds the position, the ground under it along the way and as it
+comes, places that were known again, speeds, doubt, standstill, slip and health along time. LOG is
+the output of gprodom-replay or a recording of gprodomd; --live shows what a running gprodomd
+publishes.
+
+It needs rerun-sdk (the extra `view`; pip install 'gprodom[view]'; Debian has no package of it). Its
+usage statistics are switched off, and it listens on this machine alone unless --address says else.
+-o writes a recording, which colleagues open with `rerun FILE` or `gprodom view FILE.rrd`.
+"""
+
+EXAMPLES = """\
+  gprodom view recording.lcmlog
+  gprodom view out.lcmlog --sensors in.lcmlog --map yesterday.map
+  gprodom view out.lcmlog --sensors in.lcmlog -o drive.rrd
+  gprodom view --live
+  gprodom view --live --web --address 192.168.1.5    # on a robot: open the page that it names
+"""
+
+WEB_PORT = 9090
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``view``."""
+    from gprodom.lcm import DEFAULT_URL
+
+    parser = add_command(
+        subparsers, "view", "a drive on one screen, or a running gprodomd", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument(
+        "log", metavar="LOG", type=Path, nargs="?", help="log with the estimate, or a .rrd file"
+    )
+    parser.add_argument("--live", action="store_true", help="show a running gprodomd")
+    parser.add_argument(
+        "--sensors", type=Path, metavar="SEQ|LOG", help="the replay's input, where LOG has none"
+    )
+    parser.add_argument(
+        "--map", type=Path, metavar="MAP", dest="map_file", help="ground of earlier drives"
+    )
+    parser.add_argument("--map-number", type=int, metavar="N", help="map of that file, of several")
+    parser.add_argument(
+        "-o", "--output", type=OutputFile, metavar="FILE.rrd", help="write this, show nothing"
+    )
+    parser.add_argument("--web", action="store_true", help="for a browser, in place of a window")
+    parser.add_argument(
+        "--web-port", type=int, default=WEB_PORT, metavar="N", help="default %(default)s"
+    )
+    parser.add_argument(
+        "--address",
+        default="127.0.0.1",
+        metavar="IP",
+        help="address to listen on (default %(default)s: this machine alone)",
+    )
+    parser.add_argument(
+        "--renderer",
+        choices=("vulkan", "gl"),
+        help="of the window; vulkan with mesa-vulkan-drivers needs no graphics card",
+    )
+    parser.add_argument(
+        "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
+    )
+    add_config_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Shows it until the window is closed, or writes it."""
+    if (args.log is None) != args.live:
+        raise UsageError("give either a LOG or --live")
+    if args.output and (args.web or args.renderer):
+        raise UsageError("-o shows nothing: leave out --web and --renderer")
+    from gprodom.view.viewer import without_statistics
+
+    channels = read_channels(args.configs, args.overrides)
+    with without_statistics() as environment:
+        if args.live:
+            return _live(args, channels, environment)
+        if args.log.suffix == ".rrd":
+            return _show(args, args.log, environment)
+        if args.output:
+            with replacing(args.output) as part:
+                write(args, channels, part)
+            print(f"{args.output}: {args.output.stat().st_size / 1e6:.1f} MB")
+            return 0
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+            made = Path(folder) / f"{args.log.stem}.rrd"
+            write(args, channels, made)
+            return _show(args, made, environment)
+
+
+def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
+    """The recording of a log."""
+    from gprodom.drive.log import read_drive
+    from gprodom.view.layout import for_drive
+    from gprodom.view.log import log_drive
+    from gprodom.view.record import Recorder, new_stream
+
+    drive = read_drive(args.log, channels, args.sensors)
+    stream = new_stream(args.log.stem)
+    stream.save(path)
+    recorder = Recorder(stream)
+    columns = log_drive(recorder, drive)
+    ground = _earlier_ground(args, recorder)
+    stream.send_blueprint(for_drive(drive, ground, columns))
+    stream.flush()
+    stream.disconnect()
+
+
+def _earlier_ground(args: argparse.Namespace, recorder: Any) -> Any:
+    """Logs the map that was asked for; its places (n, 2), or None."""
+    if args.map_file is None:
+        return None
+    from gprodom.map.ground import read_map, stored_positions
+
+    file = read_map(args.map_file)
+    places = stored_positions(file, file.one_map(args.map_number))
+    recorder.ground_of_map("earlier ground", places)
+    return places
+
+
+def _show(args: argparse.Namespace, recording: Path, environment: dict[str, str]) -> int:
+    from gprodom.view.viewer import show, viewer_command
+
+    web = args.web_port if args.web else None
+    more = [str(recording), *(["--renderer", args.renderer] if args.renderer else [])]
+    return show(viewer_command(args.address, None, web, more), environment)
+
+
+def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, str]) -> int:
+    from gprodom.lcm.connect import connect
+    from gprodom.view.layout import for_live
+    from gprodom.view.live import ROLES, Live, listen
+    from gprodom.view.record import Recorder, new_stream
+    from gprodom.view.viewer import LOCAL, free_port, started, viewer_command
+
+    lcm = connect(args.lcm_url)
+    stream = new_stream("live")
+    viewer: subprocess.Popen[bytes] | None = None
+    if args.output:
+        stream.save(args.output)
+    else:
+        port, web = free_port(), args.web_port if args.web else None
+        more = ["--renderer", args.renderer] if args.renderer else []
+        viewer = started(viewer_command(args.address, port, web, more), environment, port)
+        there = LOCAL if args.address in ("0.0.0.0", "::") else args.address
+        stream.connect_grpc(f"rerun+http://{there}:{port}/proxy")
+    recorder = Recorder(stream)
+    ground = _earlier_ground(args, recorder)
+    stream.send_blueprint(for_live(ground))
+    live = Live(recorder, channels.of(*ROLES))
+    live.subscribe(lcm)
+    try:
+        listen(lcm, live, lambda: viewer is None or viewer.poll() is None)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        live.finish()
+        stream.flush()
+        stream.disconnect()
+        if viewer is not None and viewer.poll() is None:
+            viewer.terminate()
+            viewer.wait()
+    return 0

@@ -1,0 +1,117 @@
+"""Which views there are, where they stand, and what they show from the start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gprodom.arrays import Floats
+from gprodom.drive.log import Drive
+from gprodom.view import ground
+from gprodom.view.record import TIMELINE, WAY, load_rerun
+
+CURVES = {
+    "/speed": "Speed (m/s): estimate blue, wheel orange, radar (unsigned) green",
+    "/sigma": "Standard deviation: position (m) blue, heading (degrees) green",
+}
+LIVE_COLUMNS = 1600.0  # of the radargram along the way that are in sight
+
+
+def for_drive(drive: Drive, earlier: Floats | None, way_columns: float) -> Any:
+    """For a log. earlier: ground of a map (n, 2), m; way_columns: of the radargram along the way, 0
+    where there is none."""
+    places = drive.path.position[:, :2]
+    if earlier is not None:
+        places = np.concatenate([places, earlier[np.isfinite(earlier).all(axis=1)]])
+    reckoned = drive.dead_reckoning
+    if reckoned is not None:  # as far as it is near; it may be anywhere
+        room = np.ptp(places, axis=0).max() / 2
+        low, high = places.min(axis=0) - room, places.max(axis=0) + room
+        places = np.concatenate([places, np.clip(reckoned.position[:, :2], low, high)])
+    span = int(drive.path.time[0]), int(drive.path.time[-1])
+    return _blueprint(places.min(axis=0), places.max(axis=0), way_columns, span)
+
+
+def for_live(earlier: Floats | None) -> Any:
+    """For what comes: some metres about the start, or the map."""
+    known = np.zeros((0, 2)) if earlier is None else earlier[np.isfinite(earlier).all(axis=1)]
+    places = np.concatenate([known, [[-5.0, -5.0], [5.0, 5.0]]])
+    return _blueprint(places.min(axis=0), places.max(axis=0), LIVE_COLUMNS, None)
+
+
+def _blueprint(
+    low: Floats, high: Floats, way_columns: float, span_us: tuple[int, int] | None
+) -> Any:
+    """For a way within `low` to `high` (2,), m, whose radargram has `way_columns` columns (0: there
+    is none). span_us: of time, where it is known; None: live."""
+    load_rerun()
+    import rerun.blueprint as rrb
+
+    so_far = rrb.VisibleTimeRange(
+        TIMELINE,
+        start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    middle = (low + high) / 2
+    height = 1.1 * float(np.max(high - low)) + 1.0
+    eye = rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=[middle[0], middle[1] - 0.02 * height, height],
+        look_target=[middle[0], middle[1], 0.0],
+        eye_up=[0.0, 1.0, 0.0],
+    )
+    way = rrb.Spatial3DView(
+        origin=WAY,
+        name="The way (x, y in m)",
+        time_ranges=[so_far],
+        eye_controls=eye,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=1.0, stroke_width=0.7),
+        background=[18, 20, 24],
+    )
+    left = rrb.Vertical(
+        way, rrb.TextDocumentView(origin="/legend", name="Legend"), row_shares=[7, 1]
+    )
+    rows: list[Any] = []
+    axis, legend = None, rrb.PlotLegend(visible=False)  # it would cover the curves
+    if span_us is not None:
+        first, last = (rrb.TimeRangeBoundary.absolute(nanos=1000 * each) for each in span_us)
+        axis = rrb.TimeAxis(view_range=rrb.TimeRange(start=first, end=last))
+    if way_columns:
+        rows += [
+            rrb.Spatial2DView(
+                origin=ground.BY_WAY,
+                name="Ground along the way, and what was known again",
+                time_ranges=[so_far],
+                visual_bounds=rrb.VisualBounds2D(
+                    x_range=[-0.03 * way_columns, 1.02 * way_columns],
+                    y_range=[-0.48 * ground.WAY_HEIGHT, 1.25 * ground.WAY_HEIGHT],
+                ),
+                background=[18, 20, 24],
+            ),
+            rrb.Spatial2DView(
+                origin=ground.BY_TIME,
+                name="Ground as it comes",
+                visual_bounds=rrb.VisualBounds2D(
+                    x_range=[-(ground.SHOWN_S + 0.6) * ground.SECOND, ground.SECOND],
+                    y_range=[-0.05 * ground.TIME_HEIGHT, 1.2 * ground.TIME_HEIGHT],
+                ),
+                background=[18, 20, 24],
+            ),
+        ]
+    rows += [
+        *(
+            rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend)
+            for origin, name in CURVES.items()
+        ),
+        rrb.StateTimelineView(origin="/state", name="Health, standstill, slip", time_view=axis),
+        rrb.TextLogView(origin="/told", name="What STATUS told"),
+    ]
+    shares = [*([1.2, 1.05] if way_columns else []), 0.85, 0.85, 1.2, 0.85]
+    return rrb.Blueprint(
+        rrb.Horizontal(left, rrb.Vertical(*rows, row_shares=shares), column_shares=[1, 1.1]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+    )

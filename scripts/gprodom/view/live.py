@@ -1,0 +1,290 @@
+"""What a running gprodomd publishes, as a Rerun recording that grows.
+
+Messages come faster than anybody can look: of each channel no more are kept than are drawn, and
+what was kept is decoded and sent twice a second, a whole array at a time. So the process takes a
+few percent of a core.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.console import warn
+from gprodom.drive.radargram import SHOWN_RMS, of_one_antenna
+from gprodom.errors import Error
+from gprodom.lcm import wire
+from gprodom.lcm.constants import flag, health
+from gprodom.lcm.logs import Channel
+from gprodom.lcm.messages import by_fingerprint, message
+from gprodom.plot.log import SPEED_SPAN_S, wheel_speed
+from gprodom.plot.revisits import find_revisits
+from gprodom.score.sources import odometry
+from gprodom.trajectory import Trajectory, interpolate
+from gprodom.view.ground import TILE_COLUMNS, AlongWay, ByTime, as_bytes
+from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S, radar_speed
+from gprodom.view.record import ON, Recorder
+
+if TYPE_CHECKING:
+    from gprodom.lcm import LCM, LCMSubscription
+
+SEND_S = 0.5  # between two times that what was kept is sent
+KEPT_US = {"odometry": 100_000, "odometry_map": 100_000}  # the others are kept whole
+ROLES = ("odometry", "odometry_map", "wheel", "wheels", "displacement", "status", "gpr_trace")
+GROUND_S = 1.0  # between two pictures of the newest piece of ground
+SPACING_M = 0.02  # of a column along the way
+WAY_COLUMNS = 1600  # of those that are in sight: 32 m
+
+
+class Live:
+    """Takes messages (`take` is the callback of subscriptions), and sends (`send`)."""
+
+    def __init__(self, recorder: Recorder, names: Mapping[str, str]) -> None:
+        """names: of the channels by role."""
+        self._recorder = recorder
+        self._roles = {name: role for role, name in names.items()}
+        self._kept: dict[str, list[bytes]] = {}
+        self._last: dict[str, int] = {}
+        self._path: Trajectory | None = None  # so far, in map, thinned
+        self._driven = np.zeros(0)  # along `_path`
+        self._told: set[str] = set()
+        self._ground = Ground(recorder)
+        self._lcm: LCM | None = None
+        self._subscriptions: dict[str, LCMSubscription] = {}
+        self._wheel: Channel | None = None  # of the last second
+        self._wheel_sent = 0  # time of the last speed of it that was sent (us)
+
+    def subscribe(self, lcm: LCM) -> None:
+        """To the channels that are drawn, and no others: they cost processor time."""
+        self._lcm = lcm
+        for name in self._roles:
+            subscription = lcm.subscribe(name, self.take)
+            subscription.set_queue_capacity(1000)
+            self._subscriptions[self._roles[name]] = subscription
+
+    def take(self, channel: str, data: bytes) -> None:
+        """Keeps a message, or not."""
+        if bytes(data[:8]) not in by_fingerprint() or len(data) < 16:
+            return
+        role = self._roles[channel]
+        period = KEPT_US.get(role)
+        if period is not None:
+            (utime,) = struct.unpack_from(">q", data, 8)  # the first field of all our types
+            if 0 <= utime - self._last.get(role, -period) < period:
+                return
+            self._last[role] = utime
+        self._kept.setdefault(role, []).append(data)
+
+    def send(self) -> None:
+        """Sends what was kept."""
+        kept, self._kept = self._kept, {}
+        found = {role: each for role, data in kept.items() if (each := decode(data)) is not None}
+        if "odometry_map" in found:
+            self._send_odometry(found["odometry_map"])
+            needless = self._subscriptions.pop("odometry", None)
+            if needless is not None and self._lcm is not None:  # the same at the same rate
+                self._lcm.unsubscribe(needless)
+        elif "odometry" in found and "odometry_map" not in self._last:
+            self._send_odometry(found["odometry"])
+        self._send_wheel(found)
+        if "displacement" in found:
+            self._send_displacements(found["displacement"])
+        if "status" in found:
+            self._send_status(found["status"]["messages"])
+        if "gpr_trace" in found and self._path is not None:
+            self._ground.add(found["gpr_trace"], self._path.time, self._driven)
+
+    def finish(self) -> None:
+        """Sends all of what is left."""
+        self.send()
+        self._ground.send()
+
+    def _send_odometry(self, content: Channel) -> None:
+        path = odometry(content)
+        before = self._path
+        joined = path if before is None else _last_of(before, path)
+        self._recorder.path("map", joined, 1 << 62)
+        self._recorder.robot(path)
+        self._recorder.sigmas(path)
+        self._recorder.scalars("/speed/estimate", content["utime"], content["velocity"][:, 0])
+        for name, bit in FLAG_LANES.items():
+            on = (content["flags"] & flag(bit)) != 0
+            if on.any() or self._recorder.has_state(name):
+                self._recorder.state(name, content["utime"], [ON if each else "" for each in on])
+        self._path = path if before is None else _appended(before, path)
+        driven = np.interp(path.time, content["utime"], content["distance"])
+        self._driven = np.concatenate([self._driven, driven])
+
+    def _send_wheel(self, found: dict[str, Channel]) -> None:
+        """Its speed."""
+        role = next((each for each in ("wheel", "wheels") if each in found), None)
+        if role is None:
+            return
+        whole = found[role] if self._wheel is None else _joined(self._wheel, found[role])
+        measured = wheel_speed({role: whole})
+        assert measured is not None
+        time, speed = measured
+        # A speed is taken over some time before and after it.
+        new = (time > self._wheel_sent) & (time < time[-1] - 0.5e6 * SPEED_SPAN_S)
+        self._recorder.scalars("/speed/wheel", time[new], speed[new])
+        self._wheel_sent = int(time[new][-1]) if new.any() else self._wheel_sent
+        recent = time >= time[-1] - round(2e6 * SPEED_SPAN_S)
+        self._wheel = {name: value[recent] for name, value in whole.items()}
+
+    def _send_displacements(self, content: Channel) -> None:
+        self._recorder.scalars("/speed/radar", *radar_speed(content))
+        if self._path is None:
+            return
+        revisits = find_revisits({"displacement": content})
+        path = self._path
+        seen = (revisits.start >= path.time[0]) & (revisits.end <= path.time[-1])
+        start, end = revisits.start[seen], revisits.end[seen]
+        there, here = (interpolate(path, each).position for each in (start, end))
+        self._recorder.links(end, there, here)
+        metres = [np.interp(each, path.time, self._driven) for each in (start, end)]
+        self._ground.links(end, *metres)
+
+    def _send_status(self, messages: list[Any]) -> None:
+        for status in messages:
+            when = np.array([status.utime], np.int64)
+            word = health(int(status.health))
+            self._recorder.state("health", when, [word])
+            self._told = self._recorder.reasons(status, word, self._told)
+
+
+@dataclass
+class _Tile:
+    """A piece of ground that is not full: its number, echoes (samples, columns)."""
+
+    number: int
+    echoes: Floats
+
+
+class Ground:
+    """Traces as pieces of ground, by time and along the way, relative to the strength so far."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+        self._by_time: ByTime | None = None
+        self._way = AlongWay(recorder, SPACING_M)
+        self._count = 0
+        self._sum = self._squares = np.zeros(0)
+        self._origin, self._period = 0, 0.05
+        self._tiles: dict[str, _Tile] = {}
+        self._due = 0.0
+        self._metres = 0.0
+
+    def add(self, radar: Channel, time: Ints, driven: Floats) -> None:
+        """Traces, and the way so far: distance (m,), m, at times (m,), us."""
+        stamps, traces = of_one_antenna(radar)
+        if traces.shape[1] != self._sum.size:
+            self._begin(radar, stamps, traces)
+        self._count += len(traces)
+        self._sum = self._sum + traces.sum(axis=0)
+        self._squares = self._squares + (traces.astype(float) ** 2).sum(axis=0)
+        mean = self._sum / self._count
+        deviation = np.sqrt(np.maximum(self._squares / self._count - mean**2, 1e-9))
+        echoes = np.clip((traces - mean) / (SHOWN_RMS * deviation), -1, 1).T
+        seconds = (stamps - self._origin) * 1e-6
+        metres = np.interp(stamps, time, driven)
+        assert self._by_time is not None
+        self._fill("time", np.rint(seconds / self._period).astype(int), echoes)
+        self._fill("way", (metres / SPACING_M).astype(int), echoes)
+        self._by_time.now(stamps[-1:], seconds[-1:])
+        self._way.here(stamps[-1:], metres[-1:])
+        if metres[-1] > self._metres:
+            self._metres = float(metres[-1]) + 10.0
+            self._way.metres(max(self._metres, WAY_COLUMNS * SPACING_M))
+        if monotonic() >= self._due:
+            self._due = monotonic() + GROUND_S
+            self.send()
+
+    def send(self) -> None:
+        """The pieces that are not full."""
+        for name in self._tiles:
+            self._send(name)
+
+    def links(self, utime: Ints, then: Floats, now: Floats) -> None:
+        """Revisits along the way."""
+        self._way.links(utime, then, now)
+
+    def _begin(self, radar: Channel, stamps: Ints, traces: Floats) -> None:
+        """At the first trace, and where the radar's setting changes."""
+        self._count = 0
+        self._sum = self._squares = np.zeros(traces.shape[1])
+        self._tiles = {}
+        if self._by_time is None:
+            steps = np.diff(stamps) * 1e-6
+            self._period = max(float(np.median(steps)), LEAST_PERIOD_S) if len(steps) else 0.05
+            self._origin = int(stamps[0])
+            self._by_time = ByTime(self._recorder, 1 / self._period)
+            zero, interval = float(radar["time_zero"][0]), float(radar["sample_interval"][0])
+            span = (-1e9 * zero, 1e9 * (traces.shape[1] * interval - zero))
+            self._by_time.depth_labels(span)
+            self._way.depth_labels(span)
+
+    def _fill(self, name: str, columns: Ints, echoes: Floats) -> None:
+        for number in np.unique(columns // TILE_COLUMNS):
+            tile = self._tiles.get(name)
+            if tile is None or tile.number != number:
+                if tile is not None:
+                    self._send(name)
+                blank = np.zeros((len(echoes), TILE_COLUMNS))
+                tile = self._tiles[name] = _Tile(int(number), blank)
+            these = columns // TILE_COLUMNS == number
+            tile.echoes[:, columns[these] % TILE_COLUMNS] = echoes[:, these]
+
+    def _send(self, name: str) -> None:
+        tile = self._tiles[name]
+        strip = self._by_time if name == "time" else self._way
+        assert strip is not None
+        strip.tile(tile.number, as_bytes(tile.echoes))
+
+
+def decode(data: list[bytes]) -> Channel | None:
+    """Messages of one of our types as arrays, or as `messages`; None where they are damaged."""
+    name = by_fingerprint()[bytes(data[-1][:8])]
+    same = [each for each in data if each[:8] == data[-1][:8]]
+    try:
+        if name in wire.LAYOUTS:
+            return dict(wire.decode(name, same, name))
+        return {"messages": [message(name).decode(each) for each in same]}
+    except (Error, ValueError, struct.error) as error:
+        warn(f"left out: {error}")
+        return None
+
+
+def _joined(one: Channel, other: Channel) -> Channel:
+    return {name: np.concatenate([one[name], other[name]]) for name in other}
+
+
+def _last_of(before: Trajectory, path: Trajectory) -> Trajectory:
+    """`path` with the pose before it, so that lines join."""
+    return _appended(before.select(np.array([len(before) - 1])), path)
+
+
+def _appended(one: Trajectory, other: Trajectory) -> Trajectory:
+    assert one.orientation is not None and other.orientation is not None
+    return Trajectory(
+        np.concatenate([one.time, other.time]),
+        np.concatenate([one.position, other.position]),
+        np.concatenate([one.orientation, other.orientation]),
+    )
+
+
+def listen(lcm: LCM, live: Live, goes_on: Callable[[], bool]) -> None:
+    """Takes and sends, while `goes_on` and until interrupted."""
+    due = monotonic() + SEND_S
+    while True:
+        lcm.handle_timeout(50)
+        if monotonic() >= due:
+            if not goes_on():
+                return
+            due = monotonic() + SEND_S
+            live.send()

@@ -1,0 +1,242 @@
+"""gprodom view: what a recording holds, live as from a log, and that nothing leaves the machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import run_isolated
+from gprodom.cli import main
+from gprodom.lcm import EventLog
+from gprodom.lcm.messages import fingerprint
+from made_drive import RADIUS, SECONDS, SLIPS_S, SPEED, STANDS_S, START_US, spread, write_drive
+
+pytest.importorskip("rerun", reason="rerun-sdk (the extra view) is not installed")
+
+from gprodom.config import STANDARD
+from gprodom.view.live import ROLES, Live
+from gprodom.view.record import Recorder, cut, new_stream
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("drive") / "drive.lcmlog"
+    write_drive(path)
+    return path
+
+
+def rows(recording: Path) -> dict[str, dict[str, Any]]:
+    """By entity the columns of all its rows: times (s after START_US) in "time"."""
+    from rerun.chunk import RrdReader
+
+    found: dict[str, dict[str, list[Any]]] = {}
+    for chunk in RrdReader(recording).stream().to_chunks():
+        columns = found.setdefault(chunk.entity_path, {})
+        for name, values in chunk.to_record_batch().to_pydict().items():
+            columns.setdefault(name.rsplit(":")[-1], []).extend(values)
+    for columns in found.values():
+        if "time" in columns:
+            stamps = np.array(columns["time"], "datetime64[us]").astype(np.int64)
+            columns["time"] = ((stamps - START_US) * 1e-6).tolist()
+    return found
+
+
+@pytest.fixture(scope="module")
+def shown(log: Path) -> dict[str, dict[str, Any]]:
+    path = log.with_name("drive.rrd")
+    assert main(["view", str(log), "-o", str(path)]) == 0
+    return rows(path)
+
+
+def check_drive(found: dict[str, dict[str, Any]], slack_s: float) -> None:
+    """What both a log and the live view must show of the made-up drive."""
+    way = np.concatenate([np.array(strip[0]) for strip in found["/way/map"]["strips"]])
+    centre = np.linalg.norm(way[:, :2] - [0.0, RADIUS], axis=1)
+    np.testing.assert_allclose(centre, RADIUS, atol=1e-3)
+    speed = np.array(found["/speed/wheel"]["scalars"]).ravel()
+    time = np.array(found["/speed/wheel"]["time"])
+    inside = (time > STANDS_S + 1) & (time < SECONDS - 2)
+    np.testing.assert_allclose(speed[inside], SPEED, atol=0.01)
+    assert np.all(np.diff(time) > 0) and len(time) > 900
+    # A lane changes where the robot begins and ceases to slip.
+    lane = found["/state/slipping"]
+    changes = [(t, s[0]) for t, s in zip(lane["time"], lane["state"], strict=True) if s is not None]
+    edges = sorted(edge for span in SLIPS_S for edge in span)
+    np.testing.assert_allclose([t for t, s in changes][-4:], edges, atol=slack_s)
+    assert [s for _, s in changes][-4:] == ["yes", "", "yes", ""]
+    health = [s[0] for s in found["/state/health"]["state"] if s is not None]
+    assert health == ["ok", "degraded", "ok"]
+    # Two revisits: from where the robot was then to where it is now, and as arcs along the way.
+    links = [np.array(strip[0]) for strip in found["/way/revisits"]["strips"]]
+    assert len(links) == 2
+    for (then, now), link in zip(((20, 100), (30, 110)), links, strict=True):
+        for t, end in zip((then, now), link, strict=True):
+            turned = SPEED * (t - STANDS_S) / RADIUS
+            expected = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
+            np.testing.assert_allclose(end[:2], expected, atol=0.05)
+    assert len(found["/ground_along_the_way/revisits"]["strips"]) == 2
+
+
+def test_recording_of_a_log(shown: dict[str, dict[str, Any]]) -> None:
+    check_drive(shown, 0.1)
+    assert np.ptp(shown["/way/map"]["time"]) > SECONDS - 3  # the line grows with time
+    told = [text[0] for text in shown["/told"]["text"]]
+    assert told[0].startswith("GPR_TRACE: no data") and "map: searching for earlier ground" in told
+    # Dead reckoning of a perfect wheel and gyro ends where the path does.
+    ends = [
+        np.array(shown[f"/way/{n}"]["strips"][-1][0])[-1, :2] for n in ("map", "wheel_and_gyro")
+    ]
+    np.testing.assert_allclose(*ends, atol=0.3)
+
+
+def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
+    ring = shown["/way/ring"]
+    kept = [(t, m) for t, m in zip(ring["time"], ring["mat3x3"], strict=True) if m is not None]
+    for t, matrix in kept[:: len(kept) // 10]:
+        axes = np.array(matrix).reshape(3, 3).T[:2, :2]  # Rerun stores columns
+        np.testing.assert_allclose(axes @ axes.T, 2.4477**2 * spread(t), rtol=0.01)
+
+
+def test_live_view_shows_the_same(log: Path, tmp_path: Path) -> None:
+    """The messages of the log, taken one by one and sent every half second."""
+    stream = new_stream("live")
+    stream.save(tmp_path / "live.rrd")
+    live = Live(Recorder(stream), STANDARD.of(*ROLES))
+    due = START_US
+    for event in EventLog(str(log), "r"):
+        if event.channel in STANDARD.of(*ROLES).values():
+            live.take(event.channel, event.data)
+        if event.timestamp >= due:
+            live.send()
+            due = event.timestamp + 500_000
+    live.finish()
+    stream.flush()
+    stream.disconnect()
+    found = rows(tmp_path / "live.rrd")
+    check_drive(found, 0.2)
+    # A trace that comes is a column of the ground by time; the robot moved 1 m in 2 s.
+    pieces = [name for name in found if re.fullmatch(r"/ground_by_time/pieces/\d+", name)]
+    assert len(pieces) == -(-SECONDS * 10 // 256)
+    along = [name for name in found if re.fullmatch(r"/ground_along_the_way/pieces/\d+", name)]
+    # Where no pose was published, the robot is where it was last: the ground there is not drawn.
+    assert len(along) >= SPEED * (SECONDS - STANDS_S) / 0.02 / 256 - 1
+
+
+def test_a_message_of_another_type_does_not_end_the_live_view(tmp_path: Path) -> None:
+    stream = new_stream("live")
+    stream.save(tmp_path / "live.rrd")
+    live = Live(Recorder(stream), STANDARD.of(*ROLES))
+    for channel in STANDARD.of(*ROLES).values():
+        live.take(channel, b"not one of ours, but long enough")
+        live.take(channel, b"short")
+        live.take(channel, fingerprint("odometry_t") + b"ours, but damaged")
+    live.send()
+
+
+def test_pieces_join_and_cover_all() -> None:
+    time = np.array([0, 10, 20, 35, 36, 90, 91])
+    pieces = cut(time, 30)
+    assert pieces[0][0] == 0 and pieces[-1][1] == len(time) - 1
+    assert all(a[1] == b[0] for a, b in pairwise(pieces))
+    assert cut(time[:1], 30) == []
+
+
+def test_without_rerun_it_says_how_to_get_it(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    assert main(["view", str(log), "-o", str(tmp_path / "a.rrd")]) == 1
+    assert "pip install 'gprodom[view]'" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_usage(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in ([], [str(log), "--live"], [str(log), "-o", str(tmp_path / "a.rrd"), "--web"]):
+        assert main(["view", *arguments]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+# In a network of its own: what the process and its children listen on and where they connect to, by
+# the system calls. A page is fetched meanwhile.
+WATCHED = """
+import os, re, signal, subprocess, sys, time, urllib.request
+trace, port, *command = sys.argv[1:]
+env = {**os.environ, "FORCE_RERUN_ANALYTICS": "1", "HOME": os.path.dirname(trace)}
+env.pop("CI", None)
+watched = ["strace", "-f", "-qq", "-e", "trace=connect,bind,sendto", "-o", trace, *command]
+process = subprocess.Popen(watched, env=env, start_new_session=True)
+page = b""
+for _ in range(300):
+    try:
+        page = urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=2).read(); break
+    except OSError:
+        time.sleep(0.1)
+time.sleep(4.0)  # for what it may want to send after its start
+listening = subprocess.run(["ss", "-tlnH"], capture_output=True, text=True).stdout
+os.killpg(process.pid, signal.SIGINT)
+try:
+    process.wait(10)
+except subprocess.TimeoutExpired:
+    os.killpg(process.pid, signal.SIGKILL)
+print(len(page)); print(listening)
+"""
+
+
+def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str]]:
+    """Bytes of the page, addresses listened on, addresses of others connected to."""
+    trace = folder / "trace"
+    done = run_isolated(WATCHED, str(trace), "9411", *command, timeout_s=180)
+    assert done.returncode == 0, done.stderr
+    size, *listening = done.stdout.splitlines()
+    listened = {line.split()[3].rsplit(":", 1)[0] for line in listening if line.strip()}
+    calls = re.findall(r"(?:connect|sendto)\(.*?sin6?_addr[=(].*", trace.read_text())
+    reached = {found for call in calls for found in re.findall(r'"([0-9a-f.:]+)"', call)}
+    return (
+        int(size),
+        listened,
+        {each for each in reached if not each.startswith(("127.", "::1", "0.0.0.0"))},
+    )
+
+
+@pytest.fixture
+def a_resolver() -> Iterator[None]:
+    """Where the names of hosts cannot be asked for, no attempt to send would be seen."""
+    text = Path("/etc/resolv.conf")
+    if not text.is_file() or "nameserver" not in text.read_text():
+        pytest.skip("/etc/resolv.conf names no server: that something is sent would not be seen")
+    yield
+
+
+@pytest.mark.usefixtures("a_resolver")
+def test_nothing_leaves_and_nobody_else_can_reach_it(log: Path, tmp_path: Path) -> None:
+    view = [sys.executable, "-m", "gprodom", "view", str(log), "--web", "--web-port", "9411"]
+    size, listened, reached = watched(tmp_path, view)
+    assert size > 100
+    assert listened == {"127.0.0.1"}
+    assert not reached
+    size, listened, reached = watched(tmp_path, [*view, "--address", "0.0.0.0"])
+    assert "0.0.0.0" in listened and not reached
+
+
+@pytest.mark.usefixtures("a_resolver")
+def test_left_to_itself_the_viewer_would_be_seen_to_send(log: Path, tmp_path: Path) -> None:
+    """The measurement itself, on the viewer as it comes."""
+    recording = log.with_name("alone.rrd")
+    assert main(["view", str(log), "-o", str(recording)]) == 0
+    rerun = [sys.executable, "-m", "rerun"]
+    # At its first start it only says that it will.
+    home = {**os.environ, "HOME": str(tmp_path)}
+    subprocess.run([*rerun, "analytics", "enable"], env=home, check=True, capture_output=True)
+    alone = [*rerun, str(recording), "--serve-web", "--web-viewer-port", "9411"]
+    _, listened, reached = watched(tmp_path, alone)
+    assert "0.0.0.0" in listened
+    assert reached
