@@ -12,6 +12,7 @@ from gprodom.errors import Error, UsageError
 from gprodom.options import Subparsers, add_command
 
 if TYPE_CHECKING:
+    from gprodom.lcm import LCM
     from gprodom.status.heard import Heard
 
 DESCRIPTION = """\
