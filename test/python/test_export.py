@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from gprodom.cli import main
 from gprodom.convert.bag import gpr_stream
@@ -187,7 +190,29 @@ def test_mcap_by_another_reader(log: Path) -> None:
     assert found["/diagnostics"][0].status[0].message == "no radar"
 
 
-@pytest.mark.parametrize("kind", ["mcap", "rosbag"])
+def test_a_ros2_bag_is_a_folder_of_tables(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As SQLite itself reads it, beside its description; a folder that is there stays as it is."""
+    pytest.importorskip("rosbags")
+    made = export(log, "rosbag2")
+    about = yaml.safe_load((made / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert (about["version"], about["storage_identifier"]) == (8, "sqlite3")
+    assert about["relative_file_paths"] == ["made.rosbag2.db3"]
+    assert about["message_count"] == COUNT + 5
+    with closing(sqlite3.connect(made / "made.rosbag2.db3")) as tables:
+        rows = tables.execute(
+            "SELECT topics.name, type, serialization_format, COUNT(*), MIN(timestamp) "
+            "FROM messages JOIN topics ON topics.id = topic_id GROUP BY topics.name"
+        ).fetchall()
+    found = {name: rest for name, *rest in rows}
+    odometry = ["nav_msgs/msg/Odometry", "cdr", COUNT, START * 1000]
+    assert found["/gprodom/odometry_map"] == odometry
+    before = sorted(path.stat().st_mtime_ns for path in made.iterdir())
+    assert main(["export", str(log), "--rosbag2", str(made)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert sorted(path.stat().st_mtime_ns for path in made.iterdir()) == before
+
+
+@pytest.mark.parametrize("kind", ["mcap", "rosbag", "rosbag2"])
 def test_recordings_for_ros(kind: str, log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read back by rosbags; the radar is a picture."""
     highlevel = pytest.importorskip("rosbags.highlevel")

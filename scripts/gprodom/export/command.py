@@ -11,7 +11,7 @@ from gprodom.arrays import Bools
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile
+from gprodom.files import OutputFile, OutputFolder
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -32,16 +32,19 @@ Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
   --traces   a row for each radar trace: time, x, y, z, sigma
   --segy     the traces with their coordinates
   --mcap     all of it for ROS 2 tools and Foxglove: odometry, path, transforms, status, radar
+  --rosbag2  the same as the folder of a ROS 2 bag with SQLite, a new one
   --rosbag   the same as a ROS 1 bag
 
 The first two need --datum: the position of the frame's origin, in degrees and metres, and the
 angle from east to its x axis, in degrees. Traces outside the estimate's time are left out and
 counted. If OUT has no traces, --radar names the log that has them. GeoJSON, GPX and SEG-Y need
-pyproj, gpxpy and segyio (the extra `export`; Debian has them), the last two formats need rosbags
+pyproj, gpxpy and segyio (the extra `export`; Debian has them), the last three formats need rosbags
 (the extra `bag`).
 """
 
-OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", "mcap", "rosbag")
+RECORDINGS = ("mcap", "rosbag2", "rosbag")
+FOLDERS = ("rosbag2",)
+OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", *RECORDINGS)
 
 
 def parse_datum(text: str) -> Datum:
@@ -66,7 +69,8 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
     for name in OUTPUTS:
-        parser.add_argument(f"--{name}", metavar="FILE", type=OutputFile, help="see above")
+        kind, metavar = (OutputFolder, "FOLDER") if name in FOLDERS else (OutputFile, "FILE")
+        parser.add_argument(f"--{name}", metavar=metavar, type=kind, help="see above")
     parser.add_argument("--frame", choices=FRAMES, default="map", help="default %(default)s")
     parser.add_argument(
         "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
@@ -84,6 +88,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"nothing to do: give some of {', '.join('--' + n for n in OUTPUTS)}")
     if args.datum is None and (args.geojson or args.gpx):
         raise UsageError("--geojson and --gpx want --datum LAT,LON: where the frame's origin lies")
+    if args.rosbag2 and args.rosbag2.exists():
+        raise UsageError(f"{args.rosbag2}: exists already; name a new folder for --rosbag2")
     from gprodom.export.paths import write_csv, write_geojson, write_gpx, write_traces
     from gprodom.export.ros import write_ros
     from gprodom.export.segy import write_segy
@@ -97,14 +103,14 @@ def run(args: argparse.Namespace) -> int:
         write_gpx(args.gpx, trajectory, args.datum, args.log.stem)
     if args.csv:
         write_csv(args.csv, trajectory, args.datum)
-    if args.mcap or args.rosbag:
+    recordings = {form: getattr(args, form) for form in RECORDINGS if getattr(args, form)}
+    if recordings:
         roles = channels.of("odometry", "odometry_map", "correction", "status", "gpr_trace")
         found = logs.read_roles(args.log, roles)
         if args.radar:
             found |= logs.read_roles(args.radar, channels.of("gpr_trace"))
-        for path, one in ((args.mcap, False), (args.rosbag, True)):
-            if path:
-                facts["messages"] = write_ros(path, found, one)
+        for form, path in recordings.items():
+            facts["messages"] = write_ros(path, found, form)
     if args.traces or args.segy:
         radar = logs.need(
             logs.read_roles(args.radar or args.log, channels.of("gpr_trace")), "gpr_trace"

@@ -1,4 +1,5 @@
-"""An estimate as a recording for ROS tools: MCAP (ROS 2) or a ROS 1 bag, by rosbags; needs no ROS.
+"""An estimate as a recording for ROS tools, by rosbags; needs no ROS: MCAP or the folder of a ROS 2
+bag with SQLite, or a ROS 1 bag.
 
 Topics, as the ROS 1 node has them where it has them: gprodom/odometry and gprodom/odometry_map with
 covariances, gprodom/path, tf (map to odom to base_link), diagnostics, and gprodom/bscan, the last
@@ -164,25 +165,30 @@ def as_grey(traces: Any) -> Ints:
     return np.asarray(np.clip(np.rint(127.5 + 127.5 * echoes / reach), 0, 255), np.uint8)
 
 
-def write_ros(path: Path, channels: dict[str, Channel], one: bool) -> int:
-    """Writes a ROS 1 bag (`one`) or an MCAP file; returns how many messages it holds.
+def write_ros(path: Path, channels: dict[str, Channel], form: str) -> int:
+    """Writes a recording; returns how many messages it holds.
 
     channels: of a log, by role; what is not there is left out.
+    form: mcap or rosbag, files; or rosbag2, a folder, which must not be there yet.
     """
     try:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ImportError:
         raise Error("the rosbags library is not installed: pip install 'gprodom[bag]'") from None
+    one = form == "rosbag"
     store = get_typestore(Stores.ROS1_NOETIC if one else Stores.ROS2_HUMBLE)
     if TRANSFORMS not in store.types:  # no part of what rosbags knows of ROS 1
         transforms = "geometry_msgs/TransformStamped[] transforms"
         store.register(get_types_from_msg(transforms, TRANSFORMS))
     entries = sorted(_entries(_Messages(store.types, one), channels), key=lambda entry: entry[0])
-    with replacing(path) as part, tempfile.TemporaryDirectory(dir=path.parent) as name:
-        made = Path(name) / "bag"
-        _write(made, store, entries, one)
-        (file,) = [made] if one else made.glob("*.mcap")
-        file.replace(part)
+    with tempfile.TemporaryDirectory(dir=path.parent) as name:
+        made = Path(name) / path.name  # by which the files in a folder are called
+        _write(made, store, entries, form)
+        if form == "rosbag2":
+            made.rename(path)
+        else:
+            with replacing(path) as part:
+                (made if one else next(made.glob("*.mcap"))).replace(part)
     return len(entries)
 
 
@@ -203,15 +209,18 @@ def _entries(make: _Messages, channels: dict[str, Channel]) -> Iterator[Entry]:
         yield from make.scans(channels["gpr_trace"])
 
 
-def _write(path: Path, store: Any, entries: list[Entry], one: bool) -> None:
+def _write(path: Path, store: Any, entries: list[Entry], form: str) -> None:
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
 
-    made: Any = (
-        Writer1(path) if one else Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP)
-    )
-    serialize = store.serialize_ros1 if one else store.serialize_cdr
+    # What describes the folder: of version 9 ROS 2 Humble cannot read the quality of service.
+    made: Any = {
+        "mcap": lambda: Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP),
+        "rosbag": lambda: Writer1(path),
+        "rosbag2": lambda: Writer2(path, version=8, storage_plugin=StoragePlugin.SQLITE3),
+    }[form]()
+    serialize = store.serialize_ros1 if form == "rosbag" else store.serialize_cdr
     known: dict[str, Any] = {}
     with made as writer:
         for utime, topic, kind, message in entries:
