@@ -329,6 +329,10 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
     const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
     newest_node_ = solution.newest;
     trusted_ = solution.trusted;
+    for (std::size_t i = 0; i < trusted_.size(); ++i) {
+      const double at_m = path_.travelled_at(graph_->revisits()[i].query);
+      if (trusted_[i]) tied_at_m_ = std::max(tied_at_m_.value_or(at_m), at_m);
+    }
   } catch (const std::runtime_error& error) {
     answer.notes.emplace_back(error.what());
   }

@@ -154,7 +154,7 @@ class Mapper {
   double sigma_m() const;
   bool is_proved();  // the candidate, by a revisit now
   void join_map(const Hypothesis& at);
-  std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query) const;
+  std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query);
   gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
   void predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
                        gpr::SearchWindow& window) const;
@@ -166,6 +166,7 @@ class Mapper {
   bool use(const Sighting& seen, MapAnswer& answer);
   void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
            MapAnswer& answer);
+  void mark_known(const gpr::MemoryColumn& query);
   std::optional<End> remembered_end(double column) const;
   End end_at(const MapPath::Place& place) const;
   bool add_edge(const End& memory, const End& query, RevisitEdge edge);
@@ -186,7 +187,8 @@ class Mapper {
   TimeNs next_solve_ = 0, solve_anyway_ = 0;
   double fresh_at_m_ =
       0.0;  // travelled; from here on the graph has a new node since the last solution
-  std::vector<bool> trusted_;  // of the graph's revisits, at the last solution
+  std::vector<bool> trusted_;        // of the graph's revisits, at the last solution
+  std::optional<double> tied_at_m_;  // travelled at the newest trusted revisit
   PassMerger merger_;
   double next_merge_m_ = 0.0;                    // travelled
   int merged_trusted_ = 0, merged_refused_ = 0;  // revisits of passes that were merged
@@ -213,6 +215,7 @@ class Mapper {
   std::optional<gpr::RevisitSearch> search_before_;
   ChangeFollower change_;
   std::optional<gpr::MemoryColumn> last_query_;
+  bool crowded_ = false;  // at the last query: passes are stored side by side, and one more is none
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };
 

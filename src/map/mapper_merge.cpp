@@ -45,7 +45,7 @@ void Mapper::merge() {
   next_merge_m_ = path_.travelled() + kMergeEvery;
   std::vector<PassMerger::Node> nodes(path_.nodes());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    nodes[i] = {path_.travelled_at(i), column_at(i).has_value()};
+    nodes[i] = {path_.travelled_at(i), column_at(i).has_value(), graph_->nodes()[i].p};
   }
   const std::vector<bool> stay = merger_.judge(nodes, graph_->revisits(), trusted_);
   if (std::find(stay.begin(), stay.end(), false) == stay.end()) return;

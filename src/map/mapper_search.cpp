@@ -10,6 +10,9 @@ namespace gprodom {
 namespace {
 
 constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
+// m driven since the last trusted revisit, on which odometry with an error of 1 % stays within
+// kLateralGate. Beyond, the poses do not tell which passes lie beside the robot.
+constexpr double kKnowsPassesFor = 100.0 * kLateralGate;
 
 }  // namespace
 
@@ -28,6 +31,7 @@ void Mapper::search_memory(MapAnswer& answer) {
     forget_searches();
   }
   std::vector<gpr::SearchWindow> near = windows(*place);
+  if (crowded_) mark_known(*place);
   last_query_ = place;
   const auto own = std::stable_partition(near.begin(), near.end(), [&](const auto& window) {
     return search_before_ && window.run < end_of_before_;
@@ -73,8 +77,9 @@ void Mapper::find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest&
 }
 
 // The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
-// lateral offset come first.
-std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) const {
+// lateral offset come first. Notes whether so many passes lie side by side that one more would lie
+// within an antenna's footprint of another.
+std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
   const MapPath::Place at = path_.place(query.time, query.distance_m);
   const PlanarPose here = compose(body_at(at), antenna_);
   const double sigma = sigma_m();
@@ -105,6 +110,11 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) c
     found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
     passes.insert(passes.begin(), found.begin(), found.end());
   }
+  const auto beside = std::count_if(passes.begin(), passes.end(), [](const Pass& pass) {
+    return std::abs(pass.along) <= kNodeSpacing && std::abs(pass.lateral) < kLateralGate;
+  });
+  crowded_ = tied_at_m_ && path_.travelled() - *tied_at_m_ < kKnowsPassesFor &&
+             static_cast<double>(beside) >= kLateralGate / config_.lateral_sigma;
   passes = in_search_order(std::move(passes), config_.lateral_sigma);
   // Passes of an unproven hypothesis come first.
   if (!located_) {

@@ -93,12 +93,15 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   const Sighting seen = sighting(*memory_end, then, query, found.match, moved_m);
   const bool joins = memory_end->node == kInMap && !located_;
   if (!(joins ? support(seen, answer) : use(seen, answer))) return;
-  // A track that is not located yet keeps all its ground, since the search in earlier ground needs
-  // it whole.
-  if (located_ || end_of_before_ == 0 || path_.travelled() > kLocatedWithin) {
-    const double half = 0.5 * config_.patch_length;
-    ground_.memory.mark_known(query.distance_m - half, query.distance_m + half);
-  }
+  mark_known(query);
+}
+
+// The ground of a query is not stored once more. But a track that is not located yet keeps all its
+// ground, since the search in earlier ground needs it whole.
+void Mapper::mark_known(const gpr::MemoryColumn& query) {
+  if (!located_ && end_of_before_ > 0 && path_.travelled() <= kLocatedWithin) return;
+  const double half = 0.5 * config_.patch_length;
+  ground_.memory.mark_known(query.distance_m - half, query.distance_m + half);
 }
 
 void Mapper::take_external(MapAnswer& answer) {

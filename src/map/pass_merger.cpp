@@ -2,30 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gprodom {
 namespace {
 
 constexpr double kCell = 2.0;     // m
 constexpr double kNearTie = 2.0;  // m driven; a node so near to a revisit lies on tied ground
-constexpr int kRelations = 8;     // nodes that stay for each pair of cells
+// m driven from one revisit to the next, if the ground between them was not recognised. The yaw of
+// a joined step of this length is known to far less than 0.1 rad, so that it stays linear.
+constexpr double kBetweenTies = 20.0;
+constexpr int kRelations = 8;  // nodes that stay for each pair of cells
 
-// The cell of a place along the track; negative for a place that is fixed in map.
-std::int64_t cell_along(double travelled_m) {
-  return static_cast<std::int64_t>(std::floor(travelled_m / kCell));
-}
-
-std::int64_t cell_in_map(const Eigen::Vector2d& p) {
+std::pair<int, int> cell_at(const Eigen::Vector2d& p) {
   const Eigen::Vector2d corner = (p / kCell).array().floor();
-  constexpr std::int64_t kRow = std::int64_t{1} << 30U;
-  return -(kRow / 2 * kRow) + static_cast<std::int64_t>(corner.x()) * kRow +
-         static_cast<std::int64_t>(corner.y());
+  return {static_cast<int>(corner.x()), static_cast<int>(corner.y())};
 }
 
 }  // namespace
 
-// For each node, the cell on which it lies or to which it is tied, and whether a revisit ends
-// there.
+// For each node, the cell if it lies on known ground, and whether a revisit ends there or near by.
+// Cells are places in map: several stored passes over the same place are one.
 struct PassMerger::Tied {
   std::vector<std::optional<Cell>> cells;
   std::vector<bool> is_memory, is_near;
@@ -36,35 +33,32 @@ struct PassMerger::Tied {
     std::vector<bool> is_tied(nodes.size());
     for (std::size_t i = 0; i < revisits.size(); ++i) {
       const RevisitEdge& edge = revisits[i];
-      const bool in_map = edge.memory == kInMap;
-      if (!in_map) is_memory[edge.memory] = true;
-      if (i >= trusted.size() || !trusted[i]) continue;
-      is_tied[edge.query] = true;
-      if (!cells[edge.query]) {
-        cells[edge.query] =
-            in_map ? cell_in_map(edge.memory_at.p) : cell_along(nodes[edge.memory].travelled_m);
-      }
+      if (edge.memory != kInMap) is_memory[edge.memory] = true;
+      if (i < trusted.size() && trusted[i]) is_tied[edge.query] = true;
     }
-    std::optional<double> last;
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    std::vector<double> since(nodes.size());  // m driven since the last tie
+    double last = -kNone, next = kNone;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      if (nodes[i].has_ground) cells[i] = cell_along(nodes[i].travelled_m);
       if (is_tied[i]) last = nodes[i].travelled_m;
-      is_near[i] = last && nodes[i].travelled_m - *last <= kNearTie;
+      since[i] = nodes[i].travelled_m - last;
+      if (nodes[i].has_ground || is_tied[i]) cells[i] = cell_at(nodes[i].in_map);
     }
-    last.reset();
     for (std::size_t i = nodes.size(); i-- > 0;) {
-      if (is_tied[i]) last = nodes[i].travelled_m;
-      is_near[i] = is_near[i] || (last && *last - nodes[i].travelled_m <= kNearTie);
+      if (is_tied[i]) next = nodes[i].travelled_m;
+      const double until = next - nodes[i].travelled_m;
+      is_near[i] = std::min(since[i], until) <= kNearTie || since[i] + until <= kBetweenTies;
     }
   }
 };
 
-// A node is worth keeping if few nodes so far relate its cell to the one before or after. Then it
-// is counted as one of them.
+// A node is worth keeping if few nodes so far relate its cell to another one before or after. Then
+// it is counted as one of them. What lies in the same cell is known well enough by one node.
 bool PassMerger::is_worth_keeping(Cell cell, std::optional<Cell> next) {
   std::vector<int*> counts;
-  if (previous_) counts.push_back(&relations_[std::minmax(*previous_, cell)]);
-  if (next && next != previous_) counts.push_back(&relations_[std::minmax(*next, cell)]);
+  if (previous_ && previous_ != cell) counts.push_back(&relations_[std::minmax(*previous_, cell)]);
+  if (next && next != previous_ && next != cell)
+    counts.push_back(&relations_[std::minmax(*next, cell)]);
   const bool worth = std::any_of(counts.begin(), counts.end(),
                                  [](const int* count) { return *count < kRelations; });
   if (!worth) return false;

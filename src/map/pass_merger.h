@@ -3,8 +3,8 @@
 // again".
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
@@ -17,8 +17,9 @@ namespace gprodom {
 class PassMerger {
  public:
   struct Node {
-    double travelled_m = 0.0;  // distance driven up to the node, unsigned
-    bool has_ground = false;   // the memory stores the ground there
+    double travelled_m = 0.0;                          // distance driven up to the node, unsigned
+    bool has_ground = false;                           // the memory stores the ground there
+    Eigen::Vector2d in_map = Eigen::Vector2d::Zero();  // m
   };
 
   // Takes all nodes of the graph and its revisits, of which the trusted ones count. Returns which
@@ -30,7 +31,7 @@ class PassMerger {
   static constexpr double kInFull = 50.0;  // m driven; newer nodes all stay
 
  private:
-  using Cell = std::int64_t;  // of ground, kCell long
+  using Cell = std::pair<int, int>;  // of map, kCell long and wide
 
   struct Tied;
   bool is_worth_keeping(Cell cell, std::optional<Cell> next);

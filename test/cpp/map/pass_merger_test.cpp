@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace gprodom {
 namespace {
@@ -22,7 +23,9 @@ struct Track {
     for (std::size_t i = 0; i < steps; ++i) {
       travelled += kSpacing;
       const bool known = !ground.empty();
-      nodes.push_back({travelled, !known});
+      const Eigen::Vector2d place =
+          known ? nodes[ground[i % ground.size()]].in_map : Eigen::Vector2d(travelled, 0.0);
+      nodes.push_back({travelled, !known, place});
       if (known) {
         revisits.push_back({ground[i % ground.size()], nodes.size() - 1});
         trusted.push_back(true);
@@ -78,6 +81,42 @@ TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   EXPECT_EQ(track.nodes.size(), early);
   // The first passes are those that stay, and are still tied to where they were.
   EXPECT_EQ(track.revisits.front().query, 20U);
+}
+
+// A robot that wanders stores several passes over a place, and is tied now to one, now to another.
+TEST(PassMerger, NodesOverSeveralPassesOfTheSameGroundAreBoundedAsOverOne) {
+  Track track;
+  for (int pass = 0; pass < 5; ++pass) {
+    track.drive(20, {});
+    for (std::size_t i = 1; i <= 20; ++i)
+      track.nodes[track.nodes.size() - i].in_map = {kSpacing * static_cast<double>(20 - i), 0.0};
+  }
+  std::vector<std::size_t> ties(1000);
+  std::mt19937 random(1);
+  for (std::size_t i = 0; i < ties.size(); ++i) ties[i] = i % 20 + 20 * (random() % 5);
+  track.drive(1000, ties);
+  EXPECT_LT(track.nodes.size(), 100U + 300U);
+  const std::size_t early = track.nodes.size();
+  track.drive(9000, ties);
+  EXPECT_EQ(track.nodes.size(), early);
+}
+
+// What lies between two revisits that are not far apart says no more than the odometry between
+// them.
+TEST(PassMerger, NodesThatWereNotRecognisedBetweenRevisitsDoNotStay) {
+  Track track;
+  track.drive(20, {});
+  track.drive(1000, all_of(0, 20));
+  const std::size_t early = track.nodes.size();
+  for (int pass = 0; pass < 20; ++pass) {
+    track.drive(4, all_of(0, 4));
+    track.drive(12, {});
+    for (std::size_t i = 1; i <= 12; ++i) track.nodes[track.nodes.size() - i].has_ground = false;
+    track.drive(4, all_of(16, 4));
+    track.drive(100, all_of(0, 20));
+  }
+  // Of 240. The jumps are between places that no pass joined before: some nodes stay for them.
+  EXPECT_LT(track.nodes.size(), early + 40U);
 }
 
 TEST(PassMerger, NodesThatJoinPlacesOfTheMapStay) {
