@@ -23,6 +23,7 @@ from pathlib import Path
 from benches import benches
 from commits import build, sources_of
 from compare import changes, table
+from ending import end_with_descendants_on_sigterm
 from job import CHECKOUT, Bench, Job, Program, commit_of
 from measure import Measurement, Settings
 from page import page, with_table
@@ -213,6 +214,7 @@ def run(args: argparse.Namespace) -> int:
 def main() -> int:
     """Runs the command line."""
     args = parse()
+    end_with_descendants_on_sigterm()
     try:
         return run(args)
     except KeyboardInterrupt:

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,29 @@ def test_another_commit_is_taken_as_it_was(tmp_path: Path) -> None:
     assert Program(program.root, "changed").digest() != program.digest()
     refused = run(RUNNER, "sample", "-o", tmp_path, "--compare", "no-such-commit", code=2)
     assert "no-such-commit: no such commit" in refused.stderr
+
+
+def test_what_it_has_started_ends_with_it(tmp_path: Path) -> None:
+    sys.path.append(str(RUNNER))
+    from ending import descendants
+
+    command = [sys.executable, RUNNER, "coverage", "--fresh", "-o", tmp_path, "--cache", tmp_path]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as runner:
+        until = time.monotonic() + 120
+
+        def runs_a_bench(process: int) -> bool:
+            words = Path(f"/proc/{process}/cmdline")
+            return words.exists() and b"map_coverage.py" in words.read_bytes()
+
+        while not any(map(runs_a_bench, started := descendants(runner.pid))):
+            assert runner.poll() is None and time.monotonic() < until
+            time.sleep(0.1)
+        runner.terminate()
+        assert "what was measured is kept" in runner.communicate(timeout=60)[1]
+        assert runner.returncode == 130
+    while any(map(runs_a_bench, started)):
+        assert time.monotonic() < until, "a bench runs on"
+        time.sleep(0.1)
 
 
 def test_unknown_names_are_refused(tmp_path: Path) -> None:
