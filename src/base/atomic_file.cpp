@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "gprodom/error.h"
@@ -111,15 +112,22 @@ std::string set_aside(const std::string& path, bool keep_both) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return {};
   const fs::path whole(path);
-  const auto name = [&](int number) {
-    return (whole.parent_path() / whole.stem()).string() + ".kept-" + std::to_string(number) +
-           whole.extension().string();
-  };
+  const std::string ending = whole.extension().string();
+  // Numbers that a file has, of whatever ending: what belongs together has one number.
+  std::set<std::string> taken;
+  std::error_code ignored;
+  const fs::path folder = whole.parent_path();
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, ignored))
+    taken.insert(entry.path().stem().string());
   int number = 1;
-  for (struct stat other{}; lstat(name(number).c_str(), &other) == 0; ++number)
-    if (keep_both && other.st_dev == file.st_dev && other.st_ino == file.st_ino)
-      return name(number);
-  std::string kept = name(number);
+  const auto stem = [&] { return whole.stem().string() + ".kept-" + std::to_string(number); };
+  const auto name = [&] { return (folder / (stem() + ending)).string(); };
+  struct stat other {};
+  for (; taken.count(stem()) > 0 || lstat(name().c_str(), &other) == 0; ++number)
+    if (keep_both && lstat(name().c_str(), &other) == 0 && other.st_dev == file.st_dev &&
+        other.st_ino == file.st_ino)
+      return name();
+  std::string kept = name();
   const bool linked = keep_both && link(path.c_str(), kept.c_str()) == 0;
   if (!linked && std::rename(path.c_str(), kept.c_str()) != 0) fail(path, "cannot be set aside");
   if (!force_folder_of(path)) fail(path, "cannot be set aside for good");

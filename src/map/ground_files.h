@@ -18,13 +18,16 @@ class GroundFiles {
  public:
   // Writes the ground as write_whole() does. What the file held before goes on as
   // NAME.kept-N.map, unless the ground descends from it; that and the reason are added to `told`.
+  // If several were set aside so far, their number and size too.
   // Ground of which nothing is stored replaces no file that holds more, nor one that cannot be
   // read: false, and nothing is done. Throws FileError.
   bool replace(const std::string& path, const SavedGround& ground, std::vector<std::string>& told);
 
   // Writes newest ground beside the whole file that it belongs to (newest_of()). False, and nothing
-  // is done, if that file is not there. Throws FileError.
-  bool add_newest(const std::string& path, const SavedGround& ground);
+  // is done, if that file is not there. Newest ground that cannot be read goes on as
+  // NAME.kept-N.new. Throws FileError.
+  bool add_newest(const std::string& path, const SavedGround& ground,
+                  std::vector<std::string>& told);
 
   // Gives a file another name at once, for ground that is to be forgotten; one without ground
   // stays. Throws FileError.
@@ -42,7 +45,10 @@ class GroundFiles {
     State state{};
     GroundHead head;
   };
-  std::map<std::string, File> known_;  // as last read or written here, by path
+  void keep_damaged_newest(const std::string& path, std::vector<std::string>& told);
+
+  std::map<std::string, File> known_;    // as last read or written here, by path
+  std::map<std::string, State> newest_;  // newest ground as written here, by its path
 };
 
 }  // namespace gprodom

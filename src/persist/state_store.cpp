@@ -228,7 +228,9 @@ void StateStore::save_ground(const std::string& path, SavedGround ground, bool a
   const auto kept = std::make_shared<const SavedGround>(std::move(ground));
   if (kept->base != 0) {
     writer_.run(newest_of(path), [this, path, kept] {
-      return FileWriter::Report{ground_files_.add_newest(path, *kept), {}};
+      FileWriter::Report report;
+      report.done = ground_files_.add_newest(path, *kept, report.told);
+      return report;
     });
     return;
   }

@@ -201,7 +201,7 @@ TEST_F(GroundFilesTest, NewestGroundIsReadWithTheFileThatItBelongsTo) {
   SavedGround newest{newest_to_bytes(ground, ground.places, first_of_drive, columns),
                      ground.descent, false, columns.identity};
   EXPECT_LT(newest.bytes.size(), 0.7 * static_cast<double>(to_bytes(ground, ground.places).size()));
-  EXPECT_TRUE(files_.add_newest(path(), newest));
+  EXPECT_TRUE(files_.add_newest(path(), newest, told_));
   std::vector<std::string> notices;
   const GroundMap read = *read_ground_map(path(), gpr::TraceMemoryOptions(), notices);
   EXPECT_TRUE(notices.empty());
@@ -209,13 +209,40 @@ TEST_F(GroundFilesTest, NewestGroundIsReadWithTheFileThatItBelongsTo) {
 
   // One that belongs to another file is left alone, and one that is damaged is left out.
   newest.base += 1;
-  EXPECT_FALSE(files_.add_newest(path(), newest));
+  EXPECT_FALSE(files_.add_newest(path(), newest, told_));
   std::ofstream(newest_of(path()), std::ios::binary | std::ios::app) << "x";
   const GroundMap without = *read_ground_map(path(), gpr::TraceMemoryOptions(), notices);
   EXPECT_EQ(notices.size(), 1U);
   EXPECT_TRUE(to_bytes(without, without.places) == whole.bytes);
+  // Ground that cannot be read is kept, as some may still be got out of it, and told.
+  newest.base -= 1;
+  const std::string damaged = bytes_of(newest_of(path()));
+  EXPECT_TRUE(files_.add_newest(path(), newest, told_));
+  EXPECT_EQ(names(), (std::set<std::string>{"ground.kept-1.new", "ground.map", "ground.new"}));
+  EXPECT_TRUE(bytes_of(folder_ + "/ground.kept-1.new") == damaged);
+  EXPECT_EQ(take_told().size(), 1U);
   replaced(saved(ground));
-  EXPECT_EQ(names(), std::set<std::string>{"ground.map"});
+  EXPECT_EQ(names(), (std::set<std::string>{"ground.kept-1.new", "ground.map"}));
+  EXPECT_TRUE(take_told().empty());
+}
+
+// What was kept of newest ground does not become that of a map that is set aside later.
+TEST_F(GroundFilesTest, DamagedNewestGroundIsKeptAlsoWhenTheWholeFileIsWritten) {
+  replaced(saved(driven(3, 6.0)));
+  std::ofstream(newest_of(path())) << "damaged";
+  GroundMap other = driven(4, 6.0);
+  replaced(saved(other));
+  EXPECT_EQ(names(),
+            (std::set<std::string>{"ground.kept-1.map", "ground.kept-1.new", "ground.map"}));
+  std::ofstream(newest_of(path())) << "damaged too";
+  drive_on(other, 2);
+  take_told();
+  replaced(saved(other));
+  EXPECT_EQ(bytes_of(folder_ + "/ground.kept-2.new"), "damaged too");
+  const std::vector<std::string> told = take_told();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("ground.kept-2.new, one of 3 files"), std::string::npos) << told[0];
+  EXPECT_FALSE(fs::exists(kept(2)));
 }
 
 }  // namespace
