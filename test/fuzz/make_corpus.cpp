@@ -1,10 +1,8 @@
 // make_corpus FOLDER: sound inputs of every fuzz target but the configuration's, to start from.
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <lcm/lcm-cpp.hpp>
-#include <random>
 
 #include "gprodom/lcm_io.h"
 #include "lcmtypes/gprodom/command_t.hpp"
@@ -15,6 +13,7 @@
 #include "lcmtypes/gprodom/wheels_t.hpp"
 #include "map/ground_map_file.h"
 #include "persist/saved_state.h"
+#include "sound_ground.h"
 
 namespace {
 
@@ -68,28 +67,9 @@ void write_log(const fs::path& file) {
   }
 }
 
-// A few metres of noise on short traces: small, and a filter can be learnt of it.
-gprodom::GroundMap ground() {
-  gprodom::GroundMap ground{gprodom::gpr::TraceMemoryOptions()};
-  std::mt19937 random(1);
-  std::normal_distribution<float> normal;
-  ground.format.samples = 40;
-  ground.format.sample_interval_s = 4e-10;
-  for (int i = 0; i < 250; ++i) {
-    std::vector<float> samples(ground.format.samples);
-    for (float& sample : samples) sample = normal(random);
-    ground.memory.add(gprodom::TimeNs{i}, samples, ground.format.sample_interval_s, 0.02 * i);
-  }
-  ground.memory.end_run();
-  ground.origins = {{Eigen::Vector3d::Zero(), "corpus", "mole", {0.004, 0.002, 0.005}}};
-  ground.parents = {1};
-  ground.places = {{0, 0.0, {}, 0}, {5, 0.1, {}, 0}};
-  return ground;
-}
-
-// The same as features alone, which is version 1.
+// Sound ground as features alone, which is version 1.
 gprodom::GroundMap ground_1() {
-  const gprodom::GroundMap whole = ground();
+  const gprodom::GroundMap whole = sound_ground();
   gprodom::GroundMap features{gprodom::gpr::TraceMemoryOptions()};
   features.format = whole.format;
   features.places = whole.places;
@@ -119,7 +99,10 @@ int main(int argc, char** argv) {
   }
   write_log(folder / "log" / "sound");
   write(folder / "state" / "sound", contents(to_bytes(gprodom::SavedState())));
-  // The first bit chooses the version.
-  write(folder / "ground" / "sound", '\0' + contents(to_bytes(ground(), ground().places)));
+  // The first bits choose what it is.
+  const gprodom::GroundMap ground = sound_ground();
+  write(folder / "ground" / "sound", '\0' + contents(to_bytes(ground, ground.places)));
   write(folder / "ground" / "sound1", '\1' + contents(to_bytes(ground_1(), ground_1().places)));
+  write(folder / "ground" / "newest",
+        '\2' + contents(sound_newest()).substr(sizeof(std::uint64_t)));
 }
