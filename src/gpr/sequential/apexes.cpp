@@ -1,5 +1,6 @@
 #include "gpr/sequential/apexes.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -14,6 +15,10 @@ constexpr int kNarrowest = 4;
 // From one widening to the next. Half a step moves the echo at the edge (45 degrees) by 0.04 of the
 // travel time, a quarter of a period for echoes of up to some ten periods.
 constexpr double kWidthStep = 1.15;
+// Of a cell of the search, by which a refined place still moves from round to round; the search
+// leaves half a cell. A place that is not at rest after so many rounds lies in no clear maximum.
+constexpr double kAtRest = 0.05;
+constexpr int kMostRounds = 30;
 
 double moveout(double time, double widening, double columns) {
   return std::hypot(time, widening * columns) - time;
@@ -158,58 +163,70 @@ class Search {
     return std::abs(candidate.row - along) < 2.0 * half_;
   }
 
-  // The mean echo along a hyperbola of any place; returns the energy that it explains.
-  double mean_echo(const Candidate& at, Eigen::VectorXf& mean) const {
+  // The echo along a hyperbola of any place: one wavelet, of a strength for each column, as
+  // spreading, the antenna's pattern and the ground have it. Weak flanks so count less.
+  struct Echo {
+    Eigen::VectorXf wavelet;  // of the mean strength
+    float energy = 0.0F;      // that it explains: the largest eigenvalue of all products of rows
+  };
+
+  Echo echo(const Candidate& at) {
+    const auto last = static_cast<double>(columns_ - 1);
+    const double reach = at.row / at.widening;
+    const int from = static_cast<int>(std::ceil(std::clamp(at.column - reach, 0.0, last)));
+    const int to = static_cast<int>(std::floor(std::clamp(at.column + reach, 0.0, last)));
     const Eigen::Index length = 2 * half_ + 1;
-    mean.setZero(length);
-    int count = 0;
-    const int from = std::max(0, static_cast<int>(std::ceil(at.column - at.row / at.widening)));
-    const int to = std::min(static_cast<int>(columns_) - 1,
-                            static_cast<int>(std::floor(at.column + at.row / at.widening)));
+    sum_.setZero(length, std::max(0, to - from + 1));
     for (int c = from; c <= to; ++c) {
       const double row = zero_ + at.row + moveout(at.row, at.widening, c - at.column);
       const auto top = static_cast<Eigen::Index>(row);
       if (row < 0 || top + 1 >= rows_) continue;
       const auto part = static_cast<float>(row - static_cast<double>(top));
-      mean += (1 - part) * padded_.col(c).segment(top, length) +
-              part * padded_.col(c).segment(top + 1, length);
-      ++count;
+      sum_.col(c - from) = (1 - part) * padded_.col(c).segment(top, length) +
+                           part * padded_.col(c).segment(top + 1, length);
     }
-    if (count == 0) return 0.0;
-    const double explained = static_cast<double>(mean.squaredNorm()) / count;
-    mean /= static_cast<float>(count);
-    return explained;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> parts(sum_ * sum_.transpose());
+    Echo result;
+    result.wavelet = parts.eigenvectors().rightCols<1>();
+    result.energy = parts.eigenvalues()(length - 1);
+    if (sum_.cols() > 0) result.wavelet *= (result.wavelet.transpose() * sum_).mean();
+    return result;
   }
 
-  // One coordinate at a time to the top of a parabola through the energy, in halved steps.
-  Apex refined(Candidate at) const {
-    Eigen::VectorXf mean;
-    double Candidate::*const coordinates[] = {&Candidate::row, &Candidate::column,
+  // One coordinate after the other to the top of a parabola through the energy, until none moves;
+  // not beyond the places of the search beside it, which have less.
+  Apex refined(const Candidate& start) {
+    double Candidate::*const coordinates[] = {&Candidate::column, &Candidate::row,
                                               &Candidate::widening};
-    double steps[] = {0.5 * row_step_, 0.5, 0.5 * (kWidthStep - 1.0) * at.widening};
-    for (int round = 0; round < 4; ++round) {
+    const double cells[] = {1.0, static_cast<double>(row_step_), (kWidthStep - 1) * start.widening};
+    Candidate at = start;
+    double moved = 1.0;  // cells
+    for (int round = 0; round < kMostRounds && moved > kAtRest; ++round) {
+      moved = 0.0;
       for (std::size_t i = 0; i < 3; ++i) {
+        const auto coordinate = coordinates[i];
+        const double step = 0.5 * cells[i];
         Candidate before = at, after = at;
-        before.*coordinates[i] -= steps[i];
-        after.*coordinates[i] += steps[i];
-        const double low = mean_echo(before, mean), high = mean_echo(after, mean);
-        const double curvature = low - 2.0 * mean_echo(at, mean) + high;
-        const double move = curvature < 0 ? 0.5 * (low - high) / curvature
-                            : high > low  ? 1.0
-                                          : -1.0;
-        at.*coordinates[i] += steps[i] * std::clamp(move, -1.0, 1.0);
-        steps[i] *= 0.7;
+        before.*coordinate -= step;
+        after.*coordinate += step;
+        const double low = echo(before).energy, high = echo(after).energy;
+        const double curvature = low - 2.0 * echo(at).energy + high;
+        const double top = curvature < 0 ? 0.5 * (low - high) / curvature : high > low ? 1.0 : -1.0;
+        const double was = at.*coordinate, middle = start.*coordinate;
+        at.*coordinate = std::clamp(was + step * std::clamp(top, -1.0, 1.0), middle - cells[i],
+                                    middle + cells[i]);
+        moved = std::max(moved, std::abs(at.*coordinate - was) / cells[i]);
       }
     }
-    mean_echo(at, mean);
-    const Eigen::ArrayXf power = mean.array().square();
-    const Eigen::ArrayXf place = Eigen::ArrayXf::LinSpaced(mean.size(), -half_, half_);
+    const Echo found = echo(at);
+    const Eigen::ArrayXf power = found.wavelet.array().square();
+    const Eigen::ArrayXf place = Eigen::ArrayXf::LinSpaced(power.size(), -half_, half_);
     const double middle = (power * place).sum() / std::max(power.sum(), 1e-30F);
     Apex apex;
     apex.column = at.column;
     apex.time_s = (at.row + middle) * interval_s_;
     apex.widening_s = at.widening * interval_s_;
-    apex.amplitude = mean.cwiseAbs().maxCoeff();
+    apex.amplitude = found.wavelet.cwiseAbs().maxCoeff();
     apex.semblance = at.semblance;
     return apex;
   }

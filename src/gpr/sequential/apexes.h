@@ -42,6 +42,8 @@ double semblance_threshold(double median, double chance);
 // over column, time and widening of the energy that the mean echo along its hyperbola explains; the
 // maximum lies inside the range of widenings, so a layer is none; and random ground has such a
 // semblance in one B-scan of a hundred. Of several on one hyperbola the strongest is kept.
+// Its place, time and widening are refined by least squares: one wavelet along the hyperbola, of a
+// strength for each column.
 // Throws std::invalid_argument if the sample interval or the pulse is not positive.
 std::vector<Apex> find_apexes(const Eigen::MatrixXf& bscan, const ApexOptions& options);
 

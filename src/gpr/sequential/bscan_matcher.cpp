@@ -1,4 +1,6 @@
 // B-scan against B-scan (front end bscan).
+#include <algorithm>
+
 #include "gpr/sequential/window_matcher.h"
 
 namespace gprodom::gpr {
@@ -11,21 +13,13 @@ class BscanMatcher : public WindowMatcher {
  public:
   explicit BscanMatcher(const GprConfig& config)
       : columns_per_trace_(columns_per_trace(config.sequential)),
-        ring_(static_cast<std::size_t>(config.sequential.window_traces)),
+        traces_(config.sequential.window_traces),
         aligner_(alignment_options(config.sequential)) {}
 
-  void add(const WindowTrace& trace) override {
-    std::vector<float>& place = ring_.place();
-    if (trace.raw == nullptr) {
-      place.clear();
-      return;
-    }
-    place.assign(trace.raw, trace.raw + trace.count);
-    samples_ = trace.count;
-  }
+  void add(const WindowTrace& trace) override { traces_.add(trace.raw, trace.count); }
 
   std::optional<Alignment> advance() override {
-    if (!ring_.full() || samples_ == 0) return std::nullopt;
+    if (!traces_.full()) return std::nullopt;
     fill_window();
     std::optional<Alignment> result;
     if (before_.size() == window_.size()) {
@@ -36,37 +30,27 @@ class BscanMatcher : public WindowMatcher {
   }
 
   void reset() override {
-    ring_.clear();
+    traces_.clear();
     before_.resize(0, 0);
-    samples_ = 0;
   }
 
  private:
   void fill_window() {
-    const auto samples = static_cast<Eigen::Index>(samples_);
-    window_.setZero(samples, static_cast<Eigen::Index>(ring_.capacity()));
-    mean_.setZero(samples);
-    int used = 0;
-    for (std::size_t c = 0; c < ring_.capacity(); ++c) {
-      if (ring_[c].size() != samples_) continue;
-      window_.col(static_cast<Eigen::Index>(c)) =
-          Eigen::Map<const Eigen::VectorXf>(ring_[c].data(), samples);
-      mean_ += window_.col(static_cast<Eigen::Index>(c));
-      ++used;
-    }
-    if (used == 0) return;
-    mean_ /= static_cast<float>(used);
-    for (std::size_t c = 0; c < ring_.capacity(); ++c) {
-      if (ring_[c].size() == samples_) window_.col(static_cast<Eigen::Index>(c)) -= mean_;
-    }
+    traces_.fill(window_);
+    int good = 0;
+    for (Eigen::Index c = 0; c < window_.cols(); ++c) good += is_good(c) ? 1 : 0;
+    mean_ = window_.rowwise().sum() / static_cast<float>(std::max(good, 1));
+    for (Eigen::Index c = 0; c < window_.cols(); ++c)
+      if (is_good(c)) window_.col(c) -= mean_;
   }
 
+  bool is_good(Eigen::Index column) const { return traces_.good(static_cast<std::size_t>(column)); }
+
   double columns_per_trace_;
-  Ring<std::vector<float>> ring_;  // empty where a trace was bad
+  TraceColumns traces_;
   Aligner aligner_;
   Eigen::MatrixXf before_, window_;
   Eigen::VectorXf mean_;
-  std::size_t samples_ = 0;
 };
 
 }  // namespace

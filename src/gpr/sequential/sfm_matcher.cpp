@@ -34,14 +34,13 @@ PeakOptions peak_options(bool fit) {
   return options;
 }
 
-class SfmMatcher : public WindowMatcher {
+class SfmMatcher : public FeatureMatcher {
  public:
   explicit SfmMatcher(const GprConfig& config)
-      : config_(config.sequential),
+      : FeatureMatcher(config.sequential),
         wave_speed_(config.wave_speed),
         ring_(static_cast<std::size_t>(config.sequential.window_traces)),
-        extractor_(peak_options(config.peaks.fit)),
-        aligner_(alignment_options(config.sequential)) {
+        extractor_(peak_options(config.peaks.fit)) {
     points_.reserve(ring_.capacity() * kMaxTracePeaks);
   }
 
@@ -71,22 +70,13 @@ class SfmMatcher : public WindowMatcher {
         points_.push_back({depth, static_cast<double>(r), amplitude});
       }
     }
-    std::swap(before_, levels_);
-    build_sfm(points_.data(), points_.size(),
-              {config_.rows, config_.columns, depth_range_,
-               static_cast<double>(config_.window_traces), *scale_.value()},
-              levels_);
-    if (before_.size() != levels_.size()) return Alignment();  // the first matrix
-    return aligner_.align(before_, levels_);
+    return match(depth_range_, *scale_.value());
   }
 
-  const LevelMatrix* levels() const override { return levels_.size() > 0 ? &levels_ : nullptr; }
-
   void reset() override {
+    FeatureMatcher::reset();
     ring_.clear();
     scale_.reset();
-    before_.resize(0, 0);
-    levels_.resize(0, 0);
     depth_range_ = 0.0;
   }
 
@@ -97,15 +87,11 @@ class SfmMatcher : public WindowMatcher {
         wave_speed_);
   }
 
-  SequentialConfig config_;
   double wave_speed_;
   double depth_range_ = 0.0;  // D, m; 0 until the first trace
   Ring<TracePeaks> ring_;
   PeakExtractor extractor_;
   AmplitudeScale scale_;
-  Aligner aligner_;
-  std::vector<FeaturePoint> points_;
-  LevelMatrix before_, levels_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace gprodom::gpr {
 
@@ -21,6 +22,48 @@ Alignment in_grid_columns(Alignment alignment, double columns_per_trace) {
   alignment.variance *= columns_per_trace * columns_per_trace;
   alignment.overlap = static_cast<int>(std::lround(alignment.overlap * columns_per_trace));
   return alignment;
+}
+
+void TraceColumns::add(const float* samples, std::size_t count) {
+  std::vector<float>& place = ring_.place();
+  place.assign(samples, samples == nullptr ? samples : samples + count);
+  if (!place.empty()) samples_ = count;
+}
+
+void TraceColumns::fill(Eigen::MatrixXf& bscan) const {
+  const auto samples = static_cast<Eigen::Index>(samples_);
+  bscan.setZero(samples, static_cast<Eigen::Index>(ring_.capacity()));
+  for (std::size_t c = 0; c < ring_.capacity(); ++c) {
+    if (!good(c)) continue;
+    bscan.col(static_cast<Eigen::Index>(c)) =
+        Eigen::Map<const Eigen::VectorXf>(ring_[c].data(), samples);
+  }
+}
+
+void TraceColumns::clear() {
+  ring_.clear();
+  samples_ = 0;
+}
+
+FeatureMatcher::FeatureMatcher(const SequentialConfig& config)
+    : aligner_(alignment_options(config)) {
+  grid_.rows = config.rows;
+  grid_.columns = config.columns;
+  grid_.length = static_cast<double>(config.window_traces);
+}
+
+Alignment FeatureMatcher::match(double depth_range, double amplitude_scale) {
+  grid_.depth_range = depth_range;
+  grid_.amplitude_scale = amplitude_scale;
+  std::swap(before_, levels_);
+  build_sfm(points_.data(), points_.size(), grid_, levels_);
+  if (before_.size() != levels_.size()) return {};  // the first matrix
+  return aligner_.align(before_, levels_);
+}
+
+void FeatureMatcher::reset() {
+  before_.resize(0, 0);
+  levels_.resize(0, 0);
 }
 
 namespace {

