@@ -10,7 +10,10 @@ drives: N laps over the FDTD basement, whose six pipes are mapped: position erro
 imu_wheel and salient, without the map and with it; with it also the share of pipe crossings that
 were answered, and of the answers those that are wrong by more than 3 sigma.
 
-    bench/salient.py apexes|drives [--drives N] [--make FILE] [--json]
+windows: what the shift of the windows observes of the true displacement, on sequences with the
+file beside them that tells their radar's sample interval.
+
+    bench/salient.py apexes|drives|windows [SEQ ...] [--drives N] [--make FILE] [--json]
 """
 
 from __future__ import annotations
@@ -19,19 +22,25 @@ import argparse
 import sys
 import tempfile
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from gprodom.benchmark.motion import read_beside
+from gprodom.calibrate.k import measure_shifts
 from gprodom.config import STANDARD
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.gpr import find_apexes
 from gprodom.ground.scene import Layer, Pipe, Scene, Stones, read_scene
 from gprodom.lcm.constants import kind
+from gprodom.lcm.logs import read_roles
+from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
+from gprodom.plot.observability import measure, observe, pool
 from gprodom.random_streams import stream
 from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
@@ -187,12 +196,28 @@ def judged(log: Path, folder: Path, pipes: Path, run: Any) -> dict[str, Any]:
     }
 
 
+def windows(sequences: list[Path]) -> dict[str, Any]:
+    """The figures of all windows together."""
+    method = find_method("salient")
+    seen = []
+    for sequence in sequences:
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            folder = Path(name)
+            log = as_log(sequence, folder, read_beside(sequence)[1])
+            truth = read_truth(sequence).trajectory
+            shifts = measure_shifts(log, method, (), (), truth, folder / "output.lcmlog")
+            wheel = wheel_distance(read_roles(log, STANDARD.of("wheel")))
+            seen.append(observe(shifts, *wheel))
+    return asdict(measure(pool(seen)))
+
+
 def main() -> int:
     """Runs one part."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("part", choices=("apexes", "drives"))
+    parser.add_argument("part", choices=("apexes", "drives", "windows"))
+    parser.add_argument("sequences", type=Path, nargs="*", metavar="SEQ", help="of windows")
     parser.add_argument("--drives", type=int, default=6, metavar="N", help="default %(default)s")
     parser.add_argument("--make", type=Path, metavar="FILE", help="make the lines, to this file")
     add_json_flag(parser)
@@ -200,7 +225,10 @@ def main() -> int:
     if args.make:
         make_lines(args.make)
         return 0
-    rows = apexes() if args.part == "apexes" else [drive(seed) for seed in range(args.drives)]
+    if args.part == "windows":
+        rows = [windows(args.sequences)]
+    else:
+        rows = apexes() if args.part == "apexes" else [drive(seed) for seed in range(args.drives)]
     if args.json:
         print_json(rows)
     else:

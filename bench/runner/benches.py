@@ -34,6 +34,7 @@ from readers import (
     process_faults,
     radar_time_offset,
     realism,
+    salient,
     short_name,
     smoothers,
 )
@@ -47,6 +48,7 @@ SLIP_KINDS = (
     "--methods=wheel,imu_wheel,gprodom,gprodom_full",
     "-j1",
 )
+PIPE_LINES = "{checkout}/test/python/pipe_lines.npz"
 FAULTS = ("-c", "{checkout}/config/cmu_gpr.yaml", "--combinations=0", "-j1")
 
 
@@ -129,6 +131,23 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
         ),
         Bench(
             "methods", "The paper's methods", "methods.py", METHOD, of_scenes(data), settable=False
+        ),
+        Bench(
+            "salient",
+            "Apexes of pipes, and what windows and a map of pipes tell",
+            "salient.py",
+            salient,
+            (
+                Job("apexes", ("apexes",), (PIPE_LINES,), True, "apexes"),
+                Job("drives", ("drives",), (), ("drives", "--drives=1"), "drives"),
+                Job(
+                    "windows",
+                    ("windows", *(job.data[0] for job in twelve)),
+                    tuple(job.data[0] for job in twelve),
+                    prefix="windows",
+                ),
+            ),
+            settable=False,
         ),
         Bench(
             "faults",

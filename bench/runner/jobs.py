@@ -14,8 +14,8 @@ sys.path.append(str(BENCH))
 from recordings import RECORDINGS
 
 PAPER = (
-    "wheel,gpr_sfm,imu_wheel,bscan,bscan_signed,dec,dec_signed,sfm,sfm_signed,trace_count,"
-    "trace_count_signed,gprodom"
+    "wheel,gpr_sfm,imu_wheel,bscan,bscan_signed,dec,dec_signed,sfm,sfm_signed,salient,"
+    "salient_signed,trace_count,trace_count_signed,gprodom"
 )
 
 

@@ -6,7 +6,19 @@ from collections.abc import Iterator
 from statistics import fmean, median, pstdev
 from typing import Any
 
-from figures import COUNT, ERROR_M, NEES, RATIO, SECONDS, SHARE, Better, Figure, Unit, by_row
+from figures import (
+    COUNT,
+    ERROR_M,
+    NEES,
+    RATIO,
+    SECONDS,
+    SHARE,
+    TIME_SPREAD,
+    Better,
+    Figure,
+    Unit,
+    by_row,
+)
 
 
 def short_name(sequence: str) -> str:
@@ -171,6 +183,17 @@ def changed_ground(content: Any) -> Iterator[Figure]:
     yield from by_row(lambda row: f"{row['change_percent']:g} %", VISIT)(content["figures"])
 
 
+def salient(content: Any) -> Iterator[Figure]:
+    """bench/salient.py, its three parts; errors of apexes by their size."""
+    for row in content:
+        where = (
+            (row["clutter"], row["pipe"]) if "clutter" in row else (str(row.get("seed", "all")),)
+        )
+        sizes = {key: abs(row[key]) for key in ("off_m", "depth_error") if key in row}
+        name = "/".join(where)
+        yield from by_row(lambda _, name=name: name, SALIENT)([row | sizes])
+
+
 def radar_time_offset(content: Any) -> Iterator[Figure]:
     """bench/radar_time_offset.py; s."""
     values = {"mean_s": COUNT, "rms_s": SECONDS, "worst_s": SECONDS, "told_s": COUNT}
@@ -235,6 +258,34 @@ def hostile_packets(content: Any) -> Iterator[Figure]:
     yield Figure("memory_end_mb", content["memory_end_mb"], "MB", "lower", 1.0)
 
 
+SALIENT = {
+    "found": SHARE,
+    "off_m": ERROR_M,
+    "depth_error": RATIO,
+    "permittivity_ratio": COUNT,
+    "others_per_m": COUNT,
+    "wheel_m": Unit("m", ""),
+    "imu_wheel_m": ERROR_M,
+    "salient_m": ERROR_M,
+    "salient_answered": SHARE,
+    "salient_s": Unit("s", "lower", TIME_SPREAD),
+    "salient_pipes_m": ERROR_M,
+    "salient_pipes_answered": SHARE,
+    "salient_pipes_s": Unit("s", "lower", TIME_SPREAD),
+    "crossings": COUNT,
+    "answered": SHARE,
+    "answers": COUNT,
+    "revisits": COUNT,
+    "wrong": Unit("", "lower"),
+    "rms_m": ERROR_M,
+    "windows": COUNT,
+    "commonest_shift": COUNT,
+    "commonest_share": COUNT,
+    "correlation": COUNT,
+    "correlation_size": COUNT,
+    "residual_rms_m": ERROR_M,
+    "constant_rms_m": Unit("m", ""),
+}
 DAY = {
     "located_after_m": ERROR_M,
     "with_map_m": ERROR_M,

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from gprodom.arrays import Floats
 from gprodom.errors import Error
+from gprodom.ground.scene import read_mapping, read_section
 
 
 @dataclass(frozen=True)
@@ -30,38 +29,32 @@ class PipeMap:
         return (difference + half) % self.length - half if self.length else difference
 
 
+@dataclass(frozen=True)
+class _Crossing:
+    x: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class _Content:
+    pipes: Any
+    wave_speed: float = 1e8
+    length: float = 0.0
+
+
 def read_pipes(path: Path) -> PipeMap:
     """A YAML file: `pipes`, a list of {x, depth} in m; if known `wave_speed` in m/s; for a closed
     line its `length` in m."""
-    try:
-        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise Error(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise Error(f"{path}: {' '.join(str(error).split())}") from None
-    if not isinstance(content, dict) or not content.get("pipes"):
-        raise Error(f"{path}: expected 'pipes', a list of {{x: M, depth: M}}")
-    for key in content:
-        if key not in ("pipes", "wave_speed", "length"):
-            raise Error(f"{path}: {key}: unknown key; expected pipes, wave_speed or length")
-    places = []
-    for i, pipe in enumerate(content["pipes"]):
-        if not isinstance(pipe, dict) or set(pipe) != {"x", "depth"}:
-            raise Error(f"{path}: pipes[{i}]: expected the keys x and depth")
-        places.append([_number(pipe[key], f"{path}: pipes[{i}].{key}") for key in ("x", "depth")])
-    x, depth = np.array(places).T
-    speed = _number(content.get("wave_speed", 1e8), f"{path}: wave_speed")
-    length = _number(content.get("length", 0.0), f"{path}: length")
-    if np.any(depth <= 0) or not 1e7 < speed < 3e8 or length < 0:
-        raise Error(f"{path}: expected depth above 0, wave_speed from 1e7 to 3e8, length 0 or more")
-    return PipeMap(x, depth, speed, length)
-
-
-def _number(value: Any, where: str) -> float:
-    try:
-        number = float(value)  # YAML 1.1 reads 1e8 as text
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise Error(f"{where}: {value!r}: expected a number")
-    return number
+    content = read_section(_Content, read_mapping(path), str(path))
+    if not isinstance(content.pipes, list) or not content.pipes:
+        raise Error(f"{path}: pipes: expected a list of {{x: M, depth: M}}")
+    found = [
+        read_section(_Crossing, pipe, f"{path}: pipes[{i}]") for i, pipe in enumerate(content.pipes)
+    ]
+    x, depth = np.array([[pipe.x, pipe.depth] for pipe in found]).T
+    numbers = np.array([*x, *depth, content.length])
+    if not (np.all(np.isfinite(numbers)) and np.all(depth > 0) and content.length >= 0):
+        raise Error(f"{path}: expected finite x, depth above 0, and length 0 or more")
+    if not 1e7 < content.wave_speed < 3e8:
+        raise Error(f"{path}: wave_speed: expected 1e7 to 3e8 m/s")
+    return PipeMap(x, depth, content.wave_speed, content.length)

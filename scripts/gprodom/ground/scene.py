@@ -121,26 +121,37 @@ class Scene:
 _LISTS: dict[str, Any] = {"layers": Layer, "bars": Bars, "pipes": Pipe, "stones": Stones}
 
 
-def read_scene(path: Path) -> Scene:
-    """The scene of a YAML file; unknown keys and wrong values are errors that name the key."""
+def read_mapping(path: Path) -> dict[str, Any]:
+    """A YAML file of keys and values; errors name the file."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
+    except OSError as error:
+        raise Error(f"{path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise Error(f"{path}: {' '.join(str(error).split())}") from None
     if not isinstance(content, dict):
-        raise Error(f"{path}: expected a mapping of the keys of a scene")
+        raise Error(f"{path}: expected keys and their values")
+    return content
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene of a YAML file; unknown keys and wrong values are errors that name the key."""
+    content = read_mapping(path)
     values: dict[str, Any] = {"name": path.stem, **content}
     for key, kind in _LISTS.items():
         items = values.get(key, [])
         if not isinstance(items, list):
             raise Error(f"{path}: {key}: expected a list")
-        values[key] = tuple(_section(kind, v, f"{path}: {key}[{i}]") for i, v in enumerate(items))
+        values[key] = tuple(
+            read_section(kind, v, f"{path}: {key}[{i}]") for i, v in enumerate(items)
+        )
     if "antenna" in values:
-        values["antenna"] = _section(Antenna, values["antenna"], f"{path}: antenna")
-    return _section(Scene, values, str(path))
+        values["antenna"] = read_section(Antenna, values["antenna"], f"{path}: antenna")
+    return read_section(Scene, values, str(path))
 
 
-def _section(kind: type[Section], values: Any, where: str) -> Section:
+def read_section(kind: type[Section], values: Any, where: str) -> Section:
+    """The dataclass `kind` of a mapping; unknown, missing and wrong keys are errors at `where`."""
     if not isinstance(values, dict):
         raise Error(f"{where}: expected a mapping")
     known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.ground.laid import LaidTraces, Piece
 from gprodom.lcm.answers import Answer
 from gprodom.lcm.constants import kind
 from gprodom.learned.model import Network, read_record, to_offset, to_spacing, widening
@@ -27,7 +28,6 @@ PARALLEL = math.radians(25)  # of headings, either way
 NEAR = 0.6  # m; images whose middles lie so close by the track are compared
 DRIFT = 0.02  # by which that grows with the way between them
 MOST = 24  # images compared with one, the nearest
-KEPT_TRACES = 4000  # traces that are kept for images
 
 
 class SequentialTeller:
@@ -88,6 +88,21 @@ class _Image:
     forwards: bool
 
 
+def _image(piece: Piece) -> _Image:
+    """Of the last LENGTH of way."""
+    middle = piece.way[-1] - LENGTH / 2
+    yaw = piece.at(middle, piece.yaw)
+    return _Image(
+        image(piece.traces, piece.along, piece.way[-1] - LENGTH),
+        int(piece.at(middle, piece.utime)),
+        piece.at(middle, piece.x),
+        piece.at(middle, piece.y),
+        yaw if piece.forwards else yaw + math.pi,
+        middle,
+        piece.forwards,
+    )
+
+
 class PairTeller:
     """learned_pair: images along the estimated track; those of ground seen before are revisits."""
 
@@ -96,61 +111,23 @@ class PairTeller:
         self._network = Network(folder, "learned_pair")
         self._widen = widening(record, "learned_pair")
         self._accept = float(record["training"]["learned_pair"]["accept"])
-        self._traces: deque[tuple[int, Floats]] = deque(maxlen=KEPT_TRACES)
-        # Of each pose since the direction last changed: time, signed way, x, y.
-        self._track: list[tuple[int, float, float, float, float]] = []
-        self._way = 0.0
-        self._forwards = True
-        self._next = LENGTH
+        self._laid = LaidTraces(LENGTH, EVERY, COLUMN, 0.1 * COLUMN)
         self._images: list[_Image] = []
 
     def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
         """Hears a trace."""
-        self._traces.append((utime, to_rows(samples[None], sample_interval)[0]))
+        self._laid.trace(utime, to_rows(samples[None], sample_interval)[0])
         return []
 
     def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
         """Hears a pose of the track; tells of a revisit when an image is complete."""
-        if self._track:
-            _, _, before_x, before_y, _ = self._track[-1]
-            step = (x - before_x) * math.cos(yaw) + (y - before_y) * math.sin(yaw)
-            if abs(step) < 0.1 * COLUMN:
-                return []
-            if (step > 0) != self._forwards or abs(step) > LENGTH:
-                self._forwards, self._next = step > 0, self._way + LENGTH
-                self._track = self._track[-1:]
-            self._way += abs(step)
-        self._track.append((utime, self._way, x, y, yaw))
-        if self._way < self._next or len(self._track) < 3:
+        piece = self._laid.pose(utime, x, y, yaw)
+        if piece is None:
             return []
-        self._next = self._way + EVERY
-        made = self._image()
-        if made is None:
-            return []
+        made = _image(piece)
         answers = self._compare(utime, made)
         self._images.append(made)
         return answers
-
-    def _image(self) -> _Image | None:
-        """Of the last LENGTH of way."""
-        times, ways, xs, ys, yaws = np.array(self._track).T
-        start = max(int(np.searchsorted(ways, self._way - 1.2 * LENGTH)) - 1, 0)
-        self._track = self._track[start:]
-        traces = [(t, rows) for t, rows in self._traces if times[start] <= t <= times[-1]]
-        if len(traces) < LENGTH / (4 * COLUMN):
-            return None
-        stamps = np.array([t for t, _ in traces], np.float64)
-        along = np.interp(stamps, times, ways)
-        if np.diff(along).max() > 5 * COLUMN:
-            return None
-        picture = image(np.array([rows for _, rows in traces]), along, self._way - LENGTH)
-        middle = self._way - LENGTH / 2
-        yaw = float(np.interp(middle, ways, np.unwrap(yaws)))
-        heading = yaw if self._forwards else yaw + math.pi
-        x, y = float(np.interp(middle, ways, xs)), float(np.interp(middle, ways, ys))
-        return _Image(
-            picture, int(np.interp(middle, ways, times)), x, y, heading, middle, self._forwards
-        )
 
     def _compare(self, utime: int, made: _Image) -> list[Answer]:
         """With those of earlier passes that the track puts near it."""

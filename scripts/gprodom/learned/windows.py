@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.ground.laid import columns_at
 
 ROWS = 64
 ROW_TIME = 6e-10  # s
@@ -58,7 +59,4 @@ def image(rows: Floats, along: Floats, first: float) -> Floats:
     """(ROWS, COLUMNS): the traces `rows` (n, ROWS) at the places `along` (n,), m, ascending,
     interpolated from `first` (m) on."""
     wanted = first + COLUMN * (0.5 + np.arange(COLUMNS))
-    after = np.clip(np.searchsorted(along, wanted), 1, len(along) - 1)
-    gap = np.maximum(along[after] - along[after - 1], 1e-9)
-    part = np.clip((wanted - along[after - 1]) / gap, 0, 1)[:, None].astype(np.float32)
-    return np.ascontiguousarray(((1 - part) * rows[after - 1] + part * rows[after]).T)
+    return np.ascontiguousarray(columns_at(wanted, rows, along).T)

@@ -14,16 +14,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.ground.laid import LaidTraces, Piece, columns_at
 from gprodom.ground.pipes import PipeMap
 from gprodom.lcm.answers import Answer
 from gprodom.lcm.constants import kind
 
 COLUMN = 0.02  # m of an image, about a tenth of the wavelength in the ground
 LENGTH = 3.0  # m of an image: both flanks, at 45 degrees, of an echo 1.25 m deep
-REVERSES_M = 0.1  # a step back is no turn, but a correction of the odometry
+TURN_M = 0.1  # a shorter step back is no turn, but a correction of the odometry
 EVERY = 0.5  # m from an image to the next; each looks for apexes in its middle EVERY
 SPEEDS = (0.55e8, 1.75e8)  # m/s: waves in wet soil, and in dry sand
-SIGMA_M = 0.03  # of an apex: full-wave ground shows 1 cm for thin pipes, 9 for one of 22 cm
+# Of an apex's place. Straight rays from a pipe 0.5 m deep, through permittivity that varies by 15 %
+# over grains of 10 by 6 cm, move the hyperbola that fits them by 2 cm (docs/sfm.md). What pipes of
+# this map show (`PipeTeller.sigma`) counts where it is more.
+APEX_M = 0.02
+FEW = 5  # ways from pipe to pipe, whose median is known to half of itself
 DRIFT = 0.03  # of the way: odometry between two pipes, slip included
 DEPTH_SHARE, DEPTH_M = 0.1, 0.03  # of a depth: of the wave speed; of the pipe's radius
 SIGMAS = 3.0  # of a gate
@@ -64,79 +69,60 @@ class PipeTeller:
     pipes: PipeMap
     longest_s: float = 20.0  # from pipe to pipe, within the estimator's window
     apexes: int = 0
-    _traces: deque[tuple[int, Floats]] = field(default_factory=lambda: deque(maxlen=4000))
-    _format: tuple[float, int] = (0.0, 0)  # s between samples, samples of a trace
-    _track: list[tuple[int, float]] = field(default_factory=list)  # of the next image: time, s
-    _pose: tuple[float, float] | None = None
-    _s: float = 0.0
+    _laid: LaidTraces = field(default_factory=lambda: LaidTraces(LENGTH, EVERY, COLUMN, TURN_M))
+    _interval: float = 0.0  # s between samples
     _forwards: bool = True
-    _next: float = LENGTH  # way from the track's begin to the next image
     _found: deque[_Apex] = field(default_factory=lambda: deque(maxlen=200))
     _place: _Place | None = None
     _last: tuple[int, _Apex] | None = None  # pipe
     _seen: dict[int, tuple[_Apex, bool]] = field(default_factory=dict)  # by pipe; forwards?
+    _misfits: list[float] = field(default_factory=list)  # m, from pipe to pipe, odometry less map
 
     def trace(self, utime: int, samples: Floats, sample_interval: float) -> list[Answer]:
         """Hears a trace."""
-        if self._traces and (sample_interval, samples.size) != self._format:
-            self._traces.clear()
-        self._format = sample_interval, samples.size
-        self._traces.append((utime, samples))
+        self._interval = sample_interval
+        self._laid.trace(utime, samples)
         return []
 
     def pose(self, utime: int, x: float, y: float, yaw: float) -> list[Answer]:
         """Hears a pose by odometry, m and rad."""
-        if self._pose is not None:
-            step = (x - self._pose[0]) * math.cos(yaw) + (y - self._pose[1]) * math.sin(yaw)
-            turned = (step > 0) != self._forwards
-            if abs(step) < (REVERSES_M if turned else 0.1 * COLUMN):
-                return []
-            if turned:
-                self._forwards, self._track, self._next = step > 0, self._track[-1:], LENGTH
-            self._s += step
-        self._pose = x, y
-        self._track.append((utime, self._s))
-        if abs(self._s - self._track[0][1]) < self._next:
+        piece = self._laid.pose(utime, x, y, yaw)
+        if piece is None:
             return []
-        begin = next(i for i, (_, s) in enumerate(self._track) if abs(self._s - s) <= LENGTH)
-        self._track, self._next = self._track[max(begin - 1, 0) :], LENGTH + EVERY
-        return [answer for apex in self._apexes() for answer in self._heard(utime, apex)]
+        return [answer for apex in self._apexes(piece) for answer in self._heard(utime, apex)]
 
-    def _apexes(self) -> list[_Apex]:
-        """In the middle of the last LENGTH, in the order of the way."""
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of an apex's place, m: by the median way from pipe to pipe, of which
+        the map tells another than the odometry. It is not below APEX_M; while few ways are known,
+        it is what the odometry errs by in an image."""
+        if len(self._misfits) < FEW:
+            return DRIFT * LENGTH
+        spread = 1.4826 * float(np.median(np.abs(self._misfits)))  # of a normal distribution
+        return max(APEX_M, spread / math.sqrt(2))
+
+    def _apexes(self, piece: Piece) -> list[_Apex]:
+        """In the middle of the piece, in the order of the way."""
         from gprodom._core import find_apexes
 
-        times, ways = np.array(self._track, np.float64).T
-        traces = [(t, samples) for t, samples in self._traces if times[0] <= t <= times[-1]]
-        if len(traces) < LENGTH / (5 * COLUMN):
-            return []
-        way = np.abs(ways - ways[0])
-        along = np.interp(np.array([t for t, _ in traces], np.float64), times, way)
-        columns = np.arange(0, way[-1], COLUMN)
-        after = np.clip(np.searchsorted(along, columns), 1, len(along) - 1)
-        part = np.clip(
-            (columns - along[after - 1]) / np.maximum(np.diff(along)[after - 1], 1e-9), 0, 1
-        )
-        rows = np.array([samples for _, samples in traces])
-        mean = rows.mean(axis=0)
-        interval = self._format[0]
+        ways = np.arange(piece.way[-1] - LENGTH, piece.way[-1], COLUMN)
+        mean = piece.traces.mean(axis=0)
         # Recordings seldom say when the wave leaves: it is taken from the direct wave's maximum.
-        zero = float(np.argmax(np.abs(mean))) * interval
-        image = (1 - part[:, None]) * rows[after - 1] + part[:, None] * rows[after]
+        zero = float(np.argmax(np.abs(mean))) * self._interval
         found = []
         for apex in find_apexes(
-            image - mean,
-            sample_interval=interval,
+            columns_at(ways, piece.traces, piece.along) - mean,
+            sample_interval=self._interval,
             time_zero=zero,
             least_widening=2 * COLUMN / SPEEDS[1],
             most_widening=2 * COLUMN / SPEEDS[0],
         ):
-            place = apex.column * COLUMN
-            if abs(place - (way[-1] - LENGTH / 2)) > EVERY / 2:
+            way = float(ways[0]) + apex.column * COLUMN
+            if abs(way - (piece.way[-1] - LENGTH / 2)) > EVERY / 2:
                 continue
-            s = float(np.interp(place, way, ways))
             depth = apex.time * self.pipes.wave_speed / 2
-            found.append(_Apex(int(np.interp(place, way, times)), s, depth))
+            found.append(_Apex(int(piece.at(way, piece.utime)), piece.at(way, piece.s), depth))
+        self._forwards = piece.forwards
         return sorted(found, key=lambda apex: apex.utime)
 
     def _heard(self, utime: int, apex: _Apex) -> list[Answer]:
@@ -160,13 +146,13 @@ class PipeTeller:
             if near and all(abs(apex.s - other.s) > SIGMAS * DRIFT * LENGTH for other in seen):
                 seen.append(apex)
         s, depth = np.array([[apex.s - newest, apex.depth] for apex in seen]).T
-        sigma = np.hypot(SIGMA_M, DRIFT * s)[:, None]
+        sigma = np.hypot(APEX_M, DRIFT * s)[:, None]
         sigma_depth = np.hypot(DEPTH_SHARE * self.pipes.depth, DEPTH_M)
         in_depth = _normal(depth[:, None] - self.pipes.depth, sigma_depth) * DEEPEST
         margin = 0.0 if self.pipes.length else MEMORY_M
         first, last = self.pipes.x.min() - margin, self.pipes.x.max() + margin
         span = self.pipes.length or last - first
-        places = np.arange(first, first + span, SIGMA_M)
+        places = np.arange(first, first + span, APEX_M)
         evidence = np.zeros((2, len(places)))
         for row, sign in enumerate((1, -1)):
             off = self.pipes.apart(
@@ -189,14 +175,14 @@ class PipeTeller:
         """The only pipe that it can be; the place moves by what it shows."""
         sigma = math.hypot(place.sigma, DRIFT * (apex.s - place.s))
         off = self.pipes.apart(self.pipes.x - place.offset - place.sign * apex.s)
-        gate = SIGMAS * math.hypot(sigma, SIGMA_M)
+        gate = SIGMAS * math.hypot(sigma, self.sigma)
         sigma_depth = np.hypot(DEPTH_SHARE * self.pipes.depth, DEPTH_M)
         like = np.abs(apex.depth - self.pipes.depth) < SIGMAS * sigma_depth
         near = np.flatnonzero((np.abs(off) < gate) & like)
         if len(near) != 1:
             return None
         pipe = int(near[0])
-        gain = sigma**2 / (sigma**2 + SIGMA_M**2)
+        gain = sigma**2 / (sigma**2 + self.sigma**2)
         place.offset += gain * float(off[pipe])
         place.sigma, place.s = math.sqrt(1 - gain) * sigma, apex.s
         return pipe
@@ -204,30 +190,34 @@ class PipeTeller:
     def _tell(self, utime: int, pipe: int, apex: _Apex) -> list[Answer]:
         place = self._place
         assert place is not None
-        sigma = math.sqrt(2) * SIGMA_M
         answers = []
         if self._last is not None and self._last[0] != pipe:
             before, then = self._last
             between = float(self.pipes.x[pipe] - self.pipes.x[before])
+            driven = place.sign * (apex.s - then.s)
             if self.pipes.length:  # which way round, the odometry knows
-                laps = (place.sign * (apex.s - then.s) - between) / self.pipes.length
-                between += round(laps) * self.pipes.length
+                between += round((driven - between) / self.pipes.length) * self.pipes.length
+            self._misfits.append(driven - between)
             if 0 < apex.utime - then.utime < self.longest_s * 1e6:
-                answers.append(
-                    Answer(
-                        utime, then.utime, apex.utime, "salient", kind("EXTERNAL"),
-                        place.sign * between, sigma,
-                    )
-                )  # fmt: skip
+                answers.append(self._answer(utime, then, apex, "EXTERNAL", place.sign * between))
         if pipe in self._seen:
             then, forwards = self._seen[pipe]
-            answers.append(
-                Answer(
-                    utime, then.utime, apex.utime, "salient", kind("REVISIT"), 0.0, sigma,
-                    self._forwards != forwards,
-                )
-            )  # fmt: skip
+            mirrored = self._forwards != forwards
+            answers.append(self._answer(utime, then, apex, "REVISIT", 0.0, mirrored))
         else:
             self._seen[pipe] = apex, self._forwards
         self._last = pipe, apex
         return answers
+
+    def _answer(
+        self,
+        utime: int,
+        since: _Apex,
+        to: _Apex,
+        what: str,
+        distance: float,
+        mirrored: bool = False,
+    ) -> Answer:
+        sigma = math.sqrt(2) * self.sigma
+        times = utime, since.utime, to.utime
+        return Answer(*times, "salient", kind(what), distance, sigma, mirrored)
