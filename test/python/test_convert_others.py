@@ -19,6 +19,7 @@ from gprodom.ground.survey import read_survey
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.logs import read
 from gprodom.lcm.wire import decode
+from ids_file import ids_file
 
 HUSKY = ("--imu", "/imu/data", "--wheel", "/husky_velocity_controller/odom", "--truth", "/fix")
 
@@ -168,6 +169,43 @@ def test_real_survey_files(shared: Path) -> None:
     for line in (yosemite, dune):
         mean = line.traces.mean(axis=0)
         assert np.abs(mean).max() > 3 * np.std(line.traces[:, -100:])
+
+
+def test_real_ids_files(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Their headers contradict themselves: told with what the echoes say; the options decide."""
+    paths = [str(shared / "survey_files" / f"LID1000{i}.dt") for i in (1, 2)]
+    command = ["convert", "survey", *paths, "--aside", "0.1", "-o", str(tmp_path / "wall.npz")]
+    assert main(command) == 1
+    said = capsys.readouterr().err
+    assert "260.417 traces a metre (3.84 mm)" in said and "nominal step of 4 mm" in said
+    assert main([*command, "--spacing", "0.004"]) == 1
+    said = capsys.readouterr().err
+    assert "echoes of 2.4 or 0.24 GHz, of an antenna of 3 GHz" in said
+    assert "--sample-interval" in said
+    facts = figures(capsys, *command, "--spacing", "0.004", "--sample-interval", "2.34375e-11")
+    assert (facts["lines"], facts["traces"], facts["samples"]) == (2, 443, 512)
+    assert (facts["spacing_m"], facts["sample_interval_s"]) == pytest.approx((0.004, 2.34375e-11))
+
+
+def test_ids_file_is_read_or_refused(tmp_path: Path) -> None:
+    path = tmp_path / "l.dt"
+    traces = np.random.default_rng(1).integers(-3000, 3000, (5, 128))
+    path.write_bytes(ids_file(traces))
+    line = read_line(path)
+    np.testing.assert_array_equal(line.traces, traces)
+    assert (line.spacing, line.sample_interval) == pytest.approx((0.02, 2e-10))
+    assert not any(line.contradictions.values())
+    for data, said in (
+        (ids_file(traces)[:-7], "cut short"),
+        (ids_file(traces, counted=6), "header counts 6 traces, the file holds 5"),
+        (ids_file(traces, channels=2), "2 channels"),
+        (ids_file(traces[:, :64]), "cannot hold the 64 samples"),
+        (b"H" + ids_file(traces)[1:], "does not begin with a row V"),
+        (ids_file(traces).replace(b"    2.000000E-10", b"    0.000000E+00"), "number 10 of row H"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(Error, match=said):
+            read_line(path)
 
 
 def write_mala(path: Path, traces: np.ndarray, **changes: str) -> Path:

@@ -17,6 +17,7 @@ import pytest
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.survey_files import read_line
 from gprodom.errors import Error
+from ids_file import ids_file
 
 MUTATIONS = int(os.environ.get("GPRODOM_MUTATIONS", "300"))
 WORDS = [
@@ -128,10 +129,13 @@ DZT = {
 }
 
 
+IDS = {"line.dt": ids_file(np.zeros((5, 128)))}
+
+
 @pytest.mark.parametrize(
     "read",
-    [as_folder, as_zip, survey(DT1), survey(RD3), survey(IPRB), survey(DZT)],
-    ids=["csv", "zip", "dt1", "rd3", "iprb", "dzt"],
+    [as_folder, as_zip, survey(DT1), survey(RD3), survey(IPRB), survey(DZT), survey(IDS)],
+    ids=["csv", "zip", "dt1", "rd3", "iprb", "dzt", "dt"],
 )
 def test_damaged_files_are_read_or_refused(
     read: Callable[[Path, np.random.Generator], None], tmp_path: Path

@@ -9,7 +9,8 @@ import numpy as np
 
 from gprodom.arrays import Ints
 from gprodom.console import add_json_flag, format_table, print_json, warn
-from gprodom.convert.survey_files import Line, read_line
+from gprodom.convert.sampling import sample_interval
+from gprodom.convert.survey_files import Line, decide, mean_frequency, read_line
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
@@ -20,15 +21,17 @@ WAVE_SPEED = 1e8  # m/s, in dry ground; a third of it in wet
 EXAMPLES = """\
   gprodom convert survey beach_0001_0.iprb -o beach.npz
   gprodom convert survey line1.DT1 line2.DT1 --aside 0.2 --samples 201 -o field.npz
+  gprodom convert survey wall.dt --spacing 0.004 --sample-interval 2.34e-11 -o wall.npz
   gprodom simulate --ground field.npz --route line --distance 40 -o 1700000000-0-field-cmu-gpr.zip
 """
 
 DESCRIPTION = """\
 Reads lines of a radar survey: Sensors & Software DT1 (with HD), GSSI DZT, MALA RD3 and RD7 (with
-RAD), Impulse IPRB (with IPRH). Writes them as ground, over which `gprodom simulate --ground FILE`
-simulates a drive of any kind that fits on a line. Several files are parallel lines, each --aside
-metres to the left of the one before. They are cut to the shortest, and must have the same spacing
-and sampling.
+RAD), Impulse IPRB (with IPRH), IDS DT of one channel. Writes them as ground, over which `gprodom
+simulate --ground FILE` simulates a drive of any kind that fits on a line. Several files are
+parallel lines, each --aside metres to the left of the one before. They are cut to the shortest, and
+must have the same spacing and sampling. Where a header contradicts itself, --spacing or
+--sample-interval must decide.
 """
 
 
@@ -65,6 +68,12 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "--spacing", metavar="M", type=float, help="distance between traces, if the header is wrong"
     )
+    parser.add_argument(
+        "--sample-interval",
+        metavar="S",
+        type=sample_interval,
+        help="seconds between samples, if the header is wrong",
+    )
     add_json_flag(parser)
     parser.set_defaults(run=run)
 
@@ -75,8 +84,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"--aside {args.aside:g}: expected a distance above 0")
     if args.spacing is not None and not args.spacing > 0:
         raise UsageError(f"--spacing {args.spacing:g}: expected a distance above 0")
-    lines = [read_line(path) for path in args.files]
-    survey = join(lines, args.output.stem, args.aside, args.samples, args.spacing)
+    given = {"spacing": args.spacing, "sample_interval": args.sample_interval}
+    lines = [decide(read_line(path), path, **given) for path in args.files]
+    survey = join(lines, args.output.stem, args.aside, args.samples)
     write_survey(args.output, survey)
     apart, wavelength = survey.spacing, wavelength_m(survey.lines, survey.sample_interval)
     if apart > wavelength / 4:
@@ -100,9 +110,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def join(
-    lines: list[Line], name: str, aside: float, samples: int = 0, spacing: float | None = None
-) -> Survey:
+def join(lines: list[Line], name: str, aside: float, samples: int = 0) -> Survey:
     """Parallel lines as one survey, in int16."""
     first = lines[0]
     for line in lines:
@@ -117,7 +125,7 @@ def join(
     return Survey(
         name,
         _as_int16(traces),
-        spacing or first.spacing,
+        first.spacing,
         aside * np.arange(len(lines)),
         first.sample_interval,
         first.time_zero,
@@ -126,12 +134,9 @@ def join(
 
 
 def wavelength_m(lines: Ints, sample_interval: float) -> float:
-    """Wavelength of the echoes in (k, n, samples): without the mean trace, at the mean frequency by
-    energy, with the wave speed of dry ground."""
-    echoes = lines - lines.mean(axis=1, keepdims=True)
-    energy = (np.abs(np.fft.rfft(echoes, axis=2)) ** 2).mean(axis=(0, 1))
-    frequency = np.fft.rfftfreq(lines.shape[2], sample_interval)
-    mean = float(energy @ frequency / max(energy.sum(), 1e-300))
+    """Wavelength of the echoes in (k, n, samples) at their mean frequency, with the wave speed of
+    dry ground."""
+    mean = mean_frequency(lines, sample_interval)
     return WAVE_SPEED / mean if mean > 0 else float("inf")
 
 

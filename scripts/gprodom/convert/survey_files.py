@@ -1,9 +1,10 @@
 """Survey files of radar makers: lines of traces at even spacing.
 
 Read here: Sensors & Software (DT1 with HD), GSSI (DZT), MALA (RD3 or RD7 with RAD) and Impulse
-(IPRB with IPRH); the layouts are the makers' published ones. Headers are trusted. A file
-with fewer traces than its header states, or with a part of one, was cut short and is refused. One
-with more was extended after its header was written, and is read completely.
+(IPRB with IPRH), whose layouts are the makers' published ones; and IDS (DT), whose layout is read
+off files. Headers are trusted where they do not contradict themselves. A file with fewer traces
+than its header states, or with a part of one, was cut short and is refused. One with more was
+extended after its header was written, and is read completely.
 """
 
 from __future__ import annotations
@@ -11,13 +12,15 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gprodom.arrays import Ints
+from gprodom.console import warn
 from gprodom.errors import Error
 from gprodom.files import also_read
 
@@ -30,12 +33,37 @@ class Line:
     """traces: (n, samples) int32, counts. spacing: m between traces. sample_interval: s.
 
     time_zero: s from the first sample to when the file says that the wave leaves.
+    contradictions: of `spacing` or `sample_interval`, what the header says of it, where it says one
+    thing and another.
     """
 
     traces: Ints
     spacing: float
     sample_interval: float
     time_zero: float
+    contradictions: Mapping[str, str] = field(default_factory=dict)
+
+
+def decide(line: Line, path: Path, **given: float | None) -> Line:
+    """The line with what is `given` of it (`spacing`, `sample_interval`; None: nothing) in place of
+    what its header says. Of what the header contradicts itself in, something must be given."""
+    for name, value in given.items():
+        said = line.contradictions.get(name)
+        option = f"--{name.replace('_', '-')}"
+        if said and value is None:
+            raise Error(f"{path}: the header contradicts itself: {said}; decide with {option}")
+        if said:
+            warn(f"{path}: the header contradicts itself: {said}; {option} {value:g} decides")
+    known: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    return replace(line, **known)
+
+
+def mean_frequency(lines: Ints, sample_interval: float) -> float:
+    """Hz, by energy: of the echoes in (..., n, samples), the traces without the mean one."""
+    echoes = lines - lines.mean(axis=-2, keepdims=True)
+    energy = (np.abs(np.fft.rfft(echoes)) ** 2).reshape(-1, lines.shape[-1] // 2 + 1).mean(axis=0)
+    frequency = np.fft.rfftfreq(lines.shape[-1], sample_interval)
+    return float(energy @ frequency / max(energy.sum(), 1e-300))
 
 
 def read_line(path: Path) -> Line:
@@ -192,11 +220,96 @@ def _read_dzt(path: Path) -> Line:
     return Line(traces.astype(np.int32), spacing, window * 1e-9 / samples, 0.0)
 
 
+# Of an IDS file's row H: where the numbers begin, and the characters of each; which they are, read
+# off files whose settings are known.
+_IDS_NUMBERS, _IDS_WIDTH, _IDS_COUNT = 48, 16, 10
+_IDS_WINDOW, _IDS_PER_METRE, _IDS_STEP, _IDS_NOMINAL, _IDS_INTERVAL = 2, 4, 5, 6, 9
+
+
+def _read_ids(path: Path) -> Line:
+    """Rows of one width, which the first row tells. Each begins with its kind: R is a trace of
+    int16, H the numbers, A... the antennas, S the settings in words."""
+    data = path.read_bytes()
+    width = int.from_bytes(data[4:6], "little")
+    if data[:1] != b"V" or width < _IDS_NUMBERS + _IDS_COUNT * _IDS_WIDTH:
+        raise Error(f"{path}: not an IDS file: it does not begin with a row V that tells its width")
+    count = _whole_traces(path, len(data), width)
+    rows = np.frombuffer(data[: count * width], np.uint8).reshape(count, width)
+    texts = [bytes(row) for row in rows if row[0] != ord("R")]
+    head = next((text for text in texts if text[:1] == b"H"), None)
+    if head is None:
+        raise Error(f"{path}: not an IDS file: it has no row H with the number of samples")
+    counted, samples = struct.unpack_from("<2I", head, 8)
+    channels = re.search(rb"N_CHANNEL= *(\d+)", b" ".join(texts))
+    if channels is not None and int(channels[1]) != 1:
+        raise Error(f"{path}: {int(channels[1])} channels; only files of one channel are read")
+    if not 2 <= samples <= _MAX_SAMPLES or 4 + 2 * samples != width:
+        raise Error(
+            f"{path}: rows of {width} bytes cannot hold the {samples} samples of the header"
+        )
+    traces = np.ascontiguousarray(rows[rows[:, 0] == ord("R"), 4:]).view("<i2").astype(np.int32)
+    if len(traces) < counted:
+        raise Error(
+            f"{path}: cut short: the header counts {counted} traces, the file holds {len(traces)}; "
+            "copy it anew"
+        )
+    if len(traces) < 2:
+        raise Error(f"{path}: expected at least two traces, got {len(traces)}")
+    numbers = _ids_numbers(path, head)
+    per_metre = numbers[_IDS_PER_METRE]
+    steps = {
+        f"{per_metre:g} traces a metre ({1e3 / per_metre:.4g} mm)": 1 / per_metre,
+        f"a step of {1e3 * numbers[_IDS_STEP]:.4g} mm": numbers[_IDS_STEP],
+        f"a nominal step of {1e3 * numbers[_IDS_NOMINAL]:.4g} mm": numbers[_IDS_NOMINAL],
+    }
+    by_window, interval = numbers[_IDS_WINDOW] / samples, numbers[_IDS_INTERVAL]
+    at_window, at_interval = (mean_frequency(traces, each) * 1e-9 for each in (by_window, interval))
+    intervals = {
+        f"{samples} samples in {1e9 * numbers[_IDS_WINDOW]:g} ns ({by_window:g} s)": by_window,
+        f"a sample interval of {interval:g} s": interval,
+    }
+    contradictions = {
+        "spacing": _differing(steps),
+        "sample_interval": _differing(intervals, _ids_antenna(texts, at_window, at_interval)),
+    }
+    return Line(traces, 1 / per_metre, by_window, 0.0, contradictions)
+
+
+def _ids_numbers(path: Path, head: bytes) -> list[float]:
+    numbers = []
+    for i in range(_IDS_COUNT):
+        start = _IDS_NUMBERS + i * _IDS_WIDTH
+        try:
+            numbers.append(float(head[start : start + _IDS_WIDTH]))
+        except ValueError:
+            numbers.append(math.nan)
+    for i in (_IDS_WINDOW, _IDS_PER_METRE, _IDS_STEP, _IDS_NOMINAL, _IDS_INTERVAL):
+        if not 0 < numbers[i] < math.inf:
+            raise Error(f"{path}: number {i + 1} of row H: expected more than 0")
+    return numbers
+
+
+def _ids_antenna(texts: list[bytes], at_window: float, at_interval: float) -> str:
+    """What the echoes' frequencies (GHz), with the one interval and the other, say beside that of
+    the antenna (its row ends with MHz)."""
+    row = next((text for text in texts if text[:3] == b"ATX"), b"")
+    stated = re.search(rb"(\d+)[ \0]*$", row)
+    antenna = f", of an antenna of {int(stated[1]) * 1e-3:g} GHz" if stated else ""
+    return f" (echoes of {at_window:.2g} or {at_interval:.2g} GHz{antenna})"
+
+
+def _differing(stated: Mapping[str, float], more: str = "") -> str:
+    """What is stated, where it differs by more than its digits do; otherwise nothing."""
+    values = list(stated.values())
+    return "" if max(values) < 1.001 * min(values) else " beside ".join(stated) + more
+
+
 _READERS: dict[str, Callable[[Path], Line]] = {
     ".dt1": _read_dt1,
     ".dzt": _read_dzt,
     ".rd3": _read_mala,
     ".rd7": _read_mala,
     ".iprb": _read_impulse,
+    ".dt": _read_ids,
 }
 SUFFIXES = frozenset(_READERS)  # of files that `read_line` reads

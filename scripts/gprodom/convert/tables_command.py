@@ -30,7 +30,7 @@ from gprodom.convert.layout import (
     read_layout,
 )
 from gprodom.convert.sampling import sample_interval
-from gprodom.convert.survey_files import SUFFIXES, read_line
+from gprodom.convert.survey_files import SUFFIXES, decide, read_line
 from gprodom.convert.table import Table
 from gprodom.convert.wheels import added_up, continued, pair_stream, wheel_stream
 from gprodom.errors import Error, UsageError
@@ -297,7 +297,7 @@ def _gpr(layout: Layout, channels: Channels, strict: bool) -> Stream:
         table = _read(layout, "gpr", range(9, 16_385), strict, integers=True, scale=scale)
         stream = gpr_stream(channels.gpr_trace, table.utime, table.values, interval, 0.0)
         return replace(stream, out_of_order=table.out_of_order)
-    line = read_line(source.file)
+    line = decide(read_line(source.file), source.file, sample_interval=interval)
     if "gpr_times" not in layout.sources:
         raise UsageError(f"{source.file}: holds no times: give --gpr-times, a row for each trace")
     times = _read(layout, "gpr_times", (1,), strict=True)  # a row for each trace, none left out
@@ -306,8 +306,9 @@ def _gpr(layout: Layout, channels: Channels, strict: bool) -> Stream:
             f"{source.file}: {len(line.traces)} traces, but {len(times.utime)} rows in "
             f"{layout.sources['gpr_times'].file}"
         )
-    interval = interval or line.sample_interval
-    return gpr_stream(channels.gpr_trace, times.utime, line.traces, interval, line.time_zero)
+    return gpr_stream(
+        channels.gpr_trace, times.utime, line.traces, line.sample_interval, line.time_zero
+    )
 
 
 def _position(layout: Layout, strict: bool) -> Stream:
