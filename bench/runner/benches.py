@@ -25,6 +25,7 @@ from readers import (
     changed_ground,
     consistency,
     days,
+    doctor,
     faults,
     hostile_packets,
     immobilised,
@@ -131,6 +132,14 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
         ),
         Bench(
             "methods", "The paper's methods", "methods.py", METHOD, of_scenes(data), settable=False
+        ),
+        Bench(
+            "doctor",
+            "What `gprodom doctor` names, of 26 kinds of damage, and in good recordings",
+            "doctor.py",
+            doctor,
+            simulated("--recordings=200", short=("--recordings=9", "--damaged=1")),
+            settable=False,
         ),
         Bench(
             "salient",

@@ -194,6 +194,20 @@ def salient(content: Any) -> Iterator[Figure]:
         yield from by_row(lambda _, name=name: name, SALIENT)([row | sizes])
 
 
+def doctor(content: Any) -> Iterator[Figure]:
+    """bench/doctor.py."""
+    values = {
+        "recordings": COUNT,
+        "found_in_good": Unit("", "lower"),
+        "named": SHARE,
+        "tried": COUNT,
+    }
+    yield from by_row(lambda _: "", values)([content])
+    yield from by_row(lambda row: str(row["damage"]), values)(
+        {**row, "named": row["named"] / row["tried"]} for row in content["kinds"] if row["tried"]
+    )
+
+
 def radar_time_offset(content: Any) -> Iterator[Figure]:
     """bench/radar_time_offset.py; s."""
     values = {"mean_s": COUNT, "rms_s": SECONDS, "worst_s": SECONDS, "told_s": COUNT}

@@ -19,7 +19,6 @@ import gprodom
 from gprodom.benchmark.jobs import Outcome, Sequence, Settings, fit_on_others, shifts_path
 from gprodom.benchmark.page import write_report
 from gprodom.benchmark.pairs import compare_methods, interval
-from gprodom.benchmark.schedule import others_of
 from gprodom.benchmark.simulated import drives
 from gprodom.calibrate.k import Fit, Shifts, fit_k
 from gprodom.cli import main
@@ -273,12 +272,24 @@ def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
 
 
 def test_k_of_a_lone_scene_comes_from_the_others(tmp_path: Path) -> None:
-    """Two simulated drives are of two scenes: each has its K from the other."""
-    names = ("1-0-yard-cmu-gpr", "2-0-hall-cmu-gpr", "3-0-hall-cmu-gpr")
-    yard, hall, again = (Sequence(name, tmp_path, tmp_path / name, None) for name in names)
-    assert others_of(yard, [yard, hall]) == [hall]
-    assert others_of(hall, [yard, hall, again]) == [again]
-    assert others_of(yard, [yard]) == []
+    """Two simulated drives are of two scenes: each has its K from the other. So has one whose scene
+    has too few windows with an answer."""
+    rng = np.random.default_rng(3)
+    names = ("1-0-yard-cmu-gpr", "2-0-hall-cmu-gpr", "3-0-hall-cmu-gpr", "4-0-yard-cmu-gpr")
+    yard, hall, again, sparse = (Sequence(name, tmp_path, tmp_path / name, None) for name in names)
+    for each in (yard, hall, again, sparse):
+        each.folder.mkdir()
+        found = shifts(rng, 0.03)
+        few = slice(0, 5) if each is sparse else slice(None)
+        kept = {name: values[few] for name, values in vars(found).items()}
+        np.savez(shifts_path(each, "sfm"), key="", **kept)
+
+    def fitted_on(sequence: Sequence, *others: Sequence) -> tuple[str, ...]:
+        return fit_on_others(sequence, METHODS["sfm"], list(others))[1]
+
+    assert fitted_on(yard, hall) == (hall.name,)
+    assert fitted_on(hall, yard, again) == (again.name,)
+    assert fitted_on(yard, hall, again, sparse) == (hall.name, again.name, sparse.name)
 
 
 def test_the_report_says_on_what_k_was_fitted(tmp_path: Path) -> None:

@@ -47,9 +47,10 @@ sequences' own truth, and writes
 
 The scene is read off a sequence's name (TIME-0-SCENE-cmu-gpr). Methods with a K (displacement per
 unit of shift) have it fitted on the other sequences of the scene, or of all scenes where it has no
-other. A second run with the same arguments goes on where the first stopped; what changed is run
-again. A failure leaves the other rows going and ends with exit code 1. From {MIN_SEQUENCES}
-sequences on every two methods are compared by paired differences with bootstrap intervals.
+other, or too few windows with an answer. A second run with the same arguments goes on where the
+first stopped; what changed is run again. A failure leaves the other rows going and ends with exit
+code 1. From {MIN_SEQUENCES} sequences on every two methods are compared by paired differences with
+bootstrap intervals.
 
 --simulate N makes N sequences, kept in DIR/simulated (some 4 MB each): sequence i from seed S + i
 alone, grounds, routes and the kinds of --lasting taking turns. The same arguments give the same

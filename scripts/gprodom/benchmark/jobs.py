@@ -176,15 +176,27 @@ def load_shifts(sequence: Sequence, front_end: str) -> Shifts:
 def fit_on_others(
     sequence: Sequence, method: Method, others: list[Sequence]
 ) -> tuple[Fit, tuple[str, ...]]:
-    """K for `sequence` from `others`, and the names of those that have shifts."""
+    """K for `sequence`, and the names of the sequences that it is fitted on: of `others` those of
+    its scene that have shifts; where there is none, or they have too few, all that have.
+    """
     found = [other for other in others if shifts_path(other, method.front_end).exists()]
     if not found:
         raise Error(
             f"no other sequence with {method.front_end} shifts to fit K on: give more sequences, "
             "best of the same scene"
         )
-    fit = fit_k([load_shifts(other, method.front_end) for other in found])
-    return fit, tuple(other.name for other in found)
+    scene = [other for other in found if other.scene == sequence.scene]
+    if scene and scene != found:
+        try:
+            return _fit(method, scene)
+        except Error:  # too few windows of its scene have an answer
+            pass
+    return _fit(method, found)
+
+
+def _fit(method: Method, sequences: list[Sequence]) -> tuple[Fit, tuple[str, ...]]:
+    fit = fit_k([load_shifts(each, method.front_end) for each in sequences])
+    return fit, tuple(each.name for each in sequences)
 
 
 def run_job(

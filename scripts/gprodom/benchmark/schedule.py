@@ -60,7 +60,7 @@ def run_all(
                     method,
                     settings,
                     unmeasured.get((method.front_end, each.name), ""),
-                    others_of(each, sequences),
+                    [other for other in sequences if other != each],
                 )
                 for method in methods
                 for each in sequences
@@ -69,14 +69,6 @@ def run_all(
         finally:
             for sequence in sequences:
                 clean(sequence)
-
-
-def others_of(sequence: Sequence, sequences: list[Sequence]) -> list[Sequence]:
-    """Sequences on which K is fitted for `sequence`: the others of its scene, or of any scene if it
-    has no other.
-    """
-    others = [other for other in sequences if other != sequence]
-    return [other for other in others if other.scene == sequence.scene] or others
 
 
 class _Measure:

@@ -54,14 +54,14 @@ class Mount:
 
 def find_mount(log: dict[str, logs.Channel]) -> Mount:
     """Of a drive's log."""
-    windows = _windows(log, WINDOW_S, 0.0)
+    windows = windows_of(log, WINDOW_S, 0.0)
     moving = np.abs(windows[:, 6]) > STILL_MPS
     if moving.sum() * WINDOW_S < MIN_S:
         raise Error(f"the robot drives for less than {MIN_S:g} s")
     found = _mount(windows)
     if found.explained < ENOUGH_EXPLAINED:
         tries = [
-            _mount(_windows(log, window_s, late_s))
+            _mount(windows_of(log, window_s, late_s))
             for window_s in (WINDOW_S, LONGER_WINDOW_S)
             for late_s in np.arange(0.0, LATEST_S + 0.05, 0.1)
         ]
@@ -77,18 +77,18 @@ def find_mount(log: dict[str, logs.Channel]) -> Mount:
 
 
 def _mount(windows: Floats) -> Mount:
-    R, explained = _rotation(windows)
-    whole = rpy_of(R)
+    found = turned(windows)
+    whole = rpy_of(found.R)
     driven = np.cumsum(np.abs(windows[:, 6]) > STILL_MPS)
     # A part in which the robot stands shows no yaw, so each has as much driving in it.
     ends = np.searchsorted(driven, driven[-1] * np.arange(1, BLOCKS) / BLOCKS)
-    parts = np.array([rpy_of(_rotation(part)[0]) for part in np.split(windows, ends)])
+    parts = np.array([rpy_of(turned(part).R) for part in np.split(windows, ends)])
     off = (parts - whole + np.pi) % (2 * np.pi) - np.pi
     sigma = [spread(off[:, axis].tolist(), 0.0) for axis in range(3)]
-    return Mount(whole, (sigma[0], sigma[1], sigma[2]), explained)
+    return Mount(whole, (sigma[0], sigma[1], sigma[2]), found.explained)
 
 
-def _windows(log: dict[str, logs.Channel], window_s: float, late_s: float) -> Floats:
+def windows_of(log: dict[str, logs.Channel], window_s: float, late_s: float) -> Floats:
     """Means over windows (n, 8): force (3), rate (3), wheel speed, its change per second. late_s:
     of the wheel."""
     wheel_time, distance = wheel_distance(log)
@@ -115,8 +115,23 @@ def _means(time: Ints, values: Floats, edges: Ints, window_s: float) -> Floats:
     return np.asarray(np.diff(np.array(at_edges), axis=1).T / window_s)
 
 
-def _rotation(windows: Floats) -> tuple[Floats, float]:
-    """R_body_imu (3, 3), and the share of the horizontal acceleration that it explains."""
+@dataclass(frozen=True)
+class Turned:
+    """R: R_body_imu (3, 3). wanted: (n, 2), accelerations forwards and to the left that wheel and
+    gyro tell, less their means; felt: those that the accelerometer feels, with R. m/s^2."""
+
+    R: Floats
+    wanted: Floats
+    felt: Floats
+
+    @property
+    def explained(self) -> float:
+        """Share of what is felt."""
+        return 1 - float(np.sum((self.felt - self.wanted) ** 2) / np.sum(self.felt**2))
+
+
+def turned(windows: Floats) -> Turned:
+    """How the IMU of windows (n, 8) of `windows_of` is turned."""
     force, rate, speed, faster = windows[:, :3], windows[:, 3:6], windows[:, 6], windows[:, 7]
     still = np.abs(speed) < STILL_MPS
     bias = np.median(rate[still], axis=0) if still.sum() >= 4 else np.zeros(3)
@@ -135,8 +150,8 @@ def _rotation(windows: Floats) -> tuple[Floats, float]:
         forwards = np.cos(turn) * axes[0] + np.sin(turn) * axes[1]
         R = np.array([forwards, np.cross(up, forwards), up])
         gravity = (force - faster[:, None] * R[0] - aside[:, None] * R[1]).mean(axis=0)
-    left = seen @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) - wanted
-    return R, 1 - float(np.sum(left**2) / np.sum(seen**2))
+    back = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    return Turned(R, wanted, seen @ back)
 
 
 def rpy_of(R: Floats) -> tuple[float, float, float]:

@@ -73,6 +73,10 @@ def _changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
 
     samples = np.asarray(traces["samples"], np.float64)
     whole = check_traces(samples.astype(np.float32)) == 0
+    if np.count_nonzero(whole) < 3:
+        raise Error(
+            "hardly a trace can be used: all others are empty, or cut off (`gprodom doctor`)"
+        )
     time, samples = traces["utime"][whole] * 1e-6, samples[whole]
     filtered = band_pass(samples, float(np.median(traces["sample_interval"])))
     ground = filtered - np.median(filtered, axis=0)

@@ -8,8 +8,9 @@ only detect wrong units, which differ by a factor of ten or more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -42,14 +43,15 @@ _NAMES = {"imu_t": "IMU", "wheel_t": "wheel", "gpr_trace_t": "radar"}
 
 
 @dataclass
-class _Findings:
+class Findings:
+    """What is clearly wrong, and what may be."""
+
     wrong: list[str] = field(default_factory=list)
     doubtful: list[str] = field(default_factory=list)
 
 
 def check_streams(streams: Sequence[Stream]) -> None:
     """Raises `Error` if the streams are clearly wrong, and warns if they are doubtful."""
-    found = _Findings()
     times: dict[str, Ints] = {}
     content = {}
     for stream in streams:
@@ -62,6 +64,17 @@ def check_streams(streams: Sequence[Stream]) -> None:
         if name == "wheels_t":  # their mean is the wheel
             sides = np.add(content[kind]["left_ticks"], content[kind]["right_ticks"])
             content[kind]["ticks"] = 0.5 * sides
+    found = examine(times, content)
+    for text in found.doubtful:
+        warn(text)
+    if found.wrong:
+        raise Error("; ".join(found.wrong))
+
+
+def examine(times: Mapping[str, Ints], content: Mapping[str, Mapping[str, Any]]) -> Findings:
+    """times: stamps (n,), microseconds, by type (imu_t, wheel_t, gpr_trace_t); content: fields of
+    imu_t and wheel_t, a pair of wheels as their mean."""
+    found = Findings()
     for kind, utime in times.items():
         _check_stamps(kind, utime, found)
     if not found.wrong:  # else spans and rates of change mean nothing
@@ -71,13 +84,10 @@ def check_streams(streams: Sequence[Stream]) -> None:
         _check_imu(imu["utime"], imu["linear_acceleration"], imu["angular_velocity"], found)
         distance: Floats = np.multiply(wheel["ticks"], wheel["metres_per_tick"])
         _check_wheel(wheel["utime"], distance, imu["utime"], imu["linear_acceleration"], found)
-    for text in found.doubtful:
-        warn(text)
-    if found.wrong:
-        raise Error("; ".join(found.wrong))
+    return found
 
 
-def _check_stamps(kind: str, utime: Ints, found: _Findings) -> None:
+def _check_stamps(kind: str, utime: Ints, found: Findings) -> None:
     if len(utime) < 10:
         return
     name, steps = _NAMES[kind], np.diff(utime) * 1e-6
@@ -107,7 +117,7 @@ def _check_stamps(kind: str, utime: Ints, found: _Findings) -> None:
         )
 
 
-def _check_spans(times: dict[str, Ints], found: _Findings) -> None:
+def _check_spans(times: Mapping[str, Ints], found: Findings) -> None:
     """IMU and wheel must overlap in time; a radar may be switched on later."""
     spans = {kind: (int(t[0]) * 1e-6, int(t[-1]) * 1e-6) for kind, t in times.items() if len(t)}
     if not {"imu_t", "wheel_t"} <= spans.keys():
@@ -136,7 +146,7 @@ def _check_spans(times: dict[str, Ints], found: _Findings) -> None:
             found.doubtful.append(text)
 
 
-def _check_imu(utime: Ints, acceleration: Floats, rate: Floats, found: _Findings) -> None:
+def _check_imu(utime: Ints, acceleration: Floats, rate: Floats, found: Findings) -> None:
     # Of means: shaking, and turns to either side, make the force of single samples too large.
     norm = float(np.median(np.linalg.norm(_means(utime, acceleration, STEADY_S), axis=1)))
     if abs(norm - GRAVITY) > GRAVITY_TOLERANCE:
@@ -152,13 +162,13 @@ def _check_imu(utime: Ints, acceleration: Floats, rate: Floats, found: _Findings
         )
         (found.wrong if turn > TURN_RAD_S else found.doubtful).append(text)
     for name, values in (("acceleration", acceleration), ("angular rate", rate)):
-        constant = _longest_constant(utime, values)
+        constant = longest_constant(utime, values)
         if constant > max(5.0, MOST_CONSTANT * (int(utime[-1]) - int(utime[0])) * 1e-6):
             found.doubtful.append(f"IMU: the {name} does not change at all for {constant:.1f} s")
 
 
 def _check_wheel(
-    utime: Ints, distance: Floats, imu_utime: Ints, acceleration: Floats, found: _Findings
+    utime: Ints, distance: Floats, imu_utime: Ints, acceleration: Floats, found: Findings
 ) -> None:
     if len(utime) < 3:
         return
@@ -201,7 +211,7 @@ def _spread(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.sum(values**2, axis=1)))) if len(values) else 0.0
 
 
-def _longest_constant(utime: Ints, values: Floats) -> float:
+def longest_constant(utime: Ints, values: Floats) -> float:
     """Seconds of the longest stretch in which values (n, 3) stay the same to the last bit; time
     without a message is none of it."""
     steps = np.diff(utime)

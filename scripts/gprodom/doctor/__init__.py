@@ -1,0 +1,1 @@
+"""``gprodom doctor``: what is wrong with a recording, and what mends it."""

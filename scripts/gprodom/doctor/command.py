@@ -1,0 +1,85 @@
+"""``gprodom doctor``."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gprodom.config import config_arguments
+from gprodom.console import add_json_flag, print_json
+from gprodom.convert.sampling import sample_interval
+from gprodom.errors import Error
+from gprodom.options import Subparsers, add_command, add_config_options
+
+DESCRIPTION = """\
+Reads a recording and names what is wrong with it, each with the setting or command that mends it:
+units, signs and axes, left and right swapped, rates, gaps, clocks, the size of a tick, counters
+that begin anew, traces triggered by the wheel, saturated, empty or repeated traces, a wrong sample
+interval. What the drive does not show is not judged: bends show the gyro's sign, starts and stops
+the mounting, clocks and the tick's size. Exit code 0 where nothing is found, else 1.
+"""
+
+EXAMPLES = """\
+  gprodom doctor drive.lcmlog
+  gprodom doctor drive.lcmlog -c robot.yaml --json
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Adds ``doctor``."""
+    parser = add_command(
+        subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, EXAMPLES
+    )
+    parser.add_argument("source", metavar="LOG|SEQ", type=Path)
+    parser.add_argument(
+        "--sample-interval",
+        type=sample_interval,
+        metavar="S",
+        help="seconds between radar samples of a sequence (default: as it says, else 2e-10)",
+    )
+    add_config_options(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Reads, examines, tells."""
+    from gprodom.doctor.examine import examine
+    from gprodom.odometry.estimate import read_sensors
+
+    settings = _settings(args)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
+    band = settings["gpr"]["filter"]
+    rpy = settings["imu"]["rpy_body_imu"]
+    found = examine(
+        log, (rpy[0], rpy[1], rpy[2]), (float(band["band_low"]), float(band["band_high"]))
+    )
+    if args.json:
+        print_json([asdict(each) for each in found])
+    else:
+        for each in found:
+            print(f"{each.code}: {each.what}\n    mend: {each.mend}")
+        if not found:
+            print("nothing found")
+    return 1 if found else 0
+
+
+def _settings(args: argparse.Namespace) -> dict[str, Any]:
+    """The whole configuration, as the daemon reads it."""
+    import yaml
+
+    from gprodom.odometry.replay import find_program
+
+    command = [str(find_program("gprodomd")), *config_arguments(args.configs), "--print-config"]
+    for override in args.overrides:
+        command += ["--set", override]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise Error(done.stderr.strip().splitlines()[-1].removeprefix("gprodomd: "))
+    content: dict[str, Any] = yaml.safe_load(done.stdout)
+    return content

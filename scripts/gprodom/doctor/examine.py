@@ -1,0 +1,91 @@
+"""All checks of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from gprodom.arrays import Ints
+from gprodom.convert.plausible import examine as plausible
+from gprodom.doctor import motion, radar, stamps
+from gprodom.doctor.finding import Finding, Log
+from gprodom.odometry.dead_reckoning import has_wheel
+
+UNITS = "`gprodom convert`'s options for units, or the driver"
+# Findings of `convert.plausible` by a word of theirs.
+_CODES = {
+    "gravity": "acceleration",
+    "rad/s": "rate of turn",
+    "does not change": "stuck",
+    "in common": "clock",
+    "days between": "clock",
+    "never turns": "wheel",
+    "no messages": "gap",
+    "m/s": "tick size",
+}
+
+
+def examine(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -> list[Finding]:
+    """What is wrong with a log read by roles, one finding of a kind. rpy: imu.rpy_body_imu, rad;
+    band: of the radar, Hz."""
+    found = [*_all(log, rpy, band)]
+    first = {each.code: each for each in reversed(found)}  # the first of each kind
+    return [each for each in found if first[each.code] is each]
+
+
+def _all(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -> Iterator[Finding]:
+    if "imu" not in log:
+        yield Finding("imu missing", "there is no IMU", "channels.imu (-c, --set), or the driver")
+    if not has_wheel(log):
+        yield Finding(
+            "wheel missing", "there is no wheel", "channels.wheel (-c, --set), or the driver"
+        )
+    paused = radar.by_distance(log)
+    timing = [*stamps.check_stamps(log, paused)]
+    yield from timing
+    yield from radar.check_trigger(log)
+    if "gpr_trace" in log and len(log["gpr_trace"]["utime"]) > 10:
+        yield from radar.check_traces(log, band)
+    if "imu" not in log or not has_wheel(log):
+        return
+    units = [*_units(log)]
+    yield from units
+    log = {role: _in_order(content) for role, content in log.items()}
+    yield from motion.check_stuck(log)
+    counters = [*motion.check_counters(log)]
+    yield from counters
+    if units or counters:  # IMU and wheel cannot be compared
+        return
+    yield from motion.check_sides(log)
+    yield from motion.check_axes(log, rpy)
+    yield from stamps.check_offsets(log)
+
+
+def _units(log: Log) -> Iterator[Finding]:
+    kinds = {"imu": "imu_t", "wheel": "wheel_t", "wheels": "wheel_t", "gpr_trace": "gpr_trace_t"}
+    times: dict[str, Ints] = {kinds[role]: content["utime"] for role, content in log.items()}
+    content: dict[str, dict[str, Any]] = {"imu_t": log["imu"]}
+    pair = log.get("wheels")
+    content["wheel_t"] = (
+        log["wheel"]
+        if pair is None
+        else pair | {"ticks": 0.5 * np.add(pair["left_ticks"], pair["right_ticks"])}
+    )
+    found = plausible(times, content)
+    for text in (*found.wrong, *found.doubtful):
+        hint = ": is " in text
+        code = next((code for word, code in _CODES.items() if word in text), "unit")
+        yield Finding(code, text, UNITS if hint else "the driver, or cut the recording")
+
+
+def _in_order(content: dict[str, Any]) -> dict[str, Any]:
+    """By stamp, each stamp once."""
+    _, order = np.unique(content["utime"], return_index=True)
+    return {
+        name: values[order]
+        if isinstance(values, np.ndarray) and len(values) == len(content["utime"])
+        else values
+        for name, values in content.items()
+    }

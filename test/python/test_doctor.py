@@ -1,0 +1,78 @@
+"""gprodom doctor: what is wrong with a recording is named, and nothing in good ones.
+
+bench/doctor.py does it to 200 recordings.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import CHECKOUT
+from gprodom.cli import main
+from gprodom.doctor.examine import examine
+from gprodom.doctor.finding import Log
+from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.lcm.wire import encode
+
+sys.path.append(str(CHECKOUT / "bench"))
+
+from doctor import BAND, DAMAGE, codes_of, damaged, recording
+
+SEEDS = (3, 4)  # figures of eight and stops, with left and right wheels
+good = cache(recording)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_nothing_is_found_in_good_recordings(seed: int) -> None:
+    assert codes_of(good(seed)) == []
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_is_named(name: str) -> None:
+    seed = next(seed for seed in SEEDS if DAMAGE[name].shown(seed))
+    assert set(codes_of(damaged(good(seed), name, seed))) & set(DAMAGE[name].codes)
+
+
+def test_every_finding_says_what_mends_it() -> None:
+    for name, damage in DAMAGE.items():
+        seed = next(seed for seed in SEEDS if damage.shown(seed))
+        for each in examine(damaged(good(seed), name, seed), (0.0, 0.0, 0.0), BAND):
+            assert each.what and each.mend, each
+
+
+def test_a_mounting_that_is_configured_is_not_found() -> None:
+    turned = damaged(good(3), "IMU turned by 90 degrees", 3)
+    assert [each.code for each in examine(turned, (0.0, 0.0, -np.pi / 2), BAND)] == []
+
+
+def write(log: Log, path: Path) -> Path:
+    """A log of IMU and left and right wheels."""
+    kinds = {"imu": ("IMU", "imu_t"), "wheels": ("WHEELS", "wheels_t")}
+    write_log(
+        path,
+        [
+            Stream(channel, log[role]["utime"], encode(kind, log[role], len(log[role]["utime"])))
+            for role, (channel, kind) in kinds.items()
+        ],
+    )
+    return path
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+    """Exit codes, JSON, and what the configuration says."""
+    assert main(["doctor", str(write(good(3), tmp_path / "good.lcmlog"))]) == 0
+    assert capsys.readouterr().out == "nothing found\n"
+    log = str(write(damaged(good(3), "IMU turned by 90 degrees", 3), tmp_path / "turned.lcmlog"))
+    assert main(["doctor", log, "--json"]) == 1
+    (found,) = json.loads(capsys.readouterr().out)
+    assert found["code"] == "axes" and "gprodom calibrate mount" in found["mend"]
+    mended = ["--set", f"imu.rpy_body_imu=[0, 0, {-np.pi / 2}]"]
+    assert main(["doctor", log, *mended]) == 0
+    assert main(["doctor", log, "--set", "imu.no_such=1"]) == 1
+    assert "no_such" in capsys.readouterr().err
