@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from gprodom import Odometry, describe_config
 from gprodom.calibrate.fragment import Found, fragment
 from gprodom.calibrate.imu import measure_noise
-from gprodom.calibrate.offset import Offset
+from gprodom.calibrate.offset import Offset, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.cli import main
@@ -210,3 +210,10 @@ def test_radar_time_offset_moves_the_stamps() -> None:
     assert len(begins(-0.03)) > 20
     assert begins(-0.03) <= stamps
     assert not begins(0.0) & stamps
+
+
+@pytest.mark.parametrize("parts", [[], [0.1]])
+def test_a_spread_needs_parts(parts: list[float]) -> None:
+    """Of a drive that shows an offset in one place, or nowhere: no sigma, and no crash."""
+    with pytest.raises(Error, match="more starts and stops"):
+        spread(parts, 0.1)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gprodom.errors import Error
+
 REACH_S = 0.5  # lags that are tried, either way
 BLOCKS = 8  # parts of the recording, whose spread is the uncertainty
 
@@ -37,7 +39,10 @@ def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]
 def spread(parts: Sequence[float], whole: float) -> float:
     """Standard deviation of `whole`, s, from the offsets of parts of the recording.
 
-    By the median deviation, since a part with hardly any start or stop has a large error.
+    By the median deviation, since a part with hardly any start or stop has a large error. Raises
+    `Error` of fewer than two parts, which show none.
     """
+    if len(parts) < 2:
+        raise Error("only one part of the drive shows it: give more starts and stops")
     deviation = np.median(np.abs(np.array(parts) - whole))
     return 1.4826 * float(deviation) / float(np.sqrt(len(parts)))
