@@ -104,6 +104,12 @@ def interpolate(trajectory: Trajectory, time: Times) -> Trajectory:
     )
 
 
+def thin(path: Trajectory, period_us: int) -> Trajectory:
+    """About one pose in `period_us`, the first and the last among them."""
+    kept = np.concatenate([[0], np.flatnonzero(np.diff(path.time // period_us)), [len(path) - 1]])
+    return path.select(np.unique(kept))
+
+
 def path_length(position: Array, min_step_m: float = 0.05) -> Array:
     """Distance travelled (n,), metres, along positions (n, d), counted in steps of at least
     `min_step_m`, so that the noise of a standing robot does not add up."""

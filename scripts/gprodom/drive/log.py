@@ -88,6 +88,12 @@ class Drive:
         )
 
     @cached_property
+    def odom_in_map(self) -> Trajectory:
+        """The path in `odom`, of the last frame, moved to begin where that in `map` does."""
+        odom = self.odom.select(self.odom.time >= self.path.time[0])
+        return _placed(odom, odom.select(np.array([0])), self.path)
+
+    @cached_property
     def dead_reckoning(self) -> Trajectory | None:
         """Wheel and gyro alone, from where the path begins; None where it cannot be had."""
         if not has_wheel(self.sensors) or "imu" not in self.sensors:
@@ -97,11 +103,7 @@ class Drive:
         except Error:  # no standstill, so no bias of the gyro
             return None
         begin = np.clip(self.path.time[:1], reckoned.time[0], reckoned.time[-1])
-        here, there = interpolate(reckoned, begin), self.path
-        assert here.orientation is not None and there.orientation is not None
-        turn = rotation.yaw_of(there.orientation[:1]) - rotation.yaw_of(here.orientation)
-        matrix = rotation.yaw_matrix(float(turn[0]))
-        moved = reckoned.transformed(matrix, there.position[0] - matrix @ here.position[0])
+        moved = _placed(reckoned, interpolate(reckoned, begin), self.path)
         return moved.select(moved.time >= begin[0])
 
     @cached_property
@@ -128,6 +130,14 @@ class Drive:
     def clock(self, utime: Ints) -> Floats:
         """Seconds after the first pose."""
         return np.asarray((np.asarray(utime) - self.origin) * 1e-6)
+
+
+def _placed(way: Trajectory, here: Trajectory, path: Trajectory) -> Trajectory:
+    """`way` moved in the plane, so that its pose `here` comes to the begin of `path`."""
+    assert here.orientation is not None and path.orientation is not None
+    turn = rotation.yaw_of(path.orientation[:1]) - rotation.yaw_of(here.orientation)
+    matrix = rotation.yaw_matrix(float(turn[0]))
+    return way.transformed(matrix, path.position[0] - matrix @ here.position[0])
 
 
 def _joined(one: Trajectory, other: Trajectory) -> Trajectory:

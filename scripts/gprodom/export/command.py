@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Bools
-from gprodom.config import read_channels
+from gprodom.config import Channels, read_channels
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
@@ -21,6 +21,7 @@ from gprodom.trajectory import Trajectory, interpolate
 EXAMPLES = """\
   gprodom export out.lcmlog --datum 52.3906,13.0645,40 --geojson path.geojson --gpx path.gpx
   gprodom export out.lcmlog --radar in.lcmlog --traces traces.csv --segy survey.sgy
+  gprodom export out.lcmlog --radar in.lcmlog --mcap drive.mcap --layout drive.json
 """
 
 DESCRIPTION = """\
@@ -34,17 +35,18 @@ Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
   --mcap     all of it for ROS 2 tools and Foxglove: odometry, path, transforms, status, radar
   --rosbag2  the same as the folder of a ROS 2 bag with SQLite, a new one
   --rosbag   the same as a ROS 1 bag
+  --layout   panels for these in Foxglove: import it there (Layouts, Import from file)
 
 The first two need --datum: the position of the frame's origin, in degrees and metres, and the
 angle from east to its x axis, in degrees. Traces outside the estimate's time are left out and
-counted. If OUT has no traces, --radar names the log that has them. GeoJSON, GPX and SEG-Y need
-pyproj, gpxpy and segyio (the extra `export`; Debian has them), the last three formats need rosbags
-(the extra `bag`).
+counted. If OUT has no traces, --radar names the log that has them (and the other sensors, for
+speeds and dead reckoning). GeoJSON, GPX and SEG-Y need pyproj, gpxpy and segyio (the extra
+`export`; Debian has them), MCAP and bags need rosbags (the extra `bag`).
 """
 
 RECORDINGS = ("mcap", "rosbag2", "rosbag")
 FOLDERS = ("rosbag2",)
-OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", *RECORDINGS)
+OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", *RECORDINGS, "layout")
 
 
 def parse_datum(text: str) -> Datum:
@@ -90,8 +92,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--geojson and --gpx want --datum LAT,LON: where the frame's origin lies")
     if args.rosbag2 and args.rosbag2.exists():
         raise UsageError(f"{args.rosbag2}: exists already; name a new folder for --rosbag2")
+    from gprodom.export.layout import write_layout
     from gprodom.export.paths import write_csv, write_geojson, write_gpx, write_traces
-    from gprodom.export.ros import write_ros
     from gprodom.export.segy import write_segy
 
     channels = read_channels(args.configs, args.overrides)
@@ -103,14 +105,10 @@ def run(args: argparse.Namespace) -> int:
         write_gpx(args.gpx, trajectory, args.datum, args.log.stem)
     if args.csv:
         write_csv(args.csv, trajectory, args.datum)
-    recordings = {form: getattr(args, form) for form in RECORDINGS if getattr(args, form)}
-    if recordings:
-        roles = channels.of("odometry", "odometry_map", "correction", "status", "gpr_trace")
-        found = logs.read_roles(args.log, roles)
-        if args.radar:
-            found |= logs.read_roles(args.radar, channels.of("gpr_trace"))
-        for form, path in recordings.items():
-            facts["messages"] = write_ros(path, found, form)
+    if any(getattr(args, form) for form in RECORDINGS):
+        facts["messages"] = _write_recordings(args, channels)
+    if args.layout:
+        write_layout(args.layout, trajectory)
     if args.traces or args.segy:
         radar = logs.need(
             logs.read_roles(args.radar or args.log, channels.of("gpr_trace")), "gpr_trace"
@@ -127,6 +125,20 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(", ".join(f"{value} {name.replace('_', ' ')}" for name, value in facts.items()))
     return 0
+
+
+def _write_recordings(args: argparse.Namespace, channels: Channels) -> int:
+    """Those for ROS; how many messages one holds."""
+    from gprodom.drive.log import read_drive
+    from gprodom.export.ros import write_ros
+
+    roles = channels.of("odometry", "odometry_map", "correction", "status", "gpr_trace")
+    found = logs.read_roles(args.log, roles)
+    if args.radar:
+        found |= logs.read_roles(args.radar, channels.of("gpr_trace"))
+    drive = read_drive(args.log, channels, args.radar) if "odometry" in found else None
+    paths = {form: getattr(args, form) for form in RECORDINGS}
+    return max(write_ros(path, found, form, drive) for form, path in paths.items() if path)
 
 
 def poses_of_traces(trajectory: Trajectory, radar: logs.Channel) -> tuple[Trajectory, Bools]:

@@ -3,7 +3,7 @@ bag with SQLite, or a ROS 1 bag.
 
 Topics, as the ROS 1 node has them where it has them: gprodom/odometry and gprodom/odometry_map with
 covariances, gprodom/path, tf (map to odom to base_link), diagnostics, and gprodom/bscan, the last
-traces of the radar as a picture.
+traces of the radar as a picture; and those of `gprodom.export.panels`.
 """
 
 from __future__ import annotations
@@ -16,9 +16,13 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Ints
+from gprodom.drive.log import Drive
 from gprodom.errors import Error
+from gprodom.export.panels import panels
 from gprodom.files import replacing
 from gprodom.lcm.logs import Channel
+from gprodom.score.sources import odometry
+from gprodom.trajectory import Trajectory
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 BODY, MAP, ODOM = "base_link", "map", "odom"
@@ -34,51 +38,51 @@ class _Messages:
     def __init__(self, types: Any, one: bool) -> None:
         self._types, self._one = types, one
 
-    def _make(self, kind: str, /, **fields: Any) -> Any:
+    def make(self, kind: str, /, **fields: Any) -> Any:
         return self._types[kind](**fields)
 
-    def _header(self, utime: int, frame: str) -> Any:
+    def header(self, utime: int, frame: str) -> Any:
         seconds, micro = divmod(int(utime), 1_000_000)
-        stamp = self._make("builtin_interfaces/msg/Time", sec=seconds, nanosec=micro * 1000)
+        stamp = self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=micro * 1000)
         more = {"seq": 0} if self._one else {}
-        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **more)
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **more)
 
-    def _point(self, kind: str, xyz: Any) -> Any:
+    def point(self, kind: str, xyz: Any) -> Any:
         x, y, z = (float(value) for value in xyz)
-        return self._make(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+        return self.make(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
     def _quaternion(self, wxyz: Any) -> Any:
         w, x, y, z = (float(value) for value in wxyz)
-        return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
-    def _pose(self, position: Any, orientation: Any) -> Any:
-        return self._make(
+    def pose(self, position: Any, orientation: Any) -> Any:
+        return self.make(
             "geometry_msgs/msg/Pose",
-            position=self._point("Point", position),
+            position=self.point("Point", position),
             orientation=self._quaternion(orientation),
         )
 
     def odometry(self, content: Channel, frame: str, topic: str) -> Iterator[Entry]:
         """nav_msgs/Odometry of a channel of odometry_t."""
         for i, utime in enumerate(content["utime"].tolist()):
-            pose = self._make(
+            pose = self.make(
                 "geometry_msgs/msg/PoseWithCovariance",
-                pose=self._pose(content["position"][i], content["orientation"][i]),
+                pose=self.pose(content["position"][i], content["orientation"][i]),
                 covariance=np.array(content["pose_covariance"][i], np.float64),
             )
             spread = np.zeros((6, 6))
             spread[:3, :3] = content["velocity_covariance"][i].reshape(3, 3)
-            twist = self._make(
+            twist = self.make(
                 "geometry_msgs/msg/Twist",
-                linear=self._point("Vector3", content["velocity"][i]),
-                angular=self._point("Vector3", content["angular_velocity"][i]),
+                linear=self.point("Vector3", content["velocity"][i]),
+                angular=self.point("Vector3", content["angular_velocity"][i]),
             )
-            twist = self._make(
+            twist = self.make(
                 "geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=spread.ravel()
             )
-            message = self._make(
+            message = self.make(
                 "nav_msgs/msg/Odometry",
-                header=self._header(utime, frame),
+                header=self.header(utime, frame),
                 child_frame_id=BODY,
                 pose=pose,
                 twist=twist,
@@ -88,42 +92,49 @@ class _Messages:
     def transforms(self, content: Channel, parent: str, child: str) -> Iterator[Entry]:
         """tf2_msgs/TFMessage of a channel with position and orientation of `child` in `parent`."""
         for i, utime in enumerate(content["utime"].tolist()):
-            transform = self._make(
+            transform = self.make(
                 "geometry_msgs/msg/Transform",
-                translation=self._point("Vector3", content["position"][i]),
+                translation=self.point("Vector3", content["position"][i]),
                 rotation=self._quaternion(content["orientation"][i]),
             )
-            stamped = self._make(
+            stamped = self.make(
                 "geometry_msgs/msg/TransformStamped",
-                header=self._header(utime, parent),
+                header=self.header(utime, parent),
                 child_frame_id=child,
                 transform=transform,
             )
-            yield utime, "/tf", TRANSFORMS, self._make(TRANSFORMS, transforms=[stamped])
+            yield utime, "/tf", TRANSFORMS, self.make(TRANSFORMS, transforms=[stamped])
 
-    def path(self, content: Channel, frame: str) -> Iterator[Entry]:
-        """The whole path as one nav_msgs/Path, stamped at its end."""
+    def path(self, way: Trajectory, frame: str, topic: str) -> Iterator[Entry]:
+        """A whole way as one nav_msgs/Path, stamped with its begin: so a viewer shows it always."""
+        level = (1.0, 0.0, 0.0, 0.0)
         poses = [
-            self._make(
+            self.make(
                 "geometry_msgs/msg/PoseStamped",
-                header=self._header(utime, frame),
-                pose=self._pose(content["position"][i], content["orientation"][i]),
+                header=self.header(utime, frame),
+                pose=self.pose(
+                    way.position[i], level if way.orientation is None else way.orientation[i]
+                ),
             )
-            for i, utime in enumerate(content["utime"].tolist())
+            for i, utime in enumerate(way.time.tolist())
         ]
-        end = int(content["utime"][-1])
-        message = self._make("nav_msgs/msg/Path", header=self._header(end, frame), poses=poses)
-        yield end, "/gprodom/path", "nav_msgs/msg/Path", message
+        begin = int(way.time[0])
+        message = self.make("nav_msgs/msg/Path", header=self.header(begin, frame), poses=poses)
+        yield begin, topic, "nav_msgs/msg/Path", message
+
+    def names(self, kind: str) -> list[str]:
+        """Of the fields of a type."""
+        return list(self._types[kind].__dataclass_fields__)
 
     def diagnostics(self, content: Channel) -> Iterator[Entry]:
         """diagnostic_msgs/DiagnosticArray of status_t."""
         array = "diagnostic_msgs/msg/DiagnosticArray"
         for status in content["messages"]:
             values = [
-                self._make("diagnostic_msgs/msg/KeyValue", key=key, value=f"{value:g}")
+                self.make("diagnostic_msgs/msg/KeyValue", key=key, value=f"{value:g}")
                 for key, value in zip(status.names, status.values, strict=True)
             ]
-            one = self._make(
+            one = self.make(
                 "diagnostic_msgs/msg/DiagnosticStatus",
                 level=int(status.health),
                 name="gprodom",
@@ -131,12 +142,12 @@ class _Messages:
                 hardware_id="",
                 values=values,
             )
-            header = self._header(status.utime, "")
+            header = self.header(status.utime, "")
             yield (
                 status.utime,
                 "/diagnostics",
                 array,
-                self._make(array, header=header, status=[one]),
+                self.make(array, header=header, status=[one]),
             )
 
     def scans(self, radar: Channel) -> Iterator[Entry]:
@@ -145,9 +156,9 @@ class _Messages:
         for end in range(SCAN_TRACES, len(samples) + 1, SCAN_EVERY):
             grey = as_grey(samples[end - SCAN_TRACES : end])
             utime = int(radar["utime"][end - 1])
-            message = self._make(
+            message = self.make(
                 "sensor_msgs/msg/Image",
-                header=self._header(utime, BODY),
+                header=self.header(utime, BODY),
                 height=grey.shape[0],
                 width=grey.shape[1],
                 encoding="mono8",
@@ -165,11 +176,14 @@ def as_grey(traces: Any) -> Ints:
     return np.asarray(np.clip(np.rint(127.5 + 127.5 * echoes / reach), 0, 255), np.uint8)
 
 
-def write_ros(path: Path, channels: dict[str, Channel], form: str) -> int:
+def write_ros(
+    path: Path, channels: dict[str, Channel], form: str, drive: Drive | None = None
+) -> int:
     """Writes a recording; returns how many messages it holds.
 
     channels: of a log, by role; what is not there is left out.
     form: mcap or rosbag, files; or rosbag2, a folder, which must not be there yet.
+    drive: for the panels of a viewer.
     """
     try:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -180,7 +194,9 @@ def write_ros(path: Path, channels: dict[str, Channel], form: str) -> int:
     if TRANSFORMS not in store.types:  # no part of what rosbags knows of ROS 1
         transforms = "geometry_msgs/TransformStamped[] transforms"
         store.register(get_types_from_msg(transforms, TRANSFORMS))
-    entries = sorted(_entries(_Messages(store.types, one), channels), key=lambda entry: entry[0])
+    make = _Messages(store.types, one)
+    found = [*_entries(make, channels), *([] if drive is None else panels(make, drive))]
+    entries = sorted(found, key=lambda entry: entry[0])
     with tempfile.TemporaryDirectory(dir=path.parent) as name:
         made = Path(name) / path.name  # by which the files in a folder are called
         _write(made, store, entries, form)
@@ -198,7 +214,7 @@ def _entries(make: _Messages, channels: dict[str, Channel]) -> Iterator[Entry]:
         yield from make.transforms(channels["odometry"], ODOM, BODY)
     if "odometry_map" in channels:
         yield from make.odometry(channels["odometry_map"], MAP, "/gprodom/odometry_map")
-        yield from make.path(channels["odometry_map"], MAP)
+        yield from make.path(odometry(channels["odometry_map"]), MAP, "/gprodom/path")
         if "odometry" not in channels:
             yield from make.transforms(channels["odometry_map"], MAP, BODY)
     if "correction" in channels:

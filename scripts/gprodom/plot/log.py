@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.lcm import logs
-from gprodom.lcm.constants import flag_bits
+from gprodom.lcm.constants import flag_bits, kind
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
 from gprodom.trajectory import Times
 
@@ -55,6 +55,15 @@ def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, NDArray[np.float64
     ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
     behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
     return time, (ahead - behind) / SPEED_SPAN_S
+
+
+def radar_speed(displacement: logs.Channel) -> tuple[Times, NDArray[np.float64]]:
+    """Times (n,), us, and speeds (n,), m/s, that the radar's coherence tells, without a sign."""
+    moves = (displacement["kind"] == kind("MOTION")) & displacement["valid"].astype(bool)
+    seconds = (displacement["utime_to"] - displacement["utime_from"])[moves] * 1e-6
+    speed = displacement["distance"][moves] / np.maximum(seconds, 1e-3)
+    order = np.argsort(displacement["utime_to"][moves], kind="stable")
+    return displacement["utime_to"][moves][order], speed[order]
 
 
 def _draw_speed(

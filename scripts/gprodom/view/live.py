@@ -23,12 +23,12 @@ from gprodom.lcm import wire
 from gprodom.lcm.constants import flag, health
 from gprodom.lcm.logs import Channel
 from gprodom.lcm.messages import by_fingerprint, message
-from gprodom.plot.log import SPEED_SPAN_S, wheel_speed
+from gprodom.plot.log import SPEED_SPAN_S, radar_speed, wheel_speed
 from gprodom.plot.revisits import find_revisits
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 from gprodom.view.ground import TILE_COLUMNS, AlongWay, ByTime, as_bytes
-from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S, radar_speed
+from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S
 from gprodom.view.record import ON, Recorder
 
 if TYPE_CHECKING:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from gprodom import rotation
-from gprodom.arrays import Floats, Ints
+from gprodom.arrays import Ints
 from gprodom.drive.log import Drive
 from gprodom.drive.radargram import along_way, equalised, of_one_antenna
 from gprodom.errors import Error
-from gprodom.lcm.constants import flag, health, kind
+from gprodom.lcm.constants import flag, health
 from gprodom.odometry.dead_reckoning import has_wheel
-from gprodom.plot.log import wheel_speed
+from gprodom.plot.log import radar_speed, wheel_speed
 from gprodom.plot.revisits import find_revisits
-from gprodom.trajectory import Trajectory, interpolate
+from gprodom.trajectory import Trajectory, interpolate, thin
 from gprodom.view.ground import AlongWay, ByTime, as_bytes
-from gprodom.view.record import ON, Recorder, thin
+from gprodom.view.record import ON, Recorder
 
 MOST_PIECES = 600  # of a path, and of the rings of 95 %: what a viewer draws at once without delay
 ARROW = 0.06  # of the way's extent
@@ -36,7 +35,7 @@ def log_drive(recorder: Recorder, drive: Drive) -> float:
     """Logs all of it; returns the columns of the radargram along the way."""
     piece_us = max(500_000, int(1e6 * drive.seconds / MOST_PIECES))
     path = thin(drive.path, CURVE_US)
-    drawn: dict[str, Trajectory | None] = {"map": path, "odom": thin(in_map(drive), CURVE_US)}
+    drawn: dict[str, Trajectory | None] = {"map": path, "odom": thin(drive.odom_in_map, CURVE_US)}
     drawn |= {"wheel and gyro": drive.dead_reckoning, "truth": drive.aligned_truth}
     for name, each in drawn.items():
         if each is not None:
@@ -49,16 +48,6 @@ def log_drive(recorder: Recorder, drive: Drive) -> float:
     _log_told(recorder, drive)
     _log_links(recorder, drive)
     return _log_ground(recorder, drive)
-
-
-def in_map(drive: Drive) -> Trajectory:
-    """The path in `odom`, of the last frame, moved so that it begins where that in `map` does."""
-    odom = drive.odom.select(drive.odom.time >= drive.path.time[0])
-    first = drive.path
-    assert odom.orientation is not None and first.orientation is not None
-    turn = rotation.yaw_of(first.orientation[:1]) - rotation.yaw_of(odom.orientation[:1])
-    matrix = rotation.yaw_matrix(float(turn[0]))
-    return odom.transformed(matrix, first.position[0] - matrix @ odom.position[0])
 
 
 def _log_speeds(recorder: Recorder, drive: Drive) -> None:
@@ -74,15 +63,6 @@ def _log_speeds(recorder: Recorder, drive: Drive) -> None:
     if "displacement" in drive.log:
         content = drive.log["displacement"]
         recorder.scalars("/speed/radar", *radar_speed(content))
-
-
-def radar_speed(displacement: dict[str, Floats]) -> tuple[Ints, Floats]:
-    """Times and speeds that the radar's coherence tells, without a sign."""
-    moves = (displacement["kind"] == kind("MOTION")) & displacement["valid"].astype(bool)
-    seconds = (displacement["utime_to"] - displacement["utime_from"])[moves] * 1e-6
-    speed = displacement["distance"][moves] / np.maximum(seconds, 1e-3)
-    order = np.argsort(displacement["utime_to"][moves], kind="stable")
-    return displacement["utime_to"][moves][order], speed[order]
 
 
 def _every(utime: Ints, period_us: int) -> Ints:

@@ -246,10 +246,3 @@ def cut(time: Ints, piece_us: int) -> list[tuple[int, int]]:
     ends = np.append(np.flatnonzero(np.diff(number)) + 1, len(time) - 1)
     starts = np.concatenate([[0], ends[:-1]])
     return [(int(a), int(b)) for a, b in zip(starts, ends, strict=True) if b > a]
-
-
-def thin(path: Trajectory, period_us: int) -> Trajectory:
-    """About one pose in `period_us`, the last among them."""
-    number = path.time // period_us
-    kept = np.append(np.flatnonzero(np.diff(number)), len(path) - 1)
-    return path.select(kept)
