@@ -21,6 +21,8 @@ TRUTH_COLOUR = "0.55"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 
 # Told apart in grey, too; five and the eight colours come together again only after forty lines.
+LABEL_IN = 0.45  # height of ticks and label of an x axis
+
 DASHES: tuple[Any, ...] = (
     "-",
     (0, (6, 2)),
@@ -60,6 +62,27 @@ def new_figure(
         axis.grid(True, color="0.9", linewidth=0.6)
         axis.set_axisbelow(True)
     return figure, flat
+
+
+def legend_beside(axis: Axes) -> None:
+    """A legend right of its axes, where no data lie."""
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def legend_below(axis: Axes, columns: int, **options: Any) -> None:
+    """A legend under the label of the x axis, where no data lie."""
+    from matplotlib.transforms import ScaledTranslation
+
+    figure = axis.get_figure()
+    assert figure is not None
+    down = ScaledTranslation(0.0, -LABEL_IN, figure.dpi_scale_trans)
+    axis.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=axis.transAxes + down,
+        ncols=columns,
+        **{"frameon": False, **options},
+    )
 
 
 def png(figure: Figure, dpi: int = 110) -> bytes:

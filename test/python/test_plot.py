@@ -34,7 +34,7 @@ def test_radar_picture(
     out = tmp_path / "radar.png"
     assert main(["plot", "radar", str(sample), "--at", "30", "-o", str(out)]) == 0
     [figure] = drawn
-    raw, kept, trace, matrix, later, match = figure.axes
+    raw, kept, trace, matrix, later, match, _ = figure.axes
     traces = read_recording(sample).traces
     first = int(np.searchsorted(np.arange(len(traces)) / 20, 30))
     shown = raw.get_images()[0].get_array().T  # the window less the mean of what is about it

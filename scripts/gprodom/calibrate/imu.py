@@ -143,7 +143,7 @@ def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
         canvas.log_scales(axis, "x", "y")
         axis.set_xlabel("averaging time (s)")
         axis.set_ylabel("Allan deviation, " + what)
-        axis.legend(frameon=False)
+        canvas.legend_below(axis, 3)
     return figure
 
 

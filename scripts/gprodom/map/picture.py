@@ -45,6 +45,6 @@ def map_figure(file: MapFile) -> Figure:
         axis.set_ylabel("y (m)")
         begin = np.datetime64(int(file.places["time"][file.places["map"] == number].min()), "ns")
         axis.set_title(f"map {number}, from {np.datetime_as_string(begin, 'm')} UTC")
-        axis.legend(loc="best", frameon=False)
+        canvas.legend_below(axis, 2)
     figure.suptitle(file.path.name)
     return figure

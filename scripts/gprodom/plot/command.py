@@ -159,7 +159,7 @@ def run_trajectory(args: argparse.Namespace) -> int:
     figure, (axis,) = canvas.new_figure(width=7.5, height=5.5)
     named = dict(zip(labels, paths.values(), strict=True))
     draw_paths(axis, None if truth is None else truth.position, named)
-    axis.legend(loc="best", frameon=False)
+    canvas.legend_below(axis, 4)
     canvas.save(figure, args.output)
     return 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# A legend right of its axes, where no data lie.
-BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
@@ -76,7 +74,7 @@ def _draw_speed(
     speed = log["odometry"]["velocity"][:, 0]
     axis.plot(seconds, speed, color=canvas.COLOURS[0], lw=0.8, label="estimate")
     axis.set_ylabel("forward speed (m/s)")
-    axis.legend(**BESIDE)
+    canvas.legend_beside(axis)
 
 
 def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]) -> None:
@@ -87,7 +85,7 @@ def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]
     axis.plot(seconds, yaw, color=canvas.COLOURS[2], lw=1.0, ls="--", label="yaw (degrees)")
     axis.set_ylabel("standard deviation")
     axis.set_ylim(bottom=0)
-    axis.legend(**BESIDE)
+    canvas.legend_beside(axis)
 
 
 def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:

@@ -107,8 +107,11 @@ def radar_figure(
     _draw_trace(axes[2], one, metres)
     highest = constants("sfm_t")["MAX_LEVEL"]
     for axis, window, name in ((axes[3], one, "S"), (axes[4], two, f"S, {step} traces later")):
-        axis.imshow(window.matrix, aspect="auto", vmin=0, vmax=highest, extent=extent)
+        levels = axis.imshow(
+            window.matrix, aspect="auto", cmap="cividis", vmin=0, vmax=highest, extent=extent
+        )
         axis.set_title(name)
+    figure.colorbar(levels, ax=axes[4], label="level")
     for axis in (axes[0], axes[1], axes[3], axes[4]):
         axis.grid(False)
         axis.set_xlabel("trace of the window")
@@ -127,12 +130,13 @@ def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
     if samples.size:
         at = np.interp(samples, np.arange(len(trace)), trace)
         axis.plot(at, samples * metres, "o", color=canvas.COLOURS[1], ms=5, label="peak")
-        axis.legend(frameon=False)
     axis.set_ylim(len(trace) * metres, 0)
     axis.set_title(f"trace {middle} of B′")
     axis.locator_params(axis="x", nbins=4)
     axis.set_xlabel("amplitude (counts)")
     axis.set_ylabel("depth (m)")
+    if samples.size:
+        canvas.legend_below(axis, 1)
 
 
 def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
@@ -149,7 +153,7 @@ def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
     axis.set_title("distance of the two S")
     axis.set_xlabel("shift (columns)")
     axis.set_ylabel("1 - cosine")
-    axis.legend(frameon=False)
+    canvas.legend_below(axis, 2)
 
 
 def add_parser(subjects: Subparsers) -> None:

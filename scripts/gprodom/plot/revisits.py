@@ -92,7 +92,7 @@ def revisits_figure(
     )
     pairs.set_xlabel("time (s)")
     pairs.set_ylabel("seen first at (s)")
-    pairs.legend(frameon=False)
+    canvas.legend_below(pairs, 2)
     apart.set_xlabel("time (s)")
     apart.set_ylabel("path has them apart by (m)")
     apart.set_ylim(bottom=0)

@@ -28,7 +28,9 @@ MOST_LINKS = 300
 ELLIPSES = 8
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = canvas.COLOURS[:7]
 HEALTH = {"ok": GREEN, "degraded": AMBER, "failed": ORANGE}
-BELOW: dict[str, Any] = {"frameon": False, "fontsize": 8}
+SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
+ABOVE_RIGHT: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 2,
+                               "borderpad": 0, **SMALL}  # fmt: skip
 
 
 def thinned(count: int) -> Ints:
@@ -65,8 +67,7 @@ def above_figure(drive: Drive, narrow: bool) -> Figure:
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("x (m)")
     axis.set_ylabel("y (m)")
-    under = (0.5, -0.16 if narrow else -0.12)
-    axis.legend(loc="upper center", bbox_to_anchor=under, ncols=2 if narrow else 4, **BELOW)
+    canvas.legend_below(axis, 2 if narrow else 4, **SMALL)
     return figure
 
 
@@ -133,7 +134,7 @@ def time_figure(drive: Drive, narrow: bool) -> Figure:
         speed.plot(clock[kept], measured[1][kept], label="wheel", **dashed)
     speed.plot(seconds, odometry["velocity"][rows, 0], color=BLUE, lw=0.9, label="estimate")
     speed.set_ylabel("forward\nspeed (m/s)")
-    speed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0, **BELOW)
+    speed.legend(**ABOVE_RIGHT)
     path = drive.path
     rows = thinned(len(path))
     clock = drive.clock(path.time[rows])
@@ -193,7 +194,7 @@ def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
     if before:
         pairs.set_title(f"{before} more of earlier drives", loc="left")
     if pairs.get_lines():
-        pairs.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0, **BELOW)
+        pairs.legend(**ABOVE_RIGHT)
     clock = drive.clock(np.array([jump.utime for jump in drive.steps], np.int64))
     moved.vlines(clock, 0, [jump.metres for jump in drive.steps], color=GREEN, lw=1.0)
     moved.set_ylabel("step of the pose\nin map (m)")

@@ -23,7 +23,7 @@ def draw_paths(
     """Truth (n, 3), if any, in grey and the (already aligned) paths over it, seen from above."""
     if truth is not None:
         axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
-        axis.plot(*truth[0, :2], "o", color="0.2", markersize=5)
+        axis.plot(*truth[0, :2], "o", color="0.2", markersize=5, label="its begin")
     for i, (name, path) in enumerate(paths.items()):
         axis.plot(*path.position[:, :2].T, label=name, **canvas.line_style(i, len(paths)))
     axis.set_aspect("equal", adjustable="datalim")
@@ -37,7 +37,7 @@ def trajectory_figure(comparison: Comparison, title: str) -> Figure:
     aligned = comparison.transform.apply(comparison.pairs.estimate)
     draw_paths(axis, comparison.pairs.truth.position, {"estimate": aligned})
     axis.set_title(f"{title}, aligned: {comparison.alignment}")
-    axis.legend(loc="best", frameon=False)
+    canvas.legend_below(axis, 3)
     return figure
 
 
@@ -54,5 +54,5 @@ def error_figure(comparison: Comparison, title: str) -> Figure:
     axis.set_ylabel("position error (m)")
     axis.set_ylim(bottom=0)
     axis.set_title(title)
-    axis.legend(loc="best", frameon=False)
+    canvas.legend_below(axis, 1)
     return figure

@@ -1,0 +1,108 @@
+"""What all pictures have in common: units, one scale for x and y, legends that cover nothing and
+colours that are told apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from conftest import CHECKOUT
+from gprodom import canvas
+from gprodom.cli import main
+from made_drive import write_drive
+
+# Labels of counts and ratios, which have no unit; lanes have names in place of figures.
+WITHOUT_UNIT = {"trace of the window", "1 - cosine", "level"}
+COLOUR_MAPS = {"gray", "cividis", "viridis"}  # even in lightness, so seen by all and in print
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("drive") / "drive.lcmlog"
+    write_drive(path)
+    return path
+
+
+def check_look(figure: Figure) -> None:
+    """Fails where one of the figure's axes lacks something."""
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        if not axis.axison:
+            continue
+        lanes = any(not text.get_text()[-1:].isdigit() for text in axis.get_yticklabels())
+        labels = [axis.get_xlabel(), *([] if lanes else [axis.get_ylabel()])]
+        if not is_bar(axis):
+            shown = [label for label in labels if label]
+            assert axis.get_ylabel() or lanes, axis.get_title()
+            for label in shown:
+                assert "(" in label or label in WITHOUT_UNIT or "standard" in label, label
+        if axis.get_xlabel() == "x (m)":
+            assert axis.get_ylabel() == "y (m)" and axis.get_aspect() in (1.0, "equal")
+        legend = axis.get_legend()
+        if legend is not None:
+            box = legend.get_window_extent()
+            for other in figure.axes:
+                assert not overlap(box, other.get_window_extent()), axis.get_title()
+            for handle in legend.get_texts():
+                assert handle.get_text()
+        for line in axis.get_lines():
+            assert is_told_apart(to_hex(line.get_color())), line.get_label()
+        for image in axis.get_images():
+            assert image.get_cmap().name in COLOUR_MAPS
+
+
+def is_bar(axis: Axes) -> bool:
+    """A colour bar's."""
+    return hasattr(axis, "_colorbar")
+
+
+def overlap(one: object, other: object) -> bool:
+    """Whether two boxes share more than a rim of a pixel."""
+    a, b = np.array(one.extents), np.array(other.extents)  # type: ignore[attr-defined]
+    return bool(np.all(np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]) > 1.0))
+
+
+def is_told_apart(colour: str) -> bool:
+    """Of Okabe and Ito's palette, or grey."""
+    known = {each.lower() for each in canvas.COLOURS}
+    return colour.lower() in known or colour[1:3] == colour[3:5] == colour[5:7]
+
+
+@pytest.mark.parametrize("what", ["trajectory", "log", "revisits", "score"])
+def test_pictures_of_a_drive(what: str, log: Path, tmp_path: Path, drawn: list[Figure]) -> None:
+    command = {
+        "trajectory": ["plot", "trajectory", str(log), "--truth", str(log)],
+        "log": ["plot", "log", str(log)],
+        "revisits": ["plot", "revisits", str(log)],
+        "score": ["score", str(log), str(log), "--plot", str(tmp_path / "score")],
+    }[what]
+    output = [] if what == "score" else ["-o", str(tmp_path / "picture.png")]
+    assert main([*command, *output]) == 0
+    assert drawn
+    for figure in drawn:
+        check_look(figure)
+
+
+@pytest.mark.usefixtures("compiled")
+def test_picture_of_radar_windows(tmp_path: Path, drawn: list[Figure]) -> None:
+    (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    assert main(["plot", "radar", str(sample), "--at", "30", "-o", str(tmp_path / "a.png")]) == 0
+    check_look(drawn[0])
+
+
+def test_a_legend_on_the_curves_is_found() -> None:
+    """The check itself."""
+    figure, (axis,) = canvas.new_figure()
+    axis.plot([0, 1], [0, 1], color=canvas.COLOURS[0], label="a curve")
+    axis.set_xlabel("time (s)")
+    axis.set_ylabel("speed (m/s)")
+    canvas.legend_below(axis, 1)
+    check_look(figure)
+    axis.legend(loc="best")
+    with pytest.raises(AssertionError):
+        check_look(figure)
