@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """What `gprodom view` costs: opening a log, and watching a running robot.
 
-OUT is the output of a replay, IN its input. Printed are the wall and processor time in which the
-recording of the whole log is written, its size, and the share of a core that the live view takes
-while both logs are played at the speed at which they were recorded (in a network namespace of its
-own), first into a file and then with a viewer that is served for a browser beside it.
+SEQ is driven round after round for --length seconds, and replayed. Printed are the wall and
+processor time in which `gprodom view` writes the recording of all of it, its size, and the share
+of a core that the live view takes while the replay's input and output are played at the speed at
+which they were recorded (in a network namespace of its own), first into a file and then with a
+viewer that is served for a browser beside it.
 
-    bench/view_load.py OUT.lcmlog IN.lcmlog [--seconds 60] [--json]
-
-An hour: bench/repeat_log.py makes one of a short log.
+    bench/view_load.py SEQ [--length 3600] [--seconds 60] [--json]
+    bench/view_load.py IN.lcmlog --replayed OUT.lcmlog      # a log as it is
 """
 
 from __future__ import annotations
@@ -24,8 +24,11 @@ import time
 from pathlib import Path
 
 from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.odometry.replay import run_replay
 from live_load import processor_seconds
 from own_network import URL, parse_inside
+from repeat_log import repeat
+from zips import log_of
 
 VIEW = (sys.executable, "-m", "gprodom", "view")
 SETTLES_S = 8.0  # imports, and the viewer's start
@@ -74,15 +77,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("out", metavar="OUT", type=Path)
-    parser.add_argument("sensors", metavar="IN", type=Path)
+    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.add_argument("--replayed", metavar="OUT", type=Path, help="its replay, if there is one")
+    parser.add_argument("--length", type=float, default=3600.0, help="s (default %(default)s)")
     parser.add_argument("--seconds", type=float, default=60.0, help="watched (default %(default)s)")
     add_json_flag(parser)
     args = parse_inside(parser)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
-        figures = open_log(args.out, args.sensors, folder)
-        logs = [args.out, args.sensors]
+        sensors, out = args.source, args.replayed
+        if out is None:
+            sensors, out = folder / "long.lcmlog", folder / "out.lcmlog"
+            repeat(log_of(args.source, folder), sensors, args.length)
+            run_replay(sensors, out)
+        figures = open_log(out, sensors, folder)
+        logs = [out, sensors]
         into_file = ["-o", str(folder / "live.rrd")]
         figures["live_to_file_core_pct"] = watch(logs, args.seconds, into_file)
         figures["live_to_viewer_core_pct"] = watch(logs, args.seconds, ["--web"])

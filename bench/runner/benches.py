@@ -352,6 +352,22 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             alone=True,
         ),
         Bench(
+            "view_load",
+            "Looking at a drive of an hour, and at a running robot",
+            "view_load.py",
+            one_row(
+                {
+                    "open_processor_s": Unit("s", "lower", TIME_SPREAD),
+                    "recording_mb": Unit("MB", "lower"),
+                    "live_to_file_core_pct": Unit("%", "lower", TIME_SPREAD),
+                    "live_to_viewer_core_pct": Unit("%", "lower", TIME_SPREAD),
+                }
+            ),
+            (Job("all", (basement,), (basement,)),),
+            alone=True,
+            settable=False,
+        ),
+        Bench(
             "window_solvers",
             "The window by Ceres and by the chain",
             "window_solvers.py",
