@@ -240,7 +240,7 @@ void LiveThreads::add_silence(Status& status) const {
   const auto whole_s = std::chrono::duration_cast<std::chrono::seconds>(silence).count();
   status.health = HealthLevel::kFailed;
   status.reasons.push_back("no input for " + std::to_string(whole_s) +
-                           " s; are the sensor drivers running, on this LCM URL?");
+                           " s; are the sensor drivers running, on this network?");
 }
 
 void LiveThreads::hand_out(Outputs outputs) {

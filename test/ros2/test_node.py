@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -324,3 +325,13 @@ def test_ticks_are_of_the_simulated_time(drive: Path, tmp_path: Path) -> None:
     expected = replayed(drive, "ODOMETRY")
     errors = [math.dist(poses[utime], p) for utime, p in expected.items()]
     assert float(np.sqrt(np.mean(np.square(errors)))) < 0.1
+
+
+def test_the_bench_of_latencies_runs(drive: Path) -> None:
+    """The short form of bench/ros2_live.py."""
+    bench = [sys.executable, str(CHECKOUT / "bench" / "ros2_live.py"), str(drive / "in.lcmlog")]
+    said = subprocess.run([*bench, "--speed", "4", "--json"], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    figures = json.loads(said.stdout)
+    assert figures["poses"] == len(replayed(drive, "ODOMETRY"))
+    assert 0 < figures["latency_p50_ms"] <= figures["latency_p99_ms"]
