@@ -20,7 +20,9 @@ from readers import (
     NANOSECONDS,
     REVISIT,
     ROBOT,
+    SOLVERS,
     START,
+    VIEW,
     VISIT,
     changed_ground,
     consistency,
@@ -40,7 +42,7 @@ from readers import (
     smoothers,
 )
 
-from figures import ERROR_M, RATIO, TIME_SPREAD, Unit, by_row, one_row, rows
+from figures import TIME_SPREAD, Unit, by_row, one_row, rows
 
 SLIP_KINDS = (
     "--simulate=20",
@@ -355,14 +357,7 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "view_load",
             "Looking at a drive of an hour, and at a running robot",
             "view_load.py",
-            one_row(
-                {
-                    "open_processor_s": Unit("s", "lower", TIME_SPREAD),
-                    "recording_mb": Unit("MB", "lower"),
-                    "live_to_file_core_pct": Unit("%", "lower", TIME_SPREAD),
-                    "live_to_viewer_core_pct": Unit("%", "lower", TIME_SPREAD),
-                }
-            ),
+            one_row(VIEW),
             (Job("all", (basement,), (basement,)),),
             alone=True,
             settable=False,
@@ -373,14 +368,7 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "window_solvers.py",
             by_row(
                 lambda row: short_name(row["log"]),
-                {
-                    "max_m": ERROR_M,
-                    "covariance": RATIO,
-                    "ceres_ms": Unit("ms", "lower", TIME_SPREAD),
-                    "chain_ms": Unit("ms", "lower", TIME_SPREAD),
-                    "ceres_x": Unit("", "higher", TIME_SPREAD),
-                    "chain_x": Unit("", "higher", TIME_SPREAD),
-                },
+                SOLVERS,
             ),
             (Job("all", both, both),),
             alone=True,

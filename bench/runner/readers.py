@@ -20,6 +20,21 @@ from figures import (
     by_row,
 )
 
+SOLVERS = {
+    "max_m": ERROR_M,
+    "covariance": RATIO,
+    "ceres_ms": Unit("ms", "lower", TIME_SPREAD),
+    "chain_ms": Unit("ms", "lower", TIME_SPREAD),
+    "ceres_x": Unit("", "higher", TIME_SPREAD),
+    "chain_x": Unit("", "higher", TIME_SPREAD),
+}
+VIEW = {
+    "open_processor_s": Unit("s", "lower", TIME_SPREAD),
+    "recording_mb": Unit("MB", "lower"),
+    "live_to_file_core_pct": Unit("%", "lower", TIME_SPREAD),
+    "live_to_viewer_core_pct": Unit("%", "lower", TIME_SPREAD),
+}
+
 
 def short_name(sequence: str) -> str:
     """Of a sequence: the number that its name begins with."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import gprodom
 from gprodom.errors import Error
@@ -89,16 +90,39 @@ def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Chann
     )
 
 
-def _section(config: Path) -> dict[object, object]:
+def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> tuple[float, ...]:
+    """`imu.rpy_body_imu`: roll, pitch, yaw (rad); zeros where nothing says it."""
+    import yaml
+
+    try:
+        files = config_files(configs)
+    except Error:  # the package alone, without the programs
+        files = ()
+    key = "imu.rpy_body_imu"
+    value: Any = (0.0, 0.0, 0.0)
+    for file in files:
+        value = _section(file, "imu").get("rpy_body_imu", value)
+    for override in overrides:
+        name, _, text = override.partition("=")
+        value = yaml.safe_load(text) if name.strip() == key else value
+    try:
+        roll, pitch, yaw = (float(part) for part in value)
+    except (TypeError, ValueError):
+        raise Error(f"{key}: expected three angles (rad), got {value!r}") from None
+    return roll, pitch, yaw
+
+
+def _section(config: Path, name: str = "channels") -> dict[object, object]:
     import yaml
 
     try:
         content = yaml.safe_load(config.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         raise Error(f"{config}: {' '.join(str(error).split())}") from None
-    section = content.get("channels") if isinstance(content, dict) else None
+    section = content.get(name) if isinstance(content, dict) else None
     if section is not None and not isinstance(section, dict):
-        raise Error(f"{config}: channels: expected the names of channels by key")
+        what = "the names of channels" if name == "channels" else "settings"
+        raise Error(f"{config}: {name}: expected {what} by key")
     return section or {}
 
 

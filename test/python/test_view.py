@@ -22,7 +22,9 @@ from made_drive import RADIUS, SECONDS, SLIPS_S, SPEED, STANDS_S, START_US, spre
 
 pytest.importorskip("rerun", reason="rerun-sdk (the extra view) is not installed")
 
-from gprodom.config import STANDARD
+from gprodom.config import STANDARD, read_imu_mounting
+from gprodom.drive.imu_speed import imu_speed, matrix_of
+from gprodom.errors import Error
 from gprodom.view.live import ROLES, Live
 from gprodom.view.record import Recorder, cut, new_stream
 
@@ -240,3 +242,67 @@ def test_left_to_itself_the_viewer_would_be_seen_to_send(log: Path, tmp_path: Pa
     _, listened, reached = watched(tmp_path, alone)
     assert "0.0.0.0" in listened
     assert reached
+
+
+def test_speed_by_the_imu_follows_what_the_wheel_does_not_show() -> None:
+    """Mounted askew, on a slope, with a bias; the estimate lags behind the true speed."""
+    seconds = np.arange(0, 20, 0.01)
+    speed = 0.5 + 0.4 * np.sin(seconds)
+    slope, bias, rpy = 0.1, 0.05, (0.2, -0.3, 1.1)
+    body = np.zeros((len(seconds), 3))  # nose up: gravity pulls backwards, the force is forwards
+    body[:, 0] = 0.4 * np.cos(seconds) + 9.81 * np.sin(slope) + bias
+    body[:, 2] = 9.81 * np.cos(slope)
+    imu = {
+        "utime": START_US + np.round(1e6 * seconds).astype(np.int64),
+        "linear_acceleration": body @ matrix_of(rpy),  # R_imu_body f
+    }
+    rows = slice(None, None, 5)
+    poses = len(seconds[rows])
+    level = np.array([np.cos(slope / 2), 0.0, -np.sin(slope / 2), 0.0])  # pitched up
+    odometry = {
+        "utime": imu["utime"][rows],
+        "orientation": np.tile(level, (poses, 1)),
+        "accel_bias": np.tile([bias, 0.0, 0.0], (poses, 1)),
+        "velocity": np.column_stack([speed[rows], np.zeros((poses, 2))]),
+    }
+    time, told = imu_speed(imu, odometry, rpy)
+    truth = 0.5 + 0.4 * np.sin((time - START_US) * 1e-6)
+    assert len(time) == poses - 20
+    np.testing.assert_allclose(told, truth, atol=2e-3)
+
+
+def test_mounting_of_the_imu_comes_from_the_configuration(tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text("imu: {rpy_body_imu: [0.1, 0, 1.5]}\n")
+    config = [tmp_path / "robot.yaml"]
+    assert read_imu_mounting(config) == (0.1, 0.0, 1.5)
+    assert read_imu_mounting(config, ["imu.rpy_body_imu=[0, 0, 2]"]) == (0.0, 0.0, 2.0)
+    with pytest.raises(Error, match="three angles"):
+        read_imu_mounting(config, ["imu.rpy_body_imu=[0, 0]"])
+
+
+LIVE = """
+import signal, subprocess, sys, time
+from gprodom.lcm import DEFAULT_URL, LCM, EventLog
+log, recording = sys.argv[1:]
+view = subprocess.Popen(
+    [sys.executable, "-m", "gprodom", "view", "--live", "-o", recording],
+    stderr=subprocess.PIPE, text=True)
+lcm = LCM(DEFAULT_URL)
+events = [each for each in EventLog(log, "r")][:4000]
+for round in range(100):  # until it listens
+    for event in events[40 * round : 40 * (round + 1)]:
+        lcm.publish(event.channel, event.data)
+    time.sleep(0.1)
+view.send_signal(signal.SIGINT)
+print(view.wait(30), view.stderr.read())
+"""
+
+
+def test_live_view_of_the_network_ends_with_what_it_heard(log: Path, tmp_path: Path) -> None:
+    recording = tmp_path / "live.rrd"
+    done = run_isolated(LIVE, str(log), str(recording), timeout_s=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("0 "), done.stdout
+    assert "Traceback" not in done.stdout
+    found = rows(recording)
+    assert found["/way/map"]["strips"] and found["/speed/wheel"]["scalars"]

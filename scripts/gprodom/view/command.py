@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import Channels, read_channels
+from gprodom.config import Channels, read_channels, read_imu_mounting
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile, replacing
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -115,7 +115,7 @@ def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
     stream = new_stream(args.log.stem)
     stream.save(path)
     recorder = Recorder(stream)
-    columns = log_drive(recorder, drive)
+    columns = log_drive(recorder, drive, read_imu_mounting(args.configs, args.overrides))
     ground = _earlier_ground(args, recorder)
     stream.send_blueprint(for_drive(drive, ground, columns))
     stream.flush()
@@ -145,7 +145,7 @@ def _show(args: argparse.Namespace, recording: Path, environment: dict[str, str]
 def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, str]) -> int:
     from gprodom.lcm.connect import connect
     from gprodom.view.layout import for_live
-    from gprodom.view.live import ROLES, Live, listen
+    from gprodom.view.live import ROLES, Live, interruptions, listen
     from gprodom.view.record import Recorder, new_stream
     from gprodom.view.viewer import LOCAL, free_port, started, viewer_command
 
@@ -166,13 +166,12 @@ def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, s
     live = Live(recorder, channels.of(*ROLES))
     live.subscribe(lcm)
     try:
-        listen(lcm, live, lambda: viewer is None or viewer.poll() is None)
-    except KeyboardInterrupt:
-        pass
+        with interruptions() as interrupted:
+            listen(lcm, live, lambda: viewer is None or viewer.poll() is None, interrupted)
+            live.finish()
+            stream.flush()
+            stream.disconnect()
     finally:
-        live.finish()
-        stream.flush()
-        stream.disconnect()
         if viewer is not None and viewer.poll() is None:
             viewer.terminate()
             viewer.wait()

@@ -12,7 +12,7 @@ from gprodom.view import ground
 from gprodom.view.record import TIMELINE, WAY, load_rerun
 
 CURVES = {
-    "/speed": "Speed (m/s): estimate blue, wheel orange, radar (unsigned) green",
+    "/speed": "Speed (m/s): estimate blue, wheel orange, radar (unsigned) green, IMU over 1 s pink",
     "/sigma": "Standard deviation: position (m) blue, heading (degrees) green",
 }
 LIVE_COLUMNS = 1600.0  # of the radargram along the way that are in sight

@@ -7,9 +7,12 @@ few percent of a core.
 
 from __future__ import annotations
 
+import signal
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Event
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -278,11 +281,27 @@ def _appended(one: Trajectory, other: Trajectory) -> Trajectory:
     )
 
 
-def listen(lcm: LCM, live: Live, goes_on: Callable[[], bool]) -> None:
+@contextmanager
+def interruptions() -> Iterator[Event]:
+    """An event that is set by Ctrl-C, in place of an exception: that would come in the middle of
+    anything, sending what is left included."""
+    interrupted = Event()
+    before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def listen(lcm: LCM, live: Live, goes_on: Callable[[], bool], interrupted: Event) -> None:
     """Takes and sends, while `goes_on` and until interrupted."""
     due = monotonic() + SEND_S
-    while True:
-        lcm.handle_timeout(50)
+    while not interrupted.is_set():
+        try:
+            lcm.handle_timeout(50)
+        except OSError:  # of the call that a signal interrupts
+            if not interrupted.is_set():
+                raise
         if monotonic() >= due:
             if not goes_on():
                 return

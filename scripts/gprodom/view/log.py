@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gprodom.arrays import Ints
+from gprodom.drive.imu_speed import imu_speed
 from gprodom.drive.log import Drive
 from gprodom.drive.radargram import along_way, equalised, of_one_antenna
 from gprodom.errors import Error
@@ -31,8 +32,11 @@ CURVE_US = 100_000  # between points of a curve
 WAY_COLUMNS = 1600  # of the radargram along the way
 
 
-def log_drive(recorder: Recorder, drive: Drive) -> float:
-    """Logs all of it; returns the columns of the radargram along the way."""
+def log_drive(recorder: Recorder, drive: Drive, rpy_body_imu: tuple[float, ...]) -> float:
+    """Logs all of it; returns the columns of the radargram along the way.
+
+    rpy_body_imu: roll, pitch, yaw of the IMU's axes, rad.
+    """
     piece_us = max(500_000, int(1e6 * drive.seconds / MOST_PIECES))
     path = thin(drive.path, CURVE_US)
     drawn: dict[str, Trajectory | None] = {"map": path, "odom": thin(drive.odom_in_map, CURVE_US)}
@@ -44,6 +48,10 @@ def log_drive(recorder: Recorder, drive: Drive) -> float:
     recorder.robot(path)
     recorder.sigmas(path)
     _log_speeds(recorder, drive)
+    if "imu" in drive.sensors:
+        told = imu_speed(drive.sensors["imu"], drive.log["odometry"], rpy_body_imu)
+        rows = _every(told[0], CURVE_US) if len(told[0]) else np.zeros(0, int)
+        recorder.scalars("/speed/IMU", told[0][rows], told[1][rows])
     _log_states(recorder, drive)
     _log_told(recorder, drive)
     _log_links(recorder, drive)
