@@ -15,14 +15,17 @@ import pytest
 
 from conftest import CHECKOUT
 from gprodom.cli import main
+from gprodom.config import STANDARD
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
 from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.lcm.logs import read_roles
 from gprodom.lcm.wire import encode
 
 sys.path.append(str(CHECKOUT / "bench"))
 
 from doctor import BAND, DAMAGE, codes_of, damaged, recording
+from recordings import RECORDINGS, convert
 
 SEEDS = (3, 4)  # figures of eight and stops, with left and right wheels
 good = cache(recording)
@@ -37,6 +40,29 @@ def test_nothing_is_found_in_good_recordings(seed: int) -> None:
 def test_damage_is_named(name: str) -> None:
     seed = next(seed for seed in SEEDS if DAMAGE[name].shown(seed))
     assert set(codes_of(damaged(good(seed), name, seed))) & set(DAMAGE[name].codes)
+
+
+@pytest.mark.parametrize("name", ["wheel lost for 3 s", "IMU lost for 2 s"])
+def test_a_gap_is_nothing_else(name: str) -> None:
+    assert codes_of(damaged(good(3), name, 3)) == ["gap"]
+
+
+REAL = {  # as ../shared/data/README.md describes them
+    "husky": ["axes"],  # the robot's yaw rate is the IMU's y axis
+    "warthog_a": ["clock"],  # wheels 0.15 to 0.2 s behind the gyro; it skids
+    "f1tenth2": ["gap"],  # of 26 s
+    "f1tenth3": ["axes"],  # IMU at some 92 degrees
+    "xsens_skid": [],  # wheels read 13 % too far
+    "phil1": [],  # shows too little of its mounting
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_recordings(shared: Path, tmp_path: Path, name: str) -> None:
+    log = tmp_path / "drive.lcmlog"
+    convert(RECORDINGS[name], shared / "robots", log)
+    found = examine(read_roles(log, STANDARD.of("imu", "wheel")), (0.0, 0.0, 0.0), BAND)
+    assert [each.code for each in found] == REAL[name]
 
 
 def test_every_finding_says_what_mends_it() -> None:

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.calibrate.mount import WINDOW_S, Turned, find_mount, turned, windows_of
+from gprodom.calibrate.mount import STILL_MPS, WINDOW_S, Turned, find_mount, turned, windows_of
+from gprodom.calibrate.offset import BLOCKS
 from gprodom.convert.plausible import longest_constant
 from gprodom.doctor.finding import SIGMAS, Finding, Log, seconds_of
 from gprodom.errors import Error
@@ -22,6 +23,7 @@ TURNED = math.radians(20)
 SIZE = 3.0
 FASTEST_CHANGE = 50.0  # m/s^2: five times gravity, which no wheel on the ground follows
 JUMP_M = 0.3  # a counter that starts anew; below, noise and slip
+AGREED = 2.0  # standard errors of the mean of parts, beside SIGMAS of all of it
 STUCK_S = 1.0  # twenty samples or more (stamps.py) of six values with noise
 MOUNT = "`gprodom calibrate mount LOG`, which finds imu.rpy_body_imu"
 
@@ -33,8 +35,9 @@ def check_counters(log: Log) -> Iterator[Finding]:
     steps, spans = np.diff(distance), np.maximum(np.diff(seconds), 1e-6)
     if len(steps) < 3:
         return
-    before = np.concatenate([[np.median(steps)], steps[:-1]])
-    odd = np.abs(steps - before) > np.maximum(JUMP_M, FASTEST_CHANGE * spans**2)
+    speeds = steps / spans
+    expected = spans * np.concatenate([[np.median(speeds)], speeds[:-1]])
+    odd = np.abs(steps - expected) > np.maximum(JUMP_M, FASTEST_CHANGE * spans**2)
     if odd.any():
         where = int(np.argmax(odd))
         yield Finding(
@@ -46,14 +49,21 @@ def check_counters(log: Log) -> Iterator[Finding]:
 
 
 def check_stuck(log: Log) -> Iterator[Finding]:
-    """Noise changes the last bits of a sensor that measures."""
+    """Noise and the drive change the last bits of a sensor that measures; at rest a coarse one may
+    stay the same."""
     imu = log["imu"]
+    time, distance = wheel_distance(log)
+    around = 500_000 * np.array([[-1], [1]])
+    moved = np.abs(np.diff(np.interp(imu["utime"] + around, time, distance), axis=0)[0])
+    drives = moved > STILL_MPS
+    if drives.sum() < 2:
+        return
     both = np.column_stack([imu["linear_acceleration"], imu["angular_velocity"]])
-    constant = longest_constant(imu["utime"], both)
+    constant = longest_constant(imu["utime"][drives], both[drives])
     if constant > STUCK_S:
         yield Finding(
             "stuck",
-            f"IMU: it repeats its values for {constant:.1f} s to the last bit, noise included",
+            f"IMU: it repeats its values for {constant:.1f} s of driving to the last bit",
             "look at the sensor and the driver; cut the recording there",
         )
 
@@ -105,32 +115,37 @@ def check_axes(log: Log, rpy: tuple[float, float, float]) -> Iterator[Finding]:
         )
 
 
-def _share(turn: Turned) -> float:
-    """Of what is felt, explained by what is wanted times any number."""
-    both = float(np.sum(turn.wanted * turn.felt))
-    return both**2 / float(np.sum(turn.wanted**2) * np.sum(turn.felt**2) + 1e-300)
+def _slope(turn: Turned) -> float:
+    """What is felt over what is wanted."""
+    return float(np.sum(turn.wanted * turn.felt) / (np.sum(turn.wanted**2) + 1e-300))
+
+
+def _left(turn: Turned) -> Floats:
+    """(n,): squares of what is felt beyond what is wanted, whatever the wheel's size."""
+    return np.asarray(np.sum((turn.felt - _slope(turn) * turn.wanted) ** 2, axis=1))
 
 
 def _gyro_is_reversed(windows: Floats, turn: Turned) -> bool:
-    """By the likelihoods of both signs; accelerations of windows are normal."""
+    """By the likelihoods of both signs, if forces that neither tells were noise; and since they are
+    not (a robot that skids turns about another place), parts of the drive must agree."""
     reversed_ = windows.copy()
     reversed_[:, 3:6] *= -1
-    usual, other = _share(turn), _share(turned(reversed_))
-    gain = len(windows) * math.log((1 - usual + 1e-9) / (1 - other + 1e-9))
-    return gain > SIGMAS**2 / 2
+    usual, other = _left(turn), _left(turned(reversed_))
+    gain = 0.5 * len(windows) * math.log((usual.sum() + 1e-9) / (other.sum() + 1e-9))
+    parts = np.array([part.sum() for part in np.array_split(usual - other, BLOCKS)])
+    sigma = float(parts.std(ddof=1)) / math.sqrt(BLOCKS)
+    return gain > SIGMAS**2 / 2 and float(parts.mean()) > AGREED * sigma
 
 
 def _size(turn: Turned) -> Iterator[Finding]:
-    """Changes of speed by the wheel over those by the accelerometer."""
-    wheel, felt = turn.wanted[:, 0], turn.felt[:, 0]
-    slope = float(wheel @ felt / (wheel @ wheel + 1e-300))
-    left = felt - slope * wheel
-    sigma = math.sqrt(float(left @ left) / len(left) / (float(wheel @ wheel) + 1e-300))
+    """The wheel's accelerations, forwards and in bends, over the accelerometer's."""
+    slope = _slope(turn)
+    sigma = math.sqrt(float(_left(turn).mean()) / 2 / (float(np.sum(turn.wanted**2)) + 1e-300))
     large, small = slope - SIGMAS * sigma, slope + SIGMAS * sigma
     if slope > SIGMAS * sigma and (large > SIZE or small < 1 / SIZE):
         yield Finding(
             "tick size",
-            f"wheel: its changes of speed are {1 / slope:.2g} of what the accelerometer feels",
+            f"wheel: its accelerations are {1 / slope:.2g} of what the accelerometer feels",
             "metres_per_tick in the driver: drive a measured way, `gprodom calibrate wheel`; of "
             "tables in counts, `gprodom convert tables --wheel-counts --counts-per-metre`",
         )

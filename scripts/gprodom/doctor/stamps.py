@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gprodom.calibrate.offset import Offset
+from gprodom.calibrate.offset import REACH_S, Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.doctor.finding import NAMES, SIGMAS, Finding, Log
@@ -83,6 +83,8 @@ def check_offsets(log: Log) -> Iterator[Finding]:
         try:
             offset: Offset = find(log)
         except Error:  # the drive does not show it
+            continue
+        if abs(offset.offset_s) > REACH_S - LATE_S:  # the search ended there: no clear best one
             continue
         if abs(offset.offset_s) > LATE_S + SIGMAS * offset.sigma_s:
             key = "imu.time_offset" if role == "imu" else "gpr.time_offset"
