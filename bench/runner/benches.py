@@ -11,13 +11,22 @@ from __future__ import annotations
 from pathlib import Path
 
 from job import Bench, Job
-from jobs import drives, of_scenes, recordings, sample, sequence, simulated, with_sequences
+from jobs import (
+    drives,
+    of_salient,
+    of_scenes,
+    recordings,
+    sample,
+    sequence,
+    simulated,
+    with_sequences,
+)
 from readers import (
     DRIVE,
+    FDTD,
     FOUND,
     MAP,
     METHOD,
-    NANOSECONDS,
     REVISIT,
     ROBOT,
     SOLVERS,
@@ -51,7 +60,6 @@ SLIP_KINDS = (
     "--methods=wheel,imu_wheel,gprodom,gprodom_full",
     "-j1",
 )
-PIPE_LINES = "{checkout}/test/python/pipe_lines.npz"
 FAULTS = ("-c", "{checkout}/config/cmu_gpr.yaml", "--combinations=0", "-j1")
 
 
@@ -148,16 +156,7 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             "Apexes of pipes, and what windows and a map of pipes tell",
             "salient.py",
             salient,
-            (
-                Job("apexes", ("apexes",), (PIPE_LINES,), True, "apexes"),
-                Job("drives", ("drives",), (), ("drives", "--drives=1"), "drives"),
-                Job(
-                    "windows",
-                    ("windows", *(job.data[0] for job in twelve)),
-                    tuple(job.data[0] for job in twelve),
-                    prefix="windows",
-                ),
-            ),
+            of_salient(twelve),
             settable=False,
         ),
         Bench(
@@ -277,15 +276,7 @@ def of_simulation(data: Path) -> tuple[Bench, ...]:
             "fdtd",
             "The simulated ground against physics",
             "fdtd_physics.py",
-            one_row(
-                {
-                    "direct_wave_ns": NANOSECONDS,
-                    "pipe_ns": NANOSECONDS,
-                    "pipe_from_above_ns": NANOSECONDS,
-                    "layer_ns": NANOSECONDS,
-                    "attenuation_pct": Unit("%", "lower"),
-                }
-            ),
+            one_row(FDTD),
             simulated(),
             settable=False,
         ),

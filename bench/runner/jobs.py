@@ -73,6 +73,17 @@ def of_scenes(data: Path) -> tuple[Job, ...]:
     return tuple(jobs)
 
 
+def of_salient(twelve: tuple[Job, ...]) -> tuple[Job, ...]:
+    """The parts of salient.py; its windows are those of the gentle drives together."""
+    lines = "{checkout}/test/python/pipe_lines.npz"
+    names = tuple(job.data[0] for job in twelve)
+    return (
+        Job("apexes", ("apexes",), (lines,), True, "apexes"),
+        Job("drives", ("drives",), (), ("drives", "--drives=1"), "drives"),
+        Job("windows", ("windows", *names), names, prefix="windows"),
+    )
+
+
 def sequence(data: Path, number: int) -> str:
     """One of the twelve."""
     paths = sorted((data / "cmu_like").glob("*.zip"))

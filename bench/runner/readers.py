@@ -261,6 +261,13 @@ METHOD = by_row(
     {"ate_rmse_m": ERROR_M, "nees_xy": NEES},
 )
 NANOSECONDS = Unit("ns", "lower")
+FDTD = {
+    "direct_wave_ns": NANOSECONDS,
+    "pipe_ns": NANOSECONDS,
+    "pipe_from_above_ns": NANOSECONDS,
+    "layer_ns": NANOSECONDS,
+    "attenuation_pct": Unit("%", "lower"),
+}
 REVISIT = {
     "told": SHARE,
     "right_told": SHARE,
