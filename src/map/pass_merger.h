@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -34,10 +35,16 @@ class PassMerger {
   using Cell = std::pair<int, int>;  // of map, kCell long and wide
 
   struct Tied;
-  bool is_worth_keeping(Cell cell, std::optional<Cell> next);
+  struct Visit {
+    Cell cell;
+    double travelled_m;
+  };
+  bool is_worth_keeping(const Visit& visit, const std::optional<Visit>& next);
 
-  std::size_t judged_ = 0;        // number of nodes judged so far that stay
-  std::optional<Cell> previous_;  // the cell that the last node judged lies on or is tied to
+  std::size_t judged_ = 0;         // number of nodes judged so far that stay
+  std::optional<Visit> previous_;  // of the last node judged that lies on or is tied to a cell
+  // m driven up to the last node judged that was tied; it may not have stayed
+  double tied_at_m_ = -std::numeric_limits<double>::infinity();
   std::map<std::pair<Cell, Cell>, int> relations_;
 };
 

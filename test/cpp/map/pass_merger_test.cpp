@@ -44,16 +44,19 @@ struct Track {
       if (stay[i]) left.push_back(nodes[i]);
     }
     std::vector<RevisitEdge> edges;
-    for (RevisitEdge edge : revisits) {
+    std::vector<bool> left_trusted;
+    for (std::size_t i = 0; i < revisits.size(); ++i) {
+      RevisitEdge edge = revisits[i];
       if (!stay[edge.query]) continue;
       ASSERT_TRUE(stay[edge.memory]);
       edge.query = number[edge.query];
       edge.memory = number[edge.memory];
       edges.push_back(edge);
+      left_trusted.push_back(trusted[i]);
     }
     nodes = std::move(left);
     revisits = std::move(edges);
-    trusted.assign(revisits.size(), true);
+    trusted = std::move(left_trusted);
   }
 
   double travelled = 0.0;
@@ -117,6 +120,29 @@ TEST(PassMerger, NodesThatWereNotRecognisedBetweenRevisitsDoNotStay) {
   }
   // Of 240. The jumps are between places that no pass joined before: some nodes stay for them.
   EXPECT_LT(track.nodes.size(), early + 40U);
+}
+
+// It is recognised now here, now there: where one stretch ends and the next one begins is new each
+// time, but says nothing of the map.
+TEST(PassMerger, StretchesThatAreRecognisedAnywhereAddNoRelations) {
+  Track track;
+  track.drive(400, {});
+  std::mt19937 random(1);
+  const auto round = [&] {
+    for (std::size_t at = 0; at < 350;) {
+      const std::size_t gap = 10 + random() % 20, known = 4 + random() % 10;
+      track.drive(gap, all_of(at, gap));
+      for (std::size_t i = 1; i <= gap; ++i) {  // not recognised
+        track.trusted[track.trusted.size() - i] = false;
+      }
+      track.drive(known, all_of(at + gap, known));
+      at += gap + known;
+    }
+  };
+  for (int i = 0; i < 100; ++i) round();
+  const std::size_t early = track.nodes.size();
+  for (int i = 0; i < 100; ++i) round();
+  EXPECT_LT(track.nodes.size(), early + 20U);
 }
 
 TEST(PassMerger, NodesThatJoinPlacesOfTheMapStay) {
