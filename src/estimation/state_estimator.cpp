@@ -199,6 +199,7 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
     const auto since = std::lround(kSettledAfter * config_.smoother.state_rate);
     const auto settled = std::max(b - since, smoother_.oldest_id());
     result.settled = smoother_.state(settled);
+    if (settled > smoother_.oldest_id()) result.before_settled = smoother_.state(settled - 1);
     if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
   } else {
     discard_window(predicted);

@@ -76,8 +76,9 @@ constexpr double kFixedScaleSigma = 1e-7;
 struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
-  std::optional<NavState> settled;  // newest settled state, as the window has it now
-  double settled_slip_sigma = 0.0;  // of the wheel's slip in the interval before that state
+  std::optional<NavState> settled;         // newest settled state, as the window has it now
+  std::optional<NavState> before_settled;  // the state before it, likewise, while it is in there
+  double settled_slip_sigma = 0.0;         // of the wheel's slip in the interval before that state
   SolveSummary solve;
   bool standing = false;
   bool no_wheel = false;

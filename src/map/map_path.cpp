@@ -38,6 +38,13 @@ PlanarPose with_scale(const PathState& state, double scale) {
   return compose({error.head<2>(), error[2]}, state.pose);
 }
 
+// On the path without jumps.
+PlanarPose on_path(const PathState& state, double scale) {
+  return compose(state.path_from_odom, with_scale(state, scale));
+}
+
+PlanarPose inverse(const PlanarPose& pose) { return between(pose, {}); }
+
 }  // namespace
 
 PathState path_state(const StateResult& newest) {
@@ -63,10 +70,27 @@ PathState path_state(const StateResult& newest) {
   return state;
 }
 
-void settle(PathState& state, const StateResult& result) {
+void settle(PathState& state, const StateResult& result, const std::optional<PathState>& before) {
   state.pose = planar(*result.settled);
   state.scale = result.state.wheel_scale;
   state.believed_slip_sigma = result.settled_slip_sigma;
+  if (!before) return;
+  state.path_from_odom = before->path_from_odom;
+  if (result.before_settled && result.before_settled->time == before->time)
+    state.path_from_odom =
+        compose(on_path(*before, state.scale), inverse(planar(*result.before_settled)));
+}
+
+PathState seen_from(const PathState& newer, const PathState& state) {
+  PathState seen = state;
+  seen.pose = compose(inverse(newer.path_from_odom), on_path(state, newer.scale));
+  seen.path_from_odom = newer.path_from_odom;
+  seen.scale = newer.scale;
+  return seen;
+}
+
+PlanarPose way_between(const PathState& a, const PathState& b) {
+  return between(on_path(a, b.scale), on_path(b, b.scale));
 }
 
 PlanarStep step_between(const PathState& a, const PathState& b) {
@@ -75,7 +99,7 @@ PlanarStep step_between(const PathState& a, const PathState& b) {
   into_a = into_a * at_pose(b.pose.p);
   PlanarStep step;
   step.seconds = to_seconds(b.time - a.time);
-  step.measured = between(with_scale(a, b.scale), b.pose);
+  step.measured = way_between(a, b);
   step.scale = b.scale;
   step.d_scale = into_a * (b.d_scale - a.d_scale);
   // A standstill reduces earlier errors, so some eigenvalues of the growth may be negative.
@@ -98,7 +122,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
   Point point{state};
   if (!recent_.empty()) {
     const Point& last = recent_.back();
-    const double ahead = between(last.state.pose, state.pose).p.x();
+    const double ahead = way_between(last.state, state).p.x();
     point.distance_m = last.distance_m + ahead;
     point.travelled_m = last.travelled_m + std::abs(ahead);
     point.slip_m = last.slip_m + state.slip_sigma * std::abs(ahead);
@@ -111,8 +135,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
     return std::nullopt;
   }
   const Point& last = nodes_.back();
-  const bool turned =
-      std::abs(std::remainder(state.pose.yaw - last.state.pose.yaw, 2 * M_PI)) > kTurn;
+  const bool turned = std::abs(wrapped(way_between(last.state, state).yaw)) > kTurn;
   if (point.travelled_m - last.travelled_m < node_spacing_m_ && !turned) return std::nullopt;
   const PlanarStep to_new = step(last, point);
   nodes_.push_back(point);
@@ -184,7 +207,7 @@ MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
   if (has_next || has_last) {
     const bool forwards = has_next && (place.node < after || !has_last);
     const std::size_t other = forwards ? place.node + 1 : place.node - 1;
-    const PlanarPose step = between(node.state.pose, nodes_[other].state.pose);
+    const PlanarPose step = way_between(node.state, nodes_[other].state);
     if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
     const double ahead = nodes_[other].distance_m - node.distance_m;
     place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;

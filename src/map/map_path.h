@@ -17,7 +17,11 @@ namespace gprodom {
 // growth is the covariance of the step. The part that the wheel's scale causes is kept apart.
 struct PathState {
   TimeNs time = 0;
-  PlanarPose pose;                                            // in odom
+  PlanarPose pose;  // in odom
+  // odom jumps where the estimator learns better of what is past, of a gyro bias say, and the robot
+  // has not moved. A pose of odom then, composed with this, is one of a path without jumps: on it,
+  // each state follows the one before as one and the same solution has both.
+  PlanarPose path_from_odom;
   double scale = 1.0;                                         // with which it was estimated
   Eigen::Vector3d d_scale = Eigen::Vector3d::Zero();          // of the error (x, y, yaw), by scale
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       // of the error, scale known
@@ -30,7 +34,15 @@ struct PathState {
 // The newest state, with the uncertainty that it has now.
 PathState path_state(const StateResult& newest);
 // Moves the state to where a later result has it, with the wheel scale and the slip of that result.
-void settle(PathState& state, const StateResult& result);
+// before: the one that was settled before it.
+void settle(PathState& state, const StateResult& result,
+            const std::optional<PathState>& before = {});
+
+// A state as it lies in odom when `newer` has been settled.
+PathState seen_from(const PathState& newer, const PathState& state);
+
+// The pose of `b` in the frame of `a`, without jumps of odom in between, with the scale of b.
+PlanarPose way_between(const PathState& a, const PathState& b);
 
 // Odometry from one to the next.
 PlanarStep step_between(const PathState& a, const PathState& b);

@@ -43,6 +43,15 @@ void append(MapAnswer later, MapAnswer& to) {
   to = std::move(later);
 }
 
+// Whether they place the robot a fifth of a standard deviation apart: what odom has jumped by.
+bool differ(const Correction& one, const Correction& other, const OdometryEstimate& now) {
+  constexpr double kWorthTelling = 0.2;
+  const Eigen::Vector3d apart = one.q_map_odom * now.p_odom_body + one.p_map_odom -
+                                (other.q_map_odom * now.p_odom_body + other.p_map_odom);
+  const double variance = other.covariance.topLeftCorner<2, 2>().trace();
+  return apart.squaredNorm() > kWorthTelling * kWorthTelling * variance;
+}
+
 }  // namespace
 
 Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {
@@ -98,7 +107,9 @@ void MapTask::add(const StateResult& result, TimeNs effective) {
     unsettled_.pop_front();
   }
   if (unsettled_.empty() || unsettled_.front().time != result.settled->time) return;
-  settle(unsettled_.front(), result);
+  settle(unsettled_.front(), result, settled_);
+  settled_ = unsettled_.front();
+  may_have_jumped_ = true;
   next_.states.push_back(unsettled_.front());
   unsettled_.pop_front();
   next_.scale = result.state.wheel_scale;
@@ -191,12 +202,20 @@ std::optional<MapAnswer> MapTask::next_due(TimeNs now) {
   MapAnswer answer = std::move(due->result);
   for (Displacement& d : answer.revisits) d.time = due->effective;
   if (answer.pose) pose_ = answer.pose;
+  is_new_ = is_new_ || answer.pose;
   return answer;
 }
 
 std::optional<Correction> MapTask::correct(const OdometryEstimate& estimate) {
-  if (!pose_) return std::nullopt;
-  return correction_by(*std::exchange(pose_, std::nullopt), estimate);
+  const bool asked = is_new_ || std::exchange(may_have_jumped_, false);
+  if (!pose_ || !asked) return std::nullopt;
+  MapPose settled = *pose_;
+  if (settled_) settled.in_odom = seen_from(*settled_, settled.in_odom);
+  const Correction correction = correction_by(settled, estimate);
+  if (!std::exchange(is_new_, false) && corrected_ && !differ(*corrected_, correction, estimate))
+    return std::nullopt;
+  corrected_ = correction;
+  return correction;
 }
 
 }  // namespace gprodom

@@ -66,7 +66,8 @@ class MapTask {
   };
   Late take_late(TimeNs now);
 
-  // The map -> odom correction by the last answer; nothing if there was none since the last call.
+  // The map -> odom correction by the last answer; nothing if there was none since the last call,
+  // and odom has not jumped.
   std::optional<Correction> correct(const OdometryEstimate& estimate);
 
   // After the jobs so far, calls `take` on the worker's thread with the ground.
@@ -110,8 +111,11 @@ class MapTask {
   std::deque<GprTrace> traces_;      // newer than the newest settled state
   std::deque<PathState> unsettled_;  // states that are not settled, each as when it was the newest
   TimeNs last_submitted_ = 0;
-  std::optional<MapPose> pose_;
-  std::deque<std::shared_ptr<Work>> submitted_;  // the jobs that have not begun, and perhaps more
+  std::optional<MapPose> pose_;                    // of the last answer
+  bool is_new_ = false, may_have_jumped_ = false;  // since the last correction: the answer; odom
+  std::optional<Correction> corrected_;            // the last one
+  std::optional<PathState> settled_;               // the newest
+  std::deque<std::shared_ptr<Work>> submitted_;    // the jobs that have not begun, and perhaps more
   Late late_;
 
   Mapper mapper_;  // used by the jobs of the worker alone, which no job outlives

@@ -88,6 +88,37 @@ TEST(MapPath, RevisedScaleIsNotTakenForMotion) {
   EXPECT_NEAR(step.measured.p.x(), 0.2 * (1 - 0.005), 1e-9);
 }
 
+// A bias of the gyro that is learnt at a standstill turns all that was driven, and odom jumps with
+// it. The robot has not moved: each state follows the one before as one solution has both.
+TEST(MapPath, WhatIsLearntOfThePastIsNoMotion) {
+  const PlanarPose turned{{0.08, -0.05}, 0.02};  // of odom, between two solutions
+  const auto nav_state = [](TimeNs time, const PlanarPose& pose) {
+    NavState state;
+    state.time = time;
+    state.p_odom << pose.p, 0.0;
+    state.q_odom_body = Eigen::AngleAxisd(pose.yaw, Vector3d::UnitZ());
+    return state;
+  };
+  Path path;
+  for (int i = 0; i < 100; ++i) path.step(0.2, 0.01);
+  PathState a = path_state(path.result(1));
+  const PlanarPose first = a.pose;
+  path.step(0.2, 0.01);
+  PathState b = path_state(path.result(2));
+  StateResult later = path.result(3);
+  later.state.wheel_scale = a.scale;
+  later.before_settled = nav_state(1, compose(turned, first));
+  later.settled = nav_state(2, compose(turned, b.pose));
+  settle(b, later, a);
+  EXPECT_LT((b.pose.p - later.settled->p_odom.head<2>()).norm(), 1e-12);
+  const PlanarPose step = step_between(a, b).measured;
+  EXPECT_NEAR(step.p.x(), 0.2, 1e-9);
+  EXPECT_NEAR(step.p.y(), 0.0, 1e-9);
+  EXPECT_NEAR(step.yaw, 0.01, 1e-9);
+  // Where the earlier state lies now.
+  EXPECT_LT((seen_from(b, a).pose.p - compose(turned, first).p).norm(), 1e-9);
+}
+
 TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
   MapPath path(0.5);
   const double radius = 3.0;
