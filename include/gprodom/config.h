@@ -8,6 +8,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,9 @@ struct SmootherConfig {
   double latency = 0.05;  // s of data time from submission to effect
 };
 
+// Antenna centres in body (m), by the antenna_id of their traces.
+using Antennas = std::map<int, Eigen::Vector3d>;
+
 // Of what is done to each trace: the antenna's band, and the gain.
 struct GprFilterConfig {
   double band_low = 1.5e8;   // Hz
@@ -124,7 +128,9 @@ struct GprConfig {
   double wave_speed = 1.0e8;        // m/s in the ground
   double time_offset = 0.0;         // s; added to every stamp
   Fusion fusion = Fusion::kSigned;  // how a displacement enters; the norm is the paper's
-  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; antenna centre in body
+  // m; antenna centre in body. With `antennas`, load_config() sets it to that of the first of them.
+  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();
+  Antennas antennas;  // empty: the antenna whose trace comes first, at lever_arm
   GprFilterConfig filter;
   PeaksConfig peaks;
   SequentialConfig sequential;

@@ -302,6 +302,7 @@ Config load_config(const std::vector<std::string>& paths, const std::vector<std:
   for (const auto& text : overrides) loader.read_override(text);
   tell(loader.take_notices("--set"));
   put_prefix(config.channels);
+  if (!config.gpr.antennas.empty()) config.gpr.lever_arm = config.gpr.antennas.begin()->second;
   check_channels(config, where);
   return config;
 }

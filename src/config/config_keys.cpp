@@ -110,6 +110,7 @@ void add_gpr(Keys& keys, GprConfig& c) {
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar waves in the ground"},
     {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
     {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
+    {"gpr.antennas", &c.antennas, "m", kAny, "antenna centres in body by antenna_id, as {0: [x, y, z], 1: [x, y, z]}, in place of lever_arm; {}: the antenna that is heard first"},
   });
 }
 

@@ -22,6 +22,13 @@ std::string to_text(const Eigen::Vector3d& v) {
   return "[" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + "]";
 }
 
+std::string to_text(const Antennas& antennas) {
+  std::string text;
+  for (const auto& [id, place] : antennas)
+    text += (text.empty() ? "" : ", ") + std::to_string(id) + ": " + to_text(place);
+  return "{" + text + "}";
+}
+
 std::string quoted(const std::string& text) {
   YAML::Emitter emitter;
   emitter << text;  // with quotes if YAML needs them
@@ -69,8 +76,7 @@ std::optional<double> parse(const ConfigKey& key, const YAML::Node& node, const 
   return number_within<double>(key, node);
 }
 
-std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& node,
-                                     const Eigen::Vector3d*) {
+std::optional<Eigen::Vector3d> vector_within(const ConfigKey& key, const YAML::Node& node) {
   if (!node.IsSequence() || node.size() != 3) return std::nullopt;
   Eigen::Vector3d vector;
   for (int i = 0; i < 3; ++i) {
@@ -79,6 +85,22 @@ std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& nod
     vector[i] = *component;
   }
   return vector;
+}
+
+std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& node,
+                                     const Eigen::Vector3d*) {
+  return vector_within(key, node);
+}
+
+std::optional<Antennas> parse(const ConfigKey& key, const YAML::Node& node, const Antennas*) {
+  if (!node.IsMap()) return std::nullopt;
+  Antennas antennas;
+  for (const auto& entry : node) {
+    const auto id = entry.first.IsScalar() ? parse_number<int>(entry.first.Scalar()) : std::nullopt;
+    const auto place = vector_within(key, entry.second);
+    if (!id || !place || !antennas.emplace(*id, *place).second) return std::nullopt;
+  }
+  return antennas;
 }
 
 std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
@@ -107,6 +129,9 @@ struct KindName {
   std::string operator()(const double*) const { return "a number"; }
   std::string operator()(const std::string*) const { return "text"; }
   std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
+  std::string operator()(const Antennas*) const {
+    return "a map of antenna_id to [x, y, z], each id once";
+  }
   template <class Choice>
   std::string operator()(const Choice*) const {
     return "one of";
@@ -119,6 +144,7 @@ struct ValueText {
   std::string operator()(const double* field) const { return to_text(*field); }
   std::string operator()(const std::string* field) const { return quoted(*field); }
   std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
+  std::string operator()(const Antennas* field) const { return to_text(*field); }
   template <class Choice>
   std::string operator()(const Choice* field) const {
     return name_of(*field);

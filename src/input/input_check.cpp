@@ -44,15 +44,32 @@ TimeNs time_of(const InputMessage& message) {
 }  // namespace
 
 InputCheck::InputCheck(const Config& config, Health& health)
-    : config_(config), health_(health), time_guard_(config.time) {}
+    : config_(config), health_(health), time_guard_(config.time) {
+  for (const auto& [id, place] : config.gpr.antennas) antennas_[id];
+  if (!antennas_.empty()) antenna_ = antennas_.begin()->first;
+}
+
+bool InputCheck::is_other_antenna(const InputMessage& message) const {
+  const auto* trace = std::get_if<GprTrace>(&message);
+  return trace && antenna_.value_or(trace->antenna_id) != trace->antenna_id;
+}
+
+GapWatch& InputCheck::gaps(const InputMessage& message) {
+  const auto* trace = std::get_if<GprTrace>(&message);
+  return trace ? antennas_.at(trace->antenna_id).gaps : gaps_[message.index()];
+}
+
+TimeNs& InputCheck::stuck(const InputMessage& message) {
+  const auto* trace = std::get_if<GprTrace>(&message);
+  return trace ? antennas_.at(trace->antenna_id).stuck : imu_stuck_;
+}
 
 bool InputCheck::accept(InputMessage& message) {
   const std::string reason = refusal(message);
   const TimeNs time = time_of(message);
   if (!reason.empty()) {
     health_.count(channel_of(message, config_).name, reason);
-    if (reason == kStuck)
-      (std::holds_alternative<ImuSample>(message) ? imu_stuck_ : gpr_stuck_) = time;
+    if (reason == kStuck) stuck(message) = time;
     return false;
   }
   health_.advance(time);
@@ -65,8 +82,8 @@ bool InputCheck::accept(InputMessage& message) {
   if (std::holds_alternative<WheelSample>(message) || std::holds_alternative<WheelsSample>(message))
     wheel_now_ = std::max(wheel_now_, time);
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
-    gpr_now_ = time;
-    antenna_ = trace->antenna_id;
+    antennas_.at(trace->antenna_id).newest = time;
+    if (!antenna_) antenna_ = trace->antenna_id;
   }
   return true;
 }
@@ -81,17 +98,29 @@ std::string InputCheck::refusal(InputMessage& message) {
     reason = "not used: there are messages of left and right wheels";
   const auto* imu = std::get_if<ImuSample>(&message);
   const auto* trace = std::get_if<GprTrace>(&message);
-  // Antennas see different places at the same time: their traces cannot be mixed.
-  if (reason.empty() && trace && antenna_.value_or(trace->antenna_id) != trace->antenna_id)
-    reason = "of another antenna: the first one that was heard is used";
   if (reason.empty() && imu) reason = imu_watch_.check(*imu);
-  if (reason.empty() && trace) reason = trace_format_.check(*trace);
-  if (reason.empty() && trace) reason = trace_watch_.check(*trace, wheel_m_);
+  if (reason.empty() && trace) reason = refusal(*trace);
   TimeNs usable = time;
-  if (reason.empty()) reason = time_guard_.check(channel.source, usable);
+  const auto source = is_other_antenna(message) ? TimeGuard::kMoreGpr : channel.source;
+  if (reason.empty()) reason = time_guard_.check(source, usable);
   if (!reason.empty()) return reason;
   shift_stamps(message, usable - time);
-  return trace && usable <= gpr_now_ ? "out of order" : "";
+  return trace && usable <= antennas_.at(trace->antenna_id).newest ? "out of order" : "";
+}
+
+// Traces of different antennas cannot be mixed: they look at different places.
+std::string InputCheck::refusal(const GprTrace& trace) {
+  const bool configured = !config_.gpr.antennas.empty();
+  if (!antenna_ && antennas_.count(trace.antenna_id) == 0) {  // it may become the antenna
+    antennas_.clear();
+    antennas_[trace.antenna_id];
+  }
+  const auto antenna = antennas_.find(trace.antenna_id);
+  if (antenna == antennas_.end())
+    return configured ? "antenna_id is not in gpr.antennas"
+                      : "of a second antenna: name both in gpr.antennas";
+  const std::string reason = antenna->second.format.check(trace);
+  return reason.empty() ? antenna->second.quality.check(trace, wheel_m_) : reason;
 }
 
 // Reports weaknesses of a message that is used all the same.
@@ -99,13 +128,17 @@ void InputCheck::watch(const InputMessage& message) {
   if (std::holds_alternative<Displacement>(message)) return;
   const std::string& name = channel_of(message, config_).name;
   const TimeNs time = time_of(message);
-  if (gaps_[message.index()].gap_before(time)) health_.count(name, kGap);
-  const auto* trace = std::get_if<GprTrace>(&message);
+  if (gaps(message).gap_before(time)) health_.count(name, kGap);
   const bool imu = std::holds_alternative<ImuSample>(message);
-  const std::string weak = trace ? trace_watch_.quality(*trace) : (imu ? imu_watch_.quality() : "");
+  std::string weak = imu ? imu_watch_.quality() : "";
+  if (const auto* trace = std::get_if<GprTrace>(&message)) {
+    Antenna& antenna = antennas_.at(trace->antenna_id);
+    weak = antenna.quality.quality(*trace);
+    if (!antenna.quality.dead()) antenna.signal = time;
+  }
   if (!weak.empty()) health_.count(name, weak);
-  if (trace && !trace_watch_.dead()) gpr_signal_ = time;
-  if (!imu && clocks_[message.index()].drifts(time, imu_now_))
+  const bool other_antenna = is_other_antenna(message);  // it has the clock of the first
+  if (!imu && !other_antenna && clocks_[message.index()].drifts(time, imu_now_))
     health_.count(name, "clock and the IMU's drift apart: 50 ppm or more");
 }
 
@@ -113,7 +146,13 @@ const std::string& InputCheck::wheel_channel() const {
   return pair_heard_ ? config_.channels.wheels : config_.channels.wheel;
 }
 
-bool InputCheck::radar_silent() const { return gpr_now_ + kSecond < imu_now_; }
+std::optional<TraceFormat> InputCheck::trace_format() const {
+  return antenna_ ? antennas_.at(*antenna_).format.agreed() : std::nullopt;
+}
+
+bool InputCheck::radar_silent() const {
+  return !antenna_ || antennas_.at(*antenna_).newest + kSecond < imu_now_;
+}
 
 void InputCheck::watch_silence(bool radar_used) {
   const auto watch = [&](const std::string& topic, bool used, TimeNs newest, TimeNs stuck) {
@@ -123,10 +162,15 @@ void InputCheck::watch_silence(bool radar_used) {
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
   watch(wheel_channel(), config_.wheel.enabled, wheel_now_, 0);
-  watch(config_.channels.gpr_trace, radar_used, gpr_now_, gpr_stuck_);
-  const bool no_signal = radar_used && gpr_signal_ + kSecond < gpr_now_;
-  health_.set("radar", HealthLevel::kDegraded,
-              no_signal ? "traces without a signal for a second or more" : "");
+  if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used, 0, 0);
+  for (const auto& [id, antenna] : antennas_) {
+    const bool followed = id == antenna_;
+    const std::string which = followed ? "" : " antenna " + std::to_string(id);
+    watch(config_.channels.gpr_trace + which, radar_used, antenna.newest, antenna.stuck);
+    const bool no_signal = radar_used && antenna.signal + kSecond < antenna.newest;
+    health_.set("radar" + which, HealthLevel::kDegraded,
+                no_signal ? "traces without a signal for a second or more" : "");
+  }
 }
 
 // Before the first message of the IMU the other stamps may be anything.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -38,14 +39,18 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
-  // The setting of the radar, once several traces agree in it.
-  std::optional<TraceFormat> trace_format() const { return trace_format_.agreed(); }
+  // The setting of the radar (of that antenna), once several traces agree in it.
+  std::optional<TraceFormat> trace_format() const;
 
   // The channel of the wheel: that of left and right wheels, if they send.
   const std::string& wheel_channel() const;
 
-  // No trace for a second.
+  // No trace for a second, of the antenna that the estimator follows.
   bool radar_silent() const;
+
+  // That antenna: the first of gpr.antennas, otherwise the one whose trace came first; nothing
+  // before.
+  const std::optional<int>& antenna() const { return antenna_; }
 
   // Reports sensors that are silent or have no signal.
   void watch_silence(bool radar_used);
@@ -57,23 +62,35 @@ class InputCheck {
  private:
   static constexpr std::size_t kMessages = std::variant_size_v<InputMessage>;
 
+  // What is known about the traces of one antenna.
+  struct Antenna {
+    TraceFormatWatch format;
+    TraceWatch quality;
+    GapWatch gaps;
+    TimeNs newest = 0;  // trace
+    TimeNs signal = 0;  // newest one that was not dead
+    TimeNs stuck = 0;   // newest one that was dropped as stuck
+  };
+
   std::string refusal(InputMessage& message);
+  std::string refusal(const GprTrace& trace);
+  bool is_other_antenna(const InputMessage& message) const;
+  GapWatch& gaps(const InputMessage& message);
+  TimeNs& stuck(const InputMessage& message);
   void watch(const InputMessage& message);
 
   const Config& config_;
   Health& health_;
   TimeGuard time_guard_;
-  TraceFormatWatch trace_format_;
   ImuWatch imu_watch_;
-  TraceWatch trace_watch_;
+  std::optional<int> antenna_;
+  std::map<int, Antenna> antennas_;           // by id
   std::array<GapWatch, kMessages> gaps_;      // by the message's index
   std::array<ClockWatch, kMessages> clocks_;  // likewise
-  TimeNs imu_now_ = 0, wheel_now_ = 0, gpr_now_ = 0;
+  TimeNs imu_now_ = 0, wheel_now_ = 0;
   bool pair_heard_ = false;
-  std::optional<int> antenna_;            // the one whose traces are used
-  TimeNs imu_stuck_ = 0, gpr_stuck_ = 0;  // newest that was dropped as stuck
-  double wheel_m_ = 0.0;                  // newest distance; of a pair the mean
-  TimeNs gpr_signal_ = 0;                 // newest trace that was not dead
+  TimeNs imu_stuck_ = 0;  // newest sample that was dropped as stuck
+  double wheel_m_ = 0.0;  // newest distance; of a pair the mean
   TimeNs next_lost_status_ = 0;
 };
 

@@ -17,7 +17,7 @@ std::string TimeGuard::check(Source source, TimeNs& time) {
     track.newest = time;
     return "before the first message of the IMU";
   }
-  if (time == track.newest) return "stamp repeated";
+  if (time == track.newest && source != kMoreGpr) return "stamp repeated";
   std::string reason = source == kImu ? check_imu(time, stamp) : check_other(track, time);
   if (!reason.empty()) return reason;
   if (source == kImu) ++imu_accepted_;

@@ -13,7 +13,9 @@ namespace gprodom {
 
 class TimeGuard {
  public:
-  enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement };
+  // kMoreGpr: all antennas but the one that the estimator follows. Channels of one radar may have
+  // equal stamps.
+  enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement, kMoreGpr };
 
   // ns. A driver or a network holds data back for less; a clock that differs by more was set.
   static constexpr TimeNs kMaxJump = 5'000'000'000;
@@ -65,7 +67,7 @@ class TimeGuard {
   void add_stray(Track& track, TimeNs time) const;
 
   TimeNs reorder_;
-  std::array<Track, 5> tracks_;
+  std::array<Track, 6> tracks_;
   long imu_accepted_ = 0;
   TimeNs offset_ = 0;  // from stamps to the continued time, since the clock was set
 

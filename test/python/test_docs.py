@@ -110,7 +110,7 @@ def keys_of(section: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """The keys of a configuration, with the sections that they are in, and their values."""
     found: dict[str, Any] = {}
     for key, value in section.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:  # an empty one is the value of a key
             found |= keys_of(value, f"{prefix}{key}.")
         else:
             found[f"{prefix}{key}"] = value

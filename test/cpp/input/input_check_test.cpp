@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace gprodom {
 namespace {
@@ -23,26 +25,53 @@ GprTrace trace_of(int antenna, TimeNs time) {
   return trace;
 }
 
-TEST(TwoAntennas, OnlyTracesOfTheFirstThatIsHeardAreUsed) {
-  constexpr TimeNs kBegin = 1'700'000'000'000'000'000, kPeriod = 50'000'000;
-  const Config config;
-  Health health(10.0);
-  InputCheck check(config, health);
-  const auto accepts = [&](InputMessage message) { return check.accept(message); };
-  ImuSample imu;  // the clock
-  imu.time = kBegin;
-  imu.acceleration.z() = 9.8;
-  ASSERT_TRUE(accepts(imu));
-  EXPECT_TRUE(accepts(trace_of(3, kBegin)));
-  EXPECT_FALSE(accepts(trace_of(4, kBegin + kPeriod / 2)));
-  EXPECT_TRUE(accepts(trace_of(3, kBegin + kPeriod)));
-  EXPECT_FALSE(accepts(trace_of(4, kBegin + 3 * kPeriod / 2)));
+class TwoAntennas : public ::testing::Test {
+ protected:
+  void use(const std::vector<std::string>& settings) {
+    config_ = default_config(settings);
+    check_.emplace(config_, health_);
+  }
+  bool accepts(InputMessage message) { return check_->accept(message); }
+  // The IMU comes first: it is the clock.
+  void start(TimeNs time) {
+    ImuSample imu;
+    imu.time = time;
+    imu.acceleration.z() = 9.8;
+    ASSERT_TRUE(accepts(imu));
+  }
+  double count(const std::string& what) {
+    const Status status = health_.status(0);
+    for (std::size_t i = 0; i < status.names.size(); ++i)
+      if (status.names[i].find(what) != std::string::npos) return status.values[i];
+    return 0.0;
+  }
 
-  const Status status = health.status(kBegin);
-  double refused = 0.0;
-  for (std::size_t i = 0; i < status.names.size(); ++i)
-    if (status.names[i].find("of another antenna") != std::string::npos) refused = status.values[i];
-  EXPECT_EQ(refused, 2.0);
+  const TimeNs begin_ = 1'700'000'000'000'000'000, period_ = 50'000'000;
+  Config config_;
+  Health health_{10.0};
+  std::optional<InputCheck> check_;
+};
+
+TEST_F(TwoAntennas, TracesOfAnAntennaThatIsNotConfiguredAreRefusedAndCounted) {
+  use({});
+  start(begin_);
+  EXPECT_TRUE(accepts(trace_of(3, begin_))) << "the first antenna that is heard is the antenna";
+  EXPECT_FALSE(accepts(trace_of(4, begin_ + period_ / 2)));
+  EXPECT_TRUE(accepts(trace_of(3, begin_ + period_)));
+  EXPECT_EQ(check_->antenna(), 3);
+  EXPECT_EQ(count("of a second antenna"), 1.0);
+}
+
+TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
+  use({"gpr.antennas={1: [0.1, 0, 0], 5: [-0.1, 0, 0]}"});
+  EXPECT_EQ(config_.gpr.lever_arm.x(), 0.1) << "the first of them is the one that is followed";
+  start(begin_);
+  EXPECT_FALSE(accepts(trace_of(0, begin_)));
+  EXPECT_TRUE(accepts(trace_of(5, begin_)));
+  EXPECT_TRUE(accepts(trace_of(1, begin_))) << "channels of one radar have equal stamps";
+  EXPECT_FALSE(accepts(trace_of(5, begin_))) << "stamp repeated";
+  EXPECT_EQ(check_->antenna(), 1);
+  EXPECT_EQ(count("not in gpr.antennas"), 1.0);
 }
 
 }  // namespace
