@@ -28,7 +28,15 @@ class Room(NamedTuple):
     includes: list[str]  # folders whose headers its files may include, besides its own
 
 
-GPR = ["gpr/kernels", "gpr/filter", "gpr/peaks", "gpr/sequential", "gpr/motion", "gpr/revisit"]
+GPR = [
+    "gpr/kernels",
+    "gpr/filter",
+    "gpr/peaks",
+    "gpr/sequential",
+    "gpr/motion",
+    "gpr/revisit",
+    "gpr/pair",
+]
 BEFORE_MOTION = ["base", "config", "gpr", *GPR, "estimation", "estimation/graph"]
 ROOMS = {
     "base": Room(
@@ -61,6 +69,11 @@ ROOMS = {
     "gpr/revisit": Room(
         "the memory of ground by distance, and the search in it",
         "poses, the map",
+        ["base", "config", *GPR[:3]],
+    ),
+    "gpr/pair": Room(
+        "displacement from one antenna to the one behind it",
+        "the wheel, states",
         ["base", "config", *GPR[:3]],
     ),
     "gpr": Room("the front end that a setting names", "states, factors", ["base", "config", *GPR]),

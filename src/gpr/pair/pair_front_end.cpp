@@ -1,0 +1,330 @@
+#include "gpr/pair/pair_front_end.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace gprodom::gpr {
+
+namespace {
+
+// m. Antennas closer together see the same ground at the same time: their footprints overlap.
+constexpr double kLeastDistance = 0.1;
+
+constexpr double kSpacing = 0.02;  // m, of the columns that are compared
+constexpr double kPatch = 0.4;     // m of ground in a match, and between two: they are independent
+
+// The part of the antennas' distance by which the predicted motion may be wrong: while the wheel's
+// slip is followed, and before.
+constexpr double kReachFollowing = 0.4, kReachLearning = 0.8, kReachMargin_m = 0.02;
+
+// Matches without the transfer from which it is learnt at first, and their least mean squared
+// coherence; that of unrelated columns is one over the number of independent ones in a patch, some
+// 0.12.
+constexpr int kMatchesToLearn = 6;
+constexpr double kLeastCoherence = 0.3;
+
+// The residual variance must be a tenth smaller than at the second place (as for revisits), and the
+// correlation far above that of chance.
+constexpr double kLeastScore = 0.1, kLeastCorrelation = 0.4;
+
+// Correlation, without the transfer, of ground that repeats itself: half of the power.
+constexpr double kRepeats = 0.7;
+
+// In a row: until places further away are searched; until the transfer is learnt anew, and that is
+// told (16 m).
+constexpr int kMissesToSearch = 3, kMissesToLose = 40;
+
+// Where matches are missed, the predicted speed may be wrong by more than a patch can be stretched:
+// a wheel that spins at 2.5 times the speed, or one that is blocked.
+constexpr double kScales[] = {0.75, 0.55, 0.4, 1.35};
+
+// Constant speeds that are tried where the path is not believed: neighbours overlap, as each is
+// searched within kReachFollowing; m/s, at most a fast walk.
+constexpr double kSpeedStep = 1.6, kFastest = 2.0;
+constexpr double kDirectionSigmas =
+    4.0;  // standard deviations of the speed: it is not of the other sign
+constexpr TimeNs kSearchPeriod = 500'000'000;  // ns: a new patch at 0.8 m/s
+
+constexpr double kPathSigma = 0.001;  // m, of the path between two states
+
+// The variance of a match over that which noise explains is learnt from so many of them. It begins
+// with that of ground that was never seen, which counts as a few matches.
+constexpr double kFirstExcess = 4.0;
+constexpr std::size_t kMemory = 30, kFirstWeight = 5;
+
+void subtract_mean(ColumnMatrix& rows) {
+  const Eigen::RowVectorXf mean = rows.colwise().mean();
+  rows.rowwise() -= mean;
+}
+
+}  // namespace
+
+bool PairFrontEnd::configured(const GprConfig& config) {
+  if (!config.enabled || config.antennas.size() < 2) return false;
+  const auto by_x = [](const auto& a, const auto& b) { return a.second.x() < b.second.x(); };
+  const auto [rear, front] =
+      std::minmax_element(config.antennas.begin(), config.antennas.end(), by_x);
+  return front->second.x() - rear->second.x() >= kLeastDistance;
+}
+
+PairFrontEnd::PairFrontEnd(const GprConfig& config) : band_(config.filter) {
+  const auto by_x = [](const auto& a, const auto& b) { return a.second.x() < b.second.x(); };
+  const auto [rear, front] =
+      std::minmax_element(config.antennas.begin(), config.antennas.end(), by_x);
+  antennas_[0].id = front->first;
+  antennas_[0].lever = front->second;
+  antennas_[1].id = rear->first;
+  antennas_[1].lever = rear->second;
+  distance_m_ = antennas_[0].lever.x() - antennas_[1].lever.x();
+}
+
+void PairFrontEnd::reset() {
+  for (Antenna& antenna : antennas_) antenna.columns.clear();
+  state_ = PairState::kWaits;
+}
+
+void PairFrontEnd::add_trace(const GprTrace& trace) {
+  constexpr TimeNs kMaxGap = 1'000'000'000;  // ns
+  for (Antenna& antenna : antennas_) {
+    if (trace.antenna_id != antenna.id) continue;
+    const TraceFormat format = format_of(trace);
+    if (!antenna.spectra || !same_format(antenna.format, format)) {
+      antenna.format = format;
+      antenna.spectra.emplace(format, band_);
+      transfer_.clear();
+      reset();
+    }
+    if (antenna.newest > 0 && trace.time - antenna.newest > kMaxGap) reset();
+    antenna.newest = trace.time;
+    const auto n = static_cast<int>(trace.samples.size());
+    if (antenna.check.check(trace.samples.data(), n) == TraceQuality::kGood)
+      antenna.columns.add(trace.time, antenna.spectra->of(trace.samples));
+  }
+}
+
+bool PairFrontEnd::transfer_known() const { return transfer_.learnt() >= kMatchesToLearn; }
+
+// The place of the passage must lie within the search: over the way from one antenna to the other,
+// for a slow robot over the time for which the estimator's window tells its path.
+bool PairFrontEnd::is_believed(const Travel& travel) const {
+  constexpr double kLongest_s = 5.0, kSigmas = 2.0;
+  const double speed = std::abs(travel.speed_mps());
+  const double seconds = speed * kLongest_s > distance_m_ ? distance_m_ / speed : kLongest_s;
+  return missed_ < kMissesToSearch &&
+         kSigmas * travel.speed_sigma_mps() * seconds < kReachFollowing * distance_m_;
+}
+
+std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
+  if (travel.empty() || travel.points().front().time >= tick) {  // no path yet
+    reset();
+    return std::nullopt;
+  }
+  for (Antenna& antenna : antennas_) antenna.columns.collect(travel);
+  if (!antennas_[0].spectra || !antennas_[1].spectra ||
+      antennas_[0].spectra->size() != antennas_[1].spectra->size())
+    return std::nullopt;
+  const Run run(travel, tick);
+  const double s = travel.at(tick);
+  next_s_ -= std::abs(s - std::exchange(last_s_, s));
+  if (run.direction() != direction_) next_s_ = 0;
+  direction_ = run.direction();
+  const double needed = (1 + kReachLearning) * distance_m_ + kPatch + 4 * kSpacing;
+  const TimeNs oldest = run.length() > 2 * needed ? run.time_at(run.newest() - 2 * needed) : 0;
+  for (Antenna& antenna : antennas_) antenna.columns.forget_before(oldest);
+  const bool believed = is_believed(travel);
+  const bool due = believed ? next_s_ <= 0 : next_s_ <= 0 || tick >= next_search_;
+  if (!due || antennas_[0].columns.empty() || antennas_[1].columns.empty()) return std::nullopt;
+  if (!believed) next_search_ = tick + kSearchPeriod;
+  const Match match = believed ? compare(run) : search(travel, tick);
+  if (match.outcome == Outcome::kNotCompared) {
+    if (state_ != PairState::kFollows) state_ = PairState::kWaits;
+    return std::nullopt;
+  }
+  next_s_ = kPatch;
+  if (match.outcome == Outcome::kFound) return accept(match, believed && travel.by_wheel());
+  last_ = {};
+  // Before the transfer is known, unrelated columns are a little alike in many places.
+  const bool ambiguous = match.outcome == Outcome::kAmbiguous &&
+                         (transfer_known() || match.found.correlation > kRepeats);
+  state_ = !transfer_known() ? PairState::kLearns
+           : ambiguous       ? PairState::kAmbiguous
+                             : PairState::kFollows;
+  if (!ambiguous) ++missed_;
+  if (missed_ == kMissesToLose) transfer_.clear();
+  if (missed_ >= kMissesToLose) state_ = PairState::kNoMatch;
+  return std::nullopt;
+}
+
+// Paths other than the predicted one, too: with its distances scaled; without a wheel also at
+// constant speeds up to that at which a trace is too far from the next, and unless the direction is
+// certain in both. All of them compete, so that ground that repeats itself gives no answer.
+PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) const {
+  std::vector<Run> runs = {Run(travel, tick)};
+  for (const double scale : kScales) runs.emplace_back(travel, tick, scale);
+  const double needed = (1 + kReachFollowing) * distance_m_ + kPatch + 4 * kSpacing;
+  const double longest_s = to_seconds(Run::kLongestSteady);
+  const bool direction_known =
+      std::abs(travel.speed_mps()) > kDirectionSigmas * travel.speed_sigma_mps();
+  for (double speed = needed / longest_s; speed <= kFastest && !travel.by_wheel();
+       speed *= kSpeedStep)
+    for (const int direction : {1, -1})
+      if (!direction_known || direction * travel.speed_mps() > 0)
+        runs.emplace_back(tick, direction * speed, 1.2 * needed / speed);
+  Match best;
+  std::vector<Match> matches;
+  for (const Run& run : runs) {
+    matches.push_back(compare(run));
+    const Match& match = matches.back();
+    const bool compared = match.outcome != Outcome::kNotCompared;
+    if (compared &&
+        (best.outcome == Outcome::kNotCompared || match.found.correlation > best.found.correlation))
+      best = match;
+  }
+  for (const Match& match : matches)
+    if (match.found.correlation > 0 && !same_place(match, best) &&
+        evidence(best.found.correlation) < evidence(match.found.correlation) + kLeastScore &&
+        best.outcome == Outcome::kFound)
+      best.outcome = Outcome::kAmbiguous;
+  return best;
+}
+
+// As late as the other one: patches along different paths have their middles at different times.
+bool PairFrontEnd::same_place(const Match& a, const Match& b) {
+  constexpr double kShare = 0.2;  // of the distance: 4 cm of 0.2 m, the robot's speed may change
+  const double late_a = to_seconds(a.to - a.from), late_b = to_seconds(b.to - b.from);
+  return a.forwards == b.forwards && std::abs(late_a - late_b) < kShare * std::max(late_a, late_b);
+}
+
+// In the coordinate of the run an antenna is at s plus its place on the robot, seen in the
+// direction of motion. The trailing one asks.
+PairFrontEnd::Match PairFrontEnd::compare(const Run& run) const {
+  Match match;
+  match.forwards = run.direction() > 0;
+  const Antenna &leading = antennas_[match.forwards ? 0 : 1],
+                &trailing = antennas_[match.forwards ? 1 : 0];
+  const bool wide = !run.steady() && !(transfer_known() && missed_ < kMissesToSearch);
+  const double reach_m = (wide ? kReachLearning : kReachFollowing) * distance_m_ + kReachMargin_m;
+  const auto reach = static_cast<Eigen::Index>(std::lround(reach_m / kSpacing));
+  const auto count = static_cast<Eigen::Index>(std::lround(kPatch / kSpacing)) + 1;
+  // In coordinates of the trailing antenna's own path; the leading one was there distance_m_ of the
+  // path earlier.
+  const double end = trailing.columns.newest(run);
+  const double begin = end - kSpacing * static_cast<double>(count - 1);
+  const double memory_begin = begin - distance_m_ - kSpacing * static_cast<double>(reach);
+  ColumnMatrix memory;
+  if (!trailing.columns.sample(run, begin, kSpacing, count, match.query) ||
+      !leading.columns.sample(run, memory_begin, kSpacing, count + 2 * reach, memory))
+    return match;
+  const auto found = transfer_known() ? find(match.query, memory, reach, match.forwards)
+                                      : find_without_transfer(match.query, memory, reach);
+  const bool alike = found && (!transfer_known() || found->correlation >= kLeastCorrelation);
+  match.outcome = !alike                       ? Outcome::kUnlike
+                  : found->score < kLeastScore ? Outcome::kAmbiguous
+                                               : Outcome::kFound;
+  if (!found) return match;
+  match.found = *found;
+  match.memory = aligned_rows(memory, count, reach, found->offset, found->stretch);
+  const double middle = 0.5 * (begin + end);
+  match.predicted_m = distance_m_ - found->offset * kSpacing;
+  match.to = run.time_at(middle);
+  match.from = run.time_at(middle - match.predicted_m);
+  return match;
+}
+
+std::optional<Passage> PairFrontEnd::accept(const Match& match, bool by_wheel) {
+  const bool known = transfer_known();
+  learn(match.query, match.memory, match.forwards);
+  state_ = known ? PairState::kFollows : PairState::kLearns;
+  missed_ = 0;
+  if (match.from >= match.to) return std::nullopt;
+  Passage passage;
+  passage.from = match.from;
+  passage.to = match.to;
+  passage.lever_from = antennas_[match.forwards ? 0 : 1].lever;
+  passage.lever_to = antennas_[match.forwards ? 1 : 0].lever;
+  passage.score = match.found.score;
+  const double scale = distance_m_ / std::max(match.predicted_m, 0.1 * distance_m_);
+  // Before the transfer is known there is no variance of the match: a column.
+  double sigma_m = kSpacing;
+  if (known) {
+    if (by_wheel)
+      follow_scatter(match);
+    else
+      last_ = {};
+    sigma_m = std::sqrt(excess() * match.found.variance) * kSpacing;
+  }
+  passage.sigma_m = std::hypot(sigma_m * scale, kPathSigma);
+  return passage;
+}
+
+// A wheel's path is wrong by a factor that hardly changes over three matches, so what scatters are
+// the matches.
+void PairFrontEnd::follow_scatter(const Match& match) {
+  last_[0] = last_[1];
+  last_[1] = last_[2];
+  last_[2] = {match.found.offset * kSpacing, match.found.variance * kSpacing * kSpacing};
+  if (last_[0].variance <= 0) return;
+  const double bend = last_[1].offset_m - 0.5 * (last_[0].offset_m + last_[2].offset_m);
+  const double expected = last_[1].variance + 0.25 * (last_[0].variance + last_[2].variance);
+  scatter_.push_back(bend * bend / expected);
+  if (scatter_.size() > kMemory) scatter_.pop_front();
+}
+
+// By the median, since a slip that begins bends the path, too.
+double PairFrontEnd::excess() const {
+  constexpr double kMedianOfSquares = 0.455;  // of a normal distribution
+  std::vector<double> sorted(scatter_.begin(), scatter_.end());
+  sorted.resize(sorted.size() + kFirstWeight, kFirstExcess * kMedianOfSquares);
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle / kMedianOfSquares;
+}
+
+std::optional<Alongside> PairFrontEnd::find(ColumnMatrix query, ColumnMatrix memory,
+                                            Eigen::Index reach, bool forwards) const {
+  subtract_mean(query);
+  subtract_mean(memory);
+  transfer_.apply(forwards ? query : memory, forwards ? memory : query);
+  return find_alongside(query, memory, reach, transfer_.weights(), kSpacing);
+}
+
+void PairFrontEnd::learn(const ColumnMatrix& query, const ColumnMatrix& memory, bool forwards) {
+  ColumnMatrix q = query, m = memory;
+  subtract_mean(q);
+  subtract_mean(m);
+  transfer_.learn(forwards ? q : m, forwards ? m : q);
+}
+
+// By the coherence of each frequency along the track, which a factor between the antennas does not
+// change. Whole columns, without a stretch.
+std::optional<Alongside> PairFrontEnd::find_without_transfer(const ColumnMatrix& query,
+                                                             const ColumnMatrix& memory,
+                                                             Eigen::Index reach) const {
+  const Eigen::Index count = query.rows();
+  ColumnMatrix q = query;
+  subtract_mean(q);
+  Eigen::VectorXd coherence(2 * reach + 1);
+  for (Eigen::Index o = 0; o <= 2 * reach; ++o) {
+    ColumnMatrix m = memory.middleRows(o, count);
+    subtract_mean(m);
+    coherence[o] = Transfer::coherence(q, m);
+  }
+  Eigen::Index best = 0;
+  const double most = coherence.maxCoeff(&best);
+  double second = 0;
+  constexpr Eigen::Index kNear = 3;  // columns that show the same ground
+  for (Eigen::Index o = 0; o <= 2 * reach; ++o)
+    if (std::abs(o - best) > kNear) second = std::max(second, coherence[o]);
+  if (best == 0 || best == 2 * reach || most < kLeastCoherence) return std::nullopt;
+  Alongside found;
+  found.offset = static_cast<double>(best - reach);
+  found.correlation = std::sqrt(most);
+  found.score = std::log((1 - second) / std::max(1e-6, 1 - most));
+  return found;
+}
+
+}  // namespace gprodom::gpr

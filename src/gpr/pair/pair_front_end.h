@@ -1,0 +1,118 @@
+// Displacement from two antennas in a row: for the newest ground under the trailing antenna, when
+// was the leading one there? Between the two times the robot has moved by the distance of the
+// antennas, whatever wheel and speed did. docs/pair.md has the principle.
+//
+// The match is done along the path as the estimator predicts it, in columns of equal spacing, so
+// that stops and changes of speed do not matter, and what is left is an offset of centimetres.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "base/trace_format.h"
+#include "gpr/filter/trace_quality.h"
+#include "gpr/pair/alongside.h"
+#include "gpr/pair/columns.h"
+#include "gpr/pair/spectra.h"
+#include "gpr/pair/transfer.h"
+#include "gpr/pair/travel.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+
+namespace gprodom::gpr {
+
+// One antenna was at time `to` where the other one had been at time `from`.
+struct Passage {
+  TimeNs from = 0, to = 0;
+  Eigen::Vector3d lever_from = Eigen::Vector3d::Zero();  // m, in body
+  Eigen::Vector3d lever_to = Eigen::Vector3d::Zero();
+  double sigma_m = 0.0;  // along the track, without that of the antennas' distance
+  double score = 0.0;    // of the match: evidence over the second-best place
+  // Displacement along the track that the antennas' distance says, signed, m.
+  double distance_m() const { return (lever_from - lever_to).x(); }
+};
+
+enum class PairState {
+  kWaits,     // too little ground driven over in one direction
+  kLearns,    // the transfer between the antennas is not known yet
+  kFollows,   // matches are found
+  kNoMatch,   // the antennas do not see the same ground where they should
+  kAmbiguous  // the ground repeats itself
+};
+
+class PairFrontEnd {
+ public:
+  // Whether the configuration has two antennas far enough apart along the track.
+  static bool configured(const GprConfig& config);
+
+  explicit PairFrontEnd(const GprConfig& config);
+
+  // A trace of any antenna, in order of time for each of them.
+  void add_trace(const GprTrace& trace);
+
+  // At most one passage, of the ground driven over since the last one. travel: as predicted up to
+  // `tick`.
+  std::optional<Passage> tick(TimeNs tick, const Travel& travel);
+
+  void reset();
+
+  PairState state() const { return state_; }
+
+ private:
+  struct Antenna {
+    int id = 0;
+    Eigen::Vector3d lever = Eigen::Vector3d::Zero();
+    TraceCheck check;
+    TraceFormat format;
+    std::optional<Spectra> spectra;
+    AntennaColumns columns;
+    TimeNs newest = 0;
+  };
+
+  enum class Outcome { kNotCompared, kUnlike, kAmbiguous, kFound };
+
+  // The comparison along one path.
+  struct Match {
+    Outcome outcome = Outcome::kNotCompared;
+    bool forwards = true;
+    Alongside found;             // in columns
+    double predicted_m = 0.0;    // way from one passage to the other, by the path
+    TimeNs from = 0, to = 0;     // times of the passages
+    ColumnMatrix query, memory;  // columns of the same places: what was seen
+  };
+  Match compare(const Run& run) const;
+  Match search(const Travel& travel, TimeNs tick) const;
+  static bool same_place(const Match& a, const Match& b);
+  std::optional<Passage> accept(const Match& match, bool by_wheel);
+  bool transfer_known() const;
+  bool is_believed(const Travel& travel) const;
+  void follow_scatter(const Match& match);
+  double excess() const;
+  std::optional<Alongside> find(ColumnMatrix query, ColumnMatrix memory, Eigen::Index reach,
+                                bool forwards) const;
+  void learn(const ColumnMatrix& query, const ColumnMatrix& memory, bool forwards);
+  std::optional<Alongside> find_without_transfer(const ColumnMatrix& query,
+                                                 const ColumnMatrix& memory,
+                                                 Eigen::Index reach) const;
+
+  GprFilterConfig band_;
+  std::array<Antenna, 2> antennas_;  // front, rear
+  double distance_m_;
+  Transfer transfer_;
+  PairState state_ = PairState::kWaits;
+  int direction_ = 0;
+  double next_s_ = 0.0;  // way to go until the next match, m
+  double last_s_ = 0.0;  // of the path at the last tick
+  TimeNs next_search_ = 0;
+  int missed_ = 0;  // matches in a row
+  struct Offset {
+    double offset_m = 0.0, variance = 0.0;
+  };
+  std::array<Offset, 3> last_;  // of matches in a row along a wheel's path
+  std::deque<double> scatter_;  // squares of their bends over those expected
+};
+
+}  // namespace gprodom::gpr

@@ -1,0 +1,190 @@
+// Two antennas in a row over made-up ground, of which the path is told wrongly: the pair must find
+// the true times.
+#include "gpr/pair/pair_front_end.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "gpr/synthetic_ground.h"
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr double kApart = 0.3;  // m between the antennas
+
+GprConfig two_antennas() {
+  GprConfig config;
+  config.antennas = {{0, {0.15, 0, 0}}, {1, {-0.15, 0, 0}}};
+  return config;
+}
+
+// What the rear antenna makes of a trace: another gain and time zero, and the pulse turned.
+void change(GprTrace& trace) {
+  std::vector<float> late(trace.samples.size());
+  const std::size_t shift = 4;  // samples, 0.8 ns
+  for (std::size_t i = 1; i + shift < late.size(); ++i)
+    late[i + shift] =
+        1.6F * (0.8F * trace.samples[i] + 0.6F * (trace.samples[i] - trace.samples[i - 1]));
+  trace.samples = late;
+}
+
+struct Drive {
+  std::function<double(double)> place;  // m, of the robot at a time
+  double told = 1.0;                    // distance told over the true one
+  double seconds = 40.0;
+  bool swapped = false;
+  int ground = 1;
+  double noise = 100.0;
+  std::function<double(double)> told_path = nullptr;  // in place of `told`
+};
+
+struct Found {
+  double error_m, sigma_m;
+};
+
+// Errors of the passages' displacement, and the state at the end.
+struct Result {
+  std::vector<Found> passages;
+  PairState state = PairState::kWaits;
+  double last_s = 0.0;  // end of the last passage
+};
+
+Result driven(const Drive& drive) {
+  const SyntheticGround ground(drive.ground, 25.0);
+  SyntheticRadar front(5, drive.noise), rear(6, drive.noise);
+  PairFrontEnd pair(two_antennas());
+  Result result;
+  Travel travel;
+  for (int i = 1; i < static_cast<int>(drive.seconds * 20); ++i) {
+    const double t = 0.05 * i, s = drive.place(t);
+    for (const bool is_front : {true, false}) {
+      GprTrace trace =
+          (is_front ? front : rear).measure(ground, s + (is_front ? 0.5 : -0.5) * kApart, t);
+      if (!is_front) change(trace);
+      trace.antenna_id = is_front == drive.swapped ? 1 : 0;
+      pair.add_trace(trace);
+    }
+    if (i % 2 != 0) continue;
+    const double told = drive.told_path ? drive.told_path(t) : drive.told * s;
+    const double before = travel.empty() ? told : travel.points().back().s_m;
+    travel.append(from_seconds(t), told);
+    travel.set_speed((told - before) / 0.1, 0.01, true);
+    const auto passage = pair.tick(from_seconds(t), travel);
+    if (!passage || pair.state() != PairState::kFollows) continue;
+    const double moved =
+        drive.place(to_seconds(passage->to)) - drive.place(to_seconds(passage->from));
+    result.last_s = to_seconds(passage->to);
+    result.passages.push_back({moved - passage->distance_m(), passage->sigma_m});
+  }
+  result.state = pair.state();
+  return result;
+}
+
+double nees(const std::vector<Found>& passages) {
+  double sum = 0;
+  for (const Found& found : passages) sum += std::pow(found.error_m / found.sigma_m, 2);
+  return sum / static_cast<double>(passages.size());
+}
+
+double mean(const std::vector<Found>& passages) {
+  double sum = 0;
+  for (const Found& found : passages) sum += found.error_m;
+  return sum / static_cast<double>(passages.size());
+}
+
+TEST(PairFrontEnd, FindsTheDistanceWhateverTheToldPathSays) {
+  for (const double told : {1.0, 1.25, 0.8}) {
+    const Result result = driven({[](double t) { return 2.0 + 0.4 * t; }, told});
+    ASSERT_GT(result.passages.size(), 20U) << told;
+    EXPECT_NEAR(mean(result.passages), 0.0, 0.002) << told;
+    for (const Found& found : result.passages)
+      EXPECT_LT(std::abs(found.error_m), std::max(0.02, 3 * found.sigma_m)) << told;
+  }
+}
+
+// The variance is not below that of the errors: the mean of the squares of 80 normal values is
+// below 1.5 in 99.9 % of the cases. It may be above, as it has a least value (the path between two
+// states), but not by a factor of ten.
+TEST(PairFrontEnd, VarianceCoversTheErrors) {
+  std::vector<Found> all;
+  for (const int ground : {1, 2, 3, 4}) {
+    Drive drive{[](double t) { return 2.0 + 0.4 * t; }};
+    drive.ground = ground;
+    const Result result = driven(drive);
+    all.insert(all.end(), result.passages.begin(), result.passages.end());
+  }
+  ASSERT_GT(all.size(), 80U);
+  EXPECT_GT(nees(all), 0.1);
+  EXPECT_LT(nees(all), 1.5);
+}
+
+TEST(PairFrontEnd, AStopOnTheWayDoesNotMatter) {
+  const auto place = [](double t) { return 2.0 + 0.4 * (t < 20.0 ? t : std::max(20.0, t - 6.0)); };
+  const Result result = driven({place, 1.1});
+  ASSERT_GT(result.passages.size(), 15U);
+  EXPECT_NEAR(mean(result.passages), 0.0, 0.002);
+}
+
+TEST(PairFrontEnd, BackwardsTheRearAntennaLeads) {
+  const Result result = driven({[](double t) { return 22.0 - 0.4 * t; }});
+  ASSERT_GT(result.passages.size(), 20U);
+  EXPECT_NEAR(mean(result.passages), 0.0, 0.002);
+}
+
+// A wheel that begins to spin at 2.5 times the speed.
+TEST(PairFrontEnd, IsFoundAgainWhenTheToldSpeedJumps) {
+  const auto told = [](double t) { return 0.4 * (t + 1.5 * std::max(0.0, t - 20.0)); };
+  Drive drive{[](double t) { return 2.0 + 0.4 * t; }};
+  drive.told_path = told;
+  const Result result = driven(drive);
+  // The path is never corrected here, so each passage takes three misses.
+  EXPECT_GT(result.passages.size(), 12U);
+  EXPECT_GT(result.last_s, 35.0);
+  EXPECT_NEAR(mean(result.passages), 0.0, 0.003);
+}
+
+TEST(PairFrontEnd, CablesThatAreSwappedGiveNoDisplacement) {
+  Drive drive{[](double t) { return 2.0 + 0.4 * t; }};
+  drive.swapped = true;
+  drive.seconds = 52.0;
+  const Result result = driven(drive);
+  EXPECT_TRUE(result.passages.empty());
+  EXPECT_EQ(result.state, PairState::kNoMatch);
+}
+
+TEST(PairFrontEnd, NeedsTwoAntennasOneBehindTheOther) {
+  GprConfig config;
+  EXPECT_FALSE(PairFrontEnd::configured(config));
+  config.antennas = {{0, {0.1, 0.2, 0}}, {1, {0.1, -0.2, 0}}};
+  EXPECT_FALSE(PairFrontEnd::configured(config)) << "side by side";
+  EXPECT_TRUE(PairFrontEnd::configured(two_antennas()));
+}
+
+TEST(Travel, ARevisedPathContinuesTheOneBefore) {
+  Travel travel;
+  for (int i = 0; i <= 10; ++i) travel.append(from_seconds(i), 0.5 * i);
+  travel.revise({{from_seconds(8), 100.0}, {from_seconds(9), 101.0}});
+  EXPECT_DOUBLE_EQ(travel.at(from_seconds(8)), 4.0);
+  EXPECT_DOUBLE_EQ(travel.at(from_seconds(9)), 5.0);
+  EXPECT_DOUBLE_EQ(travel.at(from_seconds(12)), 5.0);
+}
+
+TEST(Run, EndsWhereTheRobotTurnedBack) {
+  Travel travel;
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.25 * i;
+    travel.append(from_seconds(t), t < 5 ? t : 10 - t);
+  }
+  const gpr::Run run(travel, from_seconds(8));
+  EXPECT_EQ(run.direction(), -1);
+  EXPECT_NEAR(run.length(), 3.0, 0.05);
+  EXPECT_NEAR(to_seconds(run.time_at(run.newest() - 1.0)), 7.0, 0.01);
+}
+
+}  // namespace
+}  // namespace gprodom::gpr
