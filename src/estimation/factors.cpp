@@ -240,7 +240,7 @@ void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual
                                   Jacobian* Jb) const {
   resize(r, Ja, Jb, 1);
   const auto& m = measurement_;
-  const BodyPoint pa(a, lever_arm_), pb(b, lever_arm_);
+  const BodyPoint pa(a, lever_arm_a_), pb(b, lever_arm_b_);
   // Position at the measurement's own time, by the state's velocity. theta rotates it like c.
   const Vector3d ca = pa.c + m.offset_a_s * a.v_odom, cb = pb.c + m.offset_b_s * b.v_odom;
   const Vector3d d = cb - ca;

@@ -160,7 +160,11 @@ class DisplacementFactor final : public Factor {
     double robust_threshold = 0;
   };
   DisplacementFactor(const Measurement& measurement, const Eigen::Vector3d& lever_arm)
-      : measurement_(measurement), lever_arm_(lever_arm) {}
+      : DisplacementFactor(measurement, lever_arm, lever_arm) {}
+  // From one point of the body at a to another at b: two antennas that pass the same place.
+  DisplacementFactor(const Measurement& measurement, const Eigen::Vector3d& lever_arm_a,
+                     const Eigen::Vector3d& lever_arm_b)
+      : measurement_(measurement), lever_arm_a_(lever_arm_a), lever_arm_b_(lever_arm_b) {}
   int dimension() const override { return 1; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
@@ -168,7 +172,7 @@ class DisplacementFactor final : public Factor {
 
  private:
   Measurement measurement_;
-  Eigen::Vector3d lever_arm_;
+  Eigen::Vector3d lever_arm_a_, lever_arm_b_;
 };
 
 // Revisit (loop closure): the antenna at b is above ground that it saw at a. With c = p + R (place,

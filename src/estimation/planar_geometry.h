@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,8 +19,12 @@ struct PlanarPose {
 };
 
 // The pose of `b` in the frame of `a`, and a pose given in the frame of `a`.
-PlanarPose between(const PlanarPose& a, const PlanarPose& b);
-PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a);
+inline PlanarPose between(const PlanarPose& a, const PlanarPose& b) {
+  return {Eigen::Rotation2Dd(-a.yaw) * (b.p - a.p), wrapped(b.yaw - a.yaw)};
+}
+inline PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a) {
+  return {a.p + Eigen::Rotation2Dd(a.yaw) * b_in_a.p, wrapped(a.yaw + b_in_a.yaw)};
+}
 
 // The part of the displacement from a node to a place near it that the wheel has measured. A slip l
 // makes it e^l times as long.

@@ -25,10 +25,6 @@ SmootherOptions smoother_options(const SmootherConfig& c) {
   return options;
 }
 
-// Standard deviations at which a displacement of the radar loses weight: most of the errors that
-// its sigma covers keep theirs, and a wrong match has little.
-constexpr double kDisplacementRobustThreshold = 2.5;
-
 // m; between two states without a usable wheel.
 constexpr double kUnknownDistanceSigma = 100.0;
 
@@ -155,11 +151,13 @@ StateResult StateEstimator::add(const StateInput& input) {
   add_factor(a, b, walk, input.gyro_bias ? step : walk);
   if (input.standing) {
     add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
-  } else if (config_.wheel.enabled) {
-    add_wheel_factor(input, a, b);
+  } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {
+    add_wheel_factor(input, a, b);  // without a wheel: the robot does not move sideways or upwards
   }
   for (const Displacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
+  for (const AntennaPassage& p : input.passages)
+    ++(add_passage(p) ? result.displacements_used : result.displacements_dropped);
   for (const UserFactor& factor : input.factors) {
     std::string refusal = add_user_factor(factor, result.place_information);
     if (refusal.empty())
@@ -176,6 +174,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     solve(b, predicted, result);
   }
   result.state = smoother_.newest();
+  if (config_.gpr.antennas.size() > 1) result.way = way();
   add_lasting_errors(input, before);
   result.covariance =
       last_covariance_ + covariance_of_held_scale() + covariance_of_lasting_errors();
@@ -320,33 +319,6 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
     factor = std::make_shared<WheelFactor>(increment, wheel_at, variance, c.robust_threshold,
                                            slip_of(input.time));
   add_factor(a, b, factor);
-}
-
-// Connects the states nearest to the measurement's two ends; velocities cover the remaining time.
-bool StateEstimator::add_displacement(const Displacement& d) {
-  const TimeNs half_interval = from_seconds(0.5 / config_.smoother.state_rate);
-  auto nearest = [&](TimeNs time) {
-    auto best = smoother_.oldest_id();
-    for (auto id = best; id <= smoother_.newest_id(); ++id)
-      if (std::abs(smoother_.state(id).time - time) < std::abs(smoother_.state(best).time - time))
-        best = id;
-    return best;
-  };
-  const auto a = nearest(d.from), b = nearest(d.to);
-  const TimeNs offset_a = d.from - smoother_.state(a).time,
-               offset_b = d.to - smoother_.state(b).time;
-  if (!d.valid || std::abs(offset_a) > half_interval || std::abs(offset_b) > half_interval)
-    return false;
-  DisplacementFactor::Measurement m;
-  m.distance_m = d.distance_m;
-  m.sigma_m = d.sigma_m;
-  m.offset_a_s = to_seconds(offset_a);
-  m.offset_b_s = to_seconds(offset_b);
-  const bool is_unsigned =
-      d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
-  m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
-  m.robust_threshold = kDisplacementRobustThreshold;
-  return add_factor(a, b, std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
 }
 
 // Each moment belongs to the last state before it, and the IMU propagates that state to it.

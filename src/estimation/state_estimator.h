@@ -45,6 +45,20 @@ struct IntervalSlip {
   double l = 0.0, sigma = 0.0;  // ln(true distance / distance by the wheel)
 };
 
+// One antenna was at time `to` where another had been at time `from`.
+struct AntennaPassage {
+  TimeNs from = 0, to = 0;
+  Eigen::Vector3d lever_from = Eigen::Vector3d::Zero();  // m, in body
+  Eigen::Vector3d lever_to = Eigen::Vector3d::Zero();
+  double sigma_m = 0.0;  // along the track
+};
+
+// How far the robot had gone along its track, signed, from any origin.
+struct WayPoint {
+  TimeNs time = 0;
+  double s_m = 0.0;
+};
+
 // What is known about the interval from the newest state to a new one.
 struct StateInput {
   TimeNs time = 0;  // of the new state
@@ -63,6 +77,7 @@ struct StateInput {
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
   std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
   std::vector<Displacement> displacements;          // newly in effect, for any earlier time
+  std::vector<AntennaPassage> passages;             // likewise
   std::vector<UserFactor> factors;                  // likewise
 };
 
@@ -89,6 +104,7 @@ struct StateResult {
   // of l over the last interval, and the covariance of the position (x, y, m^2) that results.
   double slip_sigma = 0.0;
   Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
+  std::vector<WayPoint> way;  // of the window's states, if antennas in a row are matched along it
   int factors_used = 0;
   // Information of these factors on the position (x, y), 1/m^2.
   Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();
@@ -131,6 +147,14 @@ class StateEstimator {
   void update_slips(const std::vector<IntervalSlip>& slips);
   std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
   bool add_displacement(const Displacement& displacement);
+  bool add_passage(const AntennaPassage& passage);
+  // A measurement between two times, tied to the states nearest to them.
+  struct Span {
+    FixedLagSmoother::StateId a, b;
+    double offset_a_s, offset_b_s;
+  };
+  std::optional<Span> span(TimeNs from, TimeNs to) const;
+  std::vector<WayPoint> way() const;
   // Returns the reason if the factor is refused, otherwise an empty string. Adds the factor's
   // information to place_information.
   std::string add_user_factor(const UserFactor& factor, Eigen::Matrix2d& place_information);

@@ -32,7 +32,8 @@ MotionJudge::MotionJudge(const Config& config)
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
       slip_(config.wheel, config.smoother.lag),
-      slip_belief_(config) {}
+      slip_belief_(config),
+      pair_slip_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
   if (first_imu_ == 0) first_imu_ = sample.time;
@@ -221,6 +222,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (!rest_.known()) learn_rest(to, false);
 
   input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
+  if (pair_slip_.knows(to)) input.speed_correction.reset();  // the speed is measured
   if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   StandstillVerdict verdict =
@@ -241,9 +243,10 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (!late_wheel_.waits())
     slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
                          drive_noise_.accel_density_of_one_second());
-  input.slips = slip_belief_.recent();
+  input.slips = pair_slip_.revise(slip_belief_.recent(), to);
   if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);
+  input.passages = take_passages(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
 }

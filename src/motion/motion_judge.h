@@ -18,6 +18,7 @@
 #include "motion/drive_noise.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
+#include "motion/pair_slip.h"
 #include "motion/rest_levels.h"
 #include "motion/sensor_history.h"
 #include "motion/slip/slip_belief.h"
@@ -50,6 +51,12 @@ class MotionJudge {
 
   // A finding that is now in effect, and the result of in_metres() for it. Ignored unless valid.
   void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
+
+  // Now in effect.
+  void add_passage(const AntennaPassage& passage);
+
+  // Whether antennas in a row have measured the path up to now, but for what they need to see.
+  bool measured_by_pair() const { return pair_slip_.knows(imu_now_); }
 
   // The detection limit of the radar front end.
   void add_sight(const gpr::Sight& sight);
@@ -122,6 +129,7 @@ class MotionJudge {
   void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
+  std::vector<AntennaPassage> take_passages(TimeNs to);
   struct Waiting {
     Displacement displacement;
     bool by_coherence = false;  // learnt from the wheel
@@ -154,6 +162,8 @@ class MotionJudge {
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;
   SlipBelief slip_belief_;
+  PairSlip pair_slip_;
+  std::vector<AntennaPassage> passages_;  // not handed out yet
   LateWheel late_wheel_;
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
   TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence

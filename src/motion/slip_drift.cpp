@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace gprodom {
 
 namespace {
 
 constexpr double kMoves_mps = 0.02;
+
+// ns; a passage of two antennas lasts as long at most (Pipeline::keep_way).
+constexpr TimeNs kRemembered = 60'000'000'000;
 
 }  // namespace
 
@@ -22,6 +26,7 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   last_ = state;
   sigma_ = 0.0;
   moves_ = false;
+  remember(last.time);
   const double seconds = to_seconds(state.time - last.time);
   if (!enabled_ || seconds <= 0) return;
   const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
@@ -38,6 +43,37 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
   F.topRightCorner<2, 1>() = moved;
   joint_ = (F * joint_ * F.transpose()).eval();
+}
+
+void SlipDrift::remember(TimeNs time) {
+  earlier_.push_back({time, joint_});
+  while (earlier_.front().time < time - kRemembered) earlier_.pop_front();
+}
+
+void SlipDrift::measured(const NavState& state) {
+  remember(last_.value_or(state).time);
+  last_ = state;
+  sigma_ = 0.0;
+  moves_ = false;
+  joint_.row(2).setZero();
+  joint_.col(2).setZero();
+  joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
+}
+
+void SlipDrift::measured_since(TimeNs time, double l_sigma) {
+  const auto after = std::upper_bound(earlier_.begin(), earlier_.end(), time,
+                                      [](TimeNs t, const Earlier& e) { return t < e.time; });
+  if (after == earlier_.begin()) return;
+  const Eigen::Matrix3d& then = std::prev(after)->joint;
+  const Eigen::Vector3d with_l = then.col(2);
+  const double variance = with_l[2] + l_sigma * l_sigma;
+  const Eigen::Matrix3d before =
+      variance > 0 ? Eigen::Matrix3d(then - with_l * with_l.transpose() / variance) : then;
+  // A measured position may have made it smaller than it was then.
+  if (before.topLeftCorner<2, 2>().trace() < covariance().trace())
+    joint_.topLeftCorner<2, 2>() = before.topLeftCorner<2, 2>();
+  joint_.topRightCorner<2, 1>().setZero();
+  joint_.bottomLeftCorner<1, 2>().setZero();
 }
 
 // P - P H^T (H P H^T + M^-1)^-1 H P with H = [I 0], for an information M that may be singular.

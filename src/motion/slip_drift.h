@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <optional>
 
 #include "estimation/graph/slip_model.h"
@@ -27,6 +28,14 @@ class SlipDrift {
   // wheel slips, as learnt.
   void advance(const NavState& state, const ImuNoise& noise, double share);
 
+  // The next state, where the distance is measured whatever the wheel does.
+  void measured(const NavState& state);
+
+  // The distance since that time has been measured after all, and with it the slip, with the
+  // standard deviation l_sigma. What slip had added to the position's covariance since then is
+  // taken back, and slip of shortly before is known better.
+  void measured_since(TimeNs time, double l_sigma);
+
   // Information (1/m^2) of a measurement of the position (x, y in odom) at the last state. It
   // reduces the variance of past slip as well.
   void measure(const Eigen::Matrix2d& information);
@@ -41,6 +50,8 @@ class SlipDrift {
   Eigen::Matrix2d covariance() const { return joint_.topLeftCorner<2, 2>(); }
 
  private:
+  void remember(TimeNs time);
+
   SlipModel model_;
   bool enabled_;
   slip::UnseenSlip unseen_;
@@ -48,6 +59,11 @@ class SlipDrift {
   Eigen::Matrix3d joint_ = Eigen::Matrix3d::Zero();  // of x, y, l
   double sigma_ = 0.0;
   bool moves_ = false;
+  struct Earlier {
+    TimeNs time;
+    Eigen::Matrix3d joint;
+  };
+  std::deque<Earlier> earlier_;  // of the last states
 };
 
 }  // namespace gprodom

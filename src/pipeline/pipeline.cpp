@@ -106,8 +106,10 @@ void Pipeline::store(Message& message) {
     count_jump();
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
-    if (map_->enabled()) add_to_map(*trace);
-    if (radar_.enabled() && traces_.size() < kMostTraces) traces_.push_back(std::move(*trace));
+    const bool followed = trace->antenna_id == input_.antenna();
+    if (followed && map_->enabled()) add_to_map(*trace);
+    if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
+      traces_.push_back(std::move(*trace));
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
@@ -189,6 +191,8 @@ void Pipeline::take_radar_answers() {
   while (auto due = radar_worker_.next_due(imu_now_)) {
     for (const std::string& note : due->result.notes)
       health_.count(config_.channels.gpr_trace, note);
+    if (due->result.passage) take_passage(*due->result.passage, due->effective);
+    if (due->result.pair) report_antennas(*due->result.pair);
     if (due->result.sfm) out_.sfm.push_back(stamped(std::move(*due->result.sfm)));
     for (const gpr::Finding& finding : due->result.findings) {
       if (const auto* sight = std::get_if<gpr::Sight>(&finding)) {
@@ -235,7 +239,10 @@ void Pipeline::take_map_answers() {
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
-  slip_drift_.advance(result.state, noise, motion_.slip_share());
+  if (motion_.measured_by_pair())
+    slip_drift_.measured(result.state);
+  else
+    slip_drift_.advance(result.state, noise, motion_.slip_share());
   slip_drift_.measure(result.place_information);
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();
@@ -243,6 +250,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   prediction_.rebase(result, noise, motion_.imu());
   motion_.adopt(result);
   map_->add(result, effective);
+  keep_way(result);
 
   health_.value("wheel.unwitnessed", result.slip_sigma);
   if (motion_.wheel_delay_s() > 0) health_.value("wheel.delay_s", motion_.wheel_delay_s());
@@ -268,14 +276,16 @@ void Pipeline::ask_radar() {
   if (next_tick_ == 0 || imu_now_ > next_tick_ + kSecond)  // at the start, and after a gap
     next_tick_ = next_multiple(imu_now_, tick_period_);
   while (imu_now_ >= next_tick_) {
-    const auto end = std::partition_point(traces_.begin(), traces_.end(),
-                                          [&](const GprTrace& t) { return t.time <= next_tick_; });
+    // In order for each antenna, but not from one to another.
+    const auto end = std::stable_partition(traces_.begin(), traces_.end(),
+                                           [&](const GprTrace& t) { return t.time <= next_tick_; });
     std::vector<GprTrace> batch(std::make_move_iterator(traces_.begin()),
                                 std::make_move_iterator(end));
     traces_.erase(traces_.begin(), end);
     radar_worker_.submit(
         next_tick_ + from_seconds(config_.gpr.latency_budget),
-        [this, tick = next_tick_, batch = std::move(batch)] { return radar_.run(batch, tick); });
+        [this, tick = next_tick_, batch = std::move(batch), antenna = input_.antenna().value_or(0),
+         path = travel()] { return radar_.run(batch, tick, antenna, path); });
     next_tick_ += tick_period_;
   }
 }

@@ -124,6 +124,10 @@ class Pipeline {
   bool resume();
   void begin(const InitialState& initial, const StateResult& first);
   void take_radar_answers();
+  void take_passage(const gpr::Passage& passage, TimeNs effective);
+  void report_antennas(gpr::PairState state);
+  void keep_way(const StateResult& result);
+  gpr::Travel travel() const;
   void take_states();
   void take_map_answers();
   void ask_radar();
@@ -170,6 +174,7 @@ class Pipeline {
   TimeNs next_state_ = 0;
   Prediction prediction_;
   SlipDrift slip_drift_;
+  gpr::Travel travel_;  // along which antennas in a row are matched; empty without them
 
   // Each is used by the jobs of one worker only. Declared before the workers, so that it outlives
   // their jobs.

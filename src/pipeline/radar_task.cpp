@@ -45,32 +45,45 @@ void drop_unusable(TimeNs tick, RadarAnswer& answer) {
 
 RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end) {
   if (config.enabled) front_end_ = front_end ? made(front_end) : gpr::make_front_end(config);
+  if (gpr::PairFrontEnd::configured(config)) pair_.emplace(config);
 }
 
-RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick) {
+void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
+  const TraceFormat format = format_of(trace);
+  std::string note;
+  if (last_time_ > 0) {
+    if (format.samples != format_.samples)
+      note = "trace length changed";
+    else if (!same_interval(format_, format))
+      note = "sample interval changed";
+    else if (trace.time - last_time_ > kMaxGap)
+      note = "gap in traces";
+  }
+  if (!note.empty()) {
+    front_end_->reset();
+    answer.notes.push_back(note + ": the radar front end is reset");
+  }
+  last_time_ = trace.time;
+  format_ = format;
+  front_end_->add_trace(trace);
+}
+
+RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna,
+                           const gpr::Travel& travel) {
   RadarAnswer answer;
   for (const GprTrace& trace : traces) {
-    const TraceFormat format = format_of(trace);
-    std::string note;
-    if (last_time_ > 0) {
-      if (format.samples != format_.samples)
-        note = "trace length changed";
-      else if (!same_interval(format_, format))
-        note = "sample interval changed";
-      else if (trace.time - last_time_ > kMaxGap)
-        note = "gap in traces";
-    }
-    if (!note.empty()) {
-      front_end_->reset();
-      answer.notes.push_back(note + ": the radar front end is reset");
-    }
-    last_time_ = trace.time;
-    format_ = format;
-    front_end_->add_trace(trace);
+    if (front_end_ && trace.antenna_id == antenna) add(trace, answer);
+    if (pair_) pair_->add_trace(trace);
   }
-  answer.findings = front_end_->tick(tick);
-  drop_unusable(tick, answer);
-  answer.sfm = front_end_->sfm();
+  if (front_end_) {
+    answer.findings = front_end_->tick(tick);
+    drop_unusable(tick, answer);
+    answer.sfm = front_end_->sfm();
+  }
+  if (pair_) {
+    answer.passage = pair_->tick(tick, travel);
+    answer.pair = pair_->state();
+  }
   return answer;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/trace_format.h"
+#include "gpr/pair/pair_front_end.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
@@ -16,6 +17,8 @@ namespace gprodom {
 struct RadarAnswer {
   std::vector<gpr::Finding> findings;
   std::optional<SubsurfaceFeatureMatrix> sfm;  // if the front end makes one and it is asked for
+  std::optional<gpr::Passage> passage;         // of antennas in a row
+  std::optional<gpr::PairState> pair;          // if there are such antennas
   std::vector<std::string> notes;              // e.g. why the front end was reset
 };
 
@@ -24,14 +27,20 @@ class RadarTask {
   // front_end: replaces config.front_end unless it is empty.
   explicit RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end = {});
 
-  bool enabled() const { return front_end_ != nullptr; }
+  bool enabled() const { return front_end_ || pair_; }
+  bool has_pair() const { return pair_.has_value(); }
 
-  // traces: those since the last tick, in time order. The front end is reset if a trace has another
-  // length or sample interval than the last, or follows a gap.
-  RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick);
+  // traces: those since the last tick, in time order for each antenna. The front end gets those of
+  // `antenna`; it is reset if a trace has another length or sample interval than the last, or
+  // follows a gap. travel: for antennas in a row.
+  RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna = 0,
+                  const gpr::Travel& travel = {});
 
  private:
+  void add(const GprTrace& trace, RadarAnswer& answer);
+
   std::unique_ptr<gpr::FrontEnd> front_end_;
+  std::optional<gpr::PairFrontEnd> pair_;
   TimeNs last_time_ = 0;
   TraceFormat format_;
 };

@@ -155,6 +155,15 @@ TEST(Factors, DisplacementJacobians) {
           random.state(), random.state());
 }
 
+TEST(Factors, DisplacementJacobiansOfTwoAntennas) {
+  Random random(8);
+  for (int i = 0; i < 100; ++i)
+    check(DisplacementFactor(
+              {random.uniform(-1, 1), 0.05, 0.03, -0.07, DisplacementFactor::Form::kSigned, 0},
+              random.vector(1), random.vector(1)),
+          random.state(), random.state());
+}
+
 TEST(Factors, RevisitJacobians) {
   Random random(7);
   for (int i = 0; i < 100; ++i) {

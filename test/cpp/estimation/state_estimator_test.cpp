@@ -57,6 +57,42 @@ StateEstimator at_ten_seconds(double speed) {
 
 double sigma(const StateResult& result, int i) { return std::sqrt(result.covariance(i, i)); }
 
+// A wheel that turns by a quarter too much, from the start on: only the passages show it.
+TEST(Passages, OfTwoAntennasShowTheDistanceThatASlippingWheelDoesNot) {
+  const auto driven = [](bool with_passages) {
+    std::mt19937 random(3);
+    StateEstimator estimator = at_ten_seconds(kSpeed);
+    StateResult result;
+    constexpr double kApart = 0.3;
+    for (int i = 0; i < 100; ++i) {
+      const double from = 10.0 + kStateInterval * i, to = from + kStateInterval;
+      StateInput input = interval(from, {kSpeed, 0.0}, random);
+      input.noise = {1.6e-3, 0.3};  // of a shaken IMU
+      for (MotionStep& step : input.steps) step.wheel_m *= 1.25;
+      input.slips = {{input.time, 0.0, 0.3}};
+      if (with_passages && i > 5 && i % 3 == 0) {
+        AntennaPassage passage;
+        passage.to = from_seconds(to - 0.05);
+        passage.from = from_seconds(to - 0.05 - kApart / kSpeed);
+        passage.lever_from.x() = 0.1 + kApart;
+        passage.lever_to.x() = 0.1;
+        passage.sigma_m = 0.003;
+        input.passages.push_back(passage);
+      }
+      result = estimator.add(input);
+      if (with_passages && i > 5) {
+        EXPECT_EQ(result.displacements_dropped, 0);
+      }
+    }
+    return result;
+  };
+  const double truth = 100 * kStateInterval * kSpeed;
+  EXPECT_GT(driven(false).state.p_odom.x(), truth + 0.5);
+  const StateResult measured = driven(true);
+  EXPECT_NEAR(measured.state.p_odom.x(), truth, 3 * sigma(measured, row::kP));
+  EXPECT_LT(sigma(measured, row::kP), 0.15);
+}
+
 TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
   std::mt19937 random(1);

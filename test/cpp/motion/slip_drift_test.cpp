@@ -86,5 +86,23 @@ TEST(SlipDrift, AMeasuredPlaceTellsOfPastSlip) {
   EXPECT_NEAR(drift.covariance()(1, 1), across, 1e-6 * before(1, 1));
 }
 
+// As a passage of two antennas does, which is known only after it.
+TEST(SlipDrift, ADistanceMeasuredAfterwardsTakesBackWhatSlipHadAdded) {
+  SlipDrift drift{Config()};
+  Eigen::Matrix2d then;
+  for (int i = 0; i <= kStates; ++i) {
+    drift.advance(state_at(i), kShaken, SlipModel().share);
+    if (i == kStates - 50) then = drift.covariance();
+  }
+  ASSERT_GT(drift.covariance().trace(), 1.2 * then.trace());
+  SlipDrift told = drift;
+  drift.measured_since(state_at(kStates - 50).time, 1e3);  // nothing is known of the slip
+  EXPECT_LT((drift.covariance() - then).norm(), 1e-6);
+  drift.measured(state_at(kStates + 1));
+  EXPECT_LT((drift.covariance() - then).norm(), 1e-6);
+  told.measured_since(state_at(kStates - 50).time, 0.01);
+  EXPECT_LT(told.covariance().trace(), 0.99 * then.trace()) << "slip before was much the same";
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -1,0 +1,98 @@
+// Displacements of the radar between states of the window: StateEstimator's part of them.
+#include <cmath>
+#include <memory>
+
+#include "estimation/state_estimator.h"
+
+namespace gprodom {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// Standard deviations at which a displacement of the radar loses weight: most of the errors that
+// its sigma covers keep theirs, and a wrong match has little.
+constexpr double kDisplacementRobustThreshold = 2.5;
+
+// rad, between the passages of two antennas over a place. Beyond, the robot turns on the spot, and
+// the antennas do not pass the same place.
+constexpr double kMostTurnOfPassage = 0.5;
+// m, of an antenna beside the line through the other one, as mounted by tape.
+constexpr double kAntennasAside = 0.02;
+
+}  // namespace
+
+// The states nearest to both ends; velocities cover the remaining time. Nothing if an end lies
+// outside the window.
+std::optional<StateEstimator::Span> StateEstimator::span(TimeNs from, TimeNs to) const {
+  const TimeNs half_interval = from_seconds(0.5 / config_.smoother.state_rate);
+  auto nearest = [&](TimeNs time) {
+    auto best = smoother_.oldest_id();
+    for (auto id = best; id <= smoother_.newest_id(); ++id)
+      if (std::abs(smoother_.state(id).time - time) < std::abs(smoother_.state(best).time - time))
+        best = id;
+    return best;
+  };
+  const auto a = nearest(from), b = nearest(to);
+  const TimeNs offset_a = from - smoother_.state(a).time, offset_b = to - smoother_.state(b).time;
+  if (std::abs(offset_a) > half_interval || std::abs(offset_b) > half_interval) return std::nullopt;
+  return Span{a, b, to_seconds(offset_a), to_seconds(offset_b)};
+}
+
+bool StateEstimator::add_displacement(const Displacement& d) {
+  const auto between = d.valid ? span(d.from, d.to) : std::nullopt;
+  if (!between) return false;
+  DisplacementFactor::Measurement m;
+  m.distance_m = d.distance_m;
+  m.sigma_m = d.sigma_m;
+  m.offset_a_s = between->offset_a_s;
+  m.offset_b_s = between->offset_b_s;
+  const bool is_unsigned =
+      d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
+  m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
+  m.robust_threshold = kDisplacementRobustThreshold;
+  return add_factor(between->a, between->b,
+                    std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
+}
+
+// On a straight line the place is the same: 0 m between one antenna then and the other one now. In
+// a bend by the angle t, that holds for antennas fixed to the body over the middle of the track. If
+// they follow the track instead, as on a trailer, the body moves by their distance b, and 0 becomes
+// b t^2 / 12. What a robot does lies in between.
+bool StateEstimator::add_passage(const AntennaPassage& passage) {
+  const auto between = span(passage.from, passage.to);
+  if (!between) return false;
+  const Vector3d turned = so3::log(smoother_.state(between->a).q_odom_body.conjugate() *
+                                   smoother_.state(between->b).q_odom_body);
+  const double turn = turned.z();
+  if (std::abs(turn) > kMostTurnOfPassage) return false;
+  const double moved = (passage.lever_from - passage.lever_to).x();
+  const double range = moved * turn * turn / 12;
+  DisplacementFactor::Measurement m;
+  m.distance_m = 0.5 * range;
+  m.sigma_m = std::sqrt(passage.sigma_m * passage.sigma_m + range * range / 12 +
+                        std::pow(0.5 * turn * kAntennasAside, 2));
+  m.offset_a_s = between->offset_a_s;
+  m.offset_b_s = between->offset_b_s;
+  m.robust_threshold = kDisplacementRobustThreshold;
+  return add_factor(between->a, between->b,
+                    std::make_shared<DisplacementFactor>(m, passage.lever_from, passage.lever_to));
+}
+
+std::vector<WayPoint> StateEstimator::way() const {
+  std::vector<WayPoint> way;
+  for (auto id = smoother_.oldest_id(); id <= smoother_.newest_id(); ++id) {
+    const NavState& b = smoother_.state(id);
+    double s = 0.0;
+    if (!way.empty()) {
+      const NavState& a = smoother_.state(id - 1);
+      const Vector3d ahead =
+          (a.q_odom_body * Vector3d::UnitX() + b.q_odom_body * Vector3d::UnitX());
+      s = way.back().s_m + ahead.normalized().dot(b.p_odom - a.p_odom);
+    }
+    way.push_back({b.time, s});
+  }
+  return way;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,42 @@
+// The wheel's slip as two antennas in a row show it. The window has their passages as measurements;
+// here the slip is followed in between and since the last one, with the size of its wander.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "estimation/graph/slip_model.h"
+#include "estimation/state_estimator.h"
+#include "gprodom/config.h"
+#include "gprodom/types.h"
+#include "motion/sensor_history.h"
+
+namespace gprodom {
+
+class PairSlip {
+ public:
+  explicit PairSlip(const Config& config) : used_(config.gpr.antennas.size() > 1) {}
+
+  // The distance of a passage is compared with the wheel's between its times.
+  void add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale);
+
+  // Whether a passage has ended so shortly before that the path is measured.
+  bool knows(TimeNs time) const;
+
+  // The slips up to `to`, by the passages as far as they reach, otherwise unchanged. Where nothing
+  // else follows the slip (none are given), intervals without a passage have none.
+  std::vector<IntervalSlip> revise(std::vector<IntervalSlip> slips, TimeNs to);
+
+ private:
+  struct Seen {
+    TimeNs middle;
+    double l;  // ln(true distance / distance by the wheel)
+  };
+  bool used_;
+  SlipModel model_;
+  std::deque<TimeNs> ends_;  // of the last intervals
+  std::deque<Seen> seen_;    // of the last seconds, newest last
+  TimeNs newest_ = 0;        // end of the last passage
+};
+
+}  // namespace gprodom

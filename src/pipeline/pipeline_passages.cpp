@@ -1,0 +1,70 @@
+// Two antennas in a row: what the pipeline gives to their front end, and takes from it.
+#include <cmath>
+#include <utility>
+
+#include "pipeline/pipeline.h"
+
+namespace gprodom {
+
+namespace {
+
+// How long ago the front antenna may have passed the ground that is now under the rear one.
+constexpr TimeNs kTravelKept = 60'000'000'000;  // ns
+
+}  // namespace
+
+void Pipeline::take_passage(const gpr::Passage& passage, TimeNs effective) {
+  Displacement d;
+  d.time = effective;
+  d.from = passage.from;
+  d.to = passage.to;
+  d.source = "pair";
+  d.kind = DisplacementKind::kSequential;
+  d.valid = true;
+  d.distance_m = passage.distance_m();
+  d.sigma_m = passage.sigma_m;
+  d.score = passage.score;
+  motion_.add_passage(
+      {passage.from, passage.to, passage.lever_from, passage.lever_to, passage.sigma_m});
+  slip_drift_.measured_since(passage.from, passage.sigma_m / std::abs(d.distance_m));
+  health_.add("pair.passages", 1);
+  out_.displacements.push_back(stamped(std::move(d)));
+}
+
+// Where the robot drives and the pair finds nothing, the estimate goes on as with one antenna.
+void Pipeline::report_antennas(gpr::PairState state) {
+  const bool fails = state == gpr::PairState::kNoMatch;
+  health_.set("antennas", HealthLevel::kDegraded,
+              fails ? "the rear antenna does not see what the front one saw: compare gpr.antennas "
+                      "with the mounting and the cables"
+                    : "");
+  health_.await("pair", HealthLevel::kOk,
+                state == gpr::PairState::kLearns      ? "learns how the antennas differ"
+                : state == gpr::PairState::kAmbiguous ? "the ground repeats itself: not used here"
+                                                      : "");
+}
+
+void Pipeline::keep_way(const StateResult& result) {
+  if (result.way.empty()) return;
+  std::vector<gpr::Travel::Point> way;
+  for (const WayPoint& point : result.way) way.push_back({point.time, point.s_m});
+  travel_.revise(way);
+  travel_.forget_before(result.state.time - kTravelKept);
+}
+
+// The path up to now: of the window's states, and as predicted since the newest of them.
+gpr::Travel Pipeline::travel() const {
+  gpr::Travel travel = travel_;
+  if (travel.empty()) return travel;
+  const StateResult& base = prediction_.base();
+  const Eigen::Vector3d x_axis = base.state.q_odom_body * Eigen::Vector3d::UnitX();
+  const Eigen::Matrix3d v_covariance = base.covariance.block<3, 3>(row::kV, row::kV);
+  travel.set_speed(x_axis.dot(base.state.v_odom), std::sqrt(x_axis.dot(v_covariance * x_axis)),
+                   config_.wheel.enabled && !base.no_wheel);
+  if (prediction_.time() <= travel.points().back().time) return travel;
+  const double ahead = x_axis.dot(prediction_.position() - base.state.p_odom);
+  travel.append(prediction_.time(), travel.points().back().s_m + ahead);
+  return travel;
+}
+
+}  // namespace gprodom
