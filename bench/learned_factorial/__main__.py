@@ -34,12 +34,12 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-import pairs
 import sequences
 from cells import KINDS, RATES, SEGMENT_S, SPEEDS, calibration_drive, make_cell
 from rivals import Answers, ByCoherence, ByNetwork, ByRidge, Rival, speed_in
 from table import tables
 
+import pairs
 from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.learned.grounds import make_line, seeds
 from gprodom.learned.model import read_record

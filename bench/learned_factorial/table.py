@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from cells import RATES, SPEEDS
-from pairs import CONSECUTIVE, REVISIT, Offsets
 
 from gprodom.arrays import Floats
 from gprodom.console import format_table
+from pairs import CONSECUTIVE, REVISIT, Offsets
 
 RESAMPLES = 2000
 

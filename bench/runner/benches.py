@@ -87,7 +87,7 @@ def of_drives(data: Path) -> tuple[Bench, ...]:
             rows((), ROBOT),
             recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09")),
         ),
-        Bench("pairs", "Drives with two antennas", "rough.py", DRIVE, drives(data, "pairs", ())),
+        Bench("pairs", "Drives with two antennas", "pairs.py", DRIVE, drives(data, "pairs", ())),
         Bench("sample", "The sample drive", "rough.py", DRIVE, sample()),
         Bench(
             "variations",

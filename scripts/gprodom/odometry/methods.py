@@ -86,6 +86,16 @@ METHODS = {
             ("gpr.enabled=true", "gpr.front_end=motion", "graph.enabled=true"),
         ),
         Method(
+            "radar_imu",
+            "radar and IMU, no wheel: two antennas in a row (gpr.antennas), with revisits",
+            (
+                "wheel.enabled=false",
+                "gpr.enabled=true",
+                "gpr.front_end=motion",
+                "graph.enabled=true",
+            ),
+        ),
+        Method(
             "learned_sequential",
             "IMU, wheel and motion by a network (--networks)",
             ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=false"),
@@ -113,9 +123,11 @@ ON_PIPES = Method(
 
 
 # The rows of a benchmark where none are named: all but those that differ in a sign, or need a
-# network.
+# network or a second antenna.
 DEFAULT_METHODS = tuple(
-    name for name, method in METHODS.items() if not name.endswith("_signed") and not method.network
+    name
+    for name, method in METHODS.items()
+    if not name.endswith("_signed") and not method.network and name != "radar_imu"
 )
 
 
