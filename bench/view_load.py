@@ -31,6 +31,7 @@ from repeat_log import repeat
 from zips import log_of
 
 VIEW = (sys.executable, "-m", "gprodom", "view")
+ENDS_S = 60.0  # at most
 SETTLES_S = 8.0  # imports, and the viewer's start
 
 
@@ -53,22 +54,26 @@ def open_log(out: Path, sensors: Path, folder: Path) -> dict[str, float]:
 
 def watch(logs: list[Path], seconds: float, more: list[str]) -> float:
     """Share of a core, percent, of the process that logs."""
-    players = []
+    players: list[subprocess.Popen[bytes]] = []
     viewer = subprocess.Popen([*VIEW, "--live", "--lcm-url", URL, *more], start_new_session=True)
     try:
         time.sleep(SETTLES_S)
-        players = [subprocess.Popen(["lcm-logplayer", "-l", URL, str(log)],
-                                    stdout=subprocess.DEVNULL) for log in logs]  # fmt: skip
+        players = [
+            subprocess.Popen(
+                ["lcm-logplayer", "-l", URL, str(log)],
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+            for log in logs
+        ]
         time.sleep(2.0)
         begun, used = time.monotonic(), processor_seconds(viewer.pid)
         time.sleep(seconds)
         share = 100 * (processor_seconds(viewer.pid) - used) / (time.monotonic() - begun)
     finally:
-        for player in players:
-            player.terminate()
-            player.wait()
-        os.killpg(viewer.pid, signal.SIGINT)
-        viewer.wait()
+        for process in (*players, viewer):  # with what a wrapper has started
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(ENDS_S)
     return share
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import subprocess
 import tempfile
 from pathlib import Path
@@ -173,6 +175,6 @@ def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, s
             stream.disconnect()
     finally:
         if viewer is not None and viewer.poll() is None:
-            viewer.terminate()
+            os.killpg(viewer.pid, signal.SIGTERM)  # the viewer, too, not its starter alone
             viewer.wait()
     return 0
