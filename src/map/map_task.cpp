@@ -169,8 +169,12 @@ MapTask::Work MapTask::joined(Work earlier, Work later) {
 
 MapAnswer MapTask::run(const Work& work) {
   MapAnswer answer;
+  answer.travelled_m = travelled_m_;
+  answer.sigma_m = sigma_m_;
   try {
     for (const MapInput& input : work.inputs) append(mapper_.run(input), answer);
+    travelled_m_ = answer.travelled_m;
+    sigma_m_ = answer.sigma_m;
   } catch (const std::exception& error) {
     throw MapFailure(std::string("map: ") + error.what());
   } catch (...) {

@@ -118,7 +118,10 @@ class MapTask {
   std::deque<std::shared_ptr<Work>> submitted_;    // the jobs that have not begun, and perhaps more
   Late late_;
 
-  Mapper mapper_;  // used by the jobs of the worker alone, which no job outlives
+  // Used by the jobs of the worker alone, which no job outlives.
+  Mapper mapper_;
+  double travelled_m_ = 0.0,
+         sigma_m_ = 0.0;  // of the last input; an answer to a saving has them too
   DatedWorker<MapAnswer> worker_;
 };
 

@@ -22,7 +22,7 @@ def test_lost_without_known_ground_and_found_again(tmp_path: Path) -> None:
     first.save_map(path)
 
     # Sensors that are said to be poor, and no radar in the middle of the drive.
-    estimator = gprodom.Odometry(set=["wheel.noise=1", "imu.accel_noise_density=0.1"])
+    estimator = gprodom.Odometry(set=["wheel.noise=0.8", "imu.accel_noise_density=0.1"])
     estimator.load_map(path)
     told = as_recording(run).messages()
     time = told["gpr_time"]
