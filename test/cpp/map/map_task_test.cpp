@@ -57,6 +57,28 @@ TEST(MapTask, SavedGroundWaitsForTheJobsBefore) {
   EXPECT_EQ(savings.saved(), 2U);
 }
 
+// STATUS says how far the track has gone; a saving in between does not put that back to zero.
+TEST(MapTask, AnswerToASavingSaysHowFarTheTrackHasGone) {
+  MapTask task(default_config(), Execution::kInline);
+  constexpr TimeNs kStep = 200'000'000, kSecond = 1'000'000'000;
+  StateResult result;
+  result.covariance.setIdentity();
+  for (int i = 1; i <= 30; ++i) {
+    result.state.time = i * kStep;
+    result.state.p_odom = {0.1 * i, 0.0, 0.0};
+    result.settled = result.state;
+    task.add(result, result.state.time);
+  }
+  const TimeNs end = result.state.time + 10 * kSecond;
+  double travelled_m = 0.0;
+  while (const auto answer = task.next_due(end)) travelled_m = answer->travelled_m;
+  ASSERT_GT(travelled_m, 2.0);
+  task.save_ground(result.state.time, true, [](const SavedGround&) {});
+  const auto answer = task.next_due(end);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->travelled_m, travelled_m);
+}
+
 // A robot with a wheel that reports kTrueScale of the distance, and that slips: it moves e^kSlip of
 // what the wheel then turns. The graph knows both. The odometry does not see the slip, and has
 // another scale. Its frame and that of the map differ.
