@@ -72,7 +72,7 @@ void add_wheel(Keys& keys, WheelConfig& c) {
     {"wheel.lateral_noise", &c.lateral_noise, "m/sqrt(m)", kPositive, "side slip, growing with distance"},
     {"wheel.vertical_noise", &c.vertical_noise, "m/sqrt(m)", kPositive, "motion off the ground plane, growing with distance"},
     {"wheel.robust_threshold", &c.robust_threshold, "standard deviations", kNotNegative, "increments beyond get less weight; 0: none"},
-    {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "difference of wheel and IMU that counts as slip; 0: no detection"},
+    {"wheel.slip_threshold", &c.slip_threshold, "standard deviations", kNotNegative, "difference of left, right and gyro at which one side slips; 0: no slip with a jump is looked for, of any wheel"},
     {"wheel.slip_share", &c.slip_share, "", between(0, 1), "share of the path on which the wheel slips gradually, without a jump; 0: never"},
     {"wheel.max_speed", &c.max_speed, "m/s", kNotNegative, "faster increments are dropped, until several agree; 0: learnt"},
     {"wheel.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},

@@ -18,8 +18,8 @@ const std::vector<RemovedKey>& removed_keys() {
        "a tyre's scale changes by far less than wheel.scale_sigma in a day, and what changes "
        "within seconds is slip, which has a model of its own"},
       {"wheel.slip_window", "0.3",
-       "it must hold the jump at the onset of a slip: over a longer window the error of the speed "
-       "hides it, over a shorter one the encoder's steps do"},
+       "there is no such window any more: wheel and IMU are compared in each interval between "
+       "states, with a model of how long their errors last"},
       {"wheel.slip_size", "0.5",
        "it is the belief before anything is measured and covers ice, snow and gravel; how far a "
        "wheel slips is then measured by the IMU"},

@@ -153,7 +153,7 @@ void RandomWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& 
 
 WheelFactor::WheelFactor(const WheelIncrement& increment, const Vector3d& lever_arm,
                          const Vector3d& variance, double robust_threshold,
-                         std::shared_ptr<const WheelSlipTerm> slip)
+                         std::shared_ptr<const WheelSlip> slip)
     : increment_(increment),
       lever_arm_(lever_arm),
       robust_threshold_(robust_threshold),
@@ -166,12 +166,13 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
   const Matrix3d RaT = a.R_odom_body().transpose();
   const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
   const double s = a.wheel_scale;
-  const double stretch = slip_ ? std::exp(slip_->l) : 1.0;
-  const Matrix3d d_dbg = stretch * increment_.d_dbg();
-  const Vector3d measured =
-      stretch * increment_.displacement() + d_dbg * (a.gyro_bias - increment_.gyro_bias());
+  const Matrix3d d_dbg = increment_.d_dbg();
+  Vector3d measured = increment_.displacement() + d_dbg * (a.gyro_bias - increment_.gyro_bias());
   Vector3d variance = variance_;
-  if (slip_) variance[0] += std::pow(slip_->sigma * stretch * increment_.distance(), 2);
+  if (slip_) {
+    measured[0] -= slip_->excess_m;
+    variance[0] += slip_->loose_m * slip_->loose_m;
+  }
   const Vector3d weight = variance.cwiseSqrt().cwiseInverse();
   // The forward row is in reported distance, the others are in true distance.
   const Vector3d moved = RaT * (cb.c - ca.c), unit(s, 1, 1);
@@ -190,8 +191,8 @@ void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Ja
 
 std::shared_ptr<const Factor> WheelFactor::with_slip(double l) const {
   auto slipped = std::make_shared<WheelFactor>(*this);
-  slipped->increment_ = increment_.stretched(std::exp(l + (slip_ ? slip_->l : 0.0)));
-  slipped->slip_ = nullptr;
+  slipped->increment_ = increment_.stretched(std::exp(l));
+  if (slip_) slipped->slip_ = std::make_shared<WheelSlip>(*slip_);
   return slipped;
 }
 

@@ -78,24 +78,24 @@ class RandomWalkFactor final : public Factor {
   Eigen::Matrix<double, 7, 1> weight_;
 };
 
-// Estimate of a wheel's slip in an interval, l = ln(true distance / distance by the wheel).
-struct WheelSlipTerm {
-  double l = 0.0, sigma = 0.0;
+// What is believed of a wheel's slip in an interval, m, as reported: by how much the wheel's
+// distance is too long, and the standard deviation that this adds to it.
+struct WheelSlip {
+  double excess_m = 0.0, loose_m = 0.0;
 };
 
-// U (R_a^T (c_b - c_a) - e^l dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical,
+// U (R_a^T (c_b - c_a) - (dp(bg) - slip) / s) with c = p + R lever_arm: forward, lateral, vertical,
 // metres, with dp the wheel's increments rotated by the gyro. U = diag(s, 1, 1), since the wheel's
 // error is on the distance that it reports, and side slip on the true one. The last two rows are
 // the non-holonomic constraint (Wu et al. 2017). The forward row is robust (Cauchy), since wheels
 // slip forwards.
 class WheelFactor final : public Factor {
  public:
-  // variance: forward, lateral, vertical, m^2; the variance of l is added to the forward one.
-  // robust_threshold: standard deviations; 0: quadratic. slip: read at each evaluation; null: no
-  // slip.
+  // variance: forward, lateral, vertical, m^2. robust_threshold: standard deviations; 0: quadratic.
+  // slip: read at each evaluation; null: none.
   WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,
               const Eigen::Vector3d& variance, double robust_threshold,
-              std::shared_ptr<const WheelSlipTerm> slip = nullptr);
+              std::shared_ptr<const WheelSlip> slip = nullptr);
   int dimension() const override { return 3; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
@@ -107,7 +107,7 @@ class WheelFactor final : public Factor {
   Eigen::Vector3d lever_arm_;
   double robust_threshold_;
   Eigen::Vector3d variance_;
-  std::shared_ptr<const WheelSlipTerm> slip_;
+  std::shared_ptr<const WheelSlip> slip_;
 };
 
 // |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. The norm is smoothed

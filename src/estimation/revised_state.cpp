@@ -18,10 +18,6 @@ constexpr double kAccelBias = 0.1;       // m/s^2; the accelerometer's bias may 
 constexpr double kStandingSpeed = 0.05;  // m/s
 constexpr double kTiltMemory_s = 2.0;    // s; time constant with which gravity corrects the tilt
 
-constexpr double kSideways = 0.05;  // m/s
-constexpr double kTilt = 0.05;      // rad; the wrong speed may have been explained by tilt
-constexpr double kShift = 0.3;      // share of the correction: the track need not be straight
-
 // Of driving, after which accelerations must have shown the wheel's scale. By then their noise on
 // the move is known, and a start or a stop has been seen.
 constexpr double kScaleTrial_s = 20.0;
@@ -48,21 +44,6 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   replace(P, row::kV, 3, kStandingSpeed * kStandingSpeed * I);
   replace(P, row::kBg, 3, kGyroBias * kGyroBias * I);
   replace(P, row::kBa, 3, kAccelBias * kAccelBias * I);
-  return {x, 0.5 * (P + P.transpose())};
-}
-
-CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction) {
-  NavState x = from.state;
-  const Matrix3d R = x.R_odom_body();
-  StateMatrix P = plain_position(x, 1) * from.covariance * plain_position(x, 1).transpose();
-  const Vector3d along = R.col(0) * (kShift * correction.ahead_m);
-  P.block<3, 3>(row::kP, row::kP) += along * along.transpose();
-  x.p_odom += correction.ahead_m * R.col(0);
-  x.v_odom = correction.speed * R.col(0);
-  P.diagonal().segment<2>(row::kTheta).array() += kTilt * kTilt;
-  P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
-  const Vector3d velocity(correction.sigma, kSideways, kSideways);
-  replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());
   return {x, 0.5 * (P + P.transpose())};
 }
 

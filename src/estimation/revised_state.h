@@ -14,6 +14,5 @@ CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyr
                             const NavState& known);
 
 // Replaces the speed and the position of `from` by those of the wheel or the radar.
-CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction);
 
 }  // namespace gprodom

@@ -129,7 +129,6 @@ StateResult StateEstimator::add(const StateInput& input) {
   if (scale_not_shown(input)) hold_scale(with_first_scale());
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
-  if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
   const NavState& last = smoother_.newest();
   const NavState before = last;  // the solve changes `last`
   const ImuPreintegration imu = integrated(input, last);
@@ -139,7 +138,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   NavState predicted = propagate(last, imu, kStandardGravity);
   predicted.time = input.time;
 
-  update_slips(input.slips);
+  update_slips(input);
   motion_.add(last.time, input.noise, input.steps);
   const auto a = smoother_.newest_id();
   const auto b = smoother_.add_state(predicted);
@@ -199,7 +198,6 @@ void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicte
     const auto since = std::lround(kSettledAfter * config_.smoother.state_rate);
     const auto settled = std::max(b - since, smoother_.oldest_id());
     result.settled = smoother_.state(settled);
-    if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
   } else {
     discard_window(predicted);
   }
@@ -263,30 +261,22 @@ void StateEstimator::restart(const NavState& state) {
   motion_.clear();
 }
 
-// The estimates of slip change while their intervals are in the window, since slip shows only after
-// seconds.
-void StateEstimator::update_slips(const std::vector<IntervalSlip>& slips) {
+// What is believed of slip changes while its intervals are in the window, since slip shows only
+// after some of them.
+void StateEstimator::update_slips(const StateInput& input) {
   const TimeNs oldest = smoother_.state(smoother_.oldest_id()).time;
   while (!slips_.empty() && slips_.front().first <= oldest) slips_.pop_front();
-  for (const IntervalSlip& slip : slips) {
-    const auto known = std::find_if(slips_.begin(), slips_.end(),
-                                    [&](const auto& s) { return s.first == slip.to; });
-    if (known == slips_.end()) {
-      if (slips_.empty() || slip.to > slips_.back().first)
-        slips_.emplace_back(slip.to, std::make_shared<WheelSlipTerm>());
-      else
-        continue;
-    }
-    WheelSlipTerm& term = known == slips_.end() ? *slips_.back().second : *known->second;
-    term.l = slip.l;
-    term.sigma = slip.sigma;
+  for (const LooseWheel& loose : input.loose) {
+    if (slips_.empty() || loose.to > slips_.back().first)
+      slips_.emplace_back(loose.to, std::make_shared<WheelSlip>());
+    const double scale = smoother_.newest().wheel_scale;
+    for (const auto& [to, slip] : slips_)
+      if (to == loose.to) *slip = {loose.excess_m * scale, loose.sigma_m * scale};
   }
 }
 
-std::shared_ptr<const WheelSlipTerm> StateEstimator::slip_of(TimeNs time) const {
-  for (const auto& [to, term] : slips_)
-    if (to == time) return term;
-  return nullptr;
+std::shared_ptr<const WheelSlip> StateEstimator::slip_of(TimeNs to) const {
+  return !slips_.empty() && slips_.back().first == to ? slips_.back().second : nullptr;
 }
 
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,

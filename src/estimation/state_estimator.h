@@ -33,16 +33,11 @@ constexpr double kOriginYawSigma = 1e-3;       // rad
 
 struct CarriedState;
 
-// Replaces the velocity of a state that was found to be wrong, by wheel or radar.
-struct SpeedCorrection {
-  double speed = 0.0, sigma = 0.0;  // m/s, forwards
-  double ahead_m = 0.0;             // signed; the robot is this far ahead of the state's position
-};
-
-// Estimate of the wheel's slip in the interval that ends with a state.
-struct IntervalSlip {
+// What is believed of the wheel's slip in the interval that ends with a state, m, true: by how much
+// its distance is too long, and the standard deviation that this adds to it.
+struct LooseWheel {
   TimeNs to = 0;
-  double l = 0.0, sigma = 0.0;  // ln(true distance / distance by the wheel)
+  double excess_m = 0.0, sigma_m = 0.0;
 };
 
 // What is known about the interval from the newest state to a new one.
@@ -60,10 +55,9 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot does not move as the wheel says
   // rad/s, body; set if a standstill shows that the bias has changed by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
-  std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
-  std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
-  std::vector<Displacement> displacements;          // newly in effect, for any earlier time
-  std::vector<UserFactor> factors;                  // likewise
+  std::vector<LooseWheel> loose;            // of this interval and of earlier ones
+  std::vector<Displacement> displacements;  // newly in effect, for any earlier time
+  std::vector<UserFactor> factors;          // likewise
 };
 
 // s after which the pose graph takes a state as it is: most slips have been seen by then, and have
@@ -127,8 +121,8 @@ class StateEstimator {
  private:
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
-  void update_slips(const std::vector<IntervalSlip>& slips);
-  std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
+  void update_slips(const StateInput& input);
+  std::shared_ptr<const WheelSlip> slip_of(TimeNs to) const;  // of the newest interval, or null
   bool add_displacement(const Displacement& displacement);
   // Returns the reason if the factor is refused, otherwise an empty string. Adds the factor's
   // information to place_information.
@@ -170,8 +164,8 @@ class StateEstimator {
   StateMatrix common_ = StateMatrix::Zero();
   double gap_s_ = 0.0;  // length of the current gap of the IMU, up to the newest state
   FixedLagSmoother smoother_;
-  std::deque<std::pair<TimeNs, std::shared_ptr<WheelSlipTerm>>> slips_;  // of the window's factors
-  RecentMotion motion_;                                                  // over the window
+  std::deque<std::pair<TimeNs, std::shared_ptr<WheelSlip>>> slips_;  // of the window's factors
+  RecentMotion motion_;                                              // over the window
   FixedLagSmoother::StateId id_offset_ = 0;  // number in the batch of the smoother's first state
   std::optional<Batch> batch_;
 };

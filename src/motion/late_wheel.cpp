@@ -17,7 +17,7 @@ bool LateWheel::follow(const StateInput& input) {
   intervals_.push_back({input.time, input.standing});
   while (intervals_.front().to <= input.time - from_seconds(kLongest_s)) intervals_.pop_front();
   const bool was_late = waits_ || delay_ > 0;
-  if (!input.wheel_late || !was_late || input.speed_correction) {
+  if (!input.wheel_late || !was_late) {
     delay_ = 0;
     waits_ = input.wheel_late;
     return was_late || waits_;
@@ -46,23 +46,6 @@ StateInput LateWheel::earlier(const StateInput& input, TimeNs from, const ImuHis
                                  [=](const Interval& each) { return each.to >= to; });
   result.standing = then->standing;
   return result;
-}
-
-void LateWheel::keep(const gpr::PathLength& path) {
-  paths_.push_back(path);
-  while (paths_.front().to < path.to - from_seconds(2 * kLongest_s)) paths_.pop_front();
-}
-
-std::vector<gpr::PathLength> LateWheel::reported(TimeNs now) {
-  std::vector<gpr::PathLength> result;
-  for (; !paths_.empty() && paths_.front().to + delay_ <= now; paths_.pop_front())
-    result.push_back(paths_.front());
-  return result;
-}
-
-void keep_shown(std::vector<IntervalSlip>& slips) {
-  for (IntervalSlip& slip : slips)
-    if (std::abs(slip.l) < slip.sigma) slip.l = slip.sigma = 0.0;
 }
 
 }  // namespace gprodom

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "estimation/state_estimator.h"
-#include "gprodom/front_end.h"
 #include "gprodom/types.h"
 #include "motion/sensor_history.h"
 
@@ -28,11 +27,6 @@ class LateWheel {
   StateInput earlier(const StateInput& input, TimeNs from, const ImuHistory& imu,
                      const WheelHistory& wheel) const;
 
-  // Keeps a path by the radar until the wheel has reported it.
-  void keep(const gpr::PathLength& path);
-  // The paths that are reported by now (the wheel's newest stamp), each once, oldest first.
-  std::vector<gpr::PathLength> reported(TimeNs now);
-
  private:
   struct Interval {
     TimeNs to;
@@ -43,12 +37,6 @@ class LateWheel {
   bool waits_ = false;
   TimeNs delay_ = 0;
   std::deque<Interval> intervals_;  // as far back as the delay, newest last
-  std::deque<gpr::PathLength> paths_;
 };
-
-// Sets slips to none that are not more than their standard deviation. The smoother pairs a late
-// wheel with the accelerations of another time. A wheel that is less certain there gives way to
-// them, which does more harm than a small slip.
-void keep_shown(std::vector<IntervalSlip>& slips);
 
 }  // namespace gprodom

@@ -22,17 +22,16 @@ constexpr double kLargestDensityRatio = 10.0;
 // How long samples are kept while no state is made (before the start, or without an IMU).
 constexpr TimeNs kLongestSilence = 100 * kSecond;
 constexpr std::size_t kMostWaiting = 2000;  // external displacements
+constexpr TimeNs kWheelKept = 8 * kSecond;  // before the newest judged state
 
 }  // namespace
 
 MotionJudge::MotionJudge(const Config& config)
     : config_(config),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
-      lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
-      slip_(config.wheel, config.smoother.lag),
-      slip_belief_(config) {}
+      grip_(config) {}
 
 bool MotionJudge::add(const ImuSample& sample) {
   if (first_imu_ == 0) first_imu_ = sample.time;
@@ -76,9 +75,8 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   }
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
-    slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
-    late_wheel_.keep(std::get<gpr::PathLength>(finding));
-    compare_with_wheel();
+    grip_.compare(in_metres);
+    compared_to_ = in_metres.to;
   }
   displacements_.push_back({in_metres, by_coherence});
 }
@@ -99,36 +97,28 @@ std::optional<double> MotionJudge::unseen_speed() const {
   return sight_.metres_per_length() * (1 + 2 * sight_.relative_sigma());
 }
 
-// A path with sudden slip in it, or near it, is left out.
-void MotionJudge::compare_with_wheel() {
-  constexpr TimeNs kMargin = 400'000'000;
-  for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
-    const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
-    const auto from = wheel_.distance(begin), to = wheel_.distance(end);
-    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
-    slip_belief_.compare(path, *to - *from);
-    compared_to_ = path.to;
-  }
-}
-
 void MotionJudge::begin(const StateResult& first, const InitialState& initial) {
   newest_ = first;
   rest_.begin(initial);
-  judged_to_ = first.state.time;
+  judged_to_ = looked_ahead_to_ = first.state.time;
 }
 
 void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
   immobilised_.add(newest);
   imu_.forget_before(std::min(judged_to_, newest.state.time) - ImmobilisedWatch::kMemory);
-  wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
-  pair_.forget_before(judged_to_ - SlipWatch::kMemory);
+  wheel_.forget_before(judged_to_ - kWheelKept);
+  pair_.forget_before(judged_to_ - kWheelKept);
+}
+
+ImuNoise MotionJudge::prevailing(TimeNs from, TimeNs to) const {
+  auto samples = imu_.between(from, to);
+  if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
+  return prevailing_noise(samples, rest_.noise());
 }
 
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
-  auto samples = imu_.between(from, to);
-  if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
-  ImuNoise noise = prevailing_noise(samples, rest_.noise());
+  ImuNoise noise = prevailing(from, to);
   if (newest_.standing) return noise;
   const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
   noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
@@ -198,8 +188,8 @@ void MotionJudge::learn_vibration(TimeNs from, TimeNs to) {
   if (samples.size() >= 4) vibration_.drives(measured_noise(samples));
 }
 
-StateInput MotionJudge::judge(TimeNs to) {
-  const TimeNs from = std::exchange(judged_to_, to);
+// What IMU and wheel say of an interval.
+StateInput MotionJudge::heard(TimeNs from, TimeNs to) const {
   StateInput input;
   input.time = to;
   input.steps = imu_.steps(from, to);
@@ -208,20 +198,19 @@ StateInput MotionJudge::judge(TimeNs to) {
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
-
-  input.wheel_y_m = slip_belief_.position().believed_m();
-  slip_.set_wheel_position(input.wheel_y_m);
+  input.wheel_y_m = grip_.position().believed_m();
   input.wheel_sigma_m = drive_noise_.increment_sigma();
-  const double delay_s = wheel_delay_s();
-  input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
-  input.wheel_delay_s = delay_s;
-  slip_.set_wheel_error(
-      {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
+  input.wheel_delay_s = wheel_delay_s();
+  input.wheel_late = input.wheel_delay_s > 0.5 * to_seconds(state_period_);
+  return input;
+}
+
+StateInput MotionJudge::judge(TimeNs to) {
+  const TimeNs from = std::exchange(judged_to_, to), margin = state_period_ / 2;
+  StateInput input = heard(from, to);
   learn_vibration(from - margin, to + margin);
   if (!rest_.known()) learn_rest(to, false);
 
-  input.speed_correction = slip_.take_speed_correction(from, wheel_, newest_.state.wheel_scale);
-  if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
   StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
@@ -230,22 +219,55 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
-  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
-  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
+  input.wheel_contradicted = verdict.wheel_contradicted;
+  late_wheel_.follow(input);
+  advance_grip(grip_, input, from);
+  input.loose = grip_.loose();
+  if (looked_ahead_to_ < to) {  // the wheel is silent
+    looked_ahead_to_ = to;
+    slip_now_ = {grip_.slips(), grip_.wheel_is_fast()};
+  }
+  if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, grip_.ground_m());
   const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
   input.wheel_contradicted |= immobilised;
-  if (!input.standing) drive_noise_.add(input, newest_.state);
-  if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
-  if (late_wheel_.follow(input)) slip_belief_.restart();
-  compare_with_wheel();
-  if (!late_wheel_.waits())
-    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
-                         drive_noise_.accel_density_of_one_second());
-  input.slips = slip_belief_.recent();
-  if (input.wheel_late) keep_shown(input.slips);
+  if (!input.standing) {
+    StateInput grips = input;  // a slip is no noise
+    grips.wheel_contradicted |= grip_.slipped(from, to);
+    drive_noise_.add(grips, newest_.state);
+  }
+  if (!input.has_wheel || input.wheel_contradicted || grip_.slips() > 0.5) no_wheel_until_ = to;
   input.displacements = take_displacements(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
+}
+
+// The filter begins with the state at the interval's beginning: the newest one, carried there.
+void MotionJudge::advance_grip(GripFilter& grip, const StateInput& input, TimeNs from) const {
+  StateResult began = newest_;
+  for (const MotionStep& step : imu_.steps(newest_.state.time, from))
+    began.state.q_odom_body *= so3::exp((step.angular_velocity - began.state.gyro_bias) * step.dt);
+  grip.advance(
+      late_wheel_.earlier(input, from, imu_, wheel_), began,
+      {pair_.middle_noise(), std::max(wheel_.held_s(), input.wheel_delay_s),
+       prevailing(from - state_period_ / 2, input.time + state_period_ / 2).accel_density});
+}
+
+// A state is judged late, when all its messages have come. What is published meanwhile has a flag
+// for slip, too: that of the filter if it goes on with what is heard so far.
+void MotionJudge::look_ahead() {
+  const TimeNs heard_to = std::min(imu_now_, wheel_now_);
+  if (heard_to < looked_ahead_to_ + state_period_) return;
+  GripFilter ahead = grip_;
+  TimeNs from = judged_to_;
+  for (; from + state_period_ <= heard_to; from += state_period_) {
+    StateInput input = heard(from, from + state_period_);
+    input.standing =
+        judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, input.time)
+            .standing;
+    advance_grip(ahead, input, from);
+  }
+  looked_ahead_to_ = from;
+  slip_now_ = {ahead.slips(), ahead.wheel_is_fast()};
 }
 
 // Of an immobilised robot that its wheels shake: the IMU does not see the standstill, only the
@@ -289,22 +311,19 @@ void MotionJudge::forget_old_standing() {
 }
 
 bool MotionJudge::follow(OdometryEstimate& estimate) {
-  // After a gap of the IMU the speed is predicted or the wheel's own, so it cannot show slip.
-  if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
-  const bool speed_known = estimate.time > speed_known_after_;
-  const bool slipped = slip_.now() != WheelSlip::kNone;
-  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
+  look_ahead();
   estimate.flags = flags();
-  coherence_.add(estimate, speed_known);
-  sight_.add(estimate, speed_known);
-  return !slipped && slip_.now() != WheelSlip::kNone;
+  // After a gap of the IMU the speed is predicted, or the wheel's own: nothing is learnt from it.
+  coherence_.add(estimate, !newest_.carried);
+  sight_.add(estimate, !newest_.carried);
+  const bool told = std::exchange(told_slip_, slips());
+  return !told && told_slip_;
 }
 
 std::int32_t MotionJudge::flags() const {
   std::int32_t flags = 0;
   if (newest_.standing) flags |= kStanding;
-  if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
-  if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
+  if (slips()) flags |= kSlipping | (slip_now_.wheel_is_fast ? kWheelFast : kWheelSlow);
   if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
   if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
   if (immobilised_.at(wheel_now_, wheel_) == Immobilised::kYes) flags |= kImmobilised;

@@ -16,12 +16,11 @@
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
+#include "motion/grip_filter.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
 #include "motion/rest_levels.h"
 #include "motion/sensor_history.h"
-#include "motion/slip/slip_belief.h"
-#include "motion/slip_watch.h"
 #include "motion/standstill.h"
 #include "motion/wheel_pair.h"
 
@@ -66,10 +65,8 @@ class MotionJudge {
   // Do the wheels turn although the ground stands?
   Immobilised immobilised() const { return immobilised_.at(wheel_now_, wheel_); }
 
-  // Share of the path on which the wheel slips, as learnt.
-  double slip_share() const { return slip_belief_.share().value(); }
-  slip::Learnt learnt_slip() const { return slip_belief_.learnt(); }
-  const slip::WheelPosition& wheel_position() const { return slip_belief_.position(); }
+  double unseen_slip() const { return grip_.unseen(); }
+  const WheelPosition& wheel_position() const { return grip_.position(); }
   TimeNs judged_to() const { return judged_to_; }  // end of the newest interval judged
   // Is the wheel compared with the radar's coherence, at present?
   bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
@@ -87,7 +84,7 @@ class MotionJudge {
   // then.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
-  void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
+  void resume_position(const LearntPosition& earlier) { grip_.resume(earlier); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.
@@ -120,7 +117,11 @@ class MotionJudge {
   bool stands_with_engine(TimeNs now);
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
-  void compare_with_wheel();  // the paths that it has reported by now
+  void advance_grip(GripFilter& grip, const StateInput& input, TimeNs from) const;
+  ImuNoise prevailing(TimeNs from, TimeNs to) const;  // from sample to sample
+  StateInput heard(TimeNs from, TimeNs to) const;
+  void look_ahead();
+  bool slips() const { return slip_now_.probability > 0.5; }  // more likely than not
   std::vector<Displacement> take_displacements(TimeNs to);
   struct Waiting {
     Displacement displacement;
@@ -136,7 +137,7 @@ class MotionJudge {
   static constexpr TimeNs kStandingKept = 2'000'000'000;
 
   const Config config_;
-  const TimeNs state_period_, lag_;
+  const TimeNs state_period_;
 
   ImuHistory imu_;
   WheelHistory wheel_;
@@ -152,17 +153,22 @@ class MotionJudge {
   DriveNoise drive_noise_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state
-  SlipWatch slip_;
-  SlipBelief slip_belief_;
+  GripFilter grip_;
+  struct SlipNow {  // by all that is heard, also after the newest judged state
+    double probability = 0.0;
+    bool wheel_is_fast = false;
+  };
+  SlipNow slip_now_;
+  TimeNs looked_ahead_to_ = 0;
+  bool told_slip_ = false;
   LateWheel late_wheel_;
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
   TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence
   ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;
-  CoherenceScale sight_;          // m/s, the detection limit of the radar
-  TimeNs speed_known_after_ = 0;  // until then the speed comes from the wheel alone
-  TimeNs no_wheel_until_ = 0;     // end of the last state interval without a usable wheel
+  CoherenceScale sight_;       // m/s, the detection limit of the radar
+  TimeNs no_wheel_until_ = 0;  // end of the last state interval without a usable wheel
 };
 
 }  // namespace gprodom

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/grip_filter.h"
+
 namespace gprodom {
 
 namespace {
@@ -13,11 +15,10 @@ constexpr double kMoves_mps = 0.02;
 
 SlipDrift::SlipDrift(const Config& config)
     : model_(slip_model(config.wheel)),
-      enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
-      unseen_(config) {}
+      enabled_(config.wheel.enabled && config.wheel.slip_share > 0) {}
 
-void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double share) {
-  if (!last_) joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
+void SlipDrift::advance(const NavState& state, double unseen) {
+  if (!last_) joint_(2, 2) = enabled_ ? GripFilter::prior_slip_variance() : 0.0;
   const NavState last = last_.value_or(state);
   last_ = state;
   sigma_ = 0.0;
@@ -27,9 +28,8 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
   const double speed = moved.norm() / seconds;
   moves_ = speed > kMoves_mps;
-  model_.share = share;
-  const double variance = unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
-  sigma_ = std::sqrt(variance);
+  sigma_ = model_.sigma() * std::sqrt(std::min(1.0, unseen));
+  const double variance = GripFilter::prior_slip_variance() * unseen;
 
   const double kept = model_.correlation(seconds);
   joint_.row(2) *= kept;

@@ -6,10 +6,8 @@
 #include <optional>
 
 #include "estimation/graph/slip_model.h"
-#include "estimation/imu_preintegration.h"
 #include "estimation/nav_state.h"
 #include "gprodom/config.h"
-#include "motion/slip/unseen_slip.h"
 
 namespace gprodom {
 
@@ -23,9 +21,8 @@ class SlipDrift {
  public:
   explicit SlipDrift(const Config& config);
 
-  // The next state in effect. noise: of the IMU since the last one. share: of the path on which the
-  // wheel slips, as learnt.
-  void advance(const NavState& state, const ImuNoise& noise, double share);
+  // The next state in effect. unseen: share of the prior's variance that is left (GripFilter).
+  void advance(const NavState& state, double unseen);
 
   // Information (1/m^2) of a measurement of the position (x, y in odom) at the last state. It
   // reduces the variance of past slip as well.
@@ -43,7 +40,6 @@ class SlipDrift {
  private:
   SlipModel model_;
   bool enabled_;
-  slip::UnseenSlip unseen_;
   std::optional<NavState> last_;
   Eigen::Matrix3d joint_ = Eigen::Matrix3d::Zero();  // of x, y, l
   double sigma_ = 0.0;

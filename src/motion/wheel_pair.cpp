@@ -11,9 +11,6 @@ namespace {
 // slipping side's.
 constexpr double kOtherSide = 0.5;
 
-constexpr std::size_t kRecent = 5;                // intervals tested together for common slip
-constexpr double kAgrees = 2.0, kDetected = 3.0;  // standard deviations
-
 }  // namespace
 
 WheelPair::WheelPair(const WheelConfig& config)
@@ -82,10 +79,8 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
     whole.motion += step.motion;
     whole.turn.rad += step.turned_rad;
   }
-  if (!recent_.empty()) {
-    const Stretch& last = recent_.back();
-    whole.turn.rate_change = whole.turn.rad / whole.seconds - last.turn.rad / last.seconds;
-  }
+  if (last_)
+    whole.turn.rate_change = whole.turn.rad / whole.seconds - last_->turn.rad / last_->seconds;
   if (ground_m) {
     whole.ground_m = *ground_m * newest.wheel_scale;
     slipping_ = judge(whole);
@@ -95,15 +90,12 @@ void WheelPair::complete(StateInput& input, TimeNs from, const NavState& newest,
     return use_other_side(input, *steps);
   }
   calibration_.learn(whole.motion, whole.turn.rad, whole.seconds);
-  recent_.push_back(whole);
-  if (recent_.size() > kRecent) recent_.pop_front();
-  if (input.wheel_contradicted && ground_m && rules_out_common_slip())
-    input.wheel_contradicted = false;
+  last_ = whole;
 }
 
 void WheelPair::interrupt() {
   calibration_.interrupt();
-  recent_.clear();
+  last_.reset();
 }
 
 // The other side does not slip: its distance and the gyro's turn give that of the middle.
@@ -147,25 +139,6 @@ SlippingSide WheelPair::judge(const Stretch& whole) const {
   const double right = std::abs(motion.middle_m + half - (whole.ground_m + rolled));
   if (std::min(left, right) > kOtherSide * std::max(left, right)) return SlippingSide::kNone;
   return left > right ? SlippingSide::kLeft : SlippingSide::kRight;
-}
-
-// By the published velocity both sides slip by the same share. In a bend their difference would
-// then disagree with the gyro. If it would be detected but is not there, the velocity is wrong.
-bool WheelPair::rules_out_common_slip() const {
-  Stretch last;
-  for (const Stretch& each : recent_) {
-    last.motion += each.motion;
-    last.turn += each.turn;
-    last.ground_m += each.ground_m;
-  }
-  const PairMotion& motion = last.motion;
-  const double error =
-      motion.difference_m - calibration_.expected_difference(motion.middle_m, last.turn);
-  const double sigma = std::sqrt(calibration_.difference_variance(motion, last.turn));
-  const double larger = std::max(std::abs(motion.middle_m), std::abs(last.ground_m));
-  const double share = larger > 0 ? std::abs(motion.middle_m - last.ground_m) / larger : 0.0;
-  return std::abs(error) < kAgrees * sigma &&
-         share * std::abs(motion.difference_m) > (kAgrees + kDetected) * sigma;
 }
 
 }  // namespace gprodom

@@ -2,7 +2,6 @@
 // replace it in a gap of the IMU, and show which side slips.
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <vector>
 
@@ -31,7 +30,7 @@ class WheelPair {
 
   // Adds to `input` what both sides show about the interval from `from` to a new state. Call in
   // time order. `newest`: the newest solved state. `wheel`: the history of the mean. ground_m:
-  // signed distance by the published velocity, if that is known.
+  // signed distance that the robot came, by all sensors, if that is known.
   void complete(StateInput& input, TimeNs from, const NavState& newest, const WheelHistory& wheel,
                 std::optional<double> ground_m);
 
@@ -52,7 +51,7 @@ class WheelPair {
                                             const Eigen::Vector3d& gyro_bias,
                                             const WheelHistory& wheel, bool across_gaps) const;
   void replace_gyro(StateInput& input, const std::vector<Step>& steps);
-  // One interval or several in a row; ground_m by the published velocity, in the wheels' units.
+  // One interval; ground_m in the wheels' units.
   struct Stretch {
     PairMotion motion;
     GyroTurn turn;
@@ -61,13 +60,12 @@ class WheelPair {
 
   void interrupt();
   SlippingSide judge(const Stretch& whole) const;
-  bool rules_out_common_slip() const;
   void use_other_side(StateInput& input, const std::vector<Step>& steps) const;
 
   WheelConfig config_;
   WheelHistory difference_;
   TurnCalibration calibration_;
-  std::deque<Stretch> recent_;  // intervals in a row, oldest first
+  std::optional<Stretch> last_;  // the interval before, if this one follows it
   SlippingSide slipping_ = SlippingSide::kNone;
   bool received_ = false;
   PairMotion in_gap_;  // since the gap of the IMU began

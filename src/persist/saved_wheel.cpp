@@ -11,7 +11,7 @@ namespace gprodom {
 namespace {
 
 const char* const kTitle = "gprodom wheel 1";
-const char* const kSlipTitle = "gprodom slip 2";
+const char* const kPositionTitle = "gprodom wheel position 1";
 const char* const kPairTitle = "gprodom wheels 1";
 
 // A setting as text, every digit of its figures.
@@ -53,28 +53,24 @@ SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes) {
   return wheel;
 }
 
-std::string to_bytes(const SavedSlip& slip) {
+std::string to_bytes(const SavedPosition& position) {
   ByteWriter out;
-  const auto& [counts, position] = slip.learnt;
-  for (const double figure : {counts.rolled_s, counts.slipped_s, position.y_m, position.sigma_m})
-    out.put(figure);
-  out.put_text(slip.setting);
-  return out.sealed(kSlipTitle);
+  out.put(position.learnt.y_m);
+  out.put(position.learnt.sigma_m);
+  out.put_text(position.setting);
+  return out.sealed(kPositionTitle);
 }
 
-SavedSlip saved_slip_from(const std::string& name, std::string_view bytes) {
-  ByteReader in(name, bytes, kSlipTitle);
-  SavedSlip slip;
-  auto& [counts, position] = slip.learnt;
-  for (double* figure : {&counts.rolled_s, &counts.slipped_s, &position.y_m, &position.sigma_m})
-    *figure = in.get<double>();
-  slip.setting = in.get_text();
+SavedPosition saved_position_from(const std::string& name, std::string_view bytes) {
+  ByteReader in(name, bytes, kPositionTitle);
+  SavedPosition position;
+  position.learnt.y_m = in.get<double>();
+  position.learnt.sigma_m = in.get<double>();
+  position.setting = in.get_text();
   in.expect_end();
-  const bool sound = std::isfinite(counts.rolled_s) && counts.slipped_s >= 0 &&
-                     counts.slipped_s <= counts.rolled_s && std::isfinite(position.y_m) &&
-                     std::isfinite(position.sigma_m) && position.sigma_m >= 0;
-  if (!sound) in.refuse("a figure of it is out of range");
-  return slip;
+  if (!std::isfinite(position.learnt.y_m) || !is_sigma(position.learnt.sigma_m))
+    in.refuse("a figure of it is out of range");
+  return position;
 }
 
 std::string pair_setting(const Config& config) {

@@ -1,4 +1,4 @@
-// The wheel's scale, how often it slips, and the turn calibration of left and right wheels, as
+// The wheel's scale and lateral position, and the turn calibration of left and right wheels, as
 // learnt by a run.
 #pragma once
 
@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "gprodom/config.h"
-#include "motion/slip/slip_belief.h"
 #include "motion/turn_calibration.h"
+#include "motion/wheel_position.h"
 
 namespace gprodom {
 
@@ -26,14 +26,14 @@ std::string to_bytes(const SavedWheel& wheel);
 // name: of the file, for errors. Throws FileError where it is not a whole one that makes sense.
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes);
 
-// Likewise: how much of the path the wheel slipped, and where it is.
-struct SavedSlip {
-  slip::Learnt learnt;
+// Likewise its lateral position.
+struct SavedPosition {
+  LearntPosition learnt;
   std::string setting;  // wheel_setting() when it was learnt
 };
 
-std::string to_bytes(const SavedSlip& slip);
-SavedSlip saved_slip_from(const std::string& name, std::string_view bytes);
+std::string to_bytes(const SavedPosition& position);
+SavedPosition saved_position_from(const std::string& name, std::string_view bytes);
 
 // The same for the configured pair of wheels.
 std::string pair_setting(const Config& config);

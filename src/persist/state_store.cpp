@@ -29,7 +29,7 @@ constexpr double kGroundEvery = 300.0;
 constexpr double kNewestEvery = 10.0;
 
 const char* const kWheelFile = "/wheel.state";
-const char* const kSlipFile = "/slip.state";
+const char* const kPositionFile = "/position.state";
 const char* const kPairFile = "/wheels.state";
 const char* const kStateFile = "/pose.state";
 
@@ -77,7 +77,7 @@ bool StateStore::is_locked() {
 
 Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) const {
   if (enabled() && !keeps_state())
-    notices.push_back(directory_ + ": shared: another user keeps pose, wheel and slip there");
+    notices.push_back(directory_ + ": shared: another user keeps pose and wheel there");
   if (!keeps_state() || config_.wheel.scale_sigma <= 0) return config_;
   const std::string path = directory_ + kWheelFile;
   const auto wheel = read(path, notices, saved_wheel_from);
@@ -111,12 +111,12 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
   return said;
 }
 
-std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) const {
+std::optional<LearntPosition> StateStore::position(std::vector<std::string>& notices) const {
   if (!keeps_state()) return std::nullopt;
-  const std::string path = directory_ + kSlipFile;
-  const auto slip = read(path, notices, saved_slip_from);
-  if (!slip) return std::nullopt;
-  if (slip->setting == wheel_setting_) return slip->learnt;
+  const std::string path = directory_ + kPositionFile;
+  const auto position = read(path, notices, saved_position_from);
+  if (!position) return std::nullopt;
+  if (position->setting == wheel_setting_) return position->learnt;
   notices.push_back(path + ": not used: " + kOtherWheel);
   return std::nullopt;
 }
@@ -218,9 +218,9 @@ void StateStore::save(const LearntTurn& pair) {
     writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
 }
 
-void StateStore::save(const slip::Learnt& slip) {
-  if (keeps_state() && is_locked() && slip.counts.rolled_s > 0)
-    writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
+void StateStore::save(const LearntPosition& position) {
+  if (keeps_state() && is_locked() && position.sigma_m > 0)
+    writer_.write(directory_ + kPositionFile, to_bytes(SavedPosition{position, wheel_setting_}));
 }
 
 void StateStore::save_ground(const std::string& path, SavedGround ground, bool asked) {

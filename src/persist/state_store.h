@@ -25,7 +25,7 @@ class StateStore {
   explicit StateStore(const Config& config);
 
   bool enabled() const { return !directory_.empty(); }
-  // Of users that share the folder (read_only) the first alone keeps pose, wheel and slip in it.
+  // Of users that share the folder (read_only) the first alone keeps pose and wheel in it.
   bool keeps_state() const { return enabled() && (!lock_.held() || lock_.first()); }
   // state.map: read_only writes none, not by command either.
   bool writes_ground() const { return config_.state.map != MapUse::kReadOnly; }
@@ -35,8 +35,8 @@ class StateStore {
   // wheel is another one, or if the scale contradicts the configured prior. This and the next four
   // functions add to notices what was found, or why it cannot be used.
   Config config_with_wheel_scale(std::vector<std::string>& notices) const;
-  // How much the wheel slipped in the last run, and where it is, if it is the same wheel.
-  std::optional<slip::Learnt> slip(std::vector<std::string>& notices) const;
+  // Where the wheel is, as the last run has learnt it, if it is the same wheel.
+  std::optional<LearntPosition> position(std::vector<std::string>& notices) const;
   // The turn calibration of the last run, if the configured wheels are the same and the expected
   // track is not another one.
   std::optional<LearntTurn> pair(std::vector<std::string>& notices) const;
@@ -63,7 +63,7 @@ class StateStore {
   // In the background. estimate: whose scale is kept.
   void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);
   void save(const LearntTurn& pair);
-  void save(const slip::Learnt& slip);
+  void save(const LearntPosition& position);
 
   // The file of the ground: ground.map, or, where that has ground of another setting of the radar,
   // one that is named after the setting.

@@ -41,7 +41,7 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
   StartingPoint start{store_->ground(memory_options(config), notices_),
                       store_->state(notices_),
                       store_->pair(notices_),
-                      store_->slip(notices_),
+                      store_->position(notices_),
                       {}};
   if (start.state && start.ground && !start.ground->goes_on_from(start.state->ground)) {
     start.state->correction.reset();
@@ -117,7 +117,7 @@ void Odometry::save_state() {
   if (state && !store_->uses_main_ground()) state->ground = kOfNoFile;  // the next run begins there
   store_->save(newest_, state);
   if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
-  store_->save(pipeline_->learnt_slip());
+  store_->save(pipeline_->learnt_position());
 }
 
 void Odometry::begin_saving(const std::string& path, bool asked) {
@@ -250,7 +250,7 @@ void Odometry::reset() {
   restart({pipeline_->take_ground(),
            std::nullopt,
            pipeline_->learnt_pair(),
-           pipeline_->learnt_slip(),
+           pipeline_->learnt_position(),
            {}});
 }
 

@@ -83,7 +83,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
   if (start.pair) motion_.resume_pair(*start.pair);
-  if (start.slip) motion_.resume_slip(*start.slip);
+  if (start.position) motion_.resume_position(*start.position);
   saved_ = std::move(start.state);
   if (saved_ && saved_->wheel_m) motion_.resume_wheel({saved_->state.time, *saved_->wheel_m});
 }
@@ -235,7 +235,7 @@ void Pipeline::take_map_answers() {
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
-  slip_drift_.advance(result.state, noise, motion_.slip_share());
+  slip_drift_.advance(result.state, motion_.unseen_slip());
   slip_drift_.measure(result.place_information);
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();
@@ -290,8 +290,6 @@ void Pipeline::make_states() {
       continue;
     }
     StateInput input = motion_.judge(next_state_);
-    if (input.speed_correction)
-      health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
     if (input.gyro_bias)
       health_.count(config_.channels.imu,
                     "gyro bias has changed: heading uncertain since the last standstill");

@@ -35,7 +35,7 @@ struct StartingPoint {
   std::optional<GroundMap> ground;
   std::optional<SavedState> state;   // used if it is at most state.resume_within old
   std::optional<LearntTurn> pair;    // calibration of left and right wheels
-  std::optional<slip::Learnt> slip;  // of the wheel
+  std::optional<LearntPosition> position;  // of the wheel
   // The radar has another setting than the ground: saves the ground, and returns that of the new
   // setting, if there is any.
   std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
@@ -76,7 +76,7 @@ class Pipeline {
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
   // Likewise the calibration of left and right wheels (WheelPair::learnt).
   std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
-  slip::Learnt learnt_slip() const { return motion_.learnt_slip(); }
+  LearntPosition learnt_position() const { return motion_.wheel_position().learnt(); }
   // The correction of the resumed state; returned once.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);

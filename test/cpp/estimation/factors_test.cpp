@@ -132,7 +132,7 @@ TEST(Factors, WheelJacobians) {
     const NavState a = random.state(), b = random.state();
     check(WheelFactor(w, lever, variance, 0), a, b);
     check(WheelFactor(w, lever, variance, 0,
-                      std::make_shared<WheelSlipTerm>(WheelSlipTerm{-0.3, 0.1})),
+                      std::make_shared<WheelSlipTerm>(WheelSlipTerm{-0.3, 0.1, 0.05})),
           a, b);
     check(WheelDistanceFactor(w.distance(), 0.01, lever, 0), a, b);
   }
@@ -282,24 +282,25 @@ TEST(StateManifold, IsTheChartOfTheStates) {
 TEST(WheelFactor, FollowsWhatIsBelievedOfSlip) {
   constexpr double kReported = 0.2, kSigma = 0.01;
   NavState a, b;
-  b.p_odom.x() = kReported * std::exp(-0.3);
   WheelIncrement increment;
   increment.integrate(Vector3d::Zero(), 0.2, kReported);
-  const auto slip = std::make_shared<WheelSlipTerm>();
+  const auto loose_m = std::make_shared<double>(0.0);
   const WheelFactor factor(increment, Vector3d::Zero(), Vector3d::Constant(kSigma * kSigma), 0,
-                           slip);
+                           loose_m);
   Residual r;
-  factor.evaluate(a, b, r, nullptr, nullptr);
-  const double missing = kReported - b.p_odom.x();
-  EXPECT_NEAR(r[0], -missing / kSigma, 1e-9);
-  slip->sigma = missing / kReported;  // what is missing is one standard deviation
-  factor.evaluate(a, b, r, nullptr, nullptr);
-  EXPECT_NEAR(r[0], -1 / std::hypot(1, kSigma / missing), 1e-9);
-  slip->l = -0.3;
-  factor.evaluate(a, b, r, nullptr, nullptr);
-  EXPECT_NEAR(r[0], 0.0, 1e-9);
-  factor.with_slip(0.3)->evaluate(a, b, r, nullptr, nullptr);  // the map's slip is beside it
-  EXPECT_NEAR(r[0], -missing / kSigma, 1e-9);
+  for (const double loose : {0.0, 0.04}) {
+    *loose_m = loose;
+    for (const double sign : {1.0, -1.0}) {
+      b.p_odom.x() = kReported + sign * std::hypot(kSigma, loose);
+      factor.evaluate(a, b, r, nullptr, nullptr);
+      EXPECT_NEAR(r[0], sign, 1e-9);
+      factor.with_slip(0.0)->evaluate(a, b, r, nullptr, nullptr);  // it stays as loose on the map
+      EXPECT_NEAR(r[0], sign, 1e-9);
+      b.p_odom.x() = kReported * std::exp(-0.3) + sign * std::hypot(kSigma, loose);
+      factor.with_slip(-0.3)->evaluate(a, b, r, nullptr, nullptr);  // the map's slip is beside it
+      EXPECT_NEAR(r[0], sign, 1e-9);
+    }
+  }
 }
 
 TEST(WheelFactor, NoiseOfTheWheelDoesNotPushTheScale) {

@@ -156,32 +156,6 @@ TEST(BiasStep, TheNewBiasIsKnownThoughTheRobotDrivesOffAtOnce) {
   EXPECT_LT(sigma(result, row::kTheta + 2), sigma(at_stop, row::kTheta + 2) + 5e-3);
 }
 
-// For 5 s the wheel seemed to slip, but the published speed was wrong.
-TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
-  constexpr double kBelieved = 0.3;  // m/s
-  StateEstimator estimator = at_ten_seconds(kBelieved);
-  std::mt19937 random(1);
-  StateResult result, before;
-  for (int i = 0; i < 100; ++i) {
-    StateInput input = interval(10.0 + i * kStateInterval, {kSpeed, kTurn}, random);
-    input.wheel_contradicted = i < 25;
-    if (i == 25) input.speed_correction = SpeedCorrection{kSpeed, 0.1, (kSpeed - kBelieved) * 5.0};
-    result = estimator.add(input);
-    ASSERT_TRUE(result.solve.usable) << i;
-    if (i == 24) before = result;
-    if (i != 25) continue;
-    const Eigen::Vector3d ahead = before.state.q_odom_body * Eigen::Vector3d::UnitX();
-    const double moved = ahead.dot(result.state.p_odom - before.state.p_odom);
-    EXPECT_NEAR(moved, (kSpeed - kBelieved) * 5.0 + kSpeed * kStateInterval, 0.02);
-    EXPECT_GT(sigma(result, row::kP), 0.1);  // the way was not straight
-  }
-  const Eigen::Vector3d v_body = result.state.q_odom_body.conjugate() * result.state.v_odom;
-  EXPECT_NEAR(v_body.x(), kSpeed, 0.02);
-  const double yaw = 2 * std::atan2(result.state.q_odom_body.z(), result.state.q_odom_body.w());
-  EXPECT_NEAR(yaw, kTurn * 100 * kStateInterval, 0.02);
-  EXPECT_LT(sigma(result, row::kTheta + 2), 0.02);
-}
-
 // All of the first state, at 10 s, is well known but the wheel's scale. Completes `initial`.
 StateEstimator scale_unknown(const Config& config, InitialState& initial) {
   initial.state.time = from_seconds(10.0);

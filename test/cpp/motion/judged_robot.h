@@ -55,6 +55,10 @@ class Robot {
   // Drives for one state interval. The answer for it, after the reorder window.
   StateInput next() {
     const double step = 1 / kImuRate;
+    if (i_ == 0) {  // it has had its speed all along
+      newest.state.v_odom.x() = speed;
+      judge.adopt(newest);
+    }
     for (int n = 0; n < to_seconds(kInterval) * kImuRate; ++n, ++i_) {
       const TimeNs time = from_seconds(now());
       if (imu_speaks) judge.add(sample(time));

@@ -1,14 +1,13 @@
-// A late wheel: which of the IMU's data, and which paths by the radar, belong to its distances.
+// A late wheel: which of the IMU's data belong to its distances.
 #include "motion/late_wheel.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
 
-#include "motion/slip/slip_belief.h"
+#include "motion/grip_filter.h"
 
 namespace gprodom {
 namespace {
@@ -23,17 +22,16 @@ double speed(double t) {
 
 bool stands(double from, double to) { return speed(from) == 0.0 && speed(to) == 0.0; }
 
-// A robot that drives along a straight line with a wheel that is late by kDelay_s, and the belief
-// about its slip. l(t): ln(true distance / distance by the wheel).
+// A robot that drives along a straight line with a wheel that is late by kDelay_s, and the filter
+// that judges its grip. l(t): ln(true distance / distance by the wheel).
 class Drive {
  public:
-  // told_s: the delay that is said to be learnt, from a time on.
-  explicit Drive(double told_s, double from = 0.0) : told_s_(told_s), told_from_(from) {
-    Config config;
-    config.wheel.scale_sigma = 0.002;
-    belief_.emplace(config);
+  // told_s: the delay that is said to be learnt.
+  explicit Drive(double told_s) : filter(Config()), told_s_(told_s) {
     start_.covariance.diagonal().setConstant(1e-8);
   }
+
+  GripFilter filter;
 
   template <typename Slip>
   void to(double end, Slip l) {
@@ -43,10 +41,6 @@ class Drive {
       interval();
     }
   }
-
-  bool tells() const { return !belief_->recent().empty(); }
-  double told() const { return belief_->recent().back().l; }
-  double told_sigma() const { return belief_->recent().back().sigma; }
 
  private:
   static constexpr double kStep_s = 0.01;
@@ -68,24 +62,23 @@ class Drive {
     StateInput input;
     input.time = to;
     input.noise = kNoise;
-    input.wheel_late = told_s_ > 0 && now_ >= told_from_;
-    input.wheel_delay_s = input.wheel_late ? told_s_ : 0.0;
+    input.wheel_late = told_s_ > 0;
+    input.wheel_delay_s = told_s_;
     input.steps = imu_.steps(from, to);
     input.has_wheel = set_wheel_distances(input.steps, wheel_, from, false);
     input.standing = stands(now_, now_ + kInterval_s);
     start_.state.v_odom.x() = speed(now_);
-    if (late_.follow(input)) belief_->restart();
-    if (!late_.waits())
-      belief_->advance(late_.earlier(input, from, imu_, wheel_), start_, kNoise, 0.0);
+    late_.follow(input);
+    filter.advance(late_.earlier(input, from, imu_, wheel_), start_,
+                   {0.0, 0.0, kNoise.accel_density});
     now_ += kInterval_s;
   }
 
   static constexpr ImuNoise kNoise{3e-4, 0.01};
-  double told_s_, told_from_;
+  double told_s_;
   LateWheel late_;
   ImuHistory imu_;
   WheelHistory wheel_{10.0};
-  std::optional<SlipBelief> belief_;
   StateResult start_;
   double now_ = 1.0, sampled_ = 0.0, wheel_m_ = 0.0;
   std::mt19937 engine_{3};
@@ -95,38 +88,20 @@ class Drive {
 double grips(double) { return 0.0; }
 double slips(double t) { return -0.25 * std::clamp((t - 40) / 3, 0.0, 1.0); }
 
-TEST(LateWheel, ThatGripsIsBelieved) {
-  Drive drive(kDelay_s);
-  for (double t = 10; t < 60; t += 2) {
-    drive.to(t, grips);
-    EXPECT_NEAR(drive.told(), 0.0, 0.02) << t;
-  }
-  Drive not_told(0.0);  // what it is late by looks like slip
-  double most = 0.0;
-  for (double t = 10; t < 60; t += 2) {
-    not_told.to(t, grips);
-    most = std::max(most, std::abs(not_told.told()));
-  }
-  EXPECT_GT(most, 0.04);
+// What the wheel is late by looks like an error of the accelerations, which hides slip.
+TEST(LateWheel, ThatGripsLeavesTheAccelerationsRight) {
+  Drive told(kDelay_s), not_told(0.0);
+  told.to(60, grips);
+  not_told.to(60, grips);
+  EXPECT_LT(told.filter.slips(), 0.1);
+  EXPECT_LT(2 * told.filter.error_density(), not_told.filter.error_density());
 }
 
 TEST(LateWheel, ThatSlipsIsSeen) {
   Drive drive(kDelay_s);
-  drive.to(55, slips);
-  EXPECT_NEAR(drive.told(), -0.25, 0.05);
-  EXPECT_LT(drive.told_sigma(), 0.1);
-}
-
-TEST(LateWheel, SaysNothingOfSlipUntilTheRobotStandsOnceItsDelayIsKnown) {
-  Drive drive(kDelay_s, 20.0);
-  drive.to(19.9, grips);
-  EXPECT_TRUE(drive.tells());
-  for (double t = 20.3; t < 30; t += 1) {
-    drive.to(t, grips);
-    EXPECT_FALSE(drive.tells()) << t;
-  }
-  drive.to(55, slips);
-  EXPECT_NEAR(drive.told(), -0.25, 0.05);
+  drive.to(45, slips);
+  EXPECT_GT(drive.filter.slips(), 0.9);
+  EXPECT_TRUE(drive.filter.wheel_is_fast());
 }
 
 TEST(LateWheel, TakesStandstillAndStepsOfTheTimeWhenItRolled) {
@@ -166,39 +141,6 @@ TEST(LateWheel, TakesStandstillAndStepsOfTheTimeWhenItRolled) {
     EXPECT_NEAR(wheel_m, *wheel.distance(to) - *wheel.distance(from), 1e-9);
   }
   EXPECT_EQ(changes, 2);
-}
-
-TEST(LateWheel, APathByTheRadarWaitsUntilTheWheelHasReportedIt) {
-  LateWheel late;
-  StateInput input;
-  input.standing = input.wheel_late = true;
-  input.wheel_delay_s = 0.4;
-  for (const double t : {-0.4, -0.2, 0.0}) {
-    input.time = from_seconds(t);
-    late.follow(input);
-  }
-  ASSERT_EQ(late.delay(), from_seconds(0.4));
-  gpr::PathLength path;
-  for (int i = 1; i <= 3; ++i) {
-    path.from = from_seconds(i - 1);
-    path.to = from_seconds(i);
-    late.keep(path);
-  }
-  EXPECT_TRUE(late.reported(from_seconds(1.3)).empty());
-  const auto first = late.reported(from_seconds(1.5));
-  ASSERT_EQ(first.size(), 1u);
-  EXPECT_EQ(first[0].to, from_seconds(1));
-  EXPECT_EQ(late.reported(from_seconds(10)).size(), 2u);
-  EXPECT_TRUE(late.reported(from_seconds(10)).empty());
-}
-
-TEST(LateWheel, OnlyASlipBeyondItsDeviationCounts) {
-  std::vector<IntervalSlip> slips = {{1, 0.02, 0.03}, {2, -0.2, 0.05}};
-  keep_shown(slips);
-  EXPECT_EQ(slips[0].l, 0.0);
-  EXPECT_EQ(slips[0].sigma, 0.0);
-  EXPECT_EQ(slips[1].l, -0.2);
-  EXPECT_EQ(slips[1].sigma, 0.05);
 }
 
 }  // namespace

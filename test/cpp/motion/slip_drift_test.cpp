@@ -5,14 +5,16 @@
 #include <cmath>
 #include <random>
 
+#include "motion/grip_filter.h"
+
 namespace gprodom {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr ImuNoise kShaken{0.003, 0.12}, kQuiet{2e-4, 8e-4};  // densities, rad/s and m/s^2
-constexpr int kStates = 400;                                  // five a second
-constexpr double kSpeed = 0.4;                                // m/s
+constexpr double kShaken = 1.0, kQuiet = 0.05;  // share of the variance that is not seen
+constexpr int kStates = 400;                    // five a second
+constexpr double kSpeed = 0.4;                  // m/s
 
 // Along x, then along y.
 NavState state_at(int i) {
@@ -23,9 +25,9 @@ NavState state_at(int i) {
   return state;
 }
 
-SlipDrift driven(const Config& config, const ImuNoise& noise) {
+SlipDrift driven(const Config& config, double unseen) {
   SlipDrift drift(config);
-  for (int i = 0; i <= kStates; ++i) drift.advance(state_at(i), noise, SlipModel().share);
+  for (int i = 0; i <= kStates; ++i) drift.advance(state_at(i), unseen);
   return drift;
 }
 
@@ -33,7 +35,8 @@ TEST(SlipDrift, CovarianceIsThatOfSlipsDrawnFromTheModel) {
   const Config config;
   const SlipDrift drift = driven(config, kShaken);
   const SlipModel model = slip_model(config.wheel);
-  const double kept = model.correlation(0.2), sigma = drift.sigma();
+  const double kept = model.correlation(0.2);
+  const double sigma = std::sqrt(GripFilter::prior_slip_variance());
   std::mt19937 engine(3);
   std::normal_distribution<double> normal;
   Eigen::Matrix2d sampled = Eigen::Matrix2d::Zero();
@@ -63,7 +66,7 @@ TEST(SlipDrift, NothingSlipsThatStandsOrHasNoWheel) {
   NavState state;
   for (int i = 0; i < 50; ++i) {
     state.time = from_seconds(0.2 * i);
-    drift.advance(state, kShaken, SlipModel().share);
+    drift.advance(state, kShaken);
   }
   EXPECT_EQ(drift.covariance().norm(), 0.0);
   config.wheel.slip_share = 0.0;

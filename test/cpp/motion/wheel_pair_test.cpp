@@ -48,7 +48,6 @@ class Drive {
       }
     }
     input.time = from_seconds(now_);
-    input.wheel_contradicted = contradicted;
     input.has_wheel = set_wheel_distances(input.steps, wheel, from_seconds(from), false);
     pair.complete(input, from_seconds(from), NavState{}, wheel, ground_speed * kInterval);
     return input;
@@ -57,8 +56,7 @@ class Drive {
   WheelPair pair;
   WheelHistory wheel;
   double turned_rad = 0.0;    // so far
-  double ground_speed = 0.6;  // m/s, as published
-  bool contradicted = false;  // by the slip watch
+  double ground_speed = 0.6;  // m/s
 
  private:
   double now_ = 100.0, left_m_ = 0.0, right_m_ = 0.0, turned_ = 0.0;
@@ -96,27 +94,9 @@ TEST(WheelPair, GoesByTheOtherSideWhereOneSlips) {
     double moved = 0.0;
     for (const MotionStep& step : input.steps) moved += step.wheel_m;
     EXPECT_NEAR(moved, 0.6 * kInterval, 0.003) << spin;
-    EXPECT_FALSE(input.wheel_contradicted);
     for (int i = 0; i < 10; ++i) drive.next();
     EXPECT_EQ(drive.pair.slipping(), SlippingSide::kNone);
   }
-}
-
-// A slip of both sides by the same share would show in a bend.
-TEST(WheelPair, VouchesInABendAgainstAPublishedVelocityThatIsWrong) {
-  Drive drive(differential());
-  for (int i = 0; i < 300; ++i) drive.next();
-  drive.contradicted = true;
-  drive.ground_speed = 0.25;
-  int used = 0;
-  for (int i = 0; i < 40; ++i) used += drive.next().wheel_contradicted ? 0 : 1;
-  EXPECT_GT(used, 10);  // but not where the way is straight
-  EXPECT_LT(used, 40);
-  drive.ground_speed = 0.595;  // so small a slip would not show
-  for (int i = 0; i < 10; ++i) drive.next();
-  used = 0;
-  for (int i = 0; i < 40; ++i) used += drive.next().wheel_contradicted ? 0 : 1;
-  EXPECT_EQ(used, 0);
 }
 
 TEST(WheelPair, WheelsThatDoNotSlipHaveNoNoise) {

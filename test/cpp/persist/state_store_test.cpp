@@ -130,40 +130,31 @@ TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
   }
 }
 
-TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
-  const auto save_slip = [&](const slip::SlipShare::Counts& counts,
-                             const slip::LearntPosition& position = {-0.6, 0.2}) {
+TEST_F(StateStoreTest, TheWheelsPositionIsKeptForTheSameWheel) {
+  const auto save_position = [&](const LearntPosition& position) {
     StateStore store(config_);
-    store.save({counts, position});
+    store.save(position);
     store.writer().flush();
     EXPECT_EQ(store.trouble(), "");
   };
-  save_slip({0.0, 0.0});  // nothing was learnt
-  EXPECT_FALSE(StateStore(config_).slip(notices_));
-  save_slip({100.0, 20.0});
-  const auto back = StateStore(config_).slip(notices_);
+  save_position({0.0, 0.0});  // nothing was learnt
+  EXPECT_FALSE(StateStore(config_).position(notices_));
+  save_position({-0.6, 0.2});
+  const auto back = StateStore(config_).position(notices_);
   ASSERT_TRUE(back);
-  EXPECT_EQ(back->counts.rolled_s, 100.0);
-  EXPECT_EQ(back->counts.slipped_s, 20.0);
-  EXPECT_EQ(back->position.y_m, -0.6);
-  EXPECT_EQ(back->position.sigma_m, 0.2);
+  EXPECT_EQ(back->y_m, -0.6);
+  EXPECT_EQ(back->sigma_m, 0.2);
   EXPECT_TRUE(notices_.empty());
   config_.wheel.lever_arm.x() += 0.1;
-  EXPECT_FALSE(StateStore(config_).slip(notices_));
+  EXPECT_FALSE(StateStore(config_).position(notices_));
   ASSERT_EQ(notices_.size(), 1u);
   EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
-  const auto refused = [&](const slip::SlipShare::Counts& counts,
-                           const slip::LearntPosition& position) {
+  for (const LearntPosition wrong : {LearntPosition{NAN, 0.5}, LearntPosition{0.0, INFINITY}}) {
     notices_.clear();
-    save_slip(counts, position);
-    EXPECT_FALSE(StateStore(config_).slip(notices_));
+    save_position(wrong);
+    EXPECT_FALSE(StateStore(config_).position(notices_));
     EXPECT_EQ(notices_.size(), 1u);
-  };
-  refused({100.0, 101.0}, {0.0, 0.5});
-  refused({100.0, NAN}, {0.0, 0.5});
-  refused({INFINITY, 1.0}, {0.0, 0.5});
-  refused({100.0, 20.0}, {NAN, 0.5});
-  refused({100.0, 20.0}, {0.0, -0.5});
+  }
 }
 
 TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
@@ -221,14 +212,15 @@ TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
 }
 
 TEST_F(StateStoreTest, FolderInPlaceOfAFileIsReported) {
-  for (const char* name : {"wheel.state", "wheels.state", "slip.state", "pose.state", "ground.map"})
+  for (const char* name :
+       {"wheel.state", "wheels.state", "position.state", "pose.state", "ground.map"})
     fs::create_directory(folder_ / name);
   EXPECT_EQ(next_run().wheel.scale, 1.0);
   StateStore store(config_);
   EXPECT_FALSE(store.state(notices_).has_value());
   EXPECT_FALSE(store.ground({}, notices_).has_value());
   EXPECT_FALSE(store.pair(notices_).has_value());
-  EXPECT_FALSE(store.slip(notices_).has_value());
+  EXPECT_FALSE(store.position(notices_).has_value());
   ASSERT_EQ(notices_.size(), 5u);
   for (const std::string& notice : notices_)
     EXPECT_NE(notice.find(": cannot be read: it is a folder"), std::string::npos) << notice;

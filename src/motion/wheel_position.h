@@ -5,12 +5,9 @@
 // takes it for slip and for tilt. docs/estimation.md, "Where the wheel is".
 #pragma once
 
-#include <vector>
-
 #include "gprodom/config.h"
-#include "motion/slip/slip_hypothesis.h"
 
-namespace gprodom::slip {
+namespace gprodom {
 
 // What is saved for the next run.
 struct LearntPosition {
@@ -22,8 +19,7 @@ class WheelPosition {
   // With left and right wheels the middle is the wheel: its position is as configured.
   explicit WheelPosition(const WheelConfig& config);
 
-  // Takes over mean and variance of all hypotheses; their weights sum to 1.
-  void learn(const std::vector<Hypothesis>& hypotheses);
+  void learn(double y_m, double sigma_m);
   // Of an earlier run with the same wheel.
   void resume(const LearntPosition& earlier);
 
@@ -39,4 +35,4 @@ class WheelPosition {
   LearntPosition learnt_;
 };
 
-}  // namespace gprodom::slip
+}  // namespace gprodom
