@@ -40,6 +40,7 @@ from readers import (
     faults,
     hostile_packets,
     immobilised,
+    lateral,
     live,
     merge,
     motion,
@@ -278,6 +279,14 @@ def of_simulation(data: Path) -> tuple[Bench, ...]:
             "fdtd_physics.py",
             one_row(FDTD),
             simulated(),
+            settable=False,
+        ),
+        Bench(
+            "lateral",
+            "Correlation of real ground beside a track",
+            "lateral.py",
+            lateral,
+            (Job("all", ("{data}/real_ground",), ("{data}/real_ground",), True),),
             settable=False,
         ),
         Bench(

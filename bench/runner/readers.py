@@ -135,6 +135,15 @@ def realism(content: Any) -> Iterator[Figure]:
                 yield Figure(f"{group}/{column}/{key}", value, "", "")
 
 
+def lateral(content: Any) -> Iterator[Figure]:
+    """bench/lateral.py: the ground, of which nothing is better."""
+    for row in content["rows"]:
+        for key in ("aside", "along"):
+            yield Figure(f"{row['m']:.1f} m/{key}", row[key], "", "")
+    for key in ("along_curvature_m", "stretch", "lateral_m"):
+        yield Figure(key, content[key], "", "")
+
+
 VISIT = {
     "right": Unit("", "higher"),
     "right_within_20_m": Unit("", "higher"),

@@ -14,6 +14,7 @@ import pytest
 from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.config import STANDARD
+from gprodom.ground.survey import LATERAL
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.replay import find_program
@@ -242,3 +243,10 @@ def test_replay_gives_the_same_bytes_again(tmp_path: Path) -> None:
     results = json.loads(run(*command, "--base-program", other, codes=(1,)))
     for result in results:
         assert any(each.startswith("ODOMETRY: ") for each in result["differing"])
+
+
+def test_ground_beside_a_track_is_as_the_simulator_has_it(shared: Path) -> None:
+    found = json.loads(run(BENCH / "lateral.py", shared / "real_ground", "--json"))
+    assert pytest.approx(found["lateral_m"], rel=0.05) == LATERAL
+    aside = [row["aside"] for row in found["rows"]]
+    assert 0.7 > aside[0] > aside[1] > aside[2] > 0.05

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -14,6 +14,9 @@ from gprodom.files import also_read, write_npz
 
 FULL_SCALE = 30_000  # counts, of the strongest sample of a survey
 SHIPPED = Path(__file__).parent / "lines"
+# m: offset l to the side of the antenna's track at which the ground's correlation has the curvature
+# of cos(l / LATERAL). From neighbouring real lines, by bench/lateral.py; see docs/simulation.md.
+LATERAL = 0.11
 _BEYOND = 0.1  # m; so far past its ends the ground is that of its ends
 _FINER = 16  # samples between two traces of a line, by its spectrum; linear in between
 
@@ -27,7 +30,7 @@ class Survey:
     """
 
     name: str
-    lines: Ints
+    lines: Ints | Floats
     spacing: float
     aside: Floats
     sample_interval: float  # s
@@ -54,11 +57,52 @@ class Survey:
         fine = np.fft.irfft(spectrum, n, axis=1) * _FINER
         return np.concatenate([fine, fine[:, :1]], axis=1).astype(np.float32)
 
+    def decorrelating(self) -> Survey:
+        """The same ground for antennas beside each other, which see it by `turned_traces`.
+
+        Lines nearer than `LATERAL` are 2-D simulations, which do not say how alike they should be:
+        each is made as much like the one before as real ground is.
+        """
+        lines = self.lines.astype(np.float64)
+        other = np.roll(lines[:1], lines.shape[1] // 2, axis=1)  # beside a single line
+        lines = np.concatenate([lines, other]) if len(lines) == 1 else lines
+        aside = np.array([0.0, 0.5 * LATERAL]) if len(self.lines) == 1 else self.aside
+        for k, apart in enumerate(np.diff(aside)):
+            if apart < LATERAL:
+                here, mean = _without_mean(lines[k])
+                there, _ = _without_mean(lines[k + 1])
+                there = there - here * (np.sum(there * here) / np.sum(here**2))
+                there = there * np.sqrt(np.sum(here**2) / np.sum(there**2))
+                angle = apart / LATERAL
+                lines[k + 1] = mean + np.cos(angle) * here + np.sin(angle) * there
+        # As float: rounding to counts again would add noise where the ground is faint.
+        return replace(self, lines=lines, aside=aside)
+
+    @cached_property
+    def _angles(self) -> Floats:
+        """(k - 1,) rad: arc cosine of the correlation of neighbouring lines."""
+        parts = [_without_mean(line)[0] for line in self.lines.astype(np.float64)]
+        norms = [np.linalg.norm(part) for part in parts]
+        cosines = [
+            np.sum(parts[k] * parts[k + 1]) / (norms[k] * norms[k + 1])
+            for k in range(len(parts) - 1)
+        ]
+        return np.asarray(np.arccos(np.clip(cosines, 0.0, 0.999)))
+
+    def turned_traces(self, along: Floats, beside: Floats) -> Floats:
+        """As `traces`, but the ground turns evenly from each line to the next, by the angle whose
+        cosine is their correlation: it is as strong between lines as on them, and two places aside
+        of each other have the same correlation everywhere."""
+        return self._seen(along, beside, turning=True)
+
     def traces(self, along: Floats, beside: Floats) -> Floats:
         """Traces (m, samples), counts, at `along` and `beside` (m,), m, from the first line.
 
         Beside the outer lines the outer lines are seen, between two of them their mean by distance.
         """
+        return self._seen(along, beside, turning=False)
+
+    def _seen(self, along: Floats, beside: Floats, turning: bool) -> Floats:
         n = self._fine.shape[1] - 1
         if self.closed:
             along = np.mod(along, self.length)
@@ -71,7 +115,8 @@ class Survey:
         place = np.clip(along / self.length, 0, 1) * n
         column = np.minimum(place.astype(np.int64), n - 1)
         part = (place - column)[:, None]
-        beside = np.clip(beside, self.aside[0], self.aside[-1])
+        if not turning:
+            beside = np.clip(beside, self.aside[0], self.aside[-1])
         line = np.clip(np.searchsorted(self.aside, beside, side="right") - 1, 0, None)
         line = np.minimum(line, max(len(self.aside) - 2, 0))
         other = np.minimum(line + 1, len(self.aside) - 1)
@@ -82,7 +127,20 @@ class Survey:
             fine = self._fine
             return np.asarray((1 - part) * fine[lines, column] + part * fine[lines, column + 1])
 
-        return np.asarray((1 - weight) * on(line) + weight * on(other), np.float64)
+        if not turning:
+            return np.asarray((1 - weight) * on(line) + weight * on(other), np.float64)
+        angle = self._angles[line][:, None]
+        near, far = (np.sin(w * angle) / np.sin(angle) for w in (1 - weight, weight))
+        means = self._fine.mean(axis=1)
+        mean = (1 - weight) * means[line] + weight * means[other]
+        turned = near * (on(line) - means[line]) + far * (on(other) - means[other])
+        return np.asarray(mean + turned, np.float64)
+
+
+def _without_mean(line: Floats) -> tuple[Floats, Floats]:
+    """A line (n, samples) less its mean trace, and that."""
+    mean = line.mean(axis=0)
+    return line - mean, mean
 
 
 def to_counts(volts: Floats) -> Ints:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from gprodom.console import Progress, add_json_flag, print_json
@@ -13,6 +14,7 @@ from gprodom.ground.survey import find_survey, shipped
 from gprodom.options import Subparsers, add_command
 from gprodom.random_streams import stream
 from gprodom.simulate import lasting
+from gprodom.simulate.antennas import draw_antennas
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
@@ -50,6 +52,12 @@ default configuration.
 a rover with differential drive, a skid steer (20 Hz; wheel values held at 4 Hz and late), or a car
 (with a running engine). --surface sets how it slips, rumbles and tilts. --slips are then moments in
 which one side spins.
+
+Several --antenna are several radars, sampled 4 ms after each other and written as gpr_meas.csv,
+gpr_meas_1.csv, ... Each has faults of its own: gain, time zero (up to 1 ns apart), pulse, ringing,
+noise, bounce, spikes; and is some millimetres from where it is told to be. OUT.json has the places
+as told (`antennas`) and as they are (`antennas_true`). On survey lines the ground then differs
+beside the track as real ground does.
 
 --lasting adds slip of both sides, or of the one wheel, that lasts: ramps (sets in and ends over 2
 to 8 s, 5 to 35 %, on half of the way), steps (another level every 10 to 60 s), turns (grows with
@@ -111,8 +119,14 @@ def add_parser(subparsers: Subparsers) -> None:
         help=f"{', '.join(shipped())}, a file of `gprodom ground`, {RAYS} or {NONE} (no radar; "
         "default: %(default)s)",
     )
+    parser.add_argument(
+        "--antenna",
+        metavar="X,Y",
+        type=parse_point,
+        action="append",
+        help="the radar's middle in body, m (default: 0,0); again for each further antenna",
+    )
     for name, what in (
-        ("antenna", "the radar's middle"),
         ("contact", "the wheel's point of contact"),
         ("prism", "the total station's prism"),
     ):
@@ -160,20 +174,24 @@ def make_spec(args: argparse.Namespace) -> Spec:
         args.route, args.distance, speed, args.standstill, stream(args.seed, "route"), length
     )
     if args.plain:
-        if args.antenna != (0, 0) or args.contact != (0, 0) or args.prism != (0, 0):
+        if args.antenna or args.contact != (0, 0) or args.prism != (0, 0):
             raise UsageError("--plain: takes no --antenna, --contact or --prism")
         wheel = WheelSpec(lasting=args.lasting)
         return Spec(drive, ground=ground, wheel=wheel, slips=args.slips, kind=args.route)
+    antennas = args.antenna or [(0.0, 0.0)]
     spec = robot(
         drive,
         ground,
         kind=args.route,
         slips=args.slips,
         lasting=args.lasting,
-        antenna=args.antenna,
+        antenna=antennas[0],
         contact=args.contact,
         prism=args.prism,
     )
+    if len(antennas) > 1:
+        drawn = draw_antennas(antennas, spec.radar, stream(args.seed, "antennas"))
+        spec = replace(spec, antennas=drawn)
     return of_kind(args.robot, args.surface or "floor", spec) if args.robot else spec
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.convert.cmu import Traces
 from gprodom.convert.sampling import radar_facts
 from gprodom.convert.source import RADAR_FACTS
 from gprodom.files import write_bytes, write_npz, zip_bytes
@@ -26,7 +27,8 @@ def write_sequence(simulated: Simulated, output: Path) -> list[Path]:
     Only a log holds left and right wheels; in the dataset's format their mean is the wheel.
 
     The truth, for tests of the parts: ``.truth.npz`` (t, s, x, y, yaw, v at 20 Hz, and the IMU's
-    biases) and ``.json`` (wheel scale, slip episodes, what was simulated). Returns the paths.
+    biases) and ``.json`` (wheel scale, slip episodes, what was simulated; of several antennas the
+    lever arms by tape, `antennas`, and true, `antennas_true`, m). Returns the paths.
     """
     name = output.name.removesuffix(".zip").removesuffix(".lcmlog")
     files = {}
@@ -62,7 +64,6 @@ def _tables(simulated: Simulated) -> dict[str, str]:
     imu = simulated.imu
     columns = np.hstack([imu.acceleration, imu.angular_velocity, imu.orientation])
     distance = simulated.wheel.ticks * simulated.spec.wheel.quantum
-    amplitudes = ",".join(f"amp_{i + 1}" for i in range(simulated.traces.shape[1]))
     tables = {
         "imu_meas.csv": _csv(
             "t_stamp,a_x,a_y,a_z,g_x,g_y,g_z,w,x,y,z",
@@ -72,18 +73,22 @@ def _tables(simulated: Simulated) -> dict[str, str]:
         "we_odom_meas.csv": _csv(
             "Time[s],Range[m]", simulated.wheel_utime, (f"{d:.6f}" for d in distance.tolist())
         ),
-        "gpr_meas.csv": _csv(
-            f"t_stamp,{amplitudes}",
-            simulated.gpr_utime,
-            (",".join(map(str, row)) for row in simulated.traces.tolist()),
-        ),
+        "gpr_meas.csv": _traces(Traces(simulated.gpr_utime, simulated.traces)),
         "ts_meas.csv": _csv(
             "Time[s],Px[m],Py[m],Pz[m]",
             simulated.station_utime,
             (",".join(f"{value:.5f}" for value in row) for row in simulated.station.tolist()),
         ),
     }
+    for id_, of in simulated.more_antennas.items():
+        tables[f"gpr_meas_{id_}.csv"] = _traces(of)
     return tables
+
+
+def _traces(of: Traces) -> str:
+    amplitudes = ",".join(f"amp_{i + 1}" for i in range(of.counts.shape[1]))
+    rows = (",".join(map(str, row)) for row in of.counts.tolist())
+    return _csv(f"t_stamp,{amplitudes}", of.utime, rows)
 
 
 def _truth(simulated: Simulated) -> dict[str, Floats]:
@@ -105,6 +110,13 @@ def _truth(simulated: Simulated) -> dict[str, Floats]:
 def _facts(simulated: Simulated) -> dict[str, Any]:
     spec, drive = simulated.spec, simulated.drive
     slips = spec.wheel.slips
+    written = asdict(spec)
+    antennas: dict[str, Any] = {}
+    if spec.antennas:
+        antennas["antennas"] = [[*antenna.told, 0.0] for antenna in spec.antennas]
+        antennas["antennas_true"] = [[*a.radar.lever_arm, 0.0] for a in spec.antennas]
+    else:
+        del written["antennas"]
     return {
         "scale": float(simulated.wheel.scale[0]),
         "pair": None if simulated.pair is None else _pair_facts(simulated.pair),
@@ -117,7 +129,8 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
         "ba": simulated.imu.accel_bias[0].tolist(),
         "gpr_sample_interval": simulated.sample_interval,
         "seed": simulated.seed,
-        "spec": asdict(spec),
+        "spec": written,
+        **antennas,
     }
 
 

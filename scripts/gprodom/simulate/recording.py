@@ -29,6 +29,7 @@ def as_recording(simulated: Simulated) -> Recording:
         metres_per_tick=simulated.spec.wheel.quantum,
         gpr_utime=simulated.gpr_utime,
         traces=simulated.traces,
+        more_antennas=simulated.more_antennas,
         truth_utime=simulated.station_utime,
         truth=simulated.station,
         out_of_order={},

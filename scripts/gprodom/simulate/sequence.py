@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.convert.cmu import Traces
 from gprodom.ground.survey import find_survey
 from gprodom.random_streams import stream
 from gprodom.simulate import imu, pair, radar, wheel
+from gprodom.simulate.antennas import AntennaSpec, receive
 from gprodom.simulate.drive import Drive, DriveSpec, Motion
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.imu import ImuData, ImuSpec
@@ -51,6 +54,8 @@ class Spec:
     wheel: WheelSpec = field(default_factory=WheelSpec)
     pair: PairSpec | None = None  # left and right wheels: `wheel` is their mean then
     radar: RadarSpec = field(default_factory=RadarSpec)
+    # Several antennas: all of them, each with its own radar; `radar` then says only their rate.
+    antennas: tuple[AntennaSpec, ...] = ()
     ground: GroundSpec | SurveySpec | None = field(default_factory=GroundSpec)
     station: StationSpec | None = field(default_factory=StationSpec)
     slips: int = 0  # drawn episodes
@@ -71,6 +76,7 @@ class Simulated:
     pair: PairData | None  # at the wheel's times
     gpr_utime: Ints
     traces: Ints  # (g, samples); g = 0 without radar
+    more_antennas: dict[int, Traces]  # by antenna_id, from 1 on
     sample_interval: float | None  # s, of the radar
     station_utime: Ints
     station: Floats  # (t, 3), m, in the station's frame
@@ -111,12 +117,9 @@ def simulate(spec: Spec, seed: int) -> Simulated:
 
     sides, counted = _count(drive, wheel_t, wheel_motion, spec, seed)
 
-    gpr_time, traces, sample_interval = np.zeros(0, np.int64), np.zeros((0, 0), np.int32), None
+    seen, sample_interval = [Traces(np.zeros(0, np.int64), np.zeros((0, 0), np.int32))], None
     if spec.ground is not None:
-        gpr_time = ticks(spec.radar.rate)
-        clean, sample_interval = _look(drive, gpr_time * 1e-6, spec, seed)
-        errors = stream(seed, "radar")
-        traces = radar.measure(clean, gpr_time * 1e-6, sample_interval, spec.radar, errors)
+        seen, sample_interval = _radar(drive, ticks(spec.radar.rate), spec, seed)
     station_time, station = np.zeros(0, np.int64), np.zeros((0, 3))
     if spec.station is not None:
         station_time, station = _survey(drive, spec.station, stream(seed, "station"))
@@ -129,8 +132,12 @@ def simulate(spec: Spec, seed: int) -> Simulated:
         wheel_utime=spec.start_utime + wheel_time,
         wheel=counted,
         pair=sides,
-        gpr_utime=spec.start_utime + gpr_time,
-        traces=traces,
+        gpr_utime=spec.start_utime + seen[0].utime,
+        traces=seen[0].counts,
+        more_antennas={
+            i: Traces(spec.start_utime + of.utime, of.counts)
+            for i, of in enumerate(seen[1:], start=1)
+        },
         sample_interval=sample_interval,
         station_utime=spec.start_utime + station_time,
         station=station,
@@ -165,17 +172,48 @@ def _at(motion: Motion, arm: tuple[float, float]) -> tuple[Floats, Floats]:
     return motion.x + cos * arm[0] - sin * arm[1], motion.y + sin * arm[0] + cos * arm[1]
 
 
-def _look(drive: Drive, time: Floats, spec: Spec, seed: int) -> tuple[Floats, float]:
-    """Noise-free traces (n, samples) at the times, counts, and their sample interval, s."""
-    motion = drive.at(time)
-    x, y = _at(motion, spec.radar.lever_arm)
+def _radar(drive: Drive, time: Ints, spec: Spec, seed: int) -> tuple[list[Traces], float]:
+    """The traces of each antenna, their times in us from the start; the sample interval, s."""
+    if not spec.antennas:
+        t = time * 1e-6
+        (clean,), interval = _look(drive, [t], [spec.radar.lever_arm], spec, seed)
+        counts = radar.measure(clean, t, interval, spec.radar, stream(seed, "radar"))
+        return [Traces(time, counts)], interval
+    times = [time + round(1e6 * antenna.late) for antenna in spec.antennas]
+    times = [part[part < int(drive.duration * 1e6)] for part in times]
+    arms = [antenna.radar.lever_arm for antenna in spec.antennas]
+    cleans, interval = _look(drive, [part * 1e-6 for part in times], arms, spec, seed)
+    seen = []
+    for i, (part, clean, antenna) in enumerate(zip(times, cleans, spec.antennas, strict=True)):
+        t, errors = part * 1e-6, stream(seed, f"antenna {i}")
+        counts = receive(clean, t, drive.at(t).travelled, interval, antenna, errors)
+        seen.append(Traces(part, counts))
+    return seen, interval
+
+
+def _look(
+    drive: Drive,
+    times: Sequence[Floats],
+    arms: Sequence[tuple[float, float]],
+    spec: Spec,
+    seed: int,
+) -> tuple[list[Floats], float]:
+    """Noise-free traces (n, samples) of each antenna at its times, counts, and their sample
+    interval, s."""
+    motions = [drive.at(time) for time in times]
+    places = [_at(motion, arm) for motion, arm in zip(motions, arms, strict=True)]
     if isinstance(spec.ground, SurveySpec):
         survey = find_survey(spec.ground.survey)
-        along, beside = drive.beside_track(motion.s + spec.radar.lever_arm[0], x, y)
-        return survey.traces(along, beside + spec.ground.middle), survey.sample_interval
+        view = survey.decorrelating().turned_traces if spec.antennas else survey.traces
+        seen = []
+        for motion, arm, (x, y) in zip(motions, arms, places, strict=True):
+            along, beside = drive.beside_track(motion.s + arm[0], x, y)
+            seen.append(view(along, beside + spec.ground.middle))
+        return seen, survey.sample_interval
     assert spec.ground is not None
-    ground = Ground(spec.ground, x, y, stream(seed, "ground"))
-    return ground.traces(x, y), spec.ground.sample_interval
+    everywhere = [np.concatenate(part) for part in zip(*places, strict=True)]
+    ground = Ground(spec.ground, everywhere[0], everywhere[1], stream(seed, "ground"))
+    return [ground.traces(x, y) for x, y in places], spec.ground.sample_interval
 
 
 def _survey(drive: Drive, spec: StationSpec, random: np.random.RandomState) -> tuple[Ints, Floats]:

@@ -1,0 +1,95 @@
+"""Several antennas on one robot: where each is, and what it makes of the ground's echoes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gprodom.arrays import Floats, Ints
+from gprodom.simulate import radar
+from gprodom.simulate.radar import RadarSpec
+
+LATE = 0.004  # s, from the traces of one antenna to those of the next: they are sampled in turn
+
+_TAPE_SIGMA = (0.001, 0.005)  # m, along and across: centres are hidden in their cases
+_BOUNCE_LENGTHS = (0.23, 0.37, 0.71)  # m, of the ground's unevenness under an antenna
+_LIGHT = 2.998e8  # m/s
+_DEPTH = 0.5  # m; echoes from about here fade as one over their way
+
+
+@dataclass(frozen=True)
+class AntennaSpec:
+    """One of several antennas. All faults but those of `radar` are off by default.
+
+    radar: its errors as of any radar; `radar.lever_arm` is where it truly is. told: where it is by
+    tape, m, in body.
+    """
+
+    radar: RadarSpec
+    told: tuple[float, float]
+    late: float = 0.0  # s after the tick of all antennas
+    gain: float = 1.0
+    time_zero: float = 0.0  # s
+    time_zero_rate: float = 0.0  # s/s
+    phase: float = 0.0  # rad; turns the pulse
+    bounce: float = 0.0  # m, RMS; height above the mean one, over the distance driven
+
+
+def draw_antennas(
+    told: Sequence[tuple[float, float]], spec: RadarSpec, random: np.random.RandomState
+) -> tuple[AntennaSpec, ...]:
+    """Antennas at the places `told` (m, in body), each with faults of its own, those of `spec`
+    among them. The first is where it is told to be: only distances between them matter."""
+    antennas = []
+    for i, place in enumerate(told):
+        off = np.array(_TAPE_SIGMA) * random.standard_normal(2) * (i > 0)
+        true = float(round(place[0] + off[0], 4)), float(round(place[1] + off[1], 4))
+        antennas.append(
+            AntennaSpec(
+                replace(
+                    spec,
+                    lever_arm=true,
+                    noise=spec.noise * math.exp(random.uniform(-0.5, 0.5)),
+                    ringing=spec.ringing * random.uniform(0.5, 1.5),
+                ),
+                place,
+                late=i * LATE,
+                gain=math.exp(random.uniform(-0.4, 0.2)),
+                time_zero=random.uniform(0.0, 1e-9),
+                phase=random.uniform(-0.35, 0.35),
+                bounce=random.uniform(0.0, 0.004),
+            )
+        )
+    return tuple(antennas)
+
+
+def receive(
+    clean: Floats,
+    time: Floats,
+    travelled: Floats,
+    sample_interval: float,
+    spec: AntennaSpec,
+    random: np.random.RandomState,
+) -> Ints:
+    """Traces (n, samples), counts, of noise-free ones `clean` at the times `time` (n,), s, when the
+    robot had driven `travelled` (n,), m."""
+    height = _height(spec.bounce, travelled, random)
+    late = spec.time_zero + spec.time_zero_rate * time + 2 * height / _LIGHT
+    gain = spec.gain * _DEPTH / (_DEPTH + height)
+    samples = clean.shape[1]
+    frequency = np.fft.rfftfreq(2 * samples, sample_interval)
+    spectrum = np.fft.rfft(clean, 2 * samples, axis=1)
+    spectrum *= np.exp(1j * (spec.phase - 2 * np.pi * np.outer(late, frequency)))
+    traces = gain[:, None] * np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
+    return radar.measure(traces, time, sample_interval, spec.radar, random)
+
+
+def _height(rms: float, travelled: Floats, random: np.random.RandomState) -> Floats:
+    """Above the mean (n,), m: waves of random phase over the distance driven."""
+    phases = random.uniform(0, 2 * np.pi, len(_BOUNCE_LENGTHS))
+    waves = 2 * np.pi * travelled[:, None] / np.array(_BOUNCE_LENGTHS) + phases
+    share = rms * math.sqrt(2 / len(_BOUNCE_LENGTHS))
+    return np.asarray(share * np.sin(waves).sum(axis=1))
