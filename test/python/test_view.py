@@ -193,8 +193,8 @@ print(len(page)); print(listening)
 """
 
 
-def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str]]:
-    """Bytes of the page, addresses listened on, addresses of others connected to."""
+def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str], str]:
+    """Bytes of the page, addresses listened on, addresses of others connected to, and stderr."""
     trace = folder / "trace"
     done = run_isolated(WATCHED, str(trace), "9411", *command, timeout_s=180)
     assert done.returncode == 0, done.stderr
@@ -206,6 +206,7 @@ def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str]]:
         int(size),
         listened,
         {each for each in reached if not each.startswith(("127.", "::1", "0.0.0.0"))},
+        done.stderr,
     )
 
 
@@ -219,14 +220,21 @@ def a_resolver() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("a_resolver")
-def test_nothing_leaves_and_nobody_else_can_reach_it(log: Path, tmp_path: Path) -> None:
-    view = [sys.executable, "-m", "gprodom", "view", str(log), "--web", "--web-port", "9411"]
-    size, listened, reached = watched(tmp_path, view)
+@pytest.mark.parametrize("live", [False, True])
+@pytest.mark.parametrize("address", ["127.0.0.1", "0.0.0.0"])
+def test_nothing_leaves_and_nobody_else_can_reach_it(
+    log: Path, tmp_path: Path, live: bool, address: str
+) -> None:
+    """A viewer that could not read that statistics are off would welcome to its first session, in
+    which it only says that it will send them."""
+    view = [sys.executable, "-m", "gprodom", "view", "--live" if live else str(log)]
+    view += ["--web", "--web-port", "9411", "--address", address]
+    size, listened, reached, said = watched(tmp_path, view)
     assert size > 100
-    assert listened == {"127.0.0.1"}
-    assert not reached
-    size, listened, reached = watched(tmp_path, [*view, "--address", "0.0.0.0"])
-    assert "0.0.0.0" in listened and not reached
+    assert address in listened and listened <= {address, "127.0.0.1"}
+    # The group of LCM, which the live view listens to.
+    assert not {each for each in reached if not each.startswith("239.255.")}
+    assert "usage data" not in said and "analytics" not in said
 
 
 @pytest.mark.usefixtures("a_resolver")
@@ -239,7 +247,7 @@ def test_left_to_itself_the_viewer_would_be_seen_to_send(log: Path, tmp_path: Pa
     home = {**os.environ, "HOME": str(tmp_path)}
     subprocess.run([*rerun, "analytics", "enable"], env=home, check=True, capture_output=True)
     alone = [*rerun, str(recording), "--serve-web", "--web-viewer-port", "9411"]
-    _, listened, reached = watched(tmp_path, alone)
+    _, listened, reached, _ = watched(tmp_path, alone)
     assert "0.0.0.0" in listened
     assert reached
 

@@ -24,7 +24,6 @@ from gprodom.view.record import NOT_INSTALLED, is_installed
 LOCAL = "127.0.0.1"
 STARTS_S = 30.0  # at most; on a busy computer without a graphics card some ten
 _FORCED = "FORCE_RERUN_ANALYTICS"  # would switch them on again
-_NOBODY: dict[str, object] = {"analytics_id": "", "metadata": {}}
 
 
 @contextmanager
@@ -35,11 +34,9 @@ def without_statistics() -> Iterator[dict[str, str]]:
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         environment = {key: value for key, value in os.environ.items() if key != _FORCED}
         environment |= {"XDG_CONFIG_HOME": folder, "XDG_DATA_HOME": folder}
-        # What `rerun analytics disable` writes. That command itself sends what is left of earlier
-        # sessions.
         settings = Path(folder) / "rerun" / "analytics.json"
         settings.parent.mkdir()
-        settings.write_text(json.dumps({"analytics_enabled": False, **_NOBODY}))
+        settings.write_text(json.dumps(_switched_off(settings)))
         before = dict(os.environ)
         os.environ.clear()
         os.environ.update(environment)
@@ -48,6 +45,20 @@ def without_statistics() -> Iterator[dict[str, str]]:
         finally:
             os.environ.clear()
             os.environ.update(before)
+
+
+def _switched_off(settings: Path) -> dict[str, object]:
+    """What `rerun analytics disable` writes, which itself sends what is left of earlier sessions.
+
+    All of its fields: where one is missing, the viewer takes its defaults, and those are on.
+    """
+    return {
+        "analytics_enabled": False,
+        "analytics_id": "",
+        "metadata": {},
+        "config_file_path": str(settings),
+        "data_dir_path": str(settings.parent / "analytics"),
+    }
 
 
 def viewer_command(
