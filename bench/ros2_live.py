@@ -9,8 +9,8 @@ and what the node itself counts from the arrival of an IMU message to its pose b
 what scripts/check-ros2 builds. Exit code 1 where a pose did not come or, with reliable sensors, a
 message was lost.
 
-    bench/ros2_live.py IN.lcmlog
-    bench/ros2_live.py IN.lcmlog --seconds 600 --best-effort --json
+    bench/ros2_live.py SEQ|LOG
+    bench/ros2_live.py SEQ|LOG --seconds 600 --best-effort --json
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.options import add_config_option
 from own_network import parse_inside
+from zips import log_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "ros2"))
 import kit
@@ -70,7 +71,7 @@ def latencies_ms(plan: list[kit.Record], records: list[kit.Record]) -> np.ndarra
 
 def measure(log: Path, configs: Configs, args: argparse.Namespace, folder: Path) -> dict[str, Any]:
     """The figures by name."""
-    plan = repeated(kit.plan_of(log, args.speed), args.seconds, args.speed)
+    plan = repeated(kit.plan_of(log_of(log, folder), args.speed), args.seconds, args.speed)
     reliable = str(not args.best_effort).lower()
     topics = {"/odometry": (kit.ODOMETRY, "r"), "/diagnostics": (kit.DIAGNOSTICS, "r")}
     with kit.Node(folder, *config_arguments(configs), "-p", f"sensors_reliable:={reliable}"):
@@ -98,7 +99,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("log", type=Path, metavar="IN", help="LCM log")
+    parser.add_argument("log", type=Path, metavar="SEQ|LOG", help="drive")
     add_config_option(parser)
     parser.add_argument("--seconds", type=float, default=0, help="default: the log once")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")

@@ -394,4 +394,20 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             ),
             alone=True,
         ),
+        Bench(
+            "ros2_live",
+            "Latency and losses of the ROS 2 node (built by scripts/check-ros2), live",
+            "ros2_live.py",
+            live,
+            tuple(
+                Job(name, (drive, "--seconds=60", *more), (drive,), short, name)
+                for drive in sample()[0].data
+                for name, more, short in (
+                    ("reliable", (), (drive, "--seconds=5")),
+                    ("best_effort", ("--best-effort",), False),
+                )
+            ),
+            alone=True,
+            settable=False,
+        ),
     )

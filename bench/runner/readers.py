@@ -103,9 +103,10 @@ def faults(content: Any) -> Iterator[Figure]:
 
 
 def live(content: Any) -> Iterator[Figure]:
-    """bench/live_load.py: times of one run, on a machine whose host takes what it wants."""
+    """bench/live_load.py, ros2_live.py: times of one run, on a machine whose host takes what it
+    wants."""
     for key, value in content.items():
-        if key == "lost":
+        if key in ("lost", "poses_missing"):
             yield Figure(key, value, "", "lower")
         elif key == "memory_mb":
             yield Figure(key, value, "MB", "lower", 0.05 * value)
