@@ -13,6 +13,7 @@ from pathlib import Path
 from job import Bench, Job
 from jobs import (
     drives,
+    of_grounds,
     of_salient,
     of_scenes,
     recordings,
@@ -27,6 +28,8 @@ from readers import (
     FOUND,
     MAP,
     METHOD,
+    PAIR,
+    PAIR_FAULT,
     REVISIT,
     ROBOT,
     SOLVERS,
@@ -89,6 +92,33 @@ def of_drives(data: Path) -> tuple[Bench, ...]:
             recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09")),
         ),
         Bench("pairs", "Drives with two antennas", "pairs.py", DRIVE, drives(data, "pairs", ())),
+        Bench(
+            "pair_distance",
+            "Distance by two antennas alone, over 50 m, beside its limit",
+            "pair_distance.py",
+            by_row(lambda row: f"{row['ground']}/{row['case']}", PAIR),
+            of_grounds(),
+            settable=False,
+        ),
+        Bench(
+            "pair_faults",
+            "Two antennas over rebar, swapped, silent, and drifting apart",
+            "pair_faults.py",
+            by_row(lambda row: f"{row['ground']}/{row['fault']}/{row['method']}", PAIR_FAULT),
+            tuple(
+                Job(
+                    name,
+                    ("{data}/real_ground", *words),
+                    ("{data}/real_ground",),
+                    ("{data}/real_ground", *short),
+                )
+                for name, words, short in (
+                    ("rebar", ("--minutes=0",), ("--minutes=0", "--km=0.02")),
+                    ("others", ("--km=0",), ("--km=0", "--minutes=0.5", "--ground=fdtd")),
+                )
+            ),
+            settable=False,
+        ),
         Bench("sample", "The sample drive", "rough.py", DRIVE, sample()),
         Bench(
             "variations",

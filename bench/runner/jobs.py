@@ -84,6 +84,16 @@ def of_salient(twelve: tuple[Job, ...]) -> tuple[Job, ...]:
     )
 
 
+def of_grounds() -> tuple[Job, ...]:
+    """pair_distance.py on each ground."""
+    jobs = []
+    for ground in ("fdtd", "beach", "field"):
+        words = ("{data}/real_ground", f"--ground={ground}", "-j1")
+        short = (*words, "--drives=1", "--case=centre")
+        jobs.append(Job(ground, words, ("{data}/real_ground",), short))
+    return tuple(jobs)
+
+
 def sequence(data: Path, number: int) -> str:
     """One of the twelve."""
     paths = sorted((data / "cmu_like").glob("*.zip"))

@@ -161,6 +161,24 @@ VISIT = {
     "end_m_rms": ERROR_M,
     "along_cm_rms": Unit("cm", "lower"),
 }
+PERCENT, MM = Unit("%", "lower"), Unit("mm", "lower")
+PAIR = {
+    "drives": COUNT,
+    "passages": Unit("", "higher"),
+    "rms_percent": PERCENT,
+    "limit_percent": Unit("%", ""),
+    "match_mm": MM,
+    "limit_mm": Unit("mm", ""),
+    "nees": Unit("", ""),
+    "wrong": Unit("", "lower"),
+}
+PAIR_FAULT = {
+    "metres": COUNT,
+    "passages": Unit("", "higher"),
+    "wrong": Unit("", "lower"),
+    "match_mm": MM,
+    "back_after_s": SECONDS,
+}
 MAP = {
     "runs": COUNT,
     "coverage_end": SHARE,

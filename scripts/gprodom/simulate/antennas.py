@@ -57,7 +57,7 @@ def draw_antennas(
                 ),
                 place,
                 late=i * LATE,
-                gain=math.exp(random.uniform(-0.4, 0.2)),
+                gain=math.exp(random.uniform(-0.5, 0.0)),  # more would exceed full scale
                 time_zero=random.uniform(0.0, 1e-9),
                 phase=random.uniform(-0.35, 0.35),
                 bounce=random.uniform(0.0, 0.004),
