@@ -12,8 +12,9 @@ from pathlib import Path
 
 from job import Bench, Job
 from jobs import (
+    FAULTS,
+    SLIP_KINDS,
     drives,
-    of_grounds,
     of_salient,
     of_scenes,
     recordings,
@@ -28,8 +29,6 @@ from readers import (
     FOUND,
     MAP,
     METHOD,
-    PAIR,
-    PAIR_FAULT,
     REVISIT,
     ROBOT,
     SOLVERS,
@@ -43,7 +42,6 @@ from readers import (
     faults,
     hostile_packets,
     immobilised,
-    lateral,
     live,
     merge,
     motion,
@@ -54,23 +52,16 @@ from readers import (
     short_name,
     smoothers,
 )
+from two_antennas import of_pairs
 
 from figures import TIME_SPREAD, Unit, by_row, one_row, rows
-
-SLIP_KINDS = (
-    "--simulate=20",
-    "--distance=100",
-    "--lasting=ramps,steps,turns,gravel,ice",
-    "--methods=wheel,imu_wheel,gprodom,gprodom_full",
-    "-j1",
-)
-FAULTS = ("-c", "{checkout}/config/cmu_gpr.yaml", "--combinations=0", "-j1")
 
 
 def benches(data: Path) -> tuple[Bench, ...]:
     """All of them. data: the folder of recorded data."""
     return (
         *of_drives(data),
+        *of_pairs(data),
         *of_sensors(data),
         *of_maps(data),
         *of_simulation(data),
@@ -90,34 +81,6 @@ def of_drives(data: Path) -> tuple[Bench, ...]:
             "robots.py",
             rows((), ROBOT),
             recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09")),
-        ),
-        Bench("pairs", "Drives with two antennas", "pairs.py", DRIVE, drives(data, "pairs", ())),
-        Bench(
-            "pair_distance",
-            "Distance by two antennas alone, over 50 m, beside its limit",
-            "pair_distance.py",
-            by_row(lambda row: f"{row['ground']}/{row['case']}", PAIR),
-            of_grounds(),
-            settable=False,
-        ),
-        Bench(
-            "pair_faults",
-            "Two antennas over rebar, swapped, silent, and drifting apart",
-            "pair_faults.py",
-            by_row(lambda row: f"{row['ground']}/{row['fault']}/{row['method']}", PAIR_FAULT),
-            tuple(
-                Job(
-                    name,
-                    ("{data}/real_ground", *words),
-                    ("{data}/real_ground",),
-                    ("{data}/real_ground", *short),
-                )
-                for name, words, short in (
-                    ("rebar", ("--minutes=0",), ("--minutes=0", "--km=0.02")),
-                    ("others", ("--km=0",), ("--km=0", "--minutes=0.5", "--ground=fdtd")),
-                )
-            ),
-            settable=False,
         ),
         Bench("sample", "The sample drive", "rough.py", DRIVE, sample()),
         Bench(
@@ -309,14 +272,6 @@ def of_simulation(data: Path) -> tuple[Bench, ...]:
             "fdtd_physics.py",
             one_row(FDTD),
             simulated(),
-            settable=False,
-        ),
-        Bench(
-            "lateral",
-            "Correlation of real ground beside a track",
-            "lateral.py",
-            lateral,
-            (Job("all", ("{data}/real_ground",), ("{data}/real_ground",), True),),
             settable=False,
         ),
         Bench(

@@ -17,6 +17,14 @@ PAPER = (
     "wheel,gpr_sfm,imu_wheel,bscan,bscan_signed,dec,dec_signed,sfm,sfm_signed,trace_count,"
     "trace_count_signed,gprodom"
 )
+SLIP_KINDS = (
+    "--simulate=20",
+    "--distance=100",
+    "--lasting=ramps,steps,turns,gravel,ice",
+    "--methods=wheel,imu_wheel,gprodom,gprodom_full",
+    "-j1",
+)
+FAULTS = ("-c", "{checkout}/config/cmu_gpr.yaml", "--combinations=0", "-j1")
 
 
 def drives(data: Path, folder: str, short: Sequence[int]) -> tuple[Job, ...]:
