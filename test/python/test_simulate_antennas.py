@@ -123,6 +123,19 @@ def test_faults_of_an_antenna() -> None:
     assert 0.001 < np.std(np.abs(bounced).max(axis=1)) / 5000 < 0.05
 
 
+def test_antennas_do_not_bounce_alike() -> None:
+    """At no distance along the track, or it would pass for ground between them."""
+    driven = np.arange(0, 60, 0.02)
+    clean = np.tile(10_000 * np.hanning(100), (len(driven), 1))
+    heights = []
+    for name in ("front", "rear"):
+        spec = AntennaSpec(QUIET, (0, 0), bounce=0.01)
+        seen = receive(clean, driven, driven, 2e-10, spec, stream(1, name)).max(axis=1)
+        heights.append((seen - seen.mean()) / seen.std())
+    alike_at = [np.mean(heights[0][lag:] * heights[1][: len(driven) - lag]) for lag in range(100)]
+    assert np.abs(alike_at).max() < 0.4
+
+
 def test_antennas_are_drawn_with_faults_of_their_own() -> None:
     first, second = draw_antennas([(0.2, 0), (-0.2, 0)], RadarSpec(ringing=10.0), stream(1, "a"))
     assert first.radar.lever_arm == first.told == (0.2, 0)

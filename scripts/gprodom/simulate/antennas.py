@@ -15,7 +15,7 @@ from gprodom.simulate.radar import RadarSpec
 LATE = 0.004  # s, from the traces of one antenna to those of the next: they are sampled in turn
 
 _TAPE_SIGMA = (0.001, 0.005)  # m, along and across: centres are hidden in their cases
-_BOUNCE_LENGTHS = (0.23, 0.37, 0.71)  # m, of the ground's unevenness under an antenna
+_UNEVEN = 0.15  # m, of the ground under an antenna: some half of its length
 _LIGHT = 2.998e8  # m/s
 _DEPTH = 0.5  # m; echoes from about here fade as one over their way
 
@@ -88,8 +88,9 @@ def receive(
 
 
 def _height(rms: float, travelled: Floats, random: np.random.RandomState) -> Floats:
-    """Above the mean (n,), m: waves of random phase over the distance driven."""
-    phases = random.uniform(0, 2 * np.pi, len(_BOUNCE_LENGTHS))
-    waves = 2 * np.pi * travelled[:, None] / np.array(_BOUNCE_LENGTHS) + phases
-    share = rms * math.sqrt(2 / len(_BOUNCE_LENGTHS))
-    return np.asarray(share * np.sin(waves).sum(axis=1))
+    """Above the mean (n,), m: drawn anew every `_UNEVEN` driven, smooth in between, and without a
+    period: one that both antennas shared would look like ground that moves with the robot."""
+    from scipy.interpolate import CubicSpline
+
+    knots = np.arange(0.0, float(np.max(travelled, initial=0.0)) + 3 * _UNEVEN, _UNEVEN)
+    return np.asarray(CubicSpline(knots, rms * random.standard_normal(len(knots)))(travelled))
