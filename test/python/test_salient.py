@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,12 +66,7 @@ def test_how_well_pipes_are_mapped_is_learnt_from_the_drive(tmp_path: Path) -> N
     """A map that is off by 8 cm, this way and that, is trusted less than odometry in an image, one
     that is right more."""
     right = read_pipes(basement_pipes(tmp_path))
-    wrong = PipeMap(
-        right.x + 0.08 * (-1.0) ** np.arange(len(right.x)),
-        right.depth,
-        right.wave_speed,
-        right.length,
-    )
+    wrong = replace(right, x=right.x + 0.08 * (-1.0) ** np.arange(len(right.x)))
     first, last = (drive(5.0, pipes)[-1][0].sigma / np.sqrt(2) for pipes in (right, wrong))
     assert APEX_M <= first < DRIFT * LENGTH < last
 

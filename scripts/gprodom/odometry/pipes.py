@@ -42,7 +42,7 @@ def _normal(difference: Floats, sigma: Floats) -> Floats:
     return np.asarray(np.exp(-0.5 * (difference / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class _Apex:
     utime: int
     s: float
@@ -89,6 +89,7 @@ class PipeTeller:
         piece = self._laid.pose(utime, x, y, yaw)
         if piece is None:
             return []
+        self._forwards = piece.forwards
         return [answer for apex in self._apexes(piece) for answer in self._heard(utime, apex)]
 
     @property
@@ -100,6 +101,10 @@ class PipeTeller:
             return DRIFT * LENGTH
         spread = 1.4826 * float(np.median(np.abs(self._misfits)))  # of a normal distribution
         return max(APEX_M, spread / math.sqrt(2))
+
+    @property
+    def _depth_sigma(self) -> Floats:
+        return np.asarray(np.hypot(DEPTH_SHARE * self.pipes.depth, DEPTH_M))
 
     def _apexes(self, piece: Piece) -> list[_Apex]:
         """In the middle of the piece, in the order of the way."""
@@ -118,12 +123,10 @@ class PipeTeller:
             most_widening=2 * COLUMN / SPEEDS[0],
         ):
             way = float(ways[0]) + apex.column * COLUMN
-            if abs(way - (piece.way[-1] - LENGTH / 2)) > EVERY / 2:
-                continue
-            depth = apex.time * self.pipes.wave_speed / 2
-            found.append(_Apex(int(piece.at(way, piece.utime)), piece.at(way, piece.s), depth))
-        self._forwards = piece.forwards
-        return sorted(found, key=lambda apex: apex.utime)
+            if abs(way - (piece.way[-1] - LENGTH / 2)) <= EVERY / 2:
+                depth = apex.time * self.pipes.wave_speed / 2
+                found.append(_Apex(int(piece.at(way, piece.utime)), piece.at(way, piece.s), depth))
+        return sorted(found)
 
     def _heard(self, utime: int, apex: _Apex) -> list[Answer]:
         self.apexes += 1
@@ -132,9 +135,7 @@ class PipeTeller:
             self._locate()
             return []
         pipe = self._on_map(self._place, apex)
-        if pipe is None:
-            return []
-        return self._tell(utime, pipe, apex)
+        return [] if pipe is None else self._tell(utime, self._place.sign, pipe, apex)
 
     def _locate(self) -> None:
         """From the apexes of the last way, by Bayes: all places and both directions are as likely
@@ -147,20 +148,15 @@ class PipeTeller:
                 seen.append(apex)
         s, depth = np.array([[apex.s - newest, apex.depth] for apex in seen]).T
         sigma = np.hypot(APEX_M, DRIFT * s)[:, None]
-        sigma_depth = np.hypot(DEPTH_SHARE * self.pipes.depth, DEPTH_M)
-        in_depth = _normal(depth[:, None] - self.pipes.depth, sigma_depth) * DEEPEST
+        in_depth = _normal(depth[:, None] - self.pipes.depth, self._depth_sigma) * DEEPEST
         margin = 0.0 if self.pipes.length else MEMORY_M
-        first, last = self.pipes.x.min() - margin, self.pipes.x.max() + margin
-        span = self.pipes.length or last - first
-        places = np.arange(first, first + span, APEX_M)
-        evidence = np.zeros((2, len(places)))
-        for row, sign in enumerate((1, -1)):
-            off = self.pipes.apart(
-                places[:, None, None] + sign * s[:, None] - self.pipes.x[None, None, :]
-            )
-            ratio = (_normal(off, sigma) * in_depth).mean(axis=2) * span
-            # Half of the apexes may be stones, bars, or pipes that the map does not know.
-            evidence[row] = np.log(0.5 * ratio + 0.5).sum(axis=1)
+        span = self.pipes.length or float(np.ptp(self.pipes.x)) + 2 * margin
+        places = self.pipes.x.min() - margin + np.arange(0, span, APEX_M)
+        signs = np.array([1, -1])[:, None, None, None]
+        off = self.pipes.apart(places[:, None, None] + signs * s[:, None] - self.pipes.x)
+        ratio = (_normal(off, sigma) * in_depth).mean(axis=3) * span
+        # Half of the apexes may be stones, bars, or pipes that the map does not know.
+        evidence = np.log(0.5 * ratio + 0.5).sum(axis=2)
         likely = np.exp(evidence - evidence.max())
         nothing = math.exp(-evidence.max()) * likely.size
         row, best = divmod(int(np.argmax(likely)), len(places))
@@ -176,8 +172,7 @@ class PipeTeller:
         sigma = math.hypot(place.sigma, DRIFT * (apex.s - place.s))
         off = self.pipes.apart(self.pipes.x - place.offset - place.sign * apex.s)
         gate = SIGMAS * math.hypot(sigma, self.sigma)
-        sigma_depth = np.hypot(DEPTH_SHARE * self.pipes.depth, DEPTH_M)
-        like = np.abs(apex.depth - self.pipes.depth) < SIGMAS * sigma_depth
+        like = np.abs(apex.depth - self.pipes.depth) < SIGMAS * self._depth_sigma
         near = np.flatnonzero((np.abs(off) < gate) & like)
         if len(near) != 1:
             return None
@@ -187,37 +182,28 @@ class PipeTeller:
         place.sigma, place.s = math.sqrt(1 - gain) * sigma, apex.s
         return pipe
 
-    def _tell(self, utime: int, pipe: int, apex: _Apex) -> list[Answer]:
-        place = self._place
-        assert place is not None
+    def _tell(self, utime: int, sign: int, pipe: int, apex: _Apex) -> list[Answer]:
+        """sign: of the way along the line."""
+
+        def answer(since: _Apex, what: str, distance: float, mirrored: bool = False) -> Answer:
+            sigma = math.sqrt(2) * self.sigma
+            times = utime, since.utime, apex.utime
+            return Answer(*times, "salient", kind(what), distance, sigma, mirrored)
+
         answers = []
         if self._last is not None and self._last[0] != pipe:
             before, then = self._last
             between = float(self.pipes.x[pipe] - self.pipes.x[before])
-            driven = place.sign * (apex.s - then.s)
+            driven = sign * (apex.s - then.s)
             if self.pipes.length:  # which way round, the odometry knows
                 between += round((driven - between) / self.pipes.length) * self.pipes.length
             self._misfits.append(driven - between)
             if 0 < apex.utime - then.utime < self.longest_s * 1e6:
-                answers.append(self._answer(utime, then, apex, "EXTERNAL", place.sign * between))
+                answers.append(answer(then, "EXTERNAL", sign * between))
         if pipe in self._seen:
             then, forwards = self._seen[pipe]
-            mirrored = self._forwards != forwards
-            answers.append(self._answer(utime, then, apex, "REVISIT", 0.0, mirrored))
+            answers.append(answer(then, "REVISIT", 0.0, self._forwards != forwards))
         else:
             self._seen[pipe] = apex, self._forwards
         self._last = pipe, apex
         return answers
-
-    def _answer(
-        self,
-        utime: int,
-        since: _Apex,
-        to: _Apex,
-        what: str,
-        distance: float,
-        mirrored: bool = False,
-    ) -> Answer:
-        sigma = math.sqrt(2) * self.sigma
-        times = utime, since.utime, to.utime
-        return Answer(*times, "salient", kind(what), distance, sigma, mirrored)

@@ -20,10 +20,6 @@ constexpr double kWidthStep = 1.15;
 constexpr double kAtRest = 0.05;
 constexpr int kMostRounds = 30;
 
-double moveout(double time, double widening, double columns) {
-  return std::hypot(time, widening * columns) - time;
-}
-
 struct Candidate {
   double row, column, widening;  // of time zero on; rows per column
   float energy, semblance;
@@ -34,111 +30,106 @@ class Search {
   Search(const Eigen::MatrixXf& bscan, const ApexOptions& options)
       : interval_s_(options.sample_interval_s),
         half_(std::max(1, static_cast<int>(std::lround(0.5 * options.pulse_s / interval_s_)))),
+        row_step_(std::max(1, half_ / 2)),
         zero_(options.time_zero_s / interval_s_),
+        first_(std::max(options.first_time_s / interval_s_, 1.0)),
+        least_(options.least_widening_s / interval_s_),
+        most_(options.most_widening_s / interval_s_),
         rows_(bscan.rows()),
         columns_(bscan.cols()) {
     padded_.setZero(rows_ + 2 * half_ + 2, columns_);
     padded_.middleRows(half_, rows_) = bscan;
-    energy_to_.setZero(padded_.rows() + 1, columns_);
+    energy_to_.setZero(columns_, padded_.rows() + 1);
     for (Eigen::Index r = 0; r < padded_.rows(); ++r)
-      energy_to_.row(r + 1) = energy_to_.row(r) + padded_.row(r).array().square().matrix();
-    const double first = std::max(options.first_time_s / interval_s_, 1.0);
-    const int step = std::max(1, half_ / 2);
-    times_.reserve(static_cast<std::size_t>(rows_ / step) + 1);
-    for (double t = first; zero_ + t < static_cast<double>(rows_); t += step) times_.push_back(t);
-    row_step_ = step;
-    least_ = options.least_widening_s / interval_s_;
-    most_ = options.most_widening_s / interval_s_;
+      energy_to_.col(r + 1) = energy_to_.col(r) + padded_.row(r).transpose().array().square();
   }
 
   std::vector<Apex> run() {
-    std::vector<Candidate> found = candidates();
+    std::vector<Candidate> found = candidates(), kept;
     std::sort(found.begin(), found.end(),
               [](const Candidate& a, const Candidate& b) { return a.energy > b.energy; });
-    std::vector<Candidate> kept;
-    for (const Candidate& candidate : found) {
-      const bool known = std::any_of(
-          kept.begin(), kept.end(), [&](const Candidate& k) { return on_hyperbola(candidate, k); });
-      if (!known) kept.push_back(candidate);
-    }
     std::vector<Apex> apexes;
-    apexes.reserve(kept.size());
-    for (const Candidate& candidate : kept) apexes.push_back(refined(candidate));
+    for (const Candidate& each : found) {
+      const auto has_its_hyperbola = [&](const Candidate& known) {
+        const double row = std::hypot(known.row, known.widening * (each.column - known.column));
+        return std::abs(each.row - row) < 2.0 * half_;
+      };
+      if (std::any_of(kept.begin(), kept.end(), has_its_hyperbola)) continue;
+      kept.push_back(each);
+      apexes.push_back(refined(each));
+    }
     return apexes;
   }
 
  private:
-  using Grid = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic>;  // times x columns
+  // That is looked at, in rows after time zero.
+  double time(Eigen::Index t) const { return first_ + static_cast<double>(t * row_step_); }
 
-  // Half a hyperbola's width in columns at 45 degrees, the shape that is the same at all times.
-  std::vector<double> half_widths() const {
-    std::vector<double> widths;
-    for (double width = kNarrowest; width <= 0.5 * static_cast<double>(columns_);
-         width *= kWidthStep)
-      widths.push_back(width);
-    return widths;
+  // A pulse of n columns from `from` on, its middle at `row` of the B-scan; none beyond its end.
+  bool pulse_at(double row, Eigen::Index from, Eigen::Index n) {
+    top_ = static_cast<Eigen::Index>(row);
+    if (row < 0 || top_ + 1 >= rows_ || n <= 0) return false;
+    const auto part = static_cast<float>(row - static_cast<double>(top_));
+    const Eigen::Index length = 2 * half_ + 1;
+    pulse_ = (1 - part) * padded_.block(top_, from, length, n) +
+             part * padded_.block(top_ + 1, from, length, n);
+    return true;
   }
 
-  // Mean echo along the hyperbola of each column, and the energy of what it is the mean of.
-  void stack(double time, double widening, Eigen::ArrayXf& explained, Eigen::ArrayXf& semblance) {
+  // Mean echo along the hyperbola of each column: column t of what its energy explains and of its
+  // semblance, columns of the B-scan x times.
+  void stack(Eigen::Index t, double width, Eigen::ArrayXXf& explained, Eigen::ArrayXXf& semblance) {
     const Eigen::Index length = 2 * half_ + 1;
     sum_.setZero(length, columns_);
     total_.setZero(columns_);
     count_.setZero(columns_);
-    const auto reach = static_cast<int>(time / widening);
+    const auto reach = static_cast<int>(width);
     for (int d = -reach; d <= reach; ++d) {
-      const double row = zero_ + time + moveout(time, widening, d);  // the echo's middle, in bscan
-      const auto top = static_cast<Eigen::Index>(row);
-      if (top + 1 >= rows_) continue;
-      const auto part = static_cast<float>(row - static_cast<double>(top));
-      const Eigen::Index from = std::max<Eigen::Index>(0, -d);
-      const Eigen::Index n = columns_ - std::abs(d);
-      if (n <= 0) continue;
-      sum_.middleCols(from, n) += (1 - part) * padded_.block(top, from + d, length, n) +
-                                  part * padded_.block(top + 1, from + d, length, n);
-      total_.segment(from, n) +=
-          (energy_to_.block(top + length, from + d, 1, n) - energy_to_.block(top, from + d, 1, n))
-              .transpose()
-              .array();
+      const Eigen::Index from = std::max<Eigen::Index>(0, -d), n = columns_ - std::abs(d);
+      if (!pulse_at(zero_ + std::hypot(time(t), time(t) / width * d), from + d, n)) continue;
+      sum_.middleCols(from, n) += pulse_;
+      total_.segment(from, n) += energy_to_.col(top_ + length).segment(from + d, n) -
+                                 energy_to_.col(top_).segment(from + d, n);
       count_.segment(from, n) += 1.0F;
     }
-    explained = sum_.colwise().squaredNorm().transpose().array() / count_.max(1.0F);
+    explained.col(t) = sum_.colwise().squaredNorm().transpose().array() / count_.max(1.0F);
     // With one flank alone, place and widening cannot be told apart.
-    semblance = (count_ >= 1.5F * static_cast<float>(reach) && total_ > 0.0F)
-                    .select(explained / total_.max(1e-30F), 0.0F);
+    semblance.col(t) = (count_ >= 1.5F * static_cast<float>(reach) && total_ > 0.0F)
+                           .select(explained.col(t) / total_.max(1e-30F), 0.0F);
   }
 
   std::vector<Candidate> candidates() {
-    const std::vector<double> widths = half_widths();
-    const auto times = static_cast<Eigen::Index>(times_.size());
-    std::vector<Grid> energy(widths.size(), Grid::Zero(times, columns_));
-    std::vector<Grid> semblance = energy;
-    Eigen::ArrayXf explained, similar;
-    for (std::size_t w = 0; w < widths.size(); ++w) {
-      for (Eigen::Index t = 0; t < times; ++t) {
-        const double widening = times_[static_cast<std::size_t>(t)] / widths[w];
-        stack(times_[static_cast<std::size_t>(t)], widening, explained, similar);
-        energy[w].row(t) = explained.transpose();
-        semblance[w].row(t) = similar.transpose();
-      }
-    }
+    // Half a hyperbola's width in columns at 45 degrees, the shape that is the same at all times.
+    std::vector<double> widths;
+    for (double w = kNarrowest; w <= 0.5 * static_cast<double>(columns_); w *= kWidthStep)
+      widths.push_back(w);
+    const auto times = static_cast<Eigen::Index>(
+        std::ceil(std::max(0.0, (static_cast<double>(rows_) - zero_ - first_) / row_step_)));
+    std::vector<Eigen::ArrayXXf> energy(widths.size(), Eigen::ArrayXXf::Zero(columns_, times));
+    std::vector<Eigen::ArrayXXf> semblance = energy;
+    for (std::size_t w = 0; w < widths.size(); ++w)
+      for (Eigen::Index t = 0; t < times; ++t) stack(t, widths[w], energy[w], semblance[w]);
     std::vector<Candidate> found;
     for (std::size_t w = 1; w + 1 < widths.size(); ++w) {
       const double limit = threshold(semblance[w], widths[w]);
       for (Eigen::Index t = 1; t + 1 < times; ++t) {
-        const double widening = times_[static_cast<std::size_t>(t)] / widths[w];
+        const double widening = time(t) / widths[w];
         if ((least_ > 0 && widening < least_) || (most_ > 0 && widening > most_)) continue;
         for (Eigen::Index c = 1; c + 1 < columns_; ++c) {
-          if (semblance[w](t, c) < limit || !is_maximum(energy, w, t, c)) continue;
-          found.push_back({times_[static_cast<std::size_t>(t)], static_cast<double>(c), widening,
-                           energy[w](t, c), semblance[w](t, c)});
+          const float here = energy[w](c, t);
+          const auto higher = [&](const Eigen::ArrayXXf& near) {
+            return (near.block<3, 3>(c - 1, t - 1) > here).any();
+          };
+          const auto narrower = energy.begin() + static_cast<std::ptrdiff_t>(w) - 1;
+          if (semblance[w](c, t) < limit || std::any_of(narrower, narrower + 3, higher)) continue;
+          found.push_back({time(t), static_cast<double>(c), widening, here, semblance[w](c, t)});
         }
       }
     }
     return found;
   }
 
-  double threshold(const Grid& semblance, double width) const {
+  double threshold(const Eigen::ArrayXXf& semblance, double width) const {
     std::vector<float> values(semblance.data(), semblance.data() + semblance.size());
     values.erase(std::remove(values.begin(), values.end(), 0.0F), values.end());
     if (values.empty()) return 1.0;
@@ -149,48 +140,20 @@ class Search {
     return semblance_threshold(*middle, kFalseApexes / std::max(places, 1.0));
   }
 
-  static bool is_maximum(const std::vector<Grid>& energy, std::size_t w, Eigen::Index t,
-                         Eigen::Index c) {
-    const float here = energy[w](t, c);
-    for (std::size_t i = w - 1; i <= w + 1; ++i)
-      if ((energy[i].block<3, 3>(t - 1, c - 1) > here).any()) return false;
-    return true;
-  }
-
-  bool on_hyperbola(const Candidate& candidate, const Candidate& known) const {
-    const double columns = candidate.column - known.column;
-    const double along = known.row + moveout(known.row, known.widening, columns);
-    return std::abs(candidate.row - along) < 2.0 * half_;
-  }
-
   // The echo along a hyperbola of any place: one wavelet, of a strength for each column, as
-  // spreading, the antenna's pattern and the ground have it. Weak flanks so count less.
-  struct Echo {
-    Eigen::VectorXf wavelet;  // of the mean strength
-    float energy = 0.0F;      // that it explains: the largest eigenvalue of all products of rows
-  };
-
-  Echo echo(const Candidate& at) {
+  // spreading, the antenna's pattern and the ground have it. Weak flanks so count less. Its energy
+  // is the largest eigenvalue of all products of rows.
+  float echo(const Candidate& at) {
     const auto last = static_cast<double>(columns_ - 1);
     const double reach = at.row / at.widening;
     const int from = static_cast<int>(std::ceil(std::clamp(at.column - reach, 0.0, last)));
     const int to = static_cast<int>(std::floor(std::clamp(at.column + reach, 0.0, last)));
-    const Eigen::Index length = 2 * half_ + 1;
-    sum_.setZero(length, std::max(0, to - from + 1));
-    for (int c = from; c <= to; ++c) {
-      const double row = zero_ + at.row + moveout(at.row, at.widening, c - at.column);
-      const auto top = static_cast<Eigen::Index>(row);
-      if (row < 0 || top + 1 >= rows_) continue;
-      const auto part = static_cast<float>(row - static_cast<double>(top));
-      sum_.col(c - from) = (1 - part) * padded_.col(c).segment(top, length) +
-                           part * padded_.col(c).segment(top + 1, length);
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> parts(sum_ * sum_.transpose());
-    Echo result;
-    result.wavelet = parts.eigenvectors().rightCols<1>();
-    result.energy = parts.eigenvalues()(length - 1);
-    if (sum_.cols() > 0) result.wavelet *= (result.wavelet.transpose() * sum_).mean();
-    return result;
+    sum_.setZero(2 * half_ + 1, std::max(1, to - from + 1));
+    for (int c = from; c <= to; ++c)
+      if (pulse_at(zero_ + std::hypot(at.row, at.widening * (c - at.column)), c, 1))
+        sum_.col(c - from) = pulse_;
+    parts_.compute(sum_ * sum_.transpose());
+    return parts_.eigenvalues()(2 * half_);
   }
 
   // One coordinate after the other to the top of a parabola through the energy, until none moves;
@@ -209,8 +172,8 @@ class Search {
         Candidate before = at, after = at;
         before.*coordinate -= step;
         after.*coordinate += step;
-        const double low = echo(before).energy, high = echo(after).energy;
-        const double curvature = low - 2.0 * echo(at).energy + high;
+        const double low = echo(before), high = echo(after);
+        const double curvature = low - 2.0 * echo(at) + high;
         const double top = curvature < 0 ? 0.5 * (low - high) / curvature : high > low ? 1.0 : -1.0;
         const double was = at.*coordinate, middle = start.*coordinate;
         at.*coordinate = std::clamp(was + step * std::clamp(top, -1.0, 1.0), middle - cells[i],
@@ -218,30 +181,28 @@ class Search {
         moved = std::max(moved, std::abs(at.*coordinate - was) / cells[i]);
       }
     }
-    const Echo found = echo(at);
-    const Eigen::ArrayXf power = found.wavelet.array().square();
-    const Eigen::ArrayXf place = Eigen::ArrayXf::LinSpaced(power.size(), -half_, half_);
-    const double middle = (power * place).sum() / std::max(power.sum(), 1e-30F);
-    Apex apex;
-    apex.column = at.column;
-    apex.time_s = (at.row + middle) * interval_s_;
-    apex.widening_s = at.widening * interval_s_;
-    apex.amplitude = found.wavelet.cwiseAbs().maxCoeff();
-    apex.semblance = at.semblance;
-    return apex;
+    echo(at);
+    const Eigen::ArrayXf wavelet = parts_.eigenvectors().rightCols<1>();  // of unit energy
+    const Eigen::ArrayXf place = Eigen::ArrayXf::LinSpaced(wavelet.size(), -half_, half_);
+    const double middle = (wavelet.square() * place).sum();
+    const float strength = (wavelet.matrix().transpose() * sum_).mean();
+    return {at.column, (at.row + middle) * interval_s_, at.widening * interval_s_,
+            std::abs(strength) * wavelet.abs().maxCoeff(), at.semblance};
   }
 
   const double interval_s_;
-  const int half_;     // rows, of an echo
-  const double zero_;  // row of time zero
+  const int half_;             // rows, of an echo
+  const int row_step_;         // from a time that is looked at to the next
+  const double zero_;          // row of time zero
+  const double first_;         // row after it that is looked at
+  const double least_, most_;  // widenings, rows per column
   const Eigen::Index rows_, columns_;
   Eigen::MatrixXf padded_;     // half_ rows of zeros before the B-scan, and after it
-  Eigen::MatrixXf energy_to_;  // sum of squares of the rows before
-  std::vector<double> times_;  // rows after time zero that are looked at
-  int row_step_ = 1;
-  double least_ = 0.0, most_ = 0.0;  // widenings, rows per column
-  Eigen::MatrixXf sum_;
+  Eigen::ArrayXXf energy_to_;  // columns x rows: sum of squares of the rows before
+  Eigen::Index top_ = 0;       // of pulse_, in padded_
+  Eigen::MatrixXf pulse_, sum_;
   Eigen::ArrayXf total_, count_;
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> parts_;
 };
 
 }  // namespace
