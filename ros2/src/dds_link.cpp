@@ -7,6 +7,9 @@ namespace gprodom::ros2 {
 namespace {
 
 constexpr dds_duration_t kWait = DDS_MSECS(100);
+// Of a topic, whose messages are numbered at once: more than a robot has sensors. A participant
+// that makes new ones without end must not fill the memory.
+constexpr std::size_t kMostPublishers = 1000;
 
 dds_entity_t checked(dds_entity_t entity, const std::string& what) {
   if (entity < 0) throw std::runtime_error(what + ": " + dds_strretcode(entity));
@@ -85,7 +88,7 @@ void DdsLink::subscribe(const std::string& topic, const std::string& type, const
   const RawTopic made = create_raw_topic(participant_, wire_name, type);
   const dds_entity_t reader =
       checked(dds_create_reader(participant_, made.topic, make_qos(quality).get(), nullptr), topic);
-  subscriptions_.push_back({topic, wire_name, type, std::move(take), reader, Counts()});
+  subscriptions_.push_back({topic, wire_name, type, std::move(take), reader, Counts(), {}});
   const dds_entity_t any = dds_create_readcondition(reader, DDS_ANY_STATE);
   checked(dds_waitset_attach(waitset_, any, reinterpret_cast<dds_attach_t>(&subscriptions_.back())),
           topic);
@@ -112,15 +115,26 @@ void DdsLink::receive() {
 
 void DdsLink::take(Subscription& subscription) {
   Counts& counts = subscription.counts;
-  take_raw(subscription.reader, [&](const std::uint8_t* cdr, std::size_t size) {
-    ++counts.received;
-    try {
-      subscription.take(cdr, size);
-    } catch (const CdrError& error) {
-      ++counts.refused;
-      refuse(subscription, std::string("message ") + error.what());
-    }
-  });
+  take_raw(subscription.reader,
+           [&](const std::uint8_t* cdr, std::size_t size, const Origin& origin) {
+             count(subscription, origin);
+             try {
+               subscription.take(cdr, size);
+             } catch (const CdrError& error) {
+               ++counts.refused;
+               refuse(subscription, std::string("message ") + error.what());
+             }
+           });
+}
+
+// Cyclone DDS itself counts no message that a best-effort publisher sent in vain.
+void DdsLink::count(Subscription& subscription, const Origin& origin) {
+  ++subscription.counts.received;
+  if (subscription.last.size() >= kMostPublishers) subscription.last.clear();
+  const auto [known, first] = subscription.last.try_emplace(origin.publisher, origin.number);
+  if (!first && origin.number > known->second)
+    subscription.counts.lost += static_cast<std::uint64_t>(origin.number - known->second - 1);
+  known->second = origin.number;
 }
 
 // A publisher of another type is matched with none of our subscriptions, so nothing else tells of
@@ -154,13 +168,10 @@ std::vector<std::pair<std::string, Counts>> DdsLink::counts() const {
   std::vector<std::pair<std::string, Counts>> all;
   for (const Subscription& subscription : subscriptions_) {
     Counts counts = subscription.counts;
-    dds_sample_lost_status_t lost{};
     dds_subscription_matched_status_t matched{};
     dds_requested_incompatible_qos_status_t incompatible{};
-    dds_get_sample_lost_status(subscription.reader, &lost);
     dds_get_subscription_matched_status(subscription.reader, &matched);
     dds_get_requested_incompatible_qos_status(subscription.reader, &incompatible);
-    counts.lost = lost.total_count;
     counts.publishers = matched.current_count;
     counts.incompatible = incompatible.total_count;
     all.emplace_back(subscription.topic, counts);

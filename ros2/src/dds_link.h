@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -28,7 +29,7 @@ struct Quality {  // of service
 struct Counts {
   std::uint64_t received = 0;      // messages, the refused ones included
   std::uint64_t refused = 0;       // of them: not bytes of the type
-  std::uint64_t lost = 0;          // known to have been sent, and not received
+  std::uint64_t lost = 0;          // sent, by their publishers' numbers, and not received
   std::uint64_t publishers = 0;    // now
   std::uint64_t incompatible = 0;  // publishers whose quality of service does not match
   std::uint64_t other_types = 0;   // publishers of another type under the topic's name
@@ -73,6 +74,7 @@ class DdsLink {
     Take take;
     dds_entity_t reader = 0;
     Counts counts;
+    std::map<dds_instance_handle_t, std::int64_t> last;  // number of each publisher's messages
   };
 
   void subscribe(const std::string& topic, const std::string& type, const Quality& quality,
@@ -80,6 +82,7 @@ class DdsLink {
   dds_entity_t make_writer(const std::string& topic, const std::string& type,
                            const Quality& quality, const ddsi_sertype*& made_type);
   void take(Subscription& subscription);
+  static void count(Subscription& subscription, const Origin& origin);
   void watch_publishers();
   void refuse(Subscription& subscription, const std::string& reason);
 

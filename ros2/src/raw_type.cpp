@@ -2,6 +2,7 @@
 
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsi/ddsi_sertype.h>
+#include <dds/ddsi/q_protocol.h>
 #include <dds/ddsi/q_radmin.h>
 
 #include <algorithm>
@@ -19,6 +20,7 @@ namespace {
 struct Message : ddsi_serdata {
   std::vector<std::uint8_t> bytes;  // filled up to a multiple of 4, to which DDS reads
   std::size_t size = 0;
+  std::int64_t number = 0;  // that its publisher gave it
 };
 
 const Message& message_of(const ddsi_serdata* data) { return *static_cast<const Message*>(data); }
@@ -40,16 +42,24 @@ std::uint32_t get_size(const ddsi_serdata* data) {
   return static_cast<std::uint32_t>(message_of(data).size);
 }
 
+// The packet holds it in the byte order of this machine: Cyclone DDS has turned it.
+std::int64_t number_of(const nn_rdata* fragment) {
+  Data_DataFrag_common_t head;
+  std::memcpy(&head, NN_RMSG_PAYLOADOFF(fragment->rmsg, NN_RDATA_SUBMSG_OFF(fragment)),
+              sizeof head);
+  return static_cast<std::int64_t>(head.writerSN.high) << 32 | head.writerSN.low;
+}
+
 // Of fragments, which may overlap, in order.
 ddsi_serdata* from_ser(const ddsi_sertype* type, ddsi_serdata_kind kind, const nn_rdata* fragments,
                        std::size_t size) {
   if (kind != SDK_DATA) return new_key(type);
-  if (size > kMaxMessage) return new_message(type, kind, 0);
-  Message* message = new_message(type, kind, size);
+  Message* message = new_message(type, kind, size > kMaxMessage ? 0 : size);
+  message->number = number_of(fragments);
   std::uint32_t end = 0;
   for (const nn_rdata* f = fragments; f; f = f->nextfrag) {
     const std::uint32_t from = std::max(end, f->min);
-    const std::uint32_t to = std::min(f->maxp1, static_cast<std::uint32_t>(size));
+    const std::uint32_t to = std::min(f->maxp1, static_cast<std::uint32_t>(message->size));
     if (to <= from) continue;
     const unsigned char* payload = NN_RMSG_PAYLOADOFF(f->rmsg, NN_RDATA_PAYLOAD_OFF(f));
     std::memcpy(message->bytes.data() + from, payload + (from - f->min), to - from);
@@ -157,7 +167,8 @@ bool write_raw(dds_entity_t writer, const ddsi_sertype* type,
 }
 
 void take_raw(dds_entity_t reader,
-              const std::function<void(const std::uint8_t* cdr, std::size_t size)>& take) {
+              const std::function<void(const std::uint8_t* cdr, std::size_t size,
+                                       const Origin& origin)>& take) {
   constexpr std::uint32_t kAtOnce = 64;
   std::array<ddsi_serdata*, kAtOnce> taken{};
   std::array<dds_sample_info_t, kAtOnce> infos;
@@ -166,7 +177,8 @@ void take_raw(dds_entity_t reader,
         dds_takecdr(reader, taken.data(), kAtOnce, infos.data(), DDS_ANY_STATE);
     for (dds_return_t i = 0; i < count; ++i) {
       const Message& message = message_of(taken[i]);
-      if (infos[i].valid_data) take(message.bytes.data(), message.size);
+      const Origin origin{infos[i].publication_handle, message.number};
+      if (infos[i].valid_data) take(message.bytes.data(), message.size, origin);
       ddsi_serdata_unref(taken[i]);
     }
     if (count < static_cast<dds_return_t>(kAtOnce)) return;

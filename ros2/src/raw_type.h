@@ -28,8 +28,15 @@ RawTopic create_raw_topic(dds_entity_t participant, const std::string& name,
 // Writes a message with its CDR header. False where it could not be sent at once.
 bool write_raw(dds_entity_t writer, const ddsi_sertype* type, const std::vector<std::uint8_t>& cdr);
 
+// Whose a message is, and which of its messages: publishers number all that they send.
+struct Origin {
+  dds_instance_handle_t publisher = 0;
+  std::int64_t number = 0;
+};
+
 // Takes what a reader has. Of a message of more than kMaxMessage, `take` gets no byte.
 void take_raw(dds_entity_t reader,
-              const std::function<void(const std::uint8_t* cdr, std::size_t size)>& take);
+              const std::function<void(const std::uint8_t* cdr, std::size_t size,
+                                       const Origin& origin)>& take);
 
 }  // namespace gprodom::ros2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import subprocess
 import sys
 import time
@@ -131,16 +132,23 @@ def test_frames_fit_together(drive: Path, tmp_path: Path) -> None:
 
 
 def test_best_effort_counts_what_it_loses(drive: Path, tmp_path: Path) -> None:
-    """Messages that have come and those that are known to be lost are all that were sent."""
-    with Node(tmp_path, *config(drive)):
+    """The node is held up for so long that the kernel throws away what comes: messages that have
+    come and those that are known to be lost are all that were sent."""
+    with Node(tmp_path, *config(drive)) as node:
         plan = plan_of(drive / "in.lcmlog", SPEED)
-        peer = Peer(tmp_path, "robot", plan, OUTPUTS, "--quiet-s", "4").matched().sent()
+        peer = Peer(tmp_path, "robot", plan, OUTPUTS, "--quiet-s", "4").matched()
+        time.sleep(0.5)
+        node.process.send_signal(signal.SIGSTOP)
+        time.sleep(2.0)
+        node.process.send_signal(signal.SIGCONT)
+        peer.sent()
         time.sleep(2.5)
     records = peer.end()
     counted = values_of(received(records, "/diagnostics"), "gprodom: ROS 2")
     for topic, wire in (("imu/data", "/imu/data"), ("gpr", "/gpr"), ("wheel", "/wheel")):
         sent = sum(r.topic == wire for r in plan)
         assert counted[f"{topic}: received"] + counted[f"{topic}: lost"] == sent
+    assert counted["imu/data: lost"] > 0
 
 
 def test_late_subscribers_get_the_static_frames(drive: Path, tmp_path: Path) -> None:
