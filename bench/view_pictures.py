@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Pictures of `gprodom view` and of `gprodom report`, as they are in docs/, without a screen.
+"""Pictures of `gprodom view`, `report` and `commission`, as they are in docs/, without a screen.
 
 Needs Xvfb and a Vulkan driver that computes (packages xvfb, mesa-vulkan-drivers), and Chromium.
 
     bench/view_pictures.py view OUT.lcmlog --sensors IN.lcmlog [--map FILE.map] -o docs/view.png
     bench/view_pictures.py report OUT.lcmlog --sensors IN.lcmlog -o docs/report.png
+    bench/view_pictures.py commission IN.lcmlog --stretch 10 -o docs/commission.png
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ def picture_of_view(log: list[str], shot: Path, folder: Path) -> None:
         sys.exit(f"view_pictures: no picture: {said.stderr[-2000:]}")
 
 
-def picture_of_report(log: list[str], shot: Path, folder: Path) -> None:
-    """The top of the page, light and dark side by side."""
+def picture_of_page(what: str, log: list[str], shot: Path, folder: Path) -> None:
+    """The top of the page that a command writes, light and dark side by side."""
     page = folder / "drive.html"
-    subprocess.run([*GPRODOM, "report", *log, "-o", str(page)], check=True)
+    option = {"report": "-o", "commission": "--page"}[what]
+    subprocess.run([*GPRODOM, what, *log, option, str(page)], check=True)
     halves = []
     for scheme in (1, 0):  # of Chromium's setting: light, dark
         half = folder / f"{scheme}.png"
@@ -64,14 +66,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("view", "report"))
+    parser.add_argument("what", choices=("view", "report", "commission"))
     parser.add_argument("-o", "--output", type=Path, required=True)
     args, log = parser.parse_known_args()
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
         shot = folder / "shot.png"
-        take = picture_of_view if args.what == "view" else picture_of_report
-        take(log, shot, folder)
+        if args.what == "view":
+            picture_of_view(log, shot, folder)
+        else:
+            picture_of_page(args.what, log, shot, folder)
         image = Image.open(shot).convert("RGB")
         height = round(image.height * WIDTH / image.width)
         small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)

@@ -23,6 +23,7 @@ from jobs import (
     simulated,
     with_sequences,
 )
+from new_robots import commissioning
 from readers import (
     DRIVE,
     FDTD,
@@ -145,6 +146,7 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             simulated("--recordings=200", short=("--recordings=9", "--damaged=1")),
             settable=False,
         ),
+        commissioning(),
         Bench(
             "salient",
             "Apexes of pipes, and what windows and a map of pipes tell",

@@ -251,6 +251,18 @@ def doctor(content: Any) -> Iterator[Figure]:
     )
 
 
+def commission(content: Any) -> Iterator[Figure]:
+    """bench/commission.py: errors in standard deviations, and the estimate after it."""
+    measured = [row for row in content["robots"] if row.get("over") is not None]
+    yield Figure("robots", len(content["robots"]), "", "")
+    yield Figure("allowed", fmean(row["allowed"] for row in measured), "", "higher")
+    yield mean("over", [row["over"] for row in measured], "", "lower")
+    seconds = [row["seconds"] for row in content["robots"] if "seconds" in row]
+    yield Figure("seconds", median(seconds), "s", "lower", TIME_SPREAD)
+    values = {"shown": COUNT, "rms": Unit("", "lower"), "largest": Unit("", "lower")}
+    yield from by_row(lambda row: str(row["constant"]), values)(content["constants"])
+
+
 def radar_time_offset(content: Any) -> Iterator[Figure]:
     """bench/radar_time_offset.py; s."""
     values = {"mean_s": COUNT, "rms_s": SECONDS, "worst_s": SECONDS, "told_s": COUNT}

@@ -41,6 +41,7 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.score.command",
     "gprodom.benchmark.command",
     "gprodom.calibrate.command",
+    "gprodom.commission.command",
     "gprodom.doctor.command",
     "gprodom.export.command",
     "gprodom.plot.command",

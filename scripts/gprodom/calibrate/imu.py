@@ -17,7 +17,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.files import PictureFile
 from gprodom.lcm import logs
-from gprodom.odometry.dead_reckoning import has_wheel, standstill, wheel_distance
+from gprodom.odometry.dead_reckoning import SETTLED_S, has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -115,6 +115,7 @@ def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
     time = imu["utime"]
     if has_wheel(log):
         start, end = standstill(*wheel_distance(log))
+        end -= round(SETTLED_S * 1e6)  # it is felt to drive off before the wheel shows it
     else:
         start, end = int(time[0]), int(time[-1])
     during = (time >= start) & (time <= end)

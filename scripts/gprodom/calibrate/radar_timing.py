@@ -28,7 +28,7 @@ def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
     relative, so with the logarithm it is the same at all speeds, and starts and stops become
     sharp. All speeds below `FLOOR` of the usual speed count as standstill.
     """
-    start, end, change = _changes(logs.need(log, "gpr_trace"))
+    start, end, change = trace_changes(logs.need(log, "gpr_trace"))
     utime, distance = wheel_distance(log)
     time = utime * 1e-6
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(distance)))])
@@ -65,7 +65,7 @@ def _usual(speed: Array) -> float:
     return float(np.median(speed[speed > 0.1 * speed.max()]))
 
 
-def _changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
+def trace_changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
     """Times (s) of neighbouring traces and the change q between them, less the noise: (n - 1,)
     each.
     """

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import subprocess
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
-from gprodom.config import config_arguments
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.sampling import sample_interval
-from gprodom.errors import Error
 from gprodom.options import Subparsers, add_command, add_config_options
 
 DESCRIPTION = """\
@@ -50,8 +46,9 @@ def run(args: argparse.Namespace) -> int:
     """Reads, examines, tells."""
     from gprodom.doctor.examine import examine
     from gprodom.odometry.estimate import read_sensors
+    from gprodom.odometry.settings import read_settings
 
-    settings = _settings(args)
+    settings = read_settings(args.configs, args.overrides)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     band = settings["gpr"]["filter"]
@@ -67,19 +64,3 @@ def run(args: argparse.Namespace) -> int:
         if not found:
             print("nothing found")
     return 1 if found else 0
-
-
-def _settings(args: argparse.Namespace) -> dict[str, Any]:
-    """The whole configuration, as the daemon reads it."""
-    import yaml
-
-    from gprodom.odometry.replay import find_program
-
-    command = [str(find_program("gprodomd")), *config_arguments(args.configs), "--print-config"]
-    for override in args.overrides:
-        command += ["--set", override]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise Error(done.stderr.strip().splitlines()[-1].removeprefix("gprodomd: "))
-    content: dict[str, Any] = yaml.safe_load(done.stdout)
-    return content

@@ -137,12 +137,22 @@ def _gyro_is_reversed(windows: Floats, turn: Turned) -> bool:
     return gain > SIGMAS**2 / 2 and float(parts.mean()) > AGREED * sigma
 
 
-def _size(turn: Turned) -> Iterator[Finding]:
-    """The wheel's accelerations, forwards and in bends, over the accelerometer's."""
-    slope = _slope(turn)
+def size_of(turn: Turned) -> tuple[float, float]:
+    """What the accelerometer feels over the wheel's accelerations, forwards and in bends, and its
+    standard deviation."""
     sigma = math.sqrt(float(_left(turn).mean()) / 2 / (float(np.sum(turn.wanted**2)) + 1e-300))
+    return _slope(turn), sigma
+
+
+def size_is_wrong(slope: float, sigma: float) -> bool:
+    """Whether a unit is wrong, and not the ground."""
     large, small = slope - SIGMAS * sigma, slope + SIGMAS * sigma
-    if slope > SIGMAS * sigma and (large > SIZE or small < 1 / SIZE):
+    return slope > SIGMAS * sigma and (large > SIZE or small < 1 / SIZE)
+
+
+def _size(turn: Turned) -> Iterator[Finding]:
+    slope, sigma = size_of(turn)
+    if size_is_wrong(slope, sigma):
         yield Finding(
             "tick size",
             f"wheel: its accelerations are {1 / slope:.2g} of what the accelerometer feels",

@@ -23,6 +23,8 @@ ROBOT_M = 60.0  # of a robot with two sides of wheels
 KNOWN_M = 45.0  # a drive over ground seen again
 AGAIN_M = 14.0  # of ground that longer drives stay on, about what one of 45 m drives over
 STANDSTILL_S = 4.0  # at first
+GUIDED_M = 10.0  # straight, of the drive of a commissioning
+SLOWLY = 0.2  # m/s, in its circles
 WRONG_EVERY_M = 20.0  # between wrong revisits
 
 
@@ -39,6 +41,22 @@ def robot_drive(
     route = make_route("random", ROBOT_M, KINDS[kind].speed, 6.0, stream(seed, "route"))
     spec = of_kind(kind, surface, robot(route, None, slips=slips))
     return simulate(replace(spec, pair=pair) if pair else spec, seed)
+
+
+def guided_drive(speed: float, seed: int) -> DriveSpec:
+    """The drive that `gprodom commission` asks for: a standstill of 30 s, 10 m straight, starts and
+    stops, two circles to each side, and the straight way back. Its first move has a length of 10 m
+    but for some centimetres, as a person stops at a mark."""
+    draw = stream(seed, "guided")
+    stretch = GUIDED_M + draw.uniform(-0.05, 0.05)
+    circle = 4 * math.pi * draw.uniform(1.3, 2.0)
+    bends = (Bend(GUIDED_M + 5), Bend(circle, 4 * math.pi), Bend(2), Bend(circle, -4 * math.pi))
+    steps: list[Move | Stop] = [Stop(30.0), Move(stretch, speed), Stop(3.0)]
+    for _ in range(5):
+        steps += [Move(2.0, speed), Stop(2.0), Move(-2.0, speed), Stop(2.0)]
+    ahead = GUIDED_M + 7 + 2 * circle - stretch
+    steps += [Move(ahead, min(speed, SLOWLY)), Stop(3.0), Move(-GUIDED_M, speed), Stop(3.0)]
+    return DriveSpec(Track((*bends, Bend(2))), tuple(steps), yaw=draw.uniform(-math.pi, math.pi))
 
 
 def _shaken(spec: Spec, draw: np.random.RandomState) -> Spec:

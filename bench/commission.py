@@ -1,0 +1,336 @@
+#!/usr/bin/env python3
+"""Does `gprodom commission` find the constants of a robot, and how sure is it of them?
+
+Robots are simulated: number i from seed i alone. One wheel, a cart, a rover, a skid steer and a car
+take turns; mounting of the IMU, unit of the wheel's ticks, track, clocks and place of the antenna
+are drawn. Each makes the drive that the command asks for, its straight piece measured by tape, on
+ground of scatterers. For each constant: how many robots showed it, the mean and largest error over
+the standard deviation that was told, and its root mean square, which is 1 where that is right; then
+the processor time of the command, and the error of `imu_wheel` after it over that of `wheel` (both
+plus 15 mm; `wheel` with the unit put right and no more), and whether it is at most 1.2 of that and
+15 mm. --without-slip: also with wheel.slip_threshold and wheel.slip_share 0, which tells what the
+verdict on slip does.
+
+With --recordings the same on recordings of real robots (recordings.py), with what a tape measures
+as it is in their table; their truth scores and is not fitted.
+
+    bench/commission.py [--robots N] [--first SEED] [--json]
+    bench/commission.py --recordings ../shared/data/robots [--only NAME]... [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom import rotation
+from gprodom.cli import main as gprodom
+from gprodom.config import STANDARD
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.lcm import logs, wire
+from gprodom.lcm.log_writer import Stream, write_log
+from gprodom.lcm.messages import by_fingerprint
+from gprodom.odometry.dead_reckoning import wheel_and_gyro
+from gprodom.odometry.estimate import estimate
+from gprodom.odometry.methods import find_method
+from gprodom.random_streams import stream
+from gprodom.score.align import FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
+from gprodom.score.sources import read_truth
+from gprodom.simulate.drives import guided_drive
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.imu import rotation_from_rpy
+from gprodom.simulate.recording import log_streams
+from gprodom.simulate.robot import KINDS, of_kind, robot
+from gprodom.simulate.sequence import Simulated, Spec, simulate
+from recordings import convert, recordings_of
+from robots import UNDECIDED_M
+
+ROBOTS = ("", "cart", "rover", "skid_steer", "car")  # one wheel, then pairs
+SLOW_CAR = 2.0  # m/s: a car on a yard
+TAPE_SIGMA_M = 0.01
+UNITS = (0.2, 5.0)  # of metres_per_tick: times too long
+CLOCK_S = 0.2  # by which stamps of a sensor are off, to either side
+NO_SLIP = ("wheel.slip_threshold=0", "wheel.slip_share=0")
+ARM_M = (0.8, 0.4)  # within which the antenna is, forwards and to the left
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A log of the guided drive, what is true, and what its owner says."""
+
+    log: Path
+    truth: dict[str, np.ndarray]
+    stretch_m: float
+    settings: tuple[str, ...]
+    unit: float  # by which its ticks are said to be too long
+
+
+def make(seed: int, folder: Path, radar: bool = True) -> Robot:
+    """The robot of a seed. radar: with traces, which take most of the time."""
+    draw = stream(seed, "commission")
+    kind = ROBOTS[seed % len(ROBOTS)]
+    speed = min(KINDS[kind].speed if kind else 0.6, SLOW_CAR) * draw.uniform(0.7, 1.0)
+    arm = (draw.uniform(-ARM_M[0], ARM_M[0]), draw.uniform(-ARM_M[1], ARM_M[1]))
+    rpy = tuple(draw.uniform(-np.pi, np.pi, 3) * (1, 0.4, 1))
+    spec: Spec = robot(guided_drive(speed, seed), GroundSpec() if radar else None, antenna=arm)
+    settings: tuple[str, ...] = ()
+    if kind:
+        spec = of_kind(kind, "floor", spec)
+        assert spec.pair is not None
+        track = draw.uniform(0.6, 1.4) * spec.pair.track
+        spec = replace(spec, pair=replace(spec.pair, track=track))
+        settings = (f"wheel.drive={KINDS[kind].drive}", f"wheel.track={track:.2f}")
+    spec = replace(spec, imu=replace(spec.imu, rpy_body_imu=(rpy[0], rpy[1], rpy[2])))
+    simulated = simulate(spec, seed)
+    late = {"imu": draw.uniform(-CLOCK_S, CLOCK_S), "gpr_trace": draw.uniform(-CLOCK_S, CLOCK_S)}
+    unit = float(np.exp(draw.uniform(*np.log(UNITS)))) if draw.uniform() < 0.5 else 1.0
+    log = folder / f"robot-{seed}.lcmlog"
+    write_log(log, _disguised(simulated, late, unit))
+    return Robot(
+        log,
+        _true(simulated, late, unit, arm),
+        _stretch(simulated) + TAPE_SIGMA_M * draw.standard_normal(),
+        settings,
+        unit,
+    )
+
+
+def _disguised(simulated: Simulated, late: dict[str, float], unit: float) -> list[Stream]:
+    """Its messages, with stamps that are late (s) and ticks that are said to be longer."""
+    roles = {name: role for role, name in STANDARD.of("imu", "wheel", "gpr_trace").items()}
+    changed = []
+    for each in log_streams(simulated):
+        role = roles.get(each.channel, "")
+        kind = by_fingerprint()[each.payloads[0][:8]]
+        fields = wire.decode(kind, each.payloads, each.channel)
+        if role in ("wheel", "wheels"):
+            fields["metres_per_tick"] = fields["metres_per_tick"] * unit
+        shift = round(late.get(role, 0.0) * 1e6)
+        fields["utime"] = fields["utime"] + shift
+        payloads = wire.encode(kind, fields, len(each.utime))
+        changed.append(Stream(each.channel, each.utime + shift, payloads))
+    return changed
+
+
+def _stretch(simulated: Simulated) -> float:
+    """The first move, m."""
+    begin, end = simulated.drive.standstills()[:2]
+    motion = simulated.drive.at(np.array([begin[2], end[1]]))
+    return float(np.hypot(np.diff(motion.x), np.diff(motion.y))[0])
+
+
+def _true(
+    simulated: Simulated, late: dict[str, float], unit: float, arm: tuple[float, float]
+) -> dict[str, np.ndarray]:
+    spec = simulated.spec
+    scale = unit * float(simulated.wheel.scale[0])
+    true = {
+        "time offset of the IMU": np.array([-late["imu"]]),
+        "wheel scale, by accelerations": np.array([scale]),
+        "wheel scale, by the stretch": np.array([scale]),
+        "mounting of the IMU": np.array(spec.imu.rpy_body_imu),
+        "noise of the gyro": np.array([spec.imu.gyro_noise_density]),
+        "noise of the accelerometer": np.array([spec.imu.accel_noise_density]),
+        "time offset of the radar": np.array([-late["gpr_trace"]]),
+        "antenna to the left": np.array([arm[1]]),
+    }
+    if simulated.pair is not None and spec.pair is not None:
+        if spec.pair.held or spec.pair.late:
+            wheel_late = spec.pair.late + spec.pair.held
+            true["time offset of the IMU"] = true["time offset of the IMU"] + wheel_late
+            true["time offset of the radar"] = true["time offset of the radar"] + wheel_late
+        true["track"] = np.array([simulated.pair.track])
+    if spec.imu.accel_idle:  # an engine's shaking is no white noise
+        del true["noise of the gyro"], true["noise of the accelerometer"]
+    return true
+
+
+def _of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def commission(log: Path, more: Sequence[str], folder: Path) -> tuple[dict[str, Any], float]:
+    """What the command prints with --json, and its processor time, s."""
+    told, began = StringIO(), time.process_time() + _of_children()
+    words = ["commission", str(log), "-o", str(folder / "found.yaml"), "--json", *more]
+    with redirect_stdout(told):
+        code = gprodom([*words, "--page", str(folder / "found.html")])
+    if code != 0:
+        raise Error(f"{log.name}: could not be commissioned")
+    return json.loads(told.getvalue()), time.process_time() + _of_children() - began
+
+
+def deviations(told: dict[str, Any], true: dict[str, np.ndarray]) -> dict[str, list[float]]:
+    """By constant: error over its standard deviation, of each number."""
+    found = {}
+    for each in told["parameters"]:
+        name = each["name"]
+        if name not in true or not each["value"]:
+            continue
+        value, sigma = np.array(each["value"]), np.array(each["sigma"])
+        error = value - true[name]
+        if name == "mounting of the IMU":  # as turns about the body's axes
+            turned_by = rotation_from_rpy(tuple(value)) @ rotation_from_rpy(tuple(true[name])).T
+            error = rotation.to_vector(rotation.from_matrix(turned_by))
+        found[name] = (error / sigma).tolist()
+    return found
+
+
+def errors_after(
+    log: Path, folder: Path, unit: float = 1.0, overrides: Sequence[str] = ()
+) -> dict[str, Any]:
+    """RMS errors, m, against the log's positions: of `wheel`, with the unit of its ticks put right,
+    and of `imu_wheel` with the configuration that was found, from the start of that on."""
+    truth = read_truth(log, frame=None).trajectory
+    sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
+    wheel = sensors["wheels" if "wheels" in sensors else "wheel"]
+    wheel["metres_per_tick"] = wheel["metres_per_tick"] / unit
+    try:
+        found = estimate(
+            log,
+            find_method("imu_wheel"),
+            (folder / "found.yaml",),
+            overrides,
+            folder / "out.lcmlog",
+        ).trajectory
+    except Error as error:
+        return {"error": str(error)}
+    rest = truth.select(truth.time >= found.time[0])
+    reckoned, after = (
+        compare(associate(each, rest), "se2", FIRST_M).figures.ate_rmse_m
+        for each in (wheel_and_gyro(sensors), found)
+    )
+    over = (after + UNDECIDED_M) / (reckoned + UNDECIDED_M)
+    return {"wheel_m": reckoned, "after_m": after, "over": over, "allowed": within(after, reckoned)}
+
+
+def without_slip(log: Path, folder: Path, unit: float = 1.0) -> dict[str, Any]:
+    """The same without the verdict on slip."""
+    found = errors_after(log, folder, unit, NO_SLIP)
+    return {f"{key}_without_slip": found.get(key) for key in ("after_m", "allowed")}
+
+
+def within(after: float, reckoned: float) -> bool:
+    """At most 1.2 of `wheel`, and 15 mm."""
+    return after <= 1.2 * reckoned + UNDECIDED_M
+
+
+def one(seed: int, folder: Path, radar: bool = True, bare: bool = False) -> dict[str, Any]:
+    """Of a simulated robot. bare: without the verdict on slip, too."""
+    made = make(seed, folder, radar)
+    more = [f"--set={setting}" for setting in made.settings]
+    told, seconds = commission(made.log, [f"--stretch={made.stretch_m:.4f}", *more], folder)
+    return {
+        "name": f"{seed} {ROBOTS[seed % len(ROBOTS)] or 'one wheel'}",
+        "seconds": seconds,
+        "deviations": deviations(told, made.truth),
+        "missing": [each["name"] for each in told["parameters"] if not each["value"]],
+        "findings": [each["code"] for each in told["findings"]],
+        **errors_after(made.log, folder, made.unit),
+        **(without_slip(made.log, folder, made.unit) if bare else {}),
+    }
+
+
+def real(name: str, data: Path, folder: Path, bare: bool = False) -> dict[str, Any]:
+    """Of a recording, likewise."""
+    recording = recordings_of(data)[name]
+    log = folder / "in.lcmlog"
+    convert(recording, data, log)
+    more = [f"--set={setting}" for setting in recording.settings]
+    told, seconds = commission(log, more, folder)
+    return {
+        "name": name,
+        "seconds": seconds,
+        "deviations": {},
+        "missing": [each["name"] for each in told["parameters"] if not each["value"]],
+        "findings": [each["code"] for each in told["findings"]],
+        "settings": told["settings"],
+        **(errors_after(log, folder) if recording.points else {}),
+        **(without_slip(log, folder) if recording.points and bare else {}),
+    }
+
+
+def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """By constant, over all robots."""
+    names = dict.fromkeys(name for row in rows for name in row["deviations"])
+    found = []
+    for name in names:
+        values = np.array([v for row in rows for v in row["deviations"].get(name, [])])
+        found.append({
+            "constant": name,
+            "shown": sum(name in row["deviations"] for row in rows),
+            "mean": float(values.mean()),
+            "rms": float(np.sqrt(np.mean(values**2))),
+            "largest": float(np.abs(values).max()),
+        })  # fmt: skip
+    return found
+
+
+def main() -> int:
+    """Measures and prints."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--robots", type=int, default=50, metavar="N")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED")
+    parser.add_argument("--no-radar", action="store_true", help="robots without a radar")
+    parser.add_argument("--without-slip", action="store_true", help="see above")
+    parser.add_argument("--recordings", type=Path, metavar="DIR")
+    parser.add_argument("--only", action="append", default=[], metavar="NAME")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    rows: list[dict[str, Any]] = []
+    seeds = range(args.first, args.first + args.robots)
+    todo = seeds if args.recordings is None else args.only or list(recordings_of(args.recordings))
+    with Progress("robots", len(todo)) as progress:
+        for each in todo:
+            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+                try:
+                    rows.append(
+                        one(each, Path(name), not args.no_radar, args.without_slip)
+                        if isinstance(each, int)
+                        else real(each, args.recordings, Path(name), args.without_slip)
+                    )
+                except Error as error:
+                    rows.append({"name": str(each), "deviations": {}, "error": str(error)})
+            progress.advance()
+    constants = summary(rows)
+    if args.json:
+        print_json({"robots": rows, "constants": constants})
+        return 0
+    keys = ["name", "seconds", "wheel_m", "after_m", "over", "allowed"]
+    if args.without_slip:
+        keys += ["after_m_without_slip", "allowed_without_slip"]
+    lines = [
+        [
+            *(row.get(key, "") for key in keys),
+            ", ".join(row.get("missing", ())),
+            ", ".join(row.get("findings", ())),
+            row.get("error", ""),
+        ]
+        for row in rows
+    ]
+    print(format_table([*keys, "not shown", "doctor", ""], lines))
+    if constants:
+        print(format_table(list(constants[0]), [list(each.values()) for each in constants]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

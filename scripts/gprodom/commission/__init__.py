@@ -1,0 +1,1 @@
+"""``gprodom commission``: the configuration of a new robot, from one recording."""

@@ -1,0 +1,117 @@
+"""gprodom commission: the constants of robots whose true ones are known, and of the sample.
+
+bench/commission.py does it to 50 robots and to recordings of real ones.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from browser import show
+from conftest import CHECKOUT
+from gprodom.cli import main
+from gprodom.commission.find import commission
+from gprodom.config import STANDARD
+from gprodom.lcm.logs import read_roles
+from gprodom.odometry.settings import read_settings
+
+sys.path.append(str(CHECKOUT / "bench"))
+
+from commission import deviations, make, one
+
+# One wheel whose ticks are right, and a cart whose ticks are said to be 1.3 times too long.
+RIGHT, OTHER_UNIT = 0, 1
+LATE = 3  # a skid steer
+SIGMAS = 5.0  # of an error of one of some thirty numbers: by chance once in 50,000 runs
+
+
+@pytest.mark.parametrize("seed", [RIGHT, OTHER_UNIT])
+def test_robots(tmp_path: Path, seed: int, compiled: object) -> None:
+    """Each constant within its standard deviations; the estimate after it is as good as `wheel`."""
+    row = one(seed, tmp_path, radar=False)
+    assert set(row["deviations"]) >= {
+        "time offset of the IMU",
+        "wheel scale, by the stretch",
+        "mounting of the IMU",
+        "noise of the gyro",
+        "noise of the accelerometer",
+    }
+    assert ("track" in row["deviations"]) == (seed == OTHER_UNIT)
+    for name, errors in row["deviations"].items():
+        assert np.abs(errors).max() < SIGMAS, name
+    assert row["findings"] == []
+    assert row["allowed"], row
+    assert "radar" in row["missing"]
+
+
+def test_a_wrong_unit_is_found_without_a_tape(tmp_path: Path, compiled: object) -> None:
+    """By accelerations, to some per cent; nothing is said to be found that was not shown."""
+    made = make(RIGHT, tmp_path, radar=False)
+    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    log["wheel"] = {**log["wheel"], "metres_per_tick": 6 * log["wheel"]["metres_per_tick"]}
+    found = commission(log, read_settings())
+    by_name = {each.name: each for each in found.parameters}
+    scale = by_name["wheel scale, by accelerations"]
+    assert scale.value[0] == pytest.approx(6 * made.truth[scale.name][0], abs=3 * scale.sigma[0])
+    assert scale.settings[0].startswith("wheel.scale=")
+    assert not by_name["wheel scale"].value and "--stretch" in by_name["wheel scale"].manoeuvre
+    assert [each.code for each in found.findings] == []
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+    """One whole configuration, with what was there before; a page; never over an input."""
+    made = make(OTHER_UNIT, tmp_path, radar=False)
+    before = tmp_path / "before.yaml"
+    before.write_text("graph: {latency: 0.7}\nwheel: {drive: differential}\n")
+    out, page = tmp_path / "robot.yaml", tmp_path / "robot.html"
+    words = ["commission", str(made.log), "-c", str(before), f"--stretch={made.stretch_m}"]
+    assert main([*words, "-o", str(out), "--page", str(page), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    written = yaml.safe_load(out.read_text())
+    assert written["graph"]["latency"] == 0.7 and written["wheel"]["drive"] == "differential"
+    assert written["imu"]["rpy_body_imu"] != [0, 0, 0]
+    by_name = {each["name"]: each for each in told["parameters"]}
+    scale = by_name["wheel scale, by the stretch"]["value"][0]
+    assert written["wheel"]["scale"] == pytest.approx(scale, abs=1e-4)
+    assert deviations(told, made.truth).keys() >= {"track"}
+    ways = {way["name"]: way["error_m"] for way in told["ways"]}
+    assert told["of_truth"] and ways["imu_wheel, after"] < ways["imu_wheel, before"]
+    text = page.read_text()
+    assert "What the recording does not show" in text and "http" not in text.replace("www.w3", "")
+    for scheme in ("light", "dark"):
+        for frame in show(page, [390, 1200], scheme, tmp_path).frames:
+            assert frame["cut"] == [] and frame["contrast"] > 4.5
+    assert main([*words, "-o", str(before)]) == 2
+    assert main([*words, "-o", str(made.log)]) == 2
+    assert "is an input" in capsys.readouterr().err
+    assert main(["commission", str(made.log), "--stretch", "0.1"]) == 2
+
+
+def test_late_wheels_are_waited_for(tmp_path: Path, compiled: object) -> None:
+    """Held and late by 0.42 s: with the IMU's stamps moved to theirs they would come too late."""
+    made = make(LATE, tmp_path, radar=False)
+    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    found = commission(log, read_settings((), made.settings), made.stretch_m)
+    by_name = {each.name: each for each in found.parameters}
+    offset = by_name["time offset of the IMU"].value[0]
+    assert offset > 0.35  # time.reorder_window
+    assert by_name["time to wait for late stamps"].value[0] == pytest.approx(offset + 0.1, abs=1e-3)
+    assert found.settings[-1].startswith("time.reorder_window=")
+
+
+def test_the_sample(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+    """Its IMU is mounted as configured and its clocks agree: nothing of that is written."""
+    (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+    assert main(["commission", str(sample), "--no-replay", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [s for s in told["settings"] if not s.startswith("imu.") or "noise" not in s] == []
+    by_name = {each["name"]: each for each in told["parameters"]}
+    assert by_name["mean frequency of the echoes"]["value"][0] == pytest.approx(5e8, rel=0.2)
+    assert by_name["fastest speed for the trace rate"]["value"]
+    assert by_name["noise of the IMU"]["manoeuvre"].startswith("stand still")
