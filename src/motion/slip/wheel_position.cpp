@@ -10,9 +10,9 @@ namespace {
 // m, one standard deviation before anything is known: cars and large robots are up to two metres
 // wide, and a single wheel may be on either side.
 constexpr double kPriorSigma = 0.5;
-// That the wheel is where it is configured, to some centimetres. Most users measure it. Between 0.5
-// and 0.85 a car with its wheel elsewhere differs by 3 %.
-constexpr double kAsConfigured = 0.8;
+// That the wheel is where it is configured, to some centimetres (one standard deviation, m). Most
+// users measure it. Between 0.5 and 0.85 a car with its wheel elsewhere differs by 3 %.
+constexpr double kAsConfigured = 0.8, kConfiguredTo = 0.05;
 constexpr double kBetweenRuns = 0.02;  // m; the IMU or the wheel was taken off and put back
 
 }  // namespace
@@ -38,14 +38,24 @@ void WheelPosition::resume(const LearntPosition& earlier) {
   if (learns() && earlier.sigma_m > 0 && sigma_m < prior_sigma_m_) learnt_ = {earlier.y_m, sigma_m};
 }
 
-// Two models: the wheel is where it is configured, or anywhere (the prior). Their ratio is the
-// posterior density of the configured position over its prior density (Savage and Dickey).
+// Two models: the wheel is where it is configured, or anywhere (the prior). The bends say
+// N(offset, variance); a model of width w says of that N(offset; 0, variance + w^2).
 double WheelPosition::believed_m() const {
   if (!learns() || learnt_.sigma_m <= 0) return learnt_.y_m;
-  const double offset_m = learnt_.y_m - configured_m_, sigmas = offset_m / learnt_.sigma_m;
-  const double ratio = std::exp(-0.5 * sigmas * sigmas) * prior_sigma_m_ / learnt_.sigma_m;
+  const double learnt_m = learnt_.y_m - configured_m_;
+  const double posterior = learnt_.sigma_m * learnt_.sigma_m,
+               prior = prior_sigma_m_ * prior_sigma_m_;
+  if (posterior >= prior) return configured_m_;
+  // Without the prior, which the posterior contains.
+  const double variance = posterior * prior / (prior - posterior);
+  const double offset_m = learnt_m * prior / (prior - posterior);
+  const auto log_density = [&](double width_m) {
+    const double total = variance + width_m * width_m;
+    return -0.5 * (offset_m * offset_m / total + std::log(total));
+  };
+  const double ratio = std::exp(log_density(kConfiguredTo) - log_density(prior_sigma_m_));
   const double elsewhere = 1 / (1 + ratio * kAsConfigured / (1 - kAsConfigured));
-  return configured_m_ + without_unlikely(elsewhere) * offset_m;
+  return configured_m_ + without_unlikely(elsewhere) * learnt_m;
 }
 
 }  // namespace gprodom::slip
