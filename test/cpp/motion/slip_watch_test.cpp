@@ -334,7 +334,7 @@ TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
 TEST(SlipWatch, JumpBackEndsASlip) {
   Drive robot;
   robot.radar_speaks = robot.asked = false;
-  robot.sigma = 0.02;
+  robot.sigma = 0.01;
   robot.run(2);
   robot.wheel_speed = 0.5 * kSpeed;
   robot.run(1);
