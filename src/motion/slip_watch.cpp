@@ -29,6 +29,7 @@ constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
 constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
 constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
+constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
 
 double deviations_from(const Displacement& radar, double m) {
   return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
@@ -71,7 +72,9 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   if (to <= judged_) return;
   judged_ = to;
   const auto moved = distances(from, to, wheel, estimate.wheel_scale);
-  const WheelSlip seen = moved ? judge(estimate, *moved) : WheelSlip::kNone;
+  const double unexplained = moved ? variance(estimate, *moved) : 0.0;
+  const WheelSlip seen = moved ? judge(*moved, unexplained) : WheelSlip::kNone;
+  if (speed_known && moved) learn_tail(to, seen, *moved, unexplained);
   now_ = slip_by_radar_;
   if (speed_known && moved) {
     now_ = seen;
@@ -105,23 +108,35 @@ void SlipWatch::follow_share(TimeNs time, double share) {
   largest_share_ = std::max(largest_share_, share);
 }
 
-// The velocity's error is constant over the window. The wheel's errors are those of its factor. Of
-// the noise learnt by driving and that learnt from the two sides the larger one counts: both
-// contain the same slip.
-WheelSlip SlipWatch::judge(const OdometryEstimate& estimate, const Distances& moved) const {
+// Of a slip only the onset counts.
+void SlipWatch::learn_tail(TimeNs time, WheelSlip seen, const Distances& moved, double variance) {
+  const bool slips = seen != WheelSlip::kNone;
+  const bool goes_on = slips ? now_ != WheelSlip::kNone : time < tail_time_ + window_;
+  if (goes_on || std::abs(moved.wheel_m) < kDrives_mps * to_seconds(window_)) return;
+  tail_.add(std::pow(moved.wheel_m - moved.ground_m, 2) / variance);
+  tail_time_ = time;
+}
+
+// Of the difference between both, m^2. The velocity's error is constant over the window. The
+// wheel's errors are those of its factor. Of the noise learnt by driving and that learnt from the
+// two sides the larger one counts: both contain the same slip.
+double SlipWatch::variance(const OdometryEstimate& estimate, const Distances& moved) const {
   const double seconds = to_seconds(window_);
-  const double innovation = moved.wheel_m - moved.ground_m;
   const auto of_wheel = [&](double noise, double sigma_m) {
     return noise * noise * std::abs(moved.ground_m) + 2 * sigma_m * sigma_m;
   };
-  const double variance = estimate.velocity_covariance(0, 0) * seconds * seconds +
-                          std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
-                          std::max(of_wheel(config_.noise, wheel_sigma_m_),
-                                   of_wheel(pair_noise_, config_.noise_floor)) +
-                          moved.by_delay_m * moved.by_delay_m;
-  const double threshold = back_from_silence_
-                               ? std::min(kThresholdAfterSilence, config_.slip_threshold)
-                               : config_.slip_threshold;
+  return estimate.velocity_covariance(0, 0) * seconds * seconds +
+         std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
+         std::max(of_wheel(config_.noise, wheel_sigma_m_),
+                  of_wheel(pair_noise_, config_.noise_floor)) +
+         moved.by_delay_m * moved.by_delay_m;
+}
+
+WheelSlip SlipWatch::judge(const Distances& moved, double variance) const {
+  const double innovation = moved.wheel_m - moved.ground_m;
+  const double threshold =
+      tail_.threshold(back_from_silence_ ? std::min(kThresholdAfterSilence, config_.slip_threshold)
+                                         : config_.slip_threshold);
   const auto within = [&](double deviations) {
     return innovation * innovation < deviations * deviations * variance;
   };

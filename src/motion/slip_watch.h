@@ -14,6 +14,7 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
+#include "motion/error_tail.h"
 #include "motion/path_history.h"
 #include "motion/sensor_history.h"
 
@@ -92,7 +93,9 @@ class SlipWatch {
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
   static double share_of(const Distances& moved);  // that slips
-  WheelSlip judge(const OdometryEstimate& estimate, const Distances& moved) const;
+  double variance(const OdometryEstimate& estimate, const Distances& moved) const;
+  WheelSlip judge(const Distances& moved, double variance) const;
+  void learn_tail(TimeNs time, WheelSlip seen, const Distances& moved, double variance);
   void follow_share(TimeNs time, double share);
   void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                             double wheel_scale);
@@ -112,6 +115,8 @@ class SlipWatch {
     double value;
   };
   std::deque<Share> shares_;  // that slipped, over the last moments of the present slip
+  ErrorTail tail_;
+  TimeNs tail_time_ = 0;      // end of the interval that it has seen last
   bool jumped_back_ = false;  // in the present slip
   double largest_share_ = 0.0;
   TimeNs began_ = 0;  // the present slip

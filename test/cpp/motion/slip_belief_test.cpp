@@ -313,6 +313,10 @@ TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
   slip::WheelPosition position{WheelConfig()};
   position.resume({-0.6, 0.1});
   EXPECT_NEAR(position.believed_m(), -0.6, 0.01);
+  // A tape is some centimetres off.
+  slip::WheelPosition measured{WheelConfig()};
+  measured.resume({0.06, 0.005});
+  EXPECT_NEAR(measured.believed_m(), 0.0, 0.01);
   position.resume({-0.6, 2.0});  // less than is known anyway
   EXPECT_NEAR(position.learnt().sigma_m, 0.1, 0.01);
   // The tape that it was configured by was off by some centimetres: that is no other place.
