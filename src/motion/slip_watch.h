@@ -14,9 +14,9 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
-#include "motion/error_tail.h"
 #include "motion/path_history.h"
 #include "motion/sensor_history.h"
+#include "motion/slip/error_tail.h"
 
 namespace gprodom {
 

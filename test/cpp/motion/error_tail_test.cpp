@@ -1,4 +1,4 @@
-#include "motion/error_tail.h"
+#include "motion/slip/error_tail.h"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,12 @@
 #include <random>
 #include <vector>
 
+#include "motion/watched_drive.h"
+
 namespace gprodom {
 namespace {
 
-constexpr double kSpeed = 0.4;           // m/s, of the robot
+constexpr double kSpeed = WatchedDrive::kSpeed;
 constexpr double kVelocitySigma = 0.01;  // m/s, of the estimate
 
 struct Flag {
@@ -100,47 +102,7 @@ TEST(SlipWatch, RemembersIntervalsWithSlip) {
   EXPECT_FALSE(watch.between(from_seconds(52.0), from_seconds(52.2)));
 }
 
-// Estimates at 200 Hz, the wheel at 50 Hz, the radar once a second; what they say is set by the
-// test.
-class Drive {
- public:
-  double ground = kSpeed, wheel_speed = kSpeed;  // m/s
-  double published = kSpeed, sigma = 0.01;       // m/s
-  bool wheel_speaks = true, radar_speaks = true, asked = true;
-  bool speed_known = true;
-  SlipWatch watch{WheelConfig(), SmootherConfig().lag};
-  std::optional<SpeedCorrection> correction;
-
-  void run(double seconds) {
-    for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
-      const TimeNs now = from_seconds(100 + 0.005 * i_);
-      wheel_m_ += 0.005 * wheel_speed;
-      if (wheel_speaks && i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
-      OdometryEstimate estimate;
-      estimate.time = now;
-      estimate.v_body.x() = published;
-      estimate.velocity_covariance = sigma * sigma * Eigen::Matrix3d::Identity();
-      estimate.wheel_scale = 1.0;
-      watch.add(estimate, wheel_, wheel_now_, speed_known);
-      if (!correction && asked && i_ % 40 == 0)
-        correction = watch.take_speed_correction(now - 50'000'000, wheel_, 1.0);
-      if (!radar_speaks || i_ % 200 != 199) continue;
-      Displacement radar;
-      radar.to = now - 50'000'000;
-      radar.from = radar.to - 1'100'000'000;
-      radar.distance_m = 1.1 * std::abs(ground);
-      radar.sigma_m = 0.2 * radar.distance_m;
-      watch.compare_with_radar(radar, wheel_, 1.0);
-    }
-  }
-  bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
-
- private:
-  WheelHistory wheel_{5.0};
-  double wheel_m_ = 0.0;
-  TimeNs wheel_now_ = 0;
-  int i_ = 0;
-};
+using Drive = WatchedDrive;
 
 // The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
 // slip.
