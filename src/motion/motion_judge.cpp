@@ -32,6 +32,7 @@ MotionJudge::MotionJudge(const Config& config)
       wheel_(config.wheel.max_speed),
       pair_(config.wheel),
       slip_(config.wheel, config.smoother.lag),
+      grip_(config),
       slip_belief_(config),
       pair_slip_(config) {}
 
@@ -77,6 +78,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_
   }
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
+    grip_.compare(in_metres);
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
     late_wheel_.keep(std::get<gpr::PathLength>(finding));
     compare_with_wheel();
@@ -106,7 +108,7 @@ void MotionJudge::compare_with_wheel() {
   for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
     const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
     const auto from = wheel_.distance(begin), to = wheel_.distance(end);
-    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
+    if (!from || !to || slipped_suddenly(begin - kMargin, end + kMargin)) continue;
     slip_belief_.compare(path, *to - *from);
     compared_to_ = path.to;
   }
@@ -126,10 +128,14 @@ void MotionJudge::adopt(const StateResult& newest) {
   pair_.forget_before(judged_to_ - SlipWatch::kMemory);
 }
 
-ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
+ImuNoise MotionJudge::prevailing(TimeNs from, TimeNs to) const {
   auto samples = imu_.between(from, to);
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
-  ImuNoise noise = prevailing_noise(samples, rest_.noise());
+  return prevailing_noise(samples, rest_.noise());
+}
+
+ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
+  ImuNoise noise = prevailing(from, to);
   if (newest_.standing) return noise;
   const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
   noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
@@ -210,7 +216,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
-  input.wheel_y_m = slip_belief_.position().believed_m();
+  input.wheel_y_m = grip_.position().believed_m();
   slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
   const double delay_s = wheel_delay_s();
@@ -232,13 +238,16 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));
   input.standing = verdict.standing || input.gyro_bias.has_value();
-  input.wheel_contradicted = verdict.wheel_contradicted || slip_.between(from, to);
+  const bool delay_changes = late_wheel_.follow(input);
+  input.wheel_contradicted = verdict.wheel_contradicted;
+  advance_grip(input, from);
+  input.wheel_contradicted |= slipped_suddenly(from, to);
   if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
   input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
-  if (late_wheel_.follow(input)) slip_belief_.restart();
+  if (delay_changes) slip_belief_.restart();
   compare_with_wheel();
   if (!late_wheel_.waits())
     slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
@@ -249,6 +258,30 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.passages = take_passages(to);
   if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
   return input;
+}
+
+// The filter begins with the state at the interval's beginning: the newest one, carried there.
+void MotionJudge::advance_grip(const StateInput& input, TimeNs from) {
+  StateResult began = newest_;
+  for (const MotionStep& step : imu_.steps(newest_.state.time, from))
+    began.state.q_odom_body *= so3::exp((step.angular_velocity - began.state.gyro_bias) * step.dt);
+  const TimeNs margin = state_period_ / 2;  // more samples for the same noise
+  grip_.advance(late_wheel_.earlier(input, from, imu_, wheel_), began,
+                {pair_.middle_noise(), std::max(wheel_.held_s(), input.wheel_delay_s),
+                 prevailing(from - margin, input.time + margin).accel_density});
+}
+
+// A jump of the wheel against the published velocity is slip only if that is also more likely than
+// an error of the accelerations, as large as this robot's are.
+bool MotionJudge::slipped_suddenly(TimeNs from, TimeNs to) const {
+  return slip_.between(from, to) && grip_.slipped(from, to);
+}
+
+// Of a jump that is not judged yet, the slip watch alone is asked.
+bool MotionJudge::slips_now() const {
+  if (slip_.now() == WheelSlip::kNone) return false;
+  const TimeNs from = judged_to_ - state_period_;
+  return !slip_.between(from, judged_to_) || grip_.slipped(from, judged_to_);
 }
 
 // Of an immobilised robot that its wheels shake: the IMU does not see the standstill, only the
@@ -295,19 +328,18 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   // After a gap of the IMU the speed is predicted or the wheel's own, so it cannot show slip.
   if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
   const bool speed_known = estimate.time > speed_known_after_;
-  const bool slipped = slip_.now() != WheelSlip::kNone;
+  const bool slipped = slips_now();
   if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
   coherence_.add(estimate, speed_known);
   sight_.add(estimate, speed_known);
-  return !slipped && slip_.now() != WheelSlip::kNone;
+  return !slipped && slips_now();
 }
 
 std::int32_t MotionJudge::flags() const {
   std::int32_t flags = 0;
   if (newest_.standing) flags |= kStanding;
-  if (slip_.now() == WheelSlip::kFast) flags |= kSlipping | kWheelFast;
-  if (slip_.now() == WheelSlip::kSlow) flags |= kSlipping | kWheelSlow;
+  if (slips_now()) flags |= kSlipping | (slip_.now() == WheelSlip::kFast ? kWheelFast : kWheelSlow);
   if (pair_.slipping() == SlippingSide::kLeft) flags |= kLeftSlips;
   if (pair_.slipping() == SlippingSide::kRight) flags |= kRightSlips;
   if (immobilised_.at(wheel_now_, wheel_) == Immobilised::kYes) flags |= kImmobilised;

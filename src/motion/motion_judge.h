@@ -16,6 +16,7 @@
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
+#include "motion/grip_filter.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
 #include "motion/pair_slip.h"
@@ -75,8 +76,10 @@ class MotionJudge {
 
   // Share of the path on which the wheel slips, as learnt.
   double slip_share() const { return slip_belief_.share().value(); }
-  slip::Learnt learnt_slip() const { return slip_belief_.learnt(); }
-  const slip::WheelPosition& wheel_position() const { return slip_belief_.position(); }
+  slip::Learnt learnt_slip() const {
+    return {slip_belief_.share().counts(), grip_.position().learnt()};
+  }
+  const slip::WheelPosition& wheel_position() const { return grip_.position(); }
   TimeNs judged_to() const { return judged_to_; }  // end of the newest interval judged
   // Is the wheel compared with the radar's coherence, at present?
   bool wheel_compared() const { return wheel_now_ < compared_to_ + kComparedFor; }
@@ -94,7 +97,10 @@ class MotionJudge {
   // then.
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
-  void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
+  void resume_slip(const slip::Learnt& earlier) {
+    slip_belief_.take_up(earlier.counts);
+    grip_.resume(earlier.position);
+  }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.
@@ -127,7 +133,11 @@ class MotionJudge {
   bool stands_with_engine(TimeNs now);
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
-  void compare_with_wheel();  // the paths that it has reported by now
+  void advance_grip(const StateInput& input, TimeNs from);
+  bool slipped_suddenly(TimeNs from, TimeNs to) const;
+  bool slips_now() const;
+  ImuNoise prevailing(TimeNs from, TimeNs to) const;  // from sample to sample
+  void compare_with_wheel();                          // the paths that it has reported by now
   std::vector<Displacement> take_displacements(TimeNs to);
   std::vector<AntennaPassage> take_passages(TimeNs to);
   struct Waiting {
@@ -161,6 +171,7 @@ class MotionJudge {
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;
+  GripFilter grip_;
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
   std::vector<AntennaPassage> passages_;  // not handed out yet

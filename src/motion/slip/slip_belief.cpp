@@ -52,7 +52,6 @@ SlipBelief::SlipBelief(const Config& config)
       unseen_(config),
       wheel_noise_(config.wheel.noise),
       wheel_floor_(config.wheel.noise_floor),
-      position_(config.wheel),
       lag_(static_cast<std::size_t>(config.smoother.lag * config.smoother.state_rate)) {}
 
 void SlipBelief::restart() {
@@ -87,8 +86,6 @@ Hypothesis SlipBelief::first_hypothesis(const StateResult& newest) const {
   J(row_of::kScale, row::kScale) = 1 / at.wheel_scale;
   h.P = J * newest.covariance * J.transpose();
   h.P(row_of::kSlip, row_of::kSlip) = kGripSigma * kGripSigma;
-  h.x[row_of::kWheelY] = position_.learnt().y_m;
-  h.P(row_of::kWheelY, row_of::kWheelY) = std::pow(position_.learnt().sigma_m, 2);
   return h;
 }
 
@@ -120,6 +117,7 @@ void SlipBelief::take_in(const StateInput& input) {
   b.left += leftwards.dot(dv) + gained * (b.turned + 0.5 * turned);
   b.gained += gained;
   b.turned += turned;
+  b.turned_m += input.wheel_y_m * turned;
   b.dt += dt;
   b.forwards += dt * forwards.head<2>();
   b.leftwards += dt * leftwards.head<2>();
@@ -192,7 +190,6 @@ void SlipBelief::close() {
   slip::prune(hypotheses_, kHypotheses);
   if (rolls && !b.gap) learn_share();
   take_out_common_error();
-  position_.learn(hypotheses_);
   block_ = {};
   ++blocks_;
 }
@@ -317,12 +314,11 @@ void SlipBelief::weigh(Hypothesis& h) const {
     H[row_of::kSpeed] = dt;
     H[row_of::kSlip] = -by_wheel;
     H[row_of::kScale] = by_wheel;
-    H[row_of::kWheelY] = -b.turned;
     const double white = wheel_noise_ * wheel_noise_ * std::abs(b.wheel_m);
     const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
     const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
-    const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt -
-                       h.x[row_of::kWheelY] * b.turned;  // of the wheel
+    const double way =
+        h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt - b.turned_m;  // of the wheel
     // The wheel's noise is stretched with its distance. The likelihood must not prefer a hypothesis
     // for the size of its noise, which is not known so well; the last term removes that.
     const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;

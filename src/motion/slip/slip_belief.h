@@ -54,14 +54,9 @@ class SlipBelief {
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
-  const slip::WheelPosition& position() const { return position_; }
   const slip::SlipShare& share() const { return share_; }
-  slip::Learnt learnt() const { return {share_.counts(), position_.learnt()}; }
   // Of an earlier run.
-  void take_up(const slip::Learnt& earlier) {
-    share_.take_up(earlier.counts);
-    position_.resume(earlier.position);
-  }
+  void take_up(const slip::SlipShare::Counts& earlier) { share_.take_up(earlier); }
 
  private:
   struct Interval {
@@ -73,6 +68,7 @@ class SlipBelief {
   // not known as well as that of seconds, and would look like slip.
   struct Block {
     double dt = 0, wheel_m = 0, turned = 0;
+    double turned_m = 0;  // by which the body moves more than the wheel, beside which it turns
     int intervals = 0;
     double gained = 0,
            behind_m = 0;  // m/s; m, by which the way is less than that at the last speed
@@ -102,7 +98,6 @@ class SlipBelief {
   slip::SlipShare share_;
   slip::UnseenSlip unseen_;
   double wheel_noise_, wheel_floor_;
-  slip::WheelPosition position_;
   std::size_t lag_;  // intervals that recent() gives
   std::vector<slip::Hypothesis> hypotheses_;
   std::deque<Interval> intervals_;

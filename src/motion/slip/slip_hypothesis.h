@@ -15,12 +15,12 @@ enum class Mode { kGrips, kChanges, kHolds };
 // the axes of the world (rad, two rows); biases of accelerometer (m/s^2, x and y of body) and gyro
 // (rad/s, x and y); ln of the wheel's scale over its nominal value; slip l = ln(true distance /
 // distance by the wheel at that scale); ln of metres per decorrelation length: the part common to
-// the ground, and the part of this place; the lateral position of the wheel (m, y of body).
+// the ground, and the part of this place.
 namespace row {
 constexpr int kSpeed = 0, kTilt = 1, kAccelBias = 3, kGyroBias = 5, kScale = 7, kSlip = 8,
-              kGround = 9, kPlace = 10, kWheelY = 11;
+              kGround = 9, kPlace = 10;
 }  // namespace row
-constexpr int kDim = 12;
+constexpr int kDim = 11;
 using Vector = Eigen::Matrix<double, kDim, 1>;
 using Matrix = Eigen::Matrix<double, kDim, kDim>;
 

@@ -1,7 +1,8 @@
 #include "motion/slip/wheel_position.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "motion/slip/slip_hypothesis.h"
 
 namespace gprodom::slip {
 
@@ -12,7 +13,7 @@ namespace {
 constexpr double kPriorSigma = 0.5;
 // That the wheel is where it is configured, to some centimetres. Most users measure it. Between 0.5
 // and 0.85 a car with its wheel elsewhere differs by 3 %.
-constexpr double kAsConfigured = 0.8;
+constexpr double kAsConfigured = 0.8, kMeasured = 0.05;
 constexpr double kBetweenRuns = 0.02;  // m; the IMU or the wheel was taken off and put back
 
 }  // namespace
@@ -22,15 +23,8 @@ WheelPosition::WheelPosition(const WheelConfig& config)
       prior_sigma_m_(config.drive == WheelDrive::kSingle ? kPriorSigma : 0.0),
       learnt_{configured_m_, prior_sigma_m_} {}
 
-void WheelPosition::learn(const std::vector<Hypothesis>& hypotheses) {
-  if (!learns()) return;
-  double mean = 0.0, square = 0.0;
-  for (const Hypothesis& h : hypotheses) {
-    const double y = h.x[row::kWheelY], weight = std::exp(h.log_weight);
-    mean += weight * y;
-    square += weight * (y * y + h.P(row::kWheelY, row::kWheelY));
-  }
-  learnt_ = {mean, std::sqrt(std::max(0.0, square - mean * mean))};
+void WheelPosition::learn(double y_m, double sigma_m) {
+  if (learns()) learnt_ = {y_m, sigma_m};
 }
 
 void WheelPosition::resume(const LearntPosition& earlier) {
@@ -38,14 +32,18 @@ void WheelPosition::resume(const LearntPosition& earlier) {
   if (learns() && earlier.sigma_m > 0 && sigma_m < prior_sigma_m_) learnt_ = {earlier.y_m, sigma_m};
 }
 
-// Two models: the wheel is where it is configured, or anywhere (the prior). Their ratio is the
-// posterior density of the configured position over its prior density (Savage and Dickey).
+// Two models: the wheel is where it is configured, as well as users measure, or anywhere (the
+// prior). Each is weighed with the density that it gives to the learnt offset.
 double WheelPosition::believed_m() const {
   if (!learns() || learnt_.sigma_m <= 0) return learnt_.y_m;
-  const double offset_m = learnt_.y_m - configured_m_, sigmas = offset_m / learnt_.sigma_m;
-  const double ratio = std::exp(-0.5 * sigmas * sigmas) * prior_sigma_m_ / learnt_.sigma_m;
-  const double elsewhere = 1 / (1 + ratio * kAsConfigured / (1 - kAsConfigured));
-  return configured_m_ + without_unlikely(elsewhere) * offset_m;
+  const double offset_m = learnt_.y_m - configured_m_;
+  const auto density = [&](double prior_m) {
+    const double sigma_m = std::hypot(learnt_.sigma_m, prior_m), sigmas = offset_m / sigma_m;
+    return std::exp(-0.5 * sigmas * sigmas) / sigma_m;
+  };
+  const double elsewhere = (1 - kAsConfigured) * density(prior_sigma_m_),
+               there = kAsConfigured * density(kMeasured);
+  return configured_m_ + without_unlikely(elsewhere / (elsewhere + there)) * offset_m;
 }
 
 }  // namespace gprodom::slip

@@ -5,10 +5,7 @@
 // takes it for slip and for tilt. docs/estimation.md, "Where the wheel is".
 #pragma once
 
-#include <vector>
-
 #include "gprodom/config.h"
-#include "motion/slip/slip_hypothesis.h"
 
 namespace gprodom::slip {
 
@@ -22,16 +19,15 @@ class WheelPosition {
   // With left and right wheels the middle is the wheel: its position is as configured.
   explicit WheelPosition(const WheelConfig& config);
 
-  // Takes over mean and variance of all hypotheses; their weights sum to 1.
-  void learn(const std::vector<Hypothesis>& hypotheses);
+  void learn(double y_m, double sigma_m);
   // Of an earlier run with the same wheel.
   void resume(const LearntPosition& earlier);
 
   bool learns() const { return prior_sigma_m_ > 0; }
   const LearntPosition& learnt() const { return learnt_; }
 
-  // What the estimate uses, m. Most likely the configuration is right, so a small or uncertain
-  // offset from it does not count.
+  // What the estimate uses, m. Most likely the configuration is right, so an offset
+  // by what users measure wrong, or an uncertain one, does not count.
   double believed_m() const;
 
  private:

@@ -143,6 +143,32 @@ TEST(MotionJudge, ASlipIsToldOnceFlaggedAndContradictsTheWheel) {
   EXPECT_FALSE(input.wheel_contradicted);
 }
 
+// The wheel is right all the time. The accelerations have an error of 0.5 m/s^2 that lasts for two
+// seconds. It moves the published speed, which returns to the wheel's within a second.
+TEST(MotionJudge, AWheelIsNotSilencedByAccelerationsThatErr) {
+  Robot robot;
+  robot.acceleration = 0.5;
+  while (robot.speed < kSpeed) {
+    robot.speed = robot.wheel_speed = robot.speed + robot.acceleration * to_seconds(kInterval);
+    robot.next();
+  }
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const double dt = to_seconds(kInterval), kept = std::exp(-dt / 2.0);
+  int apart = 0, silenced = 0;
+  for (int i = 0; i < 500; ++i) {
+    robot.acceleration =
+        kept * robot.acceleration + 0.5 * std::sqrt(1 - kept * kept) * normal(random);
+    robot.speed += robot.acceleration * dt - (robot.speed - kSpeed) * dt;
+    const StateInput input = robot.next();
+    if (i < 100) continue;  // how large the error is has to be learnt
+    apart += std::abs(robot.speed - kSpeed) > 0.2;
+    silenced += input.wheel_contradicted;
+  }
+  EXPECT_GT(apart, 100);
+  EXPECT_EQ(silenced, 0);
+}
+
 TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
   Config config;
   config.smoother.lag = 2.0;
