@@ -1,8 +1,5 @@
 #include "estimation/predict.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "estimation/kernels/block_products.h"
 
 namespace gprodom {
@@ -12,9 +9,6 @@ using Eigen::Vector3d;
 using so3::skew;
 
 namespace {
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 NavState moved(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
                double gravity_mps2) {
@@ -92,68 +86,6 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   out.wheel_scale = y.wheel_scale;
   out.wheel_scale_sigma = std::sqrt(covariance(row::kScale, row::kScale));
   return out;
-}
-
-PredictedWay predicted_way(const NavState& x, const ImuPreintegration& since,
-                           const Vector3d& contact, double gravity_mps2) {
-  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
-  const Matrix3d R = x.R_odom_body();
-  // Straight ahead at half the turn, and the arc over its chord.
-  const Vector3d before = R.col(0), after = y.R_odom_body().col(0);
-  const Vector3d ahead = (before + after).normalized();
-  const double half = 0.5 * std::acos(std::clamp(before.dot(after), -1.0, 1.0));
-  const double arc = half > 1e-4 ? half / std::sin(half) : 1.0;
-  const Vector3d along = arc * ahead;
-  PredictedWay way;
-  way.time = y.time;
-  way.distance_m = along.dot(y.p_odom - x.p_odom + (y.R_odom_body() - R) * contact);
-  // An error of the attitude turns the way and the direction ahead alike, but not gravity.
-  const double dt = since.duration();
-  way.d_state.setZero();
-  way.d_state.segment<3>(row::kTheta) =
-      0.5 * dt * dt * skew(Vector3d(0, 0, -gravity_mps2)).transpose() * along;
-  way.d_state.segment<3>(row::kV) = dt * along;
-  way.d_state.segment<3>(row::kBg) = (R * since.dp_dbg()).transpose() * along;
-  way.d_state.segment<3>(row::kBa) = (R * since.dp_dba()).transpose() * along;
-  const Vector3d in_body = R.transpose() * along;
-  const auto noise = since.covariance().middleCols<3>(6);  // with that of the position
-  way.noise_m2 = in_body.dot(noise.middleRows<3>(6) * in_body);
-  way.with_p = R * noise.middleRows<3>(6) * in_body;
-  way.with_v = R * noise.middleRows<3>(3) * in_body;
-  return way;
-}
-
-void take_wheel(const NavState& x, const StateMatrix& covariance, const ImuPreintegration& since,
-                double gravity_mps2, const PredictedWay& way, const WheelWaySince& wheel,
-                double robust_threshold, OdometryEstimate& estimate) {
-  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
-  const double innovation = wheel.reported_m / x.wheel_scale - way.distance_m;
-  StateVector H = way.d_state;  // of the innovation, by the state's error
-  H[row::kScale] += wheel.reported_m / (x.wheel_scale * x.wheel_scale);
-  const StateVector with_state = covariance * H;
-  const double variance = H.dot(with_state) + way.noise_m2 + wheel.sigma_m * wheel.sigma_m;
-  const double c2 = robust_threshold * robust_threshold;
-  const double weight = c2 > 0 ? 1 / (1 + innovation * innovation / (variance * c2)) : 1.0;
-
-  // Covariance of phi, p and v with the innovation. Noise of the velocity at the way's end has
-  // moved the position since then.
-  Vector9d with = jacobian(x, y, since, delta) * with_state;
-  with.segment<3>(3) += way.with_p + to_seconds(y.time - way.time) * way.with_v;
-  with.tail<3>() += way.with_v;
-  const Matrix3d Ry = y.R_odom_body();
-  Vector6d pose;
-  pose << with.segment<3>(3), with.head<3>();
-  const Vector3d velocity = Ry.transpose() * (skew(y.v_odom) * with.head<3>() + with.tail<3>());
-
-  const double gain = weight * innovation / variance;
-  estimate.p_odom_body += gain * pose.head<3>();
-  estimate.q_odom_body = (so3::exp(gain * pose.tail<3>()) * estimate.q_odom_body).normalized();
-  estimate.v_body += gain * velocity;
-  const double learnt = weight * (2 - weight) / variance;
-  estimate.pose_covariance -= learnt * pose * pose.transpose();
-  estimate.velocity_covariance -= learnt * velocity * velocity.transpose();
 }
 
 }  // namespace gprodom

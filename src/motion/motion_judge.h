@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "estimation/initializer.h"
-#include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
@@ -108,12 +107,6 @@ class MotionJudge {
   // Sets the flags of an estimate that is about to be published, except kNoRadar. true: the wheel
   // begins to slip.
   bool follow(OdometryEstimate& estimate);
-
-  // The wheel's distance from a state on, to be used in the prediction; nullopt where the wheel
-  // does not tell it: not covered, late, slipping, or standing still.
-  std::optional<WheelWaySince> wheel_since(TimeNs state, TimeNs to) const;
-  TimeNs wheel_now() const { return wheel_now_; }
-  Eigen::Vector3d wheel_contact() const;
 
   // The IMU's noise between two times: that at standstill, or what the samples show if that is
   // more.

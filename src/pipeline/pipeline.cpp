@@ -179,7 +179,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
     map_->record();
   }
   motion_.begin(first, initial);
-  prediction_.rebase(first, initial.noise, motion_.wheel_contact(), motion_.imu());
+  prediction_.rebase(first, initial.noise, motion_.imu());
   // The first interval is 0.5 to 1.5 periods long, or ends now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
   next_state_ = next_multiple(newest + state_period_ / 2, state_period_);
@@ -247,7 +247,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();
   const Eigen::Vector3d before = prediction_.position();
-  prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());
+  prediction_.rebase(result, noise, motion_.imu());
   motion_.adopt(result);
   map_->add(result, effective);
   keep_way(result);
@@ -343,12 +343,6 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (prediction_.lost()) return;  // until there is a state after the gap
   if (motion_.follow(estimate))
     health_.count(input_.wheel_channel(), "slip: the wheel disagrees with the robot's motion");
-  // After follow(): slip shows as a difference between the wheel and the IMU alone.
-  const PredictedWay* way = prediction_.way(motion_.wheel_now());
-  if (way != nullptr) {
-    const auto wheel = motion_.wheel_since(prediction_.base().state.time, way->time);
-    if (wheel) prediction_.take_wheel(*way, *wheel, config_.wheel.robust_threshold, estimate);
-  }
   if (input_.radar_silent()) estimate.flags |= kNoRadar;
   out_.odometry.push_back(stamped(estimate));
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(stamped(*correction));
