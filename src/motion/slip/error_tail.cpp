@@ -7,10 +7,9 @@ namespace gprodom {
 
 namespace {
 
-// Quantiles of the square of a standard normal variable. Up to the upper one, the sample is not
-// changed by slips that begin in less than a tenth of the intervals.
+// The upper quantile. Up to it, the sample is not changed by slips that begin in less than a tenth
+// of the intervals.
 constexpr double kUpper = 0.9;
-constexpr double kMedianOfSquare = 0.455, kUpperOfSquare = 2.706;
 
 // Intervals that the assumption of normal errors counts for. The median of so many has a relative
 // standard deviation of 40 %, and that much is not known about a noise beforehand either.
@@ -56,10 +55,11 @@ void ErrorTail::fit() {
     return (1 - u) * sorted_[below] + u * sorted_[below + 1];
   };
   constexpr double kLeast = 1e-12;  // wheel and IMU that agree exactly have no logarithm
+  static const double normal_median = normal_square(0.5), normal_upper = normal_square(kUpper);
   const double median = std::max(quantile(0.5), kLeast), upper = quantile(kUpper);
-  exponent_ = std::clamp(std::log(upper / median) / std::log(kUpperOfSquare / kMedianOfSquare), 1.0,
+  exponent_ = std::clamp(std::log(upper / median) / std::log(normal_upper / normal_median), 1.0,
                          kLargestExponent);
-  size_ = std::sqrt(upper / std::pow(kUpperOfSquare, exponent_));
+  size_ = std::sqrt(upper / std::pow(normal_upper, exponent_));
 }
 
 double ErrorTail::threshold(double deviations) const {
