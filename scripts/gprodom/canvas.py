@@ -20,9 +20,10 @@ TRUTH_COLOUR = "0.55"
 # Okabe and Ito's palette: told apart by colour-blind readers and in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 
-# Told apart in grey, too; five and the eight colours come together again only after forty lines.
+LINE_COLOURS = COLOURS[:7]  # a thin line of yellow is not seen on white
 LABEL_IN = 0.45  # height of ticks and label of an x axis
 
+# Told apart in grey, too; five and the seven colours come together again only after 35 lines.
 DASHES: tuple[Any, ...] = (
     "-",
     (0, (6, 2)),
@@ -41,7 +42,7 @@ def line_style(i: int, count: int) -> dict[str, Any]:
     """
     share = i / max(count - 1, 1)
     return {
-        "color": COLOURS[i % len(COLOURS)],
+        "color": LINE_COLOURS[i % len(LINE_COLOURS)],
         "linestyle": DASHES[i % len(DASHES)],
         "linewidth": 2.4 - 1.4 * share,
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gprodom.odometry.causal_yaw import causal_yaw
+from gprodom.odometry.causal_yaw import CausalYaw, causal_yaw
 
 BIAS = np.array([0.01, -0.02, 0.005])
 TIME = np.arange(0, 40_000_000, 10_000)
@@ -13,12 +13,18 @@ SECONDS = TIME * 1e-6
 SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # R_imu_body
 
 
-def yaw_of(turning: np.ndarray, speed: np.ndarray, until: int = len(TIME)) -> np.ndarray:
-    """Of a robot with that rate (rad/s) and wheel speed (m/s), its IMU on its side and shaken."""
+def sensed(turning: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Acceleration, angular rate and distance of a robot with that rate (rad/s) and wheel speed
+    (m/s), its IMU on its side and shaken."""
     shaken = 0.3 * np.sin(2 * np.pi * 25 * SECONDS)[:, None]
     force = np.tile([0.0, 0.0, 9.81], (TIME.size, 1)) @ SIDE.T + shaken
     gyro = turning[:, None] * SIDE[:, 2] + BIAS + 0.03 * shaken
-    distance = np.cumsum(speed) * 0.01
+    return force, gyro, np.cumsum(speed) * 0.01
+
+
+def yaw_of(turning: np.ndarray, speed: np.ndarray, until: int = len(TIME)) -> np.ndarray:
+    """Of that robot."""
+    force, gyro, distance = sensed(turning, speed)
     whole = slice(0, until)
     return causal_yaw(TIME[whole], force[whole], gyro[whole], TIME[whole], distance[whole])
 
@@ -46,3 +52,23 @@ def test_later_data_do_not_change_what_was_known() -> None:
     driving = SECONDS < 20
     speed = 0.5 * driving
     assert yaw_of(0.1 * driving, speed, 1000) == pytest.approx(yaw_of(0.1 * driving, speed)[:1000])
+
+
+@pytest.mark.parametrize("piece", [7, 130, 1000])
+def test_piece_by_piece_it_is_the_same(piece: int) -> None:
+    driving = (SECONDS < 3) | ((SECONDS > 8) & (SECONDS < 20)) | (SECONDS > 25)
+    force, gyro, distance = sensed(0.3 * driving, 0.5 * driving)
+    whole = causal_yaw(TIME, force, gyro, TIME[::5], distance[::5])
+    told = CausalYaw()
+    parts, late = [], 3  # pieces by which the wheel comes later
+    for first in range(0, TIME.size + late * piece, piece):
+        imu = slice(first, first + piece)
+        behind = max(first - late * piece, 0)
+        wheel = slice(-(-behind // 5) * 5, max(first - (late - 1) * piece, 0), 5)
+        parts.append(told.add(TIME[imu], force[imu], gyro[imu], TIME[wheel], distance[wheel]))
+    no_imu, no_wheel = np.zeros((0, 3)), np.zeros(0)
+    none = np.zeros(0, np.int64)
+    parts.append(told.add(none, no_imu, no_imu, none, no_wheel, is_all=True))
+    time, yaw = (np.concatenate(each) for each in zip(*parts, strict=True))
+    np.testing.assert_array_equal(time, TIME)
+    np.testing.assert_allclose(yaw, whole, atol=1e-12)

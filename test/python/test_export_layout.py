@@ -17,6 +17,24 @@ pytest.importorskip("rosbags", reason="rosbags (the extra bag) is not installed"
 pytest.importorskip("mcap_ros2", reason="mcap-ros2-support (the extra test) is not installed")
 
 
+# What Foxglove's panels draw of ROS messages, as the documentation of each panel lists them; the
+# two others take any number on a message path.
+DRAWN = {
+    "3D": {
+        "nav_msgs/msg/Path",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "visualization_msgs/msg/Marker",
+    },
+    "Image": {"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"},
+    "DiagnosticSummary": {"diagnostic_msgs/msg/DiagnosticArray"},
+    "Plot": set(),
+    "StateTransitions": set(),
+}
+NUMBERS = {"bool", "byte", "char", "float32", "float64"} | {
+    f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """drive.mcap and drive.json."""
@@ -76,6 +94,70 @@ def test_every_panel_finds_its_data(
     assert set(shown) - set(messages) == {"/gprodom/truth"}  # which this log does not have
     assert panels["DiagnosticSummary!told"]["topicToRender"] in messages
     assert panels["Image!ground"]["imageMode"]["imageTopic"] in messages
+
+
+def topics_of(name: str, panel: dict[str, Any]) -> list[str]:
+    """Topics that a panel draws whole."""
+    if name.startswith("3D!"):
+        return list(panel["topics"])
+    if name.startswith("Image!"):
+        return [panel["imageMode"]["imageTopic"]]
+    return [panel["topicToRender"]] if name.startswith("DiagnosticSummary!") else []
+
+
+def type_at(definition: str, kind: str, path: str) -> str:
+    """The type of a message path, by the definitions that a schema holds."""
+    kinds = {"": definition.partition("=" * 80)[0]}
+    for part in definition.split("=" * 80)[1:]:
+        first, _, rest = part.strip().partition("\n")
+        kinds[first.removeprefix("MSG: ").replace("/msg/", "/")] = rest
+    here, package = kinds[""], kind.split("/")[0]
+    found = kind
+    for name, index in re.findall(r"\.(\w+)((?:\[\d+\])?)", path.partition(".@")[0]):
+        field = re.search(rf"^\s*([\w/]+)(\[\d*\])?\s+{name}\s*(#.*)?$", here, re.M)
+        assert field is not None, f"{kind} has no {path}"
+        assert bool(index) == bool(field[2]), (
+            f"{path}: an index where there is an array, and only there"
+        )
+        found = field[1].replace("/msg/", "/")
+        if found not in NUMBERS:
+            full = next(
+                each for each in (found, f"{package}/{found}", f"std_msgs/{found}") if each in kinds
+            )
+            here, package = kinds[full], full.split("/")[0]
+    return found
+
+
+def test_schemas_are_those_that_foxglove_draws(made: Path) -> None:
+    """In the file itself: its schema of a topic says that the panel can draw it, and that a message
+    path leads to a number."""
+    from mcap.reader import make_reader
+
+    with (made / "drive.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    schemas = {each.topic: summary.schemas[each.schema_id] for each in summary.channels.values()}
+    assert {each.encoding for each in schemas.values()} == {"ros2msg"}
+    assert {each.message_encoding for each in summary.channels.values()} == {"cdr"}
+    panels = json.loads((made / "drive.json").read_text())["configById"]
+    assert {name.partition("!")[0] for name in panels} == set(DRAWN)
+    looked_at = 0
+    for name, panel in panels.items():
+        for topic in topics_of(name, panel):
+            if topic == "/gprodom/truth":  # which this log does not have
+                continue
+            assert schemas[topic].name in DRAWN[name.partition("!")[0]], topic
+            looked_at += 1
+        for each in panel.get("paths", []):
+            topic, path = re.findall(r"^([/\w]+)(.*)$", each["value"])[0]
+            if topic not in schemas:
+                assert topic == "/gprodom/speed/radar"  # the made-up radar tells no speed
+                continue
+            schema = schemas[topic]
+            assert type_at(schema.data.decode(), schema.name, path) in NUMBERS, each["value"]
+            assert path.partition(".@")[2] in ("", "sqrt")
+            looked_at += 1
+    assert looked_at == 5 + 1 + 1 + 8
 
 
 def test_messages_for_the_panels_are_those_of_the_drive(

@@ -40,7 +40,9 @@ def check_look(figure: Figure) -> None:
             shown = [label for label in labels if label]
             assert axis.get_ylabel() or lanes, axis.get_title()
             for label in shown:
-                assert "(" in label or label in WITHOUT_UNIT or "standard" in label, label
+                assert "(" in label or label in WITHOUT_UNIT, label
+        for text in axis.get_legend_handles_labels()[1]:  # a curve with a unit of its own
+            assert not text.endswith((" (m)", " (m/s)", " (s)", " (rad)", "(degrees)", "(°)")), text
         if axis.get_xlabel() == "x (m)":
             assert axis.get_ylabel() == "y (m)" and axis.get_aspect() in (1.0, "equal")
         legend = axis.get_legend()
@@ -48,10 +50,13 @@ def check_look(figure: Figure) -> None:
             box = legend.get_window_extent()
             for other in figure.axes:
                 assert not overlap(box, other.get_window_extent()), axis.get_title()
+            whole = figure.bbox
+            assert box.x0 >= whole.x0 and box.x1 <= whole.x1 and box.y0 >= whole.y0, "cut off"
             for handle in legend.get_texts():
                 assert handle.get_text()
         for line in axis.get_lines():
-            assert is_told_apart(to_hex(line.get_color())), line.get_label()
+            colour = to_hex(line.get_color())
+            assert is_told_apart(colour) and contrast_on_white(colour) > 1.6, line.get_label()
         for image in axis.get_images():
             assert image.get_cmap().name in COLOUR_MAPS
 
@@ -71,6 +76,13 @@ def is_told_apart(colour: str) -> bool:
     """Of Okabe and Ito's palette, or grey."""
     known = {each.lower() for each in canvas.COLOURS}
     return colour.lower() in known or colour[1:3] == colour[3:5] == colour[5:7]
+
+
+def contrast_on_white(colour: str) -> float:
+    """As WCAG has it: 1 is not seen, 21 is black."""
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05))
 
 
 @pytest.mark.parametrize("what", ["trajectory", "log", "revisits", "score"])
@@ -106,3 +118,18 @@ def test_a_legend_on_the_curves_is_found() -> None:
     axis.legend(loc="best")
     with pytest.raises(AssertionError):
         check_look(figure)
+
+
+def test_two_units_on_one_axis_are_found() -> None:
+    figure, (axis,) = canvas.new_figure()
+    axis.plot([0, 1], [0, 1], color=canvas.COLOURS[0], label="position (m)")
+    axis.plot([0, 1], [1, 0], color=canvas.COLOURS[1], label="heading (°)")
+    axis.set(xlabel="time (s)", ylabel="σ (m, °)")
+    with pytest.raises(AssertionError):
+        check_look(figure)
+
+
+def test_lines_of_many_are_seen_and_told_apart() -> None:
+    styles = [canvas.line_style(i, 35) for i in range(35)]
+    assert len({(each["color"], str(each["linestyle"])) for each in styles}) == 35
+    assert min(contrast_on_white(each["color"]) for each in styles) > 2.0

@@ -24,6 +24,7 @@ from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import Revisits, find_revisits, revisits_figure
 from gprodom.score.pictures import draw_paths
 from gprodom.trajectory import Trajectory
+from made_drive import SECONDS, SPEED, spread, write_drive
 
 
 @pytest.mark.usefixtures("compiled")
@@ -130,12 +131,27 @@ def test_lines_of_a_log_differ_without_colour_and_have_their_legend_aside() -> N
     wheel = {"utime": time, "ticks": np.arange(n), "metres_per_tick": np.full(n, 0.1)}
     figure = log_figure({"odometry": odometry, "wheel": wheel}, "a log")
     figure.draw_without_rendering()
-    for axis in figure.axes[:2]:
-        styles = [line.get_linestyle() for line in axis.get_lines()]
-        assert len(styles) == len(set(styles)) == 2
-        legend = axis.get_legend()
-        assert legend is not None
-        assert legend.get_window_extent().x0 >= axis.get_window_extent().x1 - 1
+    axis = figure.axes[0]
+    styles = [line.get_linestyle() for line in axis.get_lines()]
+    assert len(styles) == len(set(styles)) == 2
+    legend = axis.get_legend()
+    assert legend is not None
+    assert legend.get_window_extent().x0 >= axis.get_window_extent().x1 - 1
+
+
+def test_standard_deviations_in_metres_and_in_degrees_have_an_axis_each(
+    tmp_path: Path, drawn: list[Figure]
+) -> None:
+    write_drive(tmp_path / "drive.lcmlog")
+    picture = tmp_path / "a.png"
+    assert main(["plot", "log", str(tmp_path / "drive.lcmlog"), "-o", str(picture)]) == 0
+    position, heading = drawn[0].axes[1:3]
+    assert (position.get_ylabel(), heading.get_ylabel()) == ("position σ (m)", "heading σ (°)")
+    ends = [axis.get_lines()[0].get_ydata()[-1] for axis in (position, heading)]
+    last = np.sqrt(np.trace(spread(SECONDS))), np.degrees(np.sqrt(1e-5))
+    assert ends == pytest.approx(last, rel=0.01)
+    speed = {line.get_label(): line.get_ydata() for line in drawn[0].axes[0].get_lines()}
+    assert speed["wheel"][-1] == pytest.approx(SPEED, abs=0.02)  # no fall at the end
 
 
 def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_other() -> None:

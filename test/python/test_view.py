@@ -59,6 +59,18 @@ def shown(log: Path) -> dict[str, dict[str, Any]]:
     return rows(path)
 
 
+def check_reckoning(found: dict[str, dict[str, Any]]) -> None:
+    """Of a perfect wheel and gyro it is the circle that was driven, without a gap, to its end."""
+    strips = [np.array(strip[0]) for strip in found["/way/wheel_and_gyro"]["strips"]]
+    for one, other in pairwise(strips):
+        np.testing.assert_allclose(one[-1], other[0], atol=1e-5)
+    way = np.concatenate(strips)[:, :2]
+    np.testing.assert_allclose(np.linalg.norm(way - [0.0, RADIUS], axis=1), RADIUS, atol=0.05)
+    turned = SPEED * (SECONDS - STANDS_S) / RADIUS
+    end = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
+    np.testing.assert_allclose(way[-1], end, atol=0.15)
+
+
 def check_drive(found: dict[str, dict[str, Any]], slack_s: float) -> None:
     """What both a log and the live view must show of the made-up drive."""
     way = np.concatenate([np.array(strip[0]) for strip in found["/way/map"]["strips"]])
@@ -93,11 +105,7 @@ def test_recording_of_a_log(shown: dict[str, dict[str, Any]]) -> None:
     assert np.ptp(shown["/way/map"]["time"]) > SECONDS - 3  # the line grows with time
     told = [text[0] for text in shown["/told"]["text"]]
     assert told[0].startswith("GPR_TRACE: no data") and "map: searching for earlier ground" in told
-    # Dead reckoning of a perfect wheel and gyro ends where the path does.
-    ends = [
-        np.array(shown[f"/way/{n}"]["strips"][-1][0])[-1, :2] for n in ("map", "wheel_and_gyro")
-    ]
-    np.testing.assert_allclose(*ends, atol=0.3)
+    check_reckoning(shown)
 
 
 def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
@@ -125,6 +133,7 @@ def test_live_view_shows_the_same(log: Path, tmp_path: Path) -> None:
     stream.disconnect()
     found = rows(tmp_path / "live.rrd")
     check_drive(found, 0.2)
+    check_reckoning(found)
     # A trace that comes is a column of the ground by time; the robot moved 1 m in 2 s.
     pieces = [name for name in found if re.fullmatch(r"/ground_by_time/pieces/\d+", name)]
     assert len(pieces) == -(-SECONDS * 10 // 256)

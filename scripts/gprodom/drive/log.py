@@ -132,12 +132,18 @@ class Drive:
         return np.asarray((np.asarray(utime) - self.origin) * 1e-6)
 
 
+def turned_onto(here: Trajectory, there: Trajectory) -> tuple[Floats, Floats]:
+    """Rotation (3, 3), in the plane, and translation (3) that bring the first pose of `here` to
+    that of `there`."""
+    assert here.orientation is not None and there.orientation is not None
+    turn = rotation.yaw_of(there.orientation[:1]) - rotation.yaw_of(here.orientation[:1])
+    matrix = rotation.yaw_matrix(float(turn[0]))
+    return matrix, there.position[0] - matrix @ here.position[0]
+
+
 def _placed(way: Trajectory, here: Trajectory, path: Trajectory) -> Trajectory:
     """`way` moved in the plane, so that its pose `here` comes to the begin of `path`."""
-    assert here.orientation is not None and path.orientation is not None
-    turn = rotation.yaw_of(path.orientation[:1]) - rotation.yaw_of(here.orientation)
-    matrix = rotation.yaw_matrix(float(turn[0]))
-    return way.transformed(matrix, path.position[0] - matrix @ here.position[0])
+    return way.transformed(*turned_onto(here, path))
 
 
 def _joined(one: Trajectory, other: Trajectory) -> Trajectory:

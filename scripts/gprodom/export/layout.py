@@ -34,11 +34,11 @@ CURVES: dict[str, dict[str, tuple[str, str]]] = {
         "wheel": ("/gprodom/speed/wheel.twist.linear.x", ORANGE),
         "radar, unsigned": ("/gprodom/speed/radar.twist.linear.x", GREEN),
     },
-    "Standard deviation": {
-        "x (m)": (VARIANCE.format(0), BLUE),
-        "y (m)": (VARIANCE.format(7), SKY),
-        "heading (rad)": (VARIANCE.format(35), GREEN),
+    "Position, standard deviation (m)": {
+        "x": (VARIANCE.format(0), BLUE),
+        "y": (VARIANCE.format(7), SKY),
     },
+    "Heading, standard deviation (rad)": {"heading": (VARIANCE.format(35), GREEN)},
 }
 STATES = {
     "health (0 ok, 1 degraded, 2 failed)": "/diagnostics.status[0].level",
@@ -70,8 +70,7 @@ def layout(path: Trajectory) -> dict[str, Any]:
     }
     names = [
         "Image!ground",
-        "Plot!0",
-        "Plot!1",
+        *(f"Plot!{i}" for i in range(len(CURVES))),
         "StateTransitions!states",
         "DiagnosticSummary!told",
     ]

@@ -29,41 +29,119 @@ def causal_yaw(
     the IMU's axes, at whatever rotation it is mounted; distance (m,) signed, cumulative, m. Before
     the first standstill the bias counts as zero and gravity is the mean acceleration so far.
     """
-    seconds = (imu_time - imu_time[0]) * 1e-6
-    bins = (seconds / BIN_S).astype(np.int64)
-    count = np.bincount(bins)
-    rates, forces = (_sums(bins, values) for values in (gyro, acceleration))
-    edges = imu_time[0] * 1e-6 + BIN_S * np.arange(len(count) + 1)
-    moved = np.abs(np.diff(np.interp(edges, wheel_time * 1e-6, distance)))
-    bias, up = _so_far(count, rates, forces, moved)
-    rate = np.sum((gyro - bias[bins]) * up[bins], axis=1)
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(seconds)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    whole = CausalYaw()
+    return whole.add(imu_time, acceleration, gyro, wheel_time, distance, is_all=True)[1]
 
 
-def _sums(bins: Ints, values: Floats) -> Floats:
-    return np.column_stack([np.bincount(bins, column) for column in values.T])
+class CausalYaw:
+    """The same of data that come piece by piece: a bin is told once it is over for IMU and wheel,
+    the first `WINDOW_S` at once, as gravity is then taken from all of it."""
+
+    def __init__(self) -> None:
+        self._origin: int | None = None
+        self._imu: tuple[Ints, Floats, Floats] = (np.zeros(0, np.int64), *np.zeros((2, 0, 3)))
+        self._wheel: tuple[Ints, Floats] = (np.zeros(0, np.int64), np.zeros(0))
+        self._counts, self._moved = np.zeros(0, np.int64), np.zeros(0)
+        self._rates, self._forces = np.zeros((2, 0, 3))
+        self._known: Floats | None = None
+        self._standing = slice(0, 0)  # bins of the standstill that bias and gravity come from
+        self._last: tuple[int, float, float] | None = None  # time, rate and yaw told last
+
+    def add(
+        self,
+        imu_time: Ints,
+        acceleration: Floats,
+        gyro: Floats,
+        wheel_time: Ints,
+        distance: Floats,
+        is_all: bool = False,
+    ) -> tuple[Ints, Floats]:
+        """Times (k,) and yaw (k,) that can be told now. Stamps must go on from those before.
+
+        is_all: nothing more comes, so that all that is left is told.
+        """
+        new = imu_time, acceleration, gyro
+        time, force, rate = (_after(a, b) for a, b in zip(self._imu, new, strict=True))
+        self._wheel = (_after(self._wheel[0], wheel_time), _after(self._wheel[1], distance))
+        if self._origin is None:
+            if not len(time):
+                return time, np.zeros(0)
+            self._origin = int(time[0])
+        bins = ((time - self._origin) * 1e-6 / BIN_S).astype(np.int64)
+        begun = len(self._counts)
+        over = int(bins[-1]) + 1 if len(bins) and is_all else self._over(bins)
+        if over <= begun or (begun == 0 and over < round(WINDOW_S / BIN_S) and not is_all):
+            self._imu = time, force, rate
+            return np.zeros(0, np.int64), np.zeros(0)
+        told = bins < over
+        self._imu = time[~told], force[~told], rate[~told]
+        bias, up = self._so_far(bins[told] - begun, rate[told], force[told], over - begun)
+        return self._integrated(time[told], bins[told] - begun, rate[told], bias, up)
+
+    def _over(self, bins: Ints) -> int:
+        """Bins that neither IMU nor wheel adds to any more."""
+        if not len(bins) or not len(self._wheel[0]):
+            return 0
+        assert self._origin is not None
+        wheel = int((self._wheel[0][-1] - self._origin) * 1e-6 / BIN_S)
+        return min(int(bins[-1]), wheel)
+
+    def _so_far(self, bins: Ints, rate: Floats, force: Floats, new: int) -> tuple[Floats, Floats]:
+        """Bias (new, 3) and unit vector upwards (new, 3) as known at the beginning of each of the
+        `new` bins that follow those before. In the first bins, where nothing is known, the vector
+        comes from their own accelerations.
+        """
+        assert self._origin is not None
+        wide, begun = round(WINDOW_S / BIN_S), len(self._counts)
+        edges = self._origin * 1e-6 + BIN_S * np.arange(begun, begun + new + 1)
+        moved = np.abs(np.diff(np.interp(edges, self._wheel[0] * 1e-6, self._wheel[1])))
+        self._wheel = _from(self._wheel, edges[-1])
+        self._moved = np.concatenate([self._moved, moved])
+        self._counts = np.concatenate([self._counts, np.bincount(bins, minlength=new)])
+        self._rates = np.concatenate([self._rates, _sums(bins, rate, new)])
+        self._forces = np.concatenate([self._forces, _sums(bins, force, new)])
+        bias, up = np.zeros((new, 3)), np.zeros((new, 3))
+        for row in range(new):
+            now = begun + row
+            window, standing = slice(max(now - wide, 0), now), self._standing
+            parts = self._counts[window], self._rates[window], self._moved[window]
+            if _stands(*parts, wide, self._known):
+                start = standing.start if standing.stop == now - 1 else window.start
+                standing = self._standing = slice(start, now)
+                self._known = self._rates[standing].sum(axis=0) / self._counts[standing].sum()
+            if self._known is not None:
+                bias[row] = self._known
+            level = standing if self._known is not None else slice(0, max(now, wide))
+            gravity = self._forces[level].sum(axis=0)
+            up[row] = gravity / np.linalg.norm(gravity)
+        return bias, up
+
+    def _integrated(
+        self, time: Ints, bins: Ints, gyro: Floats, bias: Floats, up: Floats
+    ) -> tuple[Ints, Floats]:
+        rate = np.sum((gyro - bias[bins]) * up[bins], axis=1)
+        assert self._origin is not None
+        before = self._last if self._last is not None else (int(time[0]), float(rate[0]), 0.0)
+        rates = np.concatenate([[before[1]], rate])
+        seconds = (np.concatenate([[before[0]], time]) - self._origin) * 1e-6
+        steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(seconds)
+        yaw = np.cumsum(np.concatenate([[before[2]], steps]))[1:]
+        self._last = int(time[-1]), float(rate[-1]), float(yaw[-1])
+        return time, yaw
 
 
-def _so_far(count: Ints, rates: Floats, forces: Floats, moved: Floats) -> tuple[Floats, Floats]:
-    """Bias (k, 3) and unit vector upwards (k, 3) as known at the beginning of each of k bins. In
-    the first bins, where nothing is known, the vector comes from their own accelerations.
-    """
-    wide = round(WINDOW_S / BIN_S)
-    bias, up = np.zeros((len(count), 3)), np.zeros((len(count), 3))
-    known: Floats | None = None
-    standing = slice(0, 0)  # bins of the standstill that bias and gravity come from
-    for now in range(len(count)):
-        window = slice(max(now - wide, 0), now)
-        if _stands(count[window], rates[window], moved[window], wide, known):
-            standing = slice(standing.start if standing.stop == now - 1 else window.start, now)
-            known = rates[standing].sum(axis=0) / count[standing].sum()
-        if known is not None:
-            bias[now] = known
-        level = standing if known is not None else slice(0, max(now, wide))
-        force = forces[level].sum(axis=0)
-        up[now] = force / np.linalg.norm(force)
-    return bias, up
+def _after(before: Floats, new: Floats) -> Floats:
+    return new if not len(before) else np.concatenate([before, new])
+
+
+def _from(wheel: tuple[Ints, Floats], second: float) -> tuple[Ints, Floats]:
+    """What the distance from that second on follows from."""
+    first = max(int(np.searchsorted(wheel[0] * 1e-6, second, side="right")) - 1, 0)
+    return wheel[0][first:], wheel[1][first:]
+
+
+def _sums(bins: Ints, values: Floats, count: int) -> Floats:
+    return np.column_stack([np.bincount(bins, column, count) for column in values.T])
 
 
 def _stands(count: Ints, rates: Floats, moved: Floats, wide: int, known: Floats | None) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gprodom import rotation
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.odometry.causal_yaw import causal_yaw
+from gprodom.odometry.causal_yaw import CausalYaw, causal_yaw
 from gprodom.trajectory import Times, Trajectory
 
 Array = NDArray[np.float64]
@@ -19,6 +19,7 @@ Span = tuple[int, int]  # microseconds
 
 MOVED_M = 1e-3  # when the wheel has turned this far, the first standstill has ended
 MIN_STANDSTILL_S = 0.5
+IMU_FIELDS = ("linear_acceleration", "angular_velocity")
 SETTLED_S = 1.0  # of a standstill on the way, at either end: the robot may still roll or rock
 
 
@@ -135,3 +136,49 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array
 def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:
     """The method `wheel`: wheel distance with gyro yaw, at the wheel's stamps."""
     return integrate(*wheel_distance(log), *gyro_yaw(log))
+
+
+class Reckoner:
+    """`wheel_and_gyro` of a log that comes piece by piece."""
+
+    def __init__(self) -> None:
+        self._yaw = CausalYaw()
+        none = np.zeros(0, np.int64)
+        self._heading: tuple[Times, Array] = (none, np.zeros(0))
+        self._wheel: tuple[Times, Array] = (none, np.zeros(0))
+        self._pose: Trajectory | None = None  # told last
+
+    def add(self, log: dict[str, logs.Channel], is_all: bool = False) -> Trajectory | None:
+        """The way from the pose told last on, as far as IMU and wheel show it; None: no further.
+
+        log: what came since; stamps must go on from those before. is_all: nothing more comes.
+        """
+        none = np.zeros(0, np.int64)
+        wheel = wheel_distance(log) if has_wheel(log) else (none, np.zeros(0))
+        imu = log.get("imu", {"utime": none, **dict.fromkeys(IMU_FIELDS, np.zeros((0, 3)))})
+        acceleration, gyro = (imu[name] for name in IMU_FIELDS)
+        told = self._yaw.add(imu["utime"], acceleration, gyro, *wheel, is_all)
+        self._heading = _joined(self._heading, told)
+        self._wheel = _joined(self._wheel, wheel)
+        if not len(self._heading[0]):
+            return None
+        known = len(self._wheel[0])
+        if not is_all:
+            known = int(np.searchsorted(self._wheel[0], self._heading[0][-1], side="right"))
+        if known < 2:
+            return None
+        time, distance = self._wheel[0][:known], self._wheel[1][:known]
+        way = integrate(time, distance, *self._heading)
+        if self._pose is not None:
+            assert self._pose.orientation is not None
+            matrix = rotation.to_matrix(self._pose.orientation)[0]
+            way = way.transformed(matrix, self._pose.position[0])
+        self._pose = way.select(np.array([len(way) - 1]))
+        self._wheel = (self._wheel[0][known - 1 :], self._wheel[1][known - 1 :])
+        first = max(int(np.searchsorted(self._heading[0], time[-1], side="right")) - 1, 0)
+        self._heading = (self._heading[0][first:], self._heading[1][first:])
+        return way
+
+
+def _joined(before: tuple[Times, Array], new: tuple[Times, Array]) -> tuple[Times, Array]:
+    return np.concatenate([before[0], new[0]]), np.concatenate([before[1], new[1]])

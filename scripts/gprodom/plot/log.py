@@ -35,12 +35,14 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
     odometry = log["odometry"]
     origin = int(odometry["utime"][0])
     seconds = (odometry["utime"] - origin) * 1e-6
-    figure, axes = canvas.new_figure(3, 1, width=9.0, height=7.0, sharex=True)
-    _draw_speed(axes[0], log, seconds, origin)
-    _draw_sigma(axes[1], odometry, seconds)
-    _draw_flags(axes[2], odometry["flags"], seconds)
-    axes[0].set_title(title)
-    axes[2].set_xlabel("time (s)")
+    figure, axes = canvas.new_figure(4, 1, width=9.0, height=8.0, sharex=True)
+    speed, position, heading, flags = axes
+    _draw_speed(speed, log, seconds, origin)
+    _draw_sigmas(position, heading, odometry, seconds)
+    _draw_flags(flags, odometry["flags"], seconds)
+    speed.set_title(title)
+    flags.set_xlabel("time (s)")
+    figure.align_ylabels(axes)
     return figure
 
 
@@ -50,9 +52,10 @@ def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, NDArray[np.float64
         return None
     time, distance = wheel_distance(log)
     clock = (time - time[0]) * 1e-6
-    ahead = np.interp(clock + SPEED_SPAN_S / 2, clock, distance)
-    behind = np.interp(clock - SPEED_SPAN_S / 2, clock, distance)
-    return time, (ahead - behind) / SPEED_SPAN_S
+    ends = clock[:1], clock[-1:]  # of what was driven: at either end the span is shorter
+    ahead, behind = (np.clip(clock + s * SPEED_SPAN_S / 2, *ends) for s in (1, -1))
+    moved = np.interp(ahead, clock, distance) - np.interp(behind, clock, distance)
+    return time, moved / np.maximum(ahead - behind, 1e-3)
 
 
 def radar_speed(displacement: logs.Channel) -> tuple[Times, NDArray[np.float64]]:
@@ -77,22 +80,28 @@ def _draw_speed(
     canvas.legend_beside(axis)
 
 
-def _draw_sigma(axis: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]) -> None:
+def _draw_sigmas(
+    position: Axes, heading: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]
+) -> None:
+    """Each with an axis of its own: metres and degrees have no common scale."""
     variance = odometry["pose_covariance"].reshape(-1, 6, 6)
-    position = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
-    yaw = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
-    axis.plot(seconds, position, color=canvas.COLOURS[0], lw=1.0, label="position (m)")
-    axis.plot(seconds, yaw, color=canvas.COLOURS[2], lw=1.0, ls="--", label="yaw (degrees)")
-    axis.set_ylabel("standard deviation")
-    axis.set_ylim(bottom=0)
-    canvas.legend_beside(axis)
+    metres = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
+    degrees = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
+    position.plot(seconds, metres, color=canvas.COLOURS[0], lw=1.0)
+    position.set_ylabel("position σ (m)")
+    heading.plot(seconds, degrees, color=canvas.COLOURS[2], lw=1.0)
+    heading.set_ylabel("heading σ (°)")
+    for axis in (position, heading):
+        axis.set_ylim(bottom=0)
 
 
 def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:
+    """A lane each; standing is no trouble, so it has another colour than the rest."""
     bits = flag_bits()
-    for row, bit in enumerate(bits.values()):
+    for row, (name, bit) in enumerate(bits.items()):
         bars = spans(seconds, (flags & bit) != 0)
-        axis.broken_barh(bars, (row - 0.35, 0.7), color=canvas.COLOURS[row % len(canvas.COLOURS)])
+        colour = canvas.COLOURS[5] if name == "standing" else canvas.COLOURS[4]
+        axis.broken_barh(bars, (row - 0.35, 0.7), color=colour)
     axis.set_yticks(range(len(bits)), list(bits))
     axis.set_ylim(len(bits) - 0.5, -0.5)
 

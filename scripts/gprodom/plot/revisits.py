@@ -97,9 +97,9 @@ def revisits_figure(
     apart.set_ylabel("path has them apart by (m)")
     apart.set_ylim(bottom=0)
     if correction is not None and len(correction["utime"]):
-        clock = (correction["utime"] - origin) * 1e-6
         size = np.linalg.norm(correction["position"][:, :2], axis=1)
-        jumps.plot(clock, size, drawstyle="steps-post", color=canvas.COLOURS[2], lw=1.2)
+        held = _held((correction["utime"] - origin) * 1e-6, size, path.seconds()[-1])
+        jumps.plot(*held, drawstyle="steps-post", color=canvas.COLOURS[2], lw=1.2)
     jumps.set_xlabel("time (s)")
     jumps.set_ylabel("correction of map (m)")
     jumps.set_ylim(bottom=0)
@@ -107,6 +107,14 @@ def revisits_figure(
         axis.set_xlim(0, (path.time[-1] - origin) * 1e-6)
     figure.suptitle(title)
     return figure
+
+
+def _held(clock: Array, size: Array, end: float) -> tuple[Array, Array]:
+    """A correction holds until the next one: from none at the begin to the last one at `end`."""
+    return (
+        np.concatenate([[min(0.0, clock[0])], clock, [max(end, clock[-1])]]),
+        np.concatenate([[0.0], size, size[-1:]]),
+    )
 
 
 def add_parser(subjects: Subparsers) -> None:

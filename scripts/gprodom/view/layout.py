@@ -11,9 +11,10 @@ from gprodom.drive.log import Drive
 from gprodom.view import ground
 from gprodom.view.record import TIMELINE, WAY, load_rerun
 
-CURVES = {
-    "/speed": "Speed (m/s): estimate blue, wheel orange, radar (unsigned) green, IMU over 1 s pink",
-    "/sigma": "Standard deviation: position (m) blue, heading (degrees) green",
+SPEED = "Speed (m/s): estimate blue, wheel orange, radar (unsigned) green, IMU over 1 s pink"
+SIGMAS = {
+    "/sigma/position": "Position, standard deviation (m)",
+    "/sigma/heading": "Heading, standard deviation (°)",
 }
 LIVE_COLUMNS = 1600.0  # of the radargram along the way that are in sight
 
@@ -99,11 +100,13 @@ def _blueprint(
                 background=[18, 20, 24],
             ),
         ]
+
+    def curves(origin: str, name: str) -> Any:
+        return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend)
+
     rows += [
-        *(
-            rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend)
-            for origin, name in CURVES.items()
-        ),
+        curves("/speed", SPEED),
+        rrb.Horizontal(*(curves(*each) for each in SIGMAS.items())),
         rrb.StateTimelineView(origin="/state", name="Health, standstill, slip", time_view=axis),
         rrb.TextLogView(origin="/told", name="What STATUS told"),
     ]

@@ -29,9 +29,10 @@ from gprodom.lcm.messages import by_fingerprint, message
 from gprodom.plot.log import SPEED_SPAN_S, radar_speed, wheel_speed
 from gprodom.plot.revisits import find_revisits
 from gprodom.score.sources import odometry
-from gprodom.trajectory import Trajectory, interpolate
+from gprodom.trajectory import Trajectory, interpolate, thin
 from gprodom.view.ground import TILE_COLUMNS, AlongWay, ByTime, as_bytes
 from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S
+from gprodom.view.reckoning import Reckoning
 from gprodom.view.record import ON, Recorder
 
 if TYPE_CHECKING:
@@ -39,7 +40,16 @@ if TYPE_CHECKING:
 
 SEND_S = 0.5  # between two times that what was kept is sent
 KEPT_US = {"odometry": 100_000, "odometry_map": 100_000}  # the others are kept whole
-ROLES = ("odometry", "odometry_map", "wheel", "wheels", "displacement", "status", "gpr_trace")
+ROLES = (
+    "odometry",
+    "odometry_map",
+    "imu",
+    "wheel",
+    "wheels",
+    "displacement",
+    "status",
+    "gpr_trace",
+)
 GROUND_S = 1.0  # between two pictures of the newest piece of ground
 SPACING_M = 0.02  # of a column along the way
 WAY_COLUMNS = 1600  # of those that are in sight: 32 m
@@ -62,6 +72,7 @@ class Live:
         self._subscriptions: dict[str, LCMSubscription] = {}
         self._wheel: Channel | None = None  # of the last second
         self._wheel_sent = 0  # time of the last speed of it that was sent (us)
+        self._reckoning = Reckoning()
 
     def subscribe(self, lcm: LCM) -> None:
         """To the channels that are drawn, and no others: they cost processor time."""
@@ -96,6 +107,7 @@ class Live:
         elif "odometry" in found and "odometry_map" not in self._last:
             self._send_odometry(found["odometry"])
         self._send_wheel(found)
+        self._send_reckoned(found)
         if "displacement" in found:
             self._send_displacements(found["displacement"])
         if "status" in found:
@@ -106,6 +118,7 @@ class Live:
     def finish(self) -> None:
         """Sends all of what is left."""
         self.send()
+        self._send_reckoned({}, is_all=True)
         self._ground.send()
 
     def _send_odometry(self, content: Channel) -> None:
@@ -139,6 +152,12 @@ class Live:
         self._wheel_sent = int(time[new][-1]) if new.any() else self._wheel_sent
         recent = time >= time[-1] - round(2e6 * SPEED_SPAN_S)
         self._wheel = {name: value[recent] for name, value in whole.items()}
+
+    def _send_reckoned(self, found: dict[str, Channel], is_all: bool = False) -> None:
+        """The way by wheel and gyro alone."""
+        way = self._reckoning.add(found, self._path, is_all)
+        if way is not None:
+            self._recorder.path("wheel and gyro", thin(way, KEPT_US["odometry"]), 1 << 62)
 
     def _send_displacements(self, content: Channel) -> None:
         self._recorder.scalars("/speed/radar", *radar_speed(content))

@@ -29,7 +29,7 @@ WAY = "/way"
 PATHS = {"wheel and gyro": ORANGE, "truth": GREY, "odom": GREEN, "map": BLUE}  # the last on top
 LAYER_M = 0.01  # a line lies above the one before it
 SPEEDS = {"IMU": PINK, "wheel": ORANGE, "radar": GREEN, "estimate": BLUE}
-SIGMAS = {"position (m)": BLUE, "heading (deg)": GREEN}
+SIGMAS = {"position": BLUE, "heading": GREEN}
 HEALTH = {"ok": GREEN, "degraded": AMBER, "failed": ORANGE}
 STATES = {"standing": SKY, "slipping": AMBER, "radar missing": ORANGE, "wheel missing": ORANGE}
 LINE_PX = 1.5
@@ -212,8 +212,8 @@ class Recorder:
 
     def sigmas(self, path: Trajectory) -> None:
         """How sure."""
-        self.scalars("/sigma/position (m)", path.time, position_sigma(path))
-        self.scalars("/sigma/heading (deg)", path.time, np.degrees(yaw_sigma(path)))
+        self.scalars("/sigma/position", path.time, position_sigma(path))
+        self.scalars("/sigma/heading", path.time, np.degrees(yaw_sigma(path)))
 
     def state(self, name: str, utime: Ints, values: list[str]) -> None:
         """A lane of states; only what changes is logged."""
