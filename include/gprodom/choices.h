@@ -22,6 +22,7 @@ enum class FrontEndKind {
   kTraceCount,
   kNone
 };
+enum class Trigger { kTime, kDistance, kAuto };  // of the radar's traces
 enum class Fusion { kSigned, kNorm };
 enum class DistanceForm { kCosine, kPrinted };
 enum class CoherenceUse { kContradicted, kAlways, kNever };
@@ -38,6 +39,7 @@ constexpr std::array<const char*, 2> names_like(WheelForm) { return {"increment"
 constexpr std::array<const char*, 8> names_like(FrontEndKind) {
   return {"motion", "stationarity", "sfm", "bscan", "dec", "salient", "trace_count", "none"};
 }
+constexpr std::array<const char*, 3> names_like(Trigger) { return {"time", "distance", "auto"}; }
 constexpr std::array<const char*, 2> names_like(Fusion) { return {"signed", "norm"}; }
 constexpr std::array<const char*, 2> names_like(DistanceForm) { return {"cosine", "printed"}; }
 constexpr std::array<const char*, 3> names_like(CoherenceUse) {
@@ -55,6 +57,7 @@ constexpr std::array<const char*, 4> names_like(CommandName) {
 static_assert(names_like(WheelDrive{}).size() == std::size_t(WheelDrive::kAckermann) + 1);
 static_assert(names_like(WheelForm{}).size() == std::size_t(WheelForm::kDistance) + 1);
 static_assert(names_like(FrontEndKind{}).size() == std::size_t(FrontEndKind::kNone) + 1);
+static_assert(names_like(Trigger{}).size() == std::size_t(Trigger::kAuto) + 1);
 static_assert(names_like(Fusion{}).size() == std::size_t(Fusion::kNorm) + 1);
 static_assert(names_like(DistanceForm{}).size() == std::size_t(DistanceForm::kPrinted) + 1);
 static_assert(names_like(CoherenceUse{}).size() == std::size_t(CoherenceUse::kNever) + 1);

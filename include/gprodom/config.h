@@ -123,11 +123,12 @@ struct CoherenceConfig {
 struct GprConfig {
   bool enabled = true;
   FrontEndKind front_end = FrontEndKind::kMotion;
-  double tick = 0.1;                // s of data time between answers
-  double latency_budget = 0.05;     // s of data time from tick to effect
-  double wave_speed = 1.0e8;        // m/s in the ground
-  double time_offset = 0.0;         // s; added to every stamp
-  Fusion fusion = Fusion::kSigned;  // how a displacement enters; the norm is the paper's
+  Trigger trigger = Trigger::kTime;  // by distance: from a wheel, none while the robot stands
+  double tick = 0.1;                 // s of data time between answers
+  double latency_budget = 0.05;      // s of data time from tick to effect
+  double wave_speed = 1.0e8;         // m/s in the ground
+  double time_offset = 0.0;          // s; added to every stamp
+  Fusion fusion = Fusion::kSigned;   // how a displacement enters; the norm is the paper's
   // m; antenna centre in body. With `antennas`, load_config() sets it to that of the first of them.
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();
   Antennas antennas;  // empty: the antenna whose trace comes first, at lever_arm

@@ -105,6 +105,7 @@ void add_gpr(Keys& keys, GprConfig& c) {
   keys.insert(keys.end(), {
     {"gpr.enabled", &c.enabled, "", kAny, "use the radar"},
     {"gpr.front_end", &c.front_end, "", kAny, "method that turns traces into displacements"},
+    {"gpr.trigger", &c.trigger, "", kAny, "what makes a trace: a clock, or the way (a wheel, one each so many centimetres, none while the robot stands); auto: found from standstills"},
     {"gpr.tick", &c.tick, "s", between(0.01, 10), "data time between two answers of the front end"},
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick until its answer takes effect"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar waves in the ground"},

@@ -37,7 +37,7 @@ using Allowed = std::variant<Range, Text>;
 // gprodom/choices.h has the enums and the names of their values.
 using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, Antennas*,
                                   WheelDrive*, WheelForm*, FrontEndKind*, Fusion*, DistanceForm*,
-                                  CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
+                                  Trigger*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

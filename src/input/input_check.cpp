@@ -44,7 +44,7 @@ TimeNs time_of(const InputMessage& message) {
 }  // namespace
 
 InputCheck::InputCheck(const Config& config, Health& health)
-    : config_(config), health_(health), time_guard_(config.time) {
+    : config_(config), health_(health), time_guard_(config.time), trigger_(config.gpr.trigger) {
   for (const auto& [id, place] : config.gpr.antennas) antennas_[id];
   if (!antennas_.empty()) antenna_ = antennas_.begin()->first;
 }
@@ -79,11 +79,15 @@ bool InputCheck::accept(InputMessage& message) {
   if (const auto* wheel = std::get_if<WheelSample>(&message)) wheel_m_ = wheel->distance_m;
   if (const auto* wheels = std::get_if<WheelsSample>(&message))
     wheel_m_ = 0.5 * (wheels->left_m + wheels->right_m);
-  if (std::holds_alternative<WheelSample>(message) || std::holds_alternative<WheelsSample>(message))
+  if (std::holds_alternative<WheelSample>(message) ||
+      std::holds_alternative<WheelsSample>(message)) {
     wheel_now_ = std::max(wheel_now_, time);
+    trigger_.add_wheel(time, wheel_m_);
+  }
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
     antennas_.at(trace->antenna_id).newest = time;
     if (!antenna_) antenna_ = trace->antenna_id;
+    if (trace->antenna_id == *antenna_) trigger_.add_trace(time);
   }
   return true;
 }
@@ -128,7 +132,10 @@ void InputCheck::watch(const InputMessage& message) {
   if (std::holds_alternative<Displacement>(message)) return;
   const std::string& name = channel_of(message, config_).name;
   const TimeNs time = time_of(message);
-  if (gaps(message).gap_before(time)) health_.count(name, kGap);
+  // Between traces by distance there are pauses.
+  const bool pauses =
+      std::holds_alternative<GprTrace>(message) && trigger_.trigger() != Trigger::kTime;
+  if (!pauses && gaps(message).gap_before(time)) health_.count(name, kGap);
   const bool imu = std::holds_alternative<ImuSample>(message);
   std::string weak = imu ? imu_watch_.quality() : "";
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
@@ -151,22 +158,29 @@ std::optional<TraceFormat> InputCheck::trace_format() const {
 }
 
 bool InputCheck::radar_silent() const {
-  return !antenna_ || antennas_.at(*antenna_).newest + kSecond < imu_now_;
+  return is_silent(antenna_ ? antennas_.at(*antenna_).newest : 0);
+}
+
+bool InputCheck::is_silent(TimeNs newest_trace) const {
+  if (newest_trace + kSecond >= imu_now_) return false;
+  const bool wheel_tells = wheel_now_ + kSecond >= imu_now_;
+  if (trigger_.trigger() == Trigger::kTime || !wheel_tells || trigger_.is_due()) return true;
+  return antenna_ && newest_trace + kSecond < antennas_.at(*antenna_).newest;
 }
 
 void InputCheck::watch_silence(bool radar_used) {
-  const auto watch = [&](const std::string& topic, bool used, TimeNs newest, TimeNs stuck) {
-    const bool silent = used && newest + kSecond < imu_now_;
+  const auto watch = [&](const std::string& topic, bool silent, TimeNs stuck) {
     const bool speaks = stuck + kSecond >= imu_now_;
     health_.set(topic, HealthLevel::kDegraded, !silent ? "" : speaks ? kStaysStuck : kNoData);
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
-  watch(wheel_channel(), config_.wheel.enabled, wheel_now_, 0);
-  if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used, 0, 0);
+  watch(wheel_channel(), config_.wheel.enabled && wheel_now_ + kSecond < imu_now_, 0);
+  if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used && is_silent(0), 0);
   for (const auto& [id, antenna] : antennas_) {
     const bool followed = id == antenna_;
     const std::string which = followed ? "" : " antenna " + std::to_string(id);
-    watch(config_.channels.gpr_trace + which, radar_used, antenna.newest, antenna.stuck);
+    const bool silent = radar_used && is_silent(antenna.newest);
+    watch(config_.channels.gpr_trace + which, silent, antenna.stuck);
     const bool no_signal = radar_used && antenna.signal + kSecond < antenna.newest;
     health_.set("radar" + which, HealthLevel::kDegraded,
                 no_signal ? "traces without a signal for a second or more" : "");

@@ -14,6 +14,7 @@
 #include "input/sensor_watch.h"
 #include "input/time_guard.h"
 #include "input/trace_format_watch.h"
+#include "input/trigger_watch.h"
 
 namespace gprodom {
 
@@ -45,7 +46,11 @@ class InputCheck {
   // The channel of the wheel: that of left and right wheels, if they send.
   const std::string& wheel_channel() const;
 
-  // No trace for a second, of the antenna that the estimator follows.
+  // What makes a trace: kTime or kDistance; kAuto while that is not known.
+  Trigger trigger() const { return trigger_.trigger(); }
+
+  // No trace for a second, of the antenna that the estimator follows. Of traces by distance, and
+  // while it is not known whether they are: though the robot has driven on.
   bool radar_silent() const;
 
   // That antenna: the first of gpr.antennas, otherwise the one whose trace came first; nothing
@@ -78,13 +83,15 @@ class InputCheck {
   GapWatch& gaps(const InputMessage& message);
   TimeNs& stuck(const InputMessage& message);
   void watch(const InputMessage& message);
+  bool is_silent(TimeNs newest_trace) const;
 
   const Config& config_;
   Health& health_;
   TimeGuard time_guard_;
   ImuWatch imu_watch_;
   std::optional<int> antenna_;
-  std::map<int, Antenna> antennas_;           // by id
+  std::map<int, Antenna> antennas_;  // by id
+  TriggerWatch trigger_;
   std::array<GapWatch, kMessages> gaps_;      // by the message's index
   std::array<ClockWatch, kMessages> clocks_;  // likewise
   TimeNs imu_now_ = 0, wheel_now_ = 0;

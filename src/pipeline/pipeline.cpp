@@ -30,6 +30,10 @@ void check_consistency(const Config& config) {
     throw ConfigError("smoother.latency: expected less than one state interval, 1 / state_rate");
   if (c.lag < 2 / c.state_rate)
     throw ConfigError("smoother.lag: expected at least two state intervals, 2 / state_rate");
+  if (config.gpr.trigger != Trigger::kTime && config.gpr.coherence.use == CoherenceUse::kAlways)
+    throw ConfigError(
+        "gpr.coherence.use: expected contradicted or never: traces that come by distance "
+        "(gpr.trigger) tell no speed");
 }
 
 }  // namespace
@@ -285,7 +289,8 @@ void Pipeline::ask_radar() {
     radar_worker_.submit(
         next_tick_ + from_seconds(config_.gpr.latency_budget),
         [this, tick = next_tick_, batch = std::move(batch), antenna = input_.antenna().value_or(0),
-         path = travel()] { return radar_.run(batch, tick, antenna, path); });
+         path = travel(),
+         trigger = input_.trigger()] { return radar_.run(batch, tick, antenna, path, trigger); });
     next_tick_ += tick_period_;
   }
 }
@@ -326,6 +331,7 @@ void Pipeline::publish() {
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
     report_pair();
+    report_trigger();
     report_sight();
     report_slip();
     out_.status.push_back(stamped(health_.status(imu_now_)));

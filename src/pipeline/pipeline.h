@@ -135,6 +135,7 @@ class Pipeline {
   void publish();
   void report_pair();
   void report_place(const MapAnswer& answer);
+  void report_trigger();
   void report_sight();
   void report_slip();
   void publish_pose(OdometryEstimate estimate);

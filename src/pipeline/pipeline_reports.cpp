@@ -33,6 +33,20 @@ void Pipeline::report_pair() {
   health_.value("wheels.difference_noise", found.noise());
 }
 
+// Nothing where the configuration says that traces come by time.
+void Pipeline::report_trigger() {
+  if (config_.gpr.trigger == Trigger::kTime || !radar_.enabled()) return;
+  const Trigger trigger = input_.trigger();
+  if (trigger != Trigger::kAuto)
+    health_.value("radar.by_distance", trigger == Trigger::kDistance ? 1.0 : 0.0);
+  health_.await("radar trigger", HealthLevel::kOk,
+                trigger == Trigger::kDistance
+                    ? "traces come by distance: their likeness tells no standstill and no slip"
+                : trigger == Trigger::kAuto
+                    ? "not known before a standstill: until then only ground seen before is used"
+                    : "");
+}
+
 void Pipeline::report_sight() {
   const auto unseen = motion_.unseen_speed();
   if (!unseen) return;

@@ -43,12 +43,13 @@ void drop_unusable(TimeNs tick, RadarAnswer& answer) {
 
 }  // namespace
 
-RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end) {
+RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end)
+    : is_ours_(!front_end) {
   if (config.enabled) front_end_ = front_end ? made(front_end) : gpr::make_front_end(config);
   if (gpr::PairFrontEnd::configured(config)) pair_.emplace(config);
 }
 
-void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
+void RadarTask::add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer) {
   const TraceFormat format = format_of(trace);
   std::string note;
   if (last_time_ > 0) {
@@ -56,7 +57,7 @@ void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
       note = "trace length changed";
     else if (!same_interval(format_, format))
       note = "sample interval changed";
-    else if (trace.time - last_time_ > kMaxGap)
+    else if (!has_pauses && trace.time - last_time_ > kMaxGap)
       note = "gap in traces";
   }
   if (!note.empty()) {
@@ -69,16 +70,19 @@ void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
 }
 
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna,
-                           const gpr::Travel& travel) {
+                           const gpr::Travel& travel, Trigger trigger) {
   RadarAnswer answer;
+  const bool by_distance = trigger == Trigger::kDistance;
+  const bool asks = front_end_ && !(by_distance && is_ours_);
   for (const GprTrace& trace : traces) {
-    if (front_end_ && trace.antenna_id == antenna) add(trace, answer);
-    if (pair_) pair_->add_trace(trace);
+    if (asks && trace.antenna_id == antenna) add(trace, by_distance, answer);
+    if (pair_) pair_->add_trace(trace, by_distance);
   }
-  if (front_end_) {
+  if (asks) {
     answer.findings = front_end_->tick(tick);
     drop_unusable(tick, answer);
     answer.sfm = front_end_->sfm();
+    if (trigger == Trigger::kAuto && is_ours_) answer.findings.clear();
   }
   if (pair_) {
     answer.passage = pair_->tick(tick, travel);

@@ -33,12 +33,17 @@ class RadarTask {
   // traces: those since the last tick, in time order for each antenna. The front end gets those of
   // `antenna`; it is reset if a trace has another length or sample interval than the last, or
   // follows a gap. travel: for antennas in a row.
+  // trigger: of the traces. By distance they come as evenly along the way as the wheel that makes
+  // them, at whatever speed: their likeness tells the wheel's way again, and none shows a
+  // standstill. So the front ends of ours are asked nothing then, and while it is not known
+  // (kAuto) their answers do not count. One of another maker goes on, and is not reset by a stop.
   RadarAnswer run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna = 0,
-                  const gpr::Travel& travel = {});
+                  const gpr::Travel& travel = {}, Trigger trigger = Trigger::kTime);
 
  private:
-  void add(const GprTrace& trace, RadarAnswer& answer);
+  void add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer);
 
+  const bool is_ours_;  // the front end
   std::unique_ptr<gpr::FrontEnd> front_end_;
   std::optional<gpr::PairFrontEnd> pair_;
   TimeNs last_time_ = 0;

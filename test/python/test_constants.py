@@ -54,7 +54,7 @@ def test_status_and_pictures_know_the_same_flags() -> None:
     names = flags(sent)
     assert len(names) == 11
     assert flag_shares(log) == dict.fromkeys(names, 1.0)
-    rows = log_figure(log, "all").axes[2]
+    rows = log_figure(log, "all").axes[3]
     assert [label.get_text() for label in rows.get_yticklabels()] == names
     assert len(rows.collections) == 11  # a bar for each
 

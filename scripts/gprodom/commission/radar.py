@@ -113,11 +113,13 @@ def trace_rate(log: Log, frequency: float, wave_speed: float) -> Parameter:
     moving = speed[speed > 0.1 * speed.max()]
     driven = float(np.percentile(moving, FAST)) if len(moving) else 0.0
     remark = f"{rate:.3g} traces a second; driven at up to {driven:.2f} m/s"
+    settings: tuple[str, ...] = ()
     if by_distance(log):
         remark += "; triggered by the wheel: no standstill and no slip is seen"
+        settings = ("gpr.trigger=distance",)
     elif driven > limit:
         remark += ": too fast; drive slower, or set the radar to more traces a second"
-    return Parameter("fastest speed for the trace rate", "m/s", (limit,), (), (), remark)
+    return Parameter("fastest speed for the trace rate", "m/s", (limit,), (), settings, remark)
 
 
 def lever_arm(log: Log, configured: tuple[float, ...], fastest: float) -> Parameter:

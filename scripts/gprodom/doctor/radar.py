@@ -126,6 +126,7 @@ def check_trigger(log: Log) -> Iterator[Finding]:
         yield Finding(
             "trigger",
             "radar: its traces are triggered by the wheel: none while the robot stands",
-            "set the control unit to trigger by time, ten traces a second or more: so the radar "
-            "sees standstill and slip; by the wheel it gives revisits alone",
+            "gpr.trigger: distance; or better, set the control unit to trigger by time, ten traces "
+            "a second or more: so the radar sees standstill and slip; by the wheel it gives "
+            "revisits alone",
         )

@@ -18,6 +18,7 @@ from gprodom.simulate.antennas import draw_antennas
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.robot import KINDS, Point, of_kind, robot
 from gprodom.simulate.routes import ROUTES, make_route
 from gprodom.simulate.sequence import Spec, SurveySpec, simulate
@@ -126,6 +127,14 @@ def add_parser(subparsers: Subparsers) -> None:
         action="append",
         help="the radar's middle in body, m (default: 0,0); again for each further antenna",
     )
+    parser.add_argument(
+        "--trigger-distance",
+        metavar="M",
+        type=float,
+        default=0.0,
+        help="the wheel makes a trace each M metres that it counts, slip included, and none at "
+        "rest (default: a clock, 20 traces/s)",
+    )
     for name, what in (
         ("contact", "the wheel's point of contact"),
         ("prism", "the total station's prism"),
@@ -177,9 +186,12 @@ def make_spec(args: argparse.Namespace) -> Spec:
         if args.antenna or args.contact != (0, 0) or args.prism != (0, 0):
             raise UsageError("--plain: takes no --antenna, --contact or --prism")
         wheel = WheelSpec(lasting=args.lasting)
-        return Spec(drive, ground=ground, wheel=wheel, slips=args.slips, kind=args.route)
+        radar = RadarSpec(spacing=args.trigger_distance)
+        return Spec(
+            drive, ground=ground, wheel=wheel, radar=radar, slips=args.slips, kind=args.route
+        )
     antennas = args.antenna or [(0.0, 0.0)]
-    spec = robot(
+    plain = robot(
         drive,
         ground,
         kind=args.route,
@@ -189,6 +201,7 @@ def make_spec(args: argparse.Namespace) -> Spec:
         contact=args.contact,
         prism=args.prism,
     )
+    spec = replace(plain, radar=replace(plain.radar, spacing=args.trigger_distance))
     if len(antennas) > 1:
         drawn = draw_antennas(antennas, spec.radar, stream(args.seed, "antennas"))
         spec = replace(spec, antennas=drawn)
@@ -209,6 +222,8 @@ def check(args: argparse.Namespace) -> None:
             raise UsageError(f"--{name} {value}: expected {low} to {high}")
     if args.surface and not args.robot:
         raise UsageError("--surface: wants a --robot")
+    if args.trigger_distance != 0 and not 0.002 <= args.trigger_distance <= 1:
+        raise UsageError(f"--trigger-distance {args.trigger_distance}: expected 0.002 to 1, or 0")
     if args.pipes and args.ground != RAYS:
         raise UsageError(f"--pipes: wants --ground {RAYS}")
     if args.robot and (args.plain or args.contact != (0, 0)):

@@ -111,6 +111,9 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
     spec, drive = simulated.spec, simulated.drive
     slips = spec.wheel.slips
     written = asdict(spec)
+    for each in (written["radar"], *(antenna["radar"] for antenna in written["antennas"])):
+        if not each["spacing"]:
+            del each["spacing"]
     antennas: dict[str, Any] = {}
     if spec.antennas:
         antennas["antennas"] = [[*antenna.told, 0.0] for antenna in spec.antennas]

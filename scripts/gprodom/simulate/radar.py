@@ -18,6 +18,7 @@ class RadarSpec:
     """A radar on a robot. All errors but noise are off by default."""
 
     rate: float = 20.0  # Hz, traces
+    spacing: float = 0.0  # m of the wheel from trace to trace, in place of `rate`; 0: by time
     lever_arm: tuple[float, float] = (0.0, 0.0)  # m; the antenna's middle in body
     noise: float = 30.0  # counts, of each sample
     gain_drift: float = 0.0  # relative, standard deviation

@@ -119,7 +119,13 @@ def simulate(spec: Spec, seed: int) -> Simulated:
 
     seen, sample_interval = [Traces(np.zeros(0, np.int64), np.zeros((0, 0), np.int32))], None
     if spec.ground is not None:
-        seen, sample_interval = _radar(drive, ticks(spec.radar.rate), spec, seed)
+        due = ticks(spec.radar.rate)
+        if spec.radar.spacing:  # the sides' mean is the wheel
+            counted_m = counted.ticks * spec.wheel.quantum
+            due = np.unique(
+                np.rint(1e6 * wheel.trigger(wheel_t, counted_m, spec.radar.spacing))
+            ).astype(np.int64)
+        seen, sample_interval = _radar(drive, due, spec, seed)
     station_time, station = np.zeros(0, np.int64), np.zeros((0, 3))
     if spec.station is not None:
         station_time, station = _survey(drive, spec.station, stream(seed, "station"))

@@ -92,6 +92,18 @@ def measure(t: Floats, motion: Motion, spec: WheelSpec, random: np.random.Random
     return WheelData(np.rint(distance / spec.quantum).astype(np.int64), scale)
 
 
+def trigger(t: Floats, counted: Floats, spacing: float) -> Floats:
+    """When a wheel that has counted `counted` (n,), m, at `t` (n,), s, makes a trace: at the first
+    time, and each time that it is `spacing` (m) from where it made the last one, either way."""
+    times = [float(t[0])]
+    last = float(counted[0])
+    for begin, end, a, b in zip(t[:-1], t[1:], counted[:-1], counted[1:], strict=True):
+        while abs(b - last) >= spacing:
+            last += spacing if b > last else -spacing
+            times.append(float(begin + (end - begin) * (last - a) / (b - a)))
+    return np.array(times)
+
+
 def draw_slips(
     count: int, t: Floats, speed: Floats, random: np.random.RandomState
 ) -> tuple[Slip, ...]:

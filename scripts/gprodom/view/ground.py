@@ -17,7 +17,8 @@ BY_TIME, BY_WAY = "/ground_by_time", "/ground_along_the_way"
 # In units of the views, in which a column of the way is 1 wide: heights of the radargrams, whatever
 # their number of samples, and a second of that by time. Views are some six times as wide as high.
 WAY_HEIGHT, TIME_HEIGHT, SECOND = 180.0, 240.0, 50.0
-TILE_COLUMNS = 256
+TILE_COLUMNS = 256  # of a piece that comes live
+WHOLE_COLUMNS = 2048  # of a piece of what is all there: each one costs time with each picture
 SHOWN_S = 30.0  # of time that is seen at once
 LABELS_NS = 10.0
 
@@ -33,18 +34,20 @@ class Strip:
         self._width, self._height, self._left = column_width, height, left
         self._rr: Any = load_rerun()
 
-    def tile(self, number: int, grey: Ints) -> None:
-        """Piece `number` as grey (samples, columns) uint8; may be sent again."""
+    def tile(self, number: int, grey: Ints, columns: int = TILE_COLUMNS) -> None:
+        """Piece `number`, of pieces of `columns`, as grey (samples, columns) uint8; may be sent
+        again."""
         rr, entity = self._rr, f"{self._entity}/pieces/{number}"
-        left = number * TILE_COLUMNS * self._width
+        left = number * columns * self._width
         scale = [self._width, self._height / len(grey), 1.0]
         self._recorder.static(entity, rr.Transform3D(translation=[left, 0.0, 0.0], scale=scale))
         self._recorder.static(entity, rr.Image(grey, color_model="L"))
 
     def whole(self, grey: Ints) -> None:
         """All pieces of a radargram (samples, columns)."""
-        for number, first in enumerate(range(0, grey.shape[1], TILE_COLUMNS)):
-            self.tile(number, np.ascontiguousarray(grey[:, first : first + TILE_COLUMNS]))
+        for number, first in enumerate(range(0, grey.shape[1], WHOLE_COLUMNS)):
+            part = np.ascontiguousarray(grey[:, first : first + WHOLE_COLUMNS])
+            self.tile(number, part, WHOLE_COLUMNS)
 
     def depth_labels(self, span_ns: tuple[float, float]) -> None:
         """The two-way time."""

@@ -168,7 +168,8 @@ class Live:
         seen = (revisits.start >= path.time[0]) & (revisits.end <= path.time[-1])
         start, end = revisits.start[seen], revisits.end[seen]
         there, here = (interpolate(path, each).position for each in (start, end))
-        self._recorder.links(end, there, here)
+        order = np.argsort(end, kind="stable")
+        self._recorder.links(end[order], there[order], here[order], 1)
         metres = [np.interp(each, path.time, self._driven) for each in (start, end)]
         self._ground.links(end, *metres)
 

@@ -18,6 +18,7 @@ from gprodom.view.ground import AlongWay, ByTime, as_bytes
 from gprodom.view.record import ON, Recorder
 
 MOST_PIECES = 600  # of a path, and of the rings of 95 %: what a viewer draws at once without delay
+MOST_POINTS = 8000  # of a path: each is a line to draw
 ARROW = 0.06  # of the way's extent
 LEAST_PERIOD_S = 1e-3  # of the radargram by time: a radar takes some ten traces a second
 MOST_GAPS = 20  # columns of the radargram by time for each trace
@@ -38,12 +39,13 @@ def log_drive(recorder: Recorder, drive: Drive, rpy_body_imu: tuple[float, ...])
     rpy_body_imu: roll, pitch, yaw of the IMU's axes, rad.
     """
     piece_us = max(500_000, int(1e6 * drive.seconds / MOST_PIECES))
+    point_us = max(CURVE_US, int(1e6 * drive.seconds / MOST_POINTS))
     path = thin(drive.path, CURVE_US)
-    drawn: dict[str, Trajectory | None] = {"map": path, "odom": thin(drive.odom_in_map, CURVE_US)}
+    drawn: dict[str, Trajectory | None] = {"map": path, "odom": drive.odom_in_map}
     drawn |= {"wheel and gyro": drive.dead_reckoning, "truth": drive.aligned_truth}
     for name, each in drawn.items():
         if each is not None:
-            recorder.path(name, each, piece_us)
+            recorder.path(name, thin(each, point_us), piece_us)
     recorder.arrow(ARROW * float(np.max(np.ptp(path.position[:, :2], axis=0))))
     recorder.robot(path)
     recorder.sigmas(path)
@@ -54,7 +56,7 @@ def log_drive(recorder: Recorder, drive: Drive, rpy_body_imu: tuple[float, ...])
         recorder.scalars("/speed/IMU", told[0][rows], told[1][rows])
     _log_states(recorder, drive)
     _log_told(recorder, drive)
-    _log_links(recorder, drive)
+    _log_links(recorder, drive, piece_us)
     return _log_ground(recorder, drive)
 
 
@@ -100,14 +102,15 @@ def _log_told(recorder: Recorder, drive: Drive) -> None:
         told = recorder.reasons(status, health(int(status.health)), told)
 
 
-def _log_links(recorder: Recorder, drive: Drive) -> None:
+def _log_links(recorder: Recorder, drive: Drive, piece_us: int) -> None:
     if "displacement" not in drive.log:
         return
     found, path = find_revisits(drive.log), drive.path
     seen = (found.start >= path.time[0]) & (found.end <= path.time[-1])
     order = np.argsort(found.end[seen], kind="stable")
     start, end = found.start[seen][order], found.end[seen][order]
-    recorder.links(end, interpolate(path, start).position, interpolate(path, end).position)
+    there, here = (interpolate(path, each).position for each in (start, end))
+    recorder.links(end, there, here, piece_us)
 
 
 def _log_ground(recorder: Recorder, drive: Drive) -> float:

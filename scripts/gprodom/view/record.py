@@ -183,15 +183,21 @@ class Recorder:
         ring = rr.Transform3D.columns(translation=path.position, mat3x3=list(axes))
         self.columns(f"{WAY}/ring", path.time, ring)
 
-    def links(self, utime: Ints, then: Floats, now: Floats) -> None:
+    def links(self, utime: Ints, then: Floats, now: Floats, piece_us: int) -> None:
         """Revisits, each as a line from where the ground was first seen to where it is seen again:
-        places (n, 3)."""
-        if len(utime):
-            below = [0.0, 0.0, -LAYER_M]
-            pairs = [
-                (np.stack(each) + below).astype(np.float32) for each in zip(then, now, strict=True)
-            ]
-            self.lines(f"{WAY}/revisits", utime, pairs, PINK, 0.8)
+        places (n, 3) at times (n,) that do not decrease. Those of `piece_us` come at once, with the
+        last of them: rows cost a viewer more than lines do."""
+        if not len(utime):
+            return
+        rr = self._rr
+        lines = (np.stack([then, now], axis=1) - [0.0, 0.0, LAYER_M]).astype(np.float32)
+        ends = np.append(np.flatnonzero(np.diff(utime // piece_us)), len(utime) - 1)
+        columns = rr.LineStrips3D.columns(
+            strips=list(lines),
+            colors=np.full(len(lines), rgba(PINK), np.uint32),
+            radii=[rr.components.Radius.ui_points(0.4)] * len(lines),
+        ).partition(np.diff(ends, prepend=-1))
+        self.columns(f"{WAY}/revisits", utime[ends], columns)
 
     def ground_of_map(self, name: str, places: Floats) -> None:
         """Ground (n, 2) of an earlier drive."""

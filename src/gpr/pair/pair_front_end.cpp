@@ -87,7 +87,7 @@ void PairFrontEnd::reset() {
   state_ = PairState::kWaits;
 }
 
-void PairFrontEnd::add_trace(const GprTrace& trace) {
+void PairFrontEnd::add_trace(const GprTrace& trace, bool by_distance) {
   constexpr TimeNs kMaxGap = 1'000'000'000;  // ns
   for (Antenna& antenna : antennas_) {
     if (trace.antenna_id != antenna.id) continue;
@@ -98,7 +98,7 @@ void PairFrontEnd::add_trace(const GprTrace& trace) {
       transfer_.clear();
       reset();
     }
-    if (antenna.newest > 0 && trace.time - antenna.newest > kMaxGap) reset();
+    if (!by_distance && antenna.newest > 0 && trace.time - antenna.newest > kMaxGap) reset();
     antenna.newest = trace.time;
     const auto n = static_cast<int>(trace.samples.size());
     if (antenna.check.check(trace.samples.data(), n) == TraceQuality::kGood)

@@ -50,8 +50,9 @@ class PairFrontEnd {
 
   explicit PairFrontEnd(const GprConfig& config);
 
-  // A trace of any antenna, in order of time for each of them.
-  void add_trace(const GprTrace& trace);
+  // A trace of any antenna, in order of time for each of them. by_distance: traces come by the way,
+  // so that a pause is a standstill; else it is a gap, across which nothing is compared.
+  void add_trace(const GprTrace& trace, bool by_distance = false);
 
   // At most one passage, of the ground driven over since the last one. travel: as predicted up to
   // `tick`.

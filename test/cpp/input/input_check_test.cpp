@@ -74,5 +74,70 @@ TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
   EXPECT_EQ(count("not in gpr.antennas"), 1.0);
 }
 
+// A robot that drives, stands for a minute and drives on, with a trace every 5 cm of its wheel.
+class ByDistance : public TwoAntennas {
+ protected:
+  void drive(double seconds, double speed, bool radar = true) {
+    for (int i = 0; i < static_cast<int>(100 * seconds); ++i, now_ += 10'000'000) {
+      start(now_);
+      way_m_ += 0.01 * speed;
+      accepts(WheelSample{now_, way_m_});
+      if (radar && way_m_ >= next_m_) {
+        next_m_ += 0.05;
+        EXPECT_TRUE(accepts(trace_of(0, now_)));
+      }
+      check_->watch_silence(true);
+      if (check_->radar_silent()) ++silent_;
+    }
+  }
+  double reasons() {
+    double found = 0;
+    for (const std::string& reason : health_.status(0).reasons)
+      found += reason.find("GPR_TRACE: no data") != std::string::npos ? 1 : 0;
+    return found;
+  }
+
+  TimeNs now_ = begin_;
+  double way_m_ = 0.0, next_m_ = 0.05;
+  int silent_ = 0;
+};
+
+TEST_F(ByDistance, NothingIsMissingWhileTheRobotStands) {
+  for (const char* trigger : {"gpr.trigger=distance", "gpr.trigger=auto"}) {
+    use({trigger});
+    drive(5, 0.0);
+    drive(10, 0.5);
+    drive(60, 0.0);
+    drive(10, 0.5);
+    EXPECT_EQ(silent_, 0) << trigger;
+    EXPECT_EQ(reasons(), 0.0);
+    EXPECT_EQ(count("gap"), 0.0);
+    EXPECT_EQ(check_->trigger(), Trigger::kDistance);
+  }
+}
+
+TEST_F(ByDistance, ByTimeItWouldBe) {
+  use({});
+  drive(5, 0.5);
+  drive(10, 0.0);
+  EXPECT_GT(silent_, 800);
+  EXPECT_EQ(reasons(), 1.0);
+}
+
+TEST_F(ByDistance, ARadarThatStopsWhileTheRobotDrivesIsTold) {
+  use({"gpr.trigger=distance"});
+  drive(5, 0.5);
+  drive(3, 0.5, false);
+  EXPECT_GT(silent_, 100);
+  EXPECT_EQ(reasons(), 1.0);
+}
+
+TEST_F(ByDistance, WithoutAWheelSecondsCount) {
+  use({"gpr.trigger=distance"});
+  drive(5, 0.5);
+  for (int i = 0; i < 300; ++i, now_ += 10'000'000) start(now_);
+  EXPECT_TRUE(check_->radar_silent());
+}
+
 }  // namespace
 }  // namespace gprodom

@@ -38,6 +38,66 @@ TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
   EXPECT_EQ(notes_after(1.05, 201, 2e-10).at(0), "gap in traces" + reset);
 }
 
+// Counts what it is asked and told.
+struct Counts {
+  int traces = 0, ticks = 0, resets = 0;
+};
+class Counter : public gpr::FrontEnd {
+ public:
+  explicit Counter(Counts& counts) : counts_(counts) {}
+  void add_trace(const GprTrace& /*trace*/) override { ++counts_.traces; }
+  std::vector<gpr::Finding> tick(TimeNs tick) override {
+    ++counts_.ticks;
+    return {gpr::Standstill{tick - 1, tick, "counter", 0.001, 1.0}};
+  }
+  void reset() override { ++counts_.resets; }
+
+ private:
+  Counts& counts_;
+};
+
+// Traces that come by distance pause at each stop.
+TEST(RadarTask, AStopBetweenTracesByDistanceResetsNothing) {
+  Counts counts;
+  RadarTask task({}, [&] { return std::make_unique<Counter>(counts); });
+  GprTrace trace;
+  trace.samples.assign(201, 1.0F);
+  trace.sample_interval_s = 2e-10;
+  for (const double seconds : {100.0, 100.1, 160.0}) {
+    trace.time = from_seconds(seconds);
+    const RadarAnswer answer = task.run({trace}, trace.time, 0, {}, Trigger::kDistance);
+    EXPECT_TRUE(answer.notes.empty());
+    EXPECT_EQ(answer.findings.size(), 1U) << "a front end of another maker decides itself";
+  }
+  EXPECT_EQ(counts.traces, 3);
+  EXPECT_EQ(counts.resets, 0);
+}
+
+// A radar over ground that does not move: a standstill, but for traces by distance or by what is
+// not known.
+TEST(RadarTask, OursSaysNothingOfTracesThatDoNotComeByTime) {
+  const auto findings = [](Trigger trigger) {
+    RadarTask task(GprConfig{});
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal;
+    GprTrace trace;
+    trace.sample_interval_s = 2e-10;
+    std::size_t found = 0;
+    for (int i = 0; i < 200; ++i) {
+      trace.time = from_seconds(100) + 50'000'000 * static_cast<TimeNs>(i);
+      trace.samples.clear();
+      for (int k = 0; k < 201; ++k)
+        trace.samples.push_back(2000.0F * std::sin(0.3F * static_cast<float>(k)) +
+                                20.0F * normal(random));
+      found += task.run({trace}, trace.time, 0, {}, trigger).findings.size();
+    }
+    return found;
+  };
+  EXPECT_GT(findings(Trigger::kTime), 10U);
+  EXPECT_EQ(findings(Trigger::kDistance), 0U);
+  EXPECT_EQ(findings(Trigger::kAuto), 0U);
+}
+
 // Traces over ground, few at first, until the amplitude scale of sfm is known; then enough for two
 // windows. Throws what the front end throws.
 void run_over_ground(const GprConfig& config) {
