@@ -33,7 +33,8 @@ from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
 from recordings import Recording, convert, recordings_of
 from robots import measure
-from variations import VARIATIONS, read, write
+from sensors import read, write
+from variations import VARIATIONS
 
 Row = dict[str, Any]
 SEQUENCE = Recording((), TruthError(), "")
@@ -59,7 +60,8 @@ def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Ro
         try:
             whole = write(sensors, Path(folder) / "whole.lcmlog")
             try:
-                mount = find_mount(logs.read_roles(whole, STANDARD.of("imu", "wheel", "wheels")))
+                found_in = whole if varied.known else log
+                mount = find_mount(logs.read_roles(found_in, STANDARD.of("imu", "wheel", "wheels")))
             except Error:  # as found in the recording; a user measures it otherwise
                 row["mounting"] = "of the recording"
                 mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))

@@ -88,7 +88,7 @@ def measure(
         "reasons": sorted({reason for message in after for reason in message.reasons}),
     }
     if not recording.points:
-        return figures | distances(wheel, found.trajectory, truth)
+        return figures | distances(wheel, odometry, truth)
     rest = truth.select(truth.time >= start)
     causal = score(found.trajectory, rest, recording.truth)
     smoothed = score(found.smoothed, rest, recording.truth) if found.smoothed else None
@@ -116,10 +116,13 @@ def over(estimate: Figures, reckoned: Figures) -> float:
     return (estimate.ate_rmse_m + UNDECIDED_M) / (reckoned.ate_rmse_m + UNDECIDED_M)
 
 
-def distances(wheel: Trajectory, found: Trajectory, truth: Trajectory) -> dict[str, Any]:
-    """How far truth, wheel and estimate come while all three are there."""
-    first = max(int(each.time[0]) for each in (wheel, found, truth))
-    last = min(int(each.time[-1]) for each in (wheel, found, truth))
+def distances(wheel: Trajectory, odometry: logs.Channel, truth: Trajectory) -> dict[str, Any]:
+    """How far truth, wheel and estimate come while all three are there. Of the estimate it is the
+    distance that it publishes: the length of its path has the jumps of odom as well, which are
+    metres where a robot that started on the move learns its gyro's bias."""
+    published = odometry["utime"]
+    first = max(int(time[0]) for time in (wheel.time, published, truth.time))
+    last = min(int(time[-1]) for time in (wheel.time, published, truth.time))
 
     def length(path: Trajectory) -> float:
         inside = path.select((path.time >= first) & (path.time <= last))
@@ -128,7 +131,9 @@ def distances(wheel: Trajectory, found: Trajectory, truth: Trajectory) -> dict[s
     return {
         "distance_m": length(truth),
         "wheel_distance_m": length(wheel),
-        "causal_distance_m": length(found),
+        "causal_distance_m": float(
+            np.ptp(np.interp([first, last], published, odometry["distance"]))
+        ),
     }
 
 

@@ -1,101 +1,19 @@
-"""A recording's sensors, and what may differ in them from one robot to the next."""
+"""What may differ in a recording's sensors from one robot to the next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from gprodom import rotation
 from gprodom.arrays import Floats, Ints
-from gprodom.config import STANDARD, TRUTH_CHANNEL
-from gprodom.lcm import logs
-from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.lcm.wire import encode
-from gprodom.score.sources import read_truth
+from sensors import FINEST_M, Sensors, rate_hz
 
-FINEST_M = 1e-6  # of a wheel's count, if nothing makes it coarse
 SLOW_HZ = 20.0  # to which a wheel is thinned before its stamps or samples get worse
 
-
-@dataclass(frozen=True)
-class Sensors:
-    """Times in us. force m/s^2, rate rad/s (n, 3); wheels: distances (m, 1 or 2), m; quantum_m: of
-    a wheel's count; truth (k, 3), m."""
-
-    imu_time: Ints
-    force: Floats
-    rate: Floats
-    wheel_time: Ints
-    wheels: Floats
-    truth_time: Ints
-    truth: Floats
-    quantum_m: float = FINEST_M
-
-    @property
-    def seconds(self) -> Floats:
-        """Of the IMU's samples, from the first."""
-        return np.asarray((self.imu_time - self.imu_time[0]) * 1e-6)
-
-
 Change = Callable[[Sensors, np.random.Generator], Sensors]
-
-
-def read(log: Path) -> Sensors:
-    """Of a log."""
-    found = logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels"))
-    imu, wheel = found["imu"], found.get("wheels", found.get("wheel"))
-    assert wheel is not None
-    ticks = [wheel[name] for name in ("left_ticks", "right_ticks", "ticks") if name in wheel]
-    truth = read_truth(log).trajectory
-    return Sensors(
-        imu["utime"],
-        imu["linear_acceleration"],
-        imu["angular_velocity"],
-        wheel["utime"],
-        np.column_stack(ticks) * wheel["metres_per_tick"][:, None],
-        truth.time,
-        truth.position,
-    )
-
-
-def write(sensors: Sensors, log: Path) -> Path:
-    """As a log."""
-    ticks = np.floor(sensors.wheels / sensors.quantum_m + 0.5).astype(np.int64)
-    names = ("left_ticks", "right_ticks") if ticks.shape[1] == 2 else ("ticks",)
-    counts = dict(zip(names, ticks.T, strict=True)) | {"metres_per_tick": sensors.quantum_m}
-    imu = {
-        "linear_acceleration": sensors.force,
-        "angular_velocity": sensors.rate,
-        "has_orientation": False,
-        "orientation": np.tile([1.0, 0.0, 0.0, 0.0], (len(sensors.force), 1)),
-    }
-    pair = ticks.shape[1] == 2
-    streams = [
-        (STANDARD.imu, "imu_t", sensors.imu_time, imu),
-        (
-            STANDARD.wheels if pair else STANDARD.wheel,
-            "wheels_t" if pair else "wheel_t",
-            sensors.wheel_time,
-            counts,
-        ),
-        (TRUTH_CHANNEL, "position_truth_t", sensors.truth_time, {"position": sensors.truth}),
-    ]
-    write_log(
-        log,
-        [
-            Stream(channel, time, encode(kind, {"utime": time, **fields}, len(time)))
-            for channel, kind, time, fields in streams
-        ],
-    )
-    return log
-
-
-def rate_hz(time: Ints) -> float:
-    """Samples per second."""
-    return float(1e6 / np.median(np.diff(time)))
 
 
 def slower_imu(hz: float, mean: bool) -> Change:
@@ -230,6 +148,37 @@ def turned(*quaternion: float) -> Change:
     return change
 
 
+def reversed_axis(s: Sensors, _: np.random.Generator) -> Sensors:
+    """The accelerometer's x has the wrong sign."""
+    return replace(s, force=s.force * np.array([-1.0, 1.0, 1.0]))
+
+
+def turned_aside(degrees: float) -> Change:
+    """The IMU is mounted with another yaw than is believed: force and rate of the body, turned."""
+    half = np.radians(degrees) / 2
+    return turned(float(np.cos(half)), 0.0, 0.0, float(np.sin(half)))
+
+
+def silent(seconds: float, imu: bool = True, wheel: bool = True) -> Change:
+    """No messages for so long, from the middle of the recording on."""
+
+    def change(s: Sensors, _: np.random.Generator) -> Sensors:
+        begin = (s.imu_time[0] + s.imu_time[-1]) // 2
+
+        def rest(time: Ints) -> Ints:
+            return np.flatnonzero((time < begin) | (time > begin + seconds * 1e6))
+
+        if imu:
+            i = rest(s.imu_time)
+            s = replace(s, imu_time=s.imu_time[i], force=s.force[i], rate=s.rate[i])
+        if wheel:
+            i = rest(s.wheel_time)
+            s = replace(s, wheel_time=s.wheel_time[i], wheels=s.wheels[i])
+        return s
+
+    return change
+
+
 def backwards_in_time(s: Sensors, _: np.random.Generator) -> Sensors:
     """The same forces, opposite rates, and the robot's rear is its front."""
     ends = s.imu_time[0] + s.imu_time[-1]
@@ -290,9 +239,10 @@ def same(s: Sensors, _: np.random.Generator) -> Sensors:
 @dataclass(frozen=True)
 class Variation:
     """A change, and the shares of the recording's time between which it is run, with the seconds
-    after the first."""
+    after the first. `known`: the IMU's mounting is found after the change, not before."""
 
     change: Change = same
+    known: bool = True
     begin: float = 0.0
     end: float = 1.0
     begin_s: float = 0.0
@@ -359,6 +309,20 @@ VARIATIONS = {
     "mirrored": Variation(mirrored),
     "tail first": Variation(tail_first),
     "backwards in time": Variation(backwards_in_time),
+    "IMU 10 Hz, plain": Variation(slower_imu(10, mean=False)),
+    "yaw of the IMU 10 degrees off": Variation(turned_aside(10), known=False),
+    "yaw of the IMU 30 degrees off": Variation(turned_aside(30), known=False),
+    "yaw of the IMU 90 degrees off": Variation(turned_aside(90), known=False),
+    "accelerometer's x reversed": Variation(reversed_axis, known=False),
+    "accelerometer scale 0.8": Variation(imu_errors(force_scale=0.8), known=False),
+    "accelerometer scale 1.2": Variation(imu_errors(force_scale=1.2), known=False),
+    "nothing for 1 s": Variation(silent(1)),
+    "nothing for 5 s": Variation(silent(5)),
+    "nothing for 30 s": Variation(silent(30)),
+    "no IMU for 3 s": Variation(silent(3, wheel=False)),
+    "no IMU for 10 s": Variation(silent(10, wheel=False)),
+    "no wheel for 3 s": Variation(silent(3, imu=False)),
+    "no wheel for 10 s": Variation(silent(10, imu=False)),
     "from 20 s": Variation(begin_s=20),
     "from 40 s": Variation(begin_s=40),
     "first half": Variation(end=0.5),

@@ -63,7 +63,7 @@ struct WheelConfig {
   double noise_floor = 0.0005;    // m; of an increment, from the encoder's resolution
   double lateral_noise = 0.003;   // m/sqrt(m); side slip
   double vertical_noise = 0.003;  // m/sqrt(m)
-  double robust_threshold = 1.5;  // standard deviations at which an increment loses weight; 0: none
+  double robust_threshold = 5.0;  // standard deviations at which an increment loses weight; 0: none
   double slip_threshold = 5.0;    // standard deviations between wheel and IMU that are slip; 0: off
   double slip_share = 0.3;        // of the way on which the wheel slips gradually; 0: it never does
   double max_speed = 0.0;         // m/s; faster increments are dropped at first; 0: learnt

@@ -1,5 +1,8 @@
 #include "estimation/predict.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "estimation/kernels/block_products.h"
 
 namespace gprodom {
@@ -9,6 +12,9 @@ using Eigen::Vector3d;
 using so3::skew;
 
 namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 NavState moved(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
                double gravity_mps2) {
@@ -41,6 +47,17 @@ PropagationJacobian jacobian(const NavState& x, const NavState& y, const ImuPrei
   F.block<3, 3>(6, row::kBg) = R * since.dv_dbg();
   F.block<3, 3>(6, row::kBa) = R * since.dv_dba();
   return F;
+}
+
+// The rows of position and velocity, for the movement since the state: without what moves or turns
+// the state itself.
+PropagationJacobian movement_since(const NavState& x, const PropagationJacobian& F) {
+  PropagationJacobian moves = F;
+  moves.topRows<3>().setZero();
+  moves.block<3, 3>(3, row::kP).setZero();
+  moves.block<3, 3>(3, row::kTheta) += skew(x.p_odom);
+  moves.col(row::kTheta + 2).setZero();  // yaw
+  return moves;
 }
 
 }  // namespace
@@ -86,6 +103,74 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   out.wheel_scale = y.wheel_scale;
   out.wheel_scale_sigma = std::sqrt(covariance(row::kScale, row::kScale));
   return out;
+}
+
+PredictedWay predicted_way(const NavState& x, const ImuPreintegration& since,
+                           const Vector3d& contact, double gravity_mps2) {
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
+  const Matrix3d R = x.R_odom_body();
+  // Straight ahead at half the turn, and the arc over its chord.
+  const Vector3d before = R.col(0), after = y.R_odom_body().col(0);
+  const Vector3d ahead = (before + after).normalized();
+  const double half = 0.5 * std::acos(std::clamp(before.dot(after), -1.0, 1.0));
+  const double arc = half > 1e-4 ? half / std::sin(half) : 1.0;
+  const Vector3d along = arc * ahead;
+  PredictedWay way;
+  way.time = y.time;
+  way.distance_m = along.dot(y.p_odom - x.p_odom + (y.R_odom_body() - R) * contact);
+  // An error of the attitude turns the way and the direction ahead alike, but not gravity.
+  const double dt = since.duration();
+  way.d_state.setZero();
+  way.d_state.segment<3>(row::kTheta) =
+      0.5 * dt * dt * skew(Vector3d(0, 0, -gravity_mps2)).transpose() * along;
+  way.d_state.segment<3>(row::kV) = dt * along;
+  way.d_state.segment<3>(row::kBg) = (R * since.dp_dbg()).transpose() * along;
+  way.d_state.segment<3>(row::kBa) = (R * since.dp_dba()).transpose() * along;
+  const Vector3d in_body = R.transpose() * along;
+  const auto noise = since.covariance().middleCols<3>(6);  // with that of the position
+  way.noise_m2 = in_body.dot(noise.middleRows<3>(6) * in_body);
+  way.with_p = R * noise.middleRows<3>(6) * in_body;
+  way.with_v = R * noise.middleRows<3>(3) * in_body;
+  return way;
+}
+
+void take_wheel(const NavState& x, const StateMatrix& covariance, const ImuPreintegration& since,
+                double gravity_mps2, const PredictedWay& way, const WheelWaySince& wheel,
+                double robust_threshold, OdometryEstimate& estimate) {
+  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
+  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
+  const double innovation = wheel.reported_m / x.wheel_scale - way.distance_m;
+  StateVector H = way.d_state;  // of the innovation, by the state's error
+  H[row::kScale] += wheel.reported_m / (x.wheel_scale * x.wheel_scale);
+  const StateVector with_state = covariance * H;
+  const double variance = H.dot(with_state) + way.noise_m2 + wheel.sigma_m * wheel.sigma_m;
+  const double c2 = robust_threshold * robust_threshold;
+  const double weight = c2 > 0 ? 1 / (1 + innovation * innovation / (variance * c2)) : 1.0;
+
+  // Covariance of phi, p and v with the innovation. Noise of the velocity at the way's end has
+  // moved the position since then.
+  const PropagationJacobian F = jacobian(x, y, since, delta);
+  Vector9d with = F * with_state, moved_since = movement_since(x, F) * with_state;
+  for (Vector9d* v : {&with, &moved_since}) {
+    v->segment<3>(3) += way.with_p + to_seconds(y.time - way.time) * way.with_v;
+    v->tail<3>() += way.with_v;
+  }
+  const Matrix3d Ry = y.R_odom_body();
+  const auto pose = [](const Vector9d& v) {
+    return (Vector6d() << v.segment<3>(3), v.head<3>()).finished();
+  };
+  const auto velocity = [&](const Vector9d& v) -> Vector3d {
+    return Ry.transpose() * (skew(y.v_odom) * v.head<3>() + v.tail<3>());
+  };
+  const Vector9d gain = weight / variance * moved_since;
+  estimate.p_odom_body += innovation * gain.segment<3>(3);
+  estimate.v_body += innovation * velocity(gain);
+  const auto corrected = [variance](auto& covariance, const auto& k, const auto& c) {
+    covariance += variance * k * k.transpose() - k * c.transpose() - c * k.transpose();
+  };
+  corrected(estimate.pose_covariance, pose(gain), pose(with));
+  corrected(estimate.velocity_covariance, velocity(gain), velocity(with));
 }
 
 }  // namespace gprodom

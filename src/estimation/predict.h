@@ -1,4 +1,4 @@
-// Propagation of a state by the IMU alone.
+// Propagation of a state by the IMU, and what the wheel says since then.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,5 +21,34 @@ PropagationJacobian propagation_jacobian(const NavState& state, const ImuPreinte
 // With covariance: the estimate between two solves.
 OdometryEstimate predict(const NavState& state, const StateMatrix& covariance,
                          const ImuPreintegration& since, double gravity_mps2);
+
+// The distance that the contact point of the wheel has moved since a state, along the track, as
+// propagated by the IMU.
+struct PredictedWay {
+  TimeNs time = 0;                              // its end
+  double distance_m = 0.0;                      // signed
+  Eigen::Matrix<double, kStateDim, 1> d_state;  // by the chart's error of the state
+  // Of the preintegrated noise: variance of the distance, and its covariance with the noise of
+  // position and velocity at `time`, in odom.
+  double noise_m2 = 0.0;
+  Eigen::Vector3d with_p, with_v;
+};
+
+PredictedWay predicted_way(const NavState& state, const ImuPreintegration& since,
+                           const Eigen::Vector3d& contact_body, double gravity_mps2);
+
+// The wheel's distance over the same time.
+struct WheelWaySince {
+  double reported_m = 0.0;  // signed
+  double sigma_m = 0.0;     // of the distance, scale known
+};
+
+// Kalman update of predict()'s estimate, some time after the way's end, with the wheel's distance.
+// It corrects the movement since the state, not the state: what both have in common with all the
+// way before, such as the error of the scale, 0.3 s of wheel must not correct over all of it.
+// Weighed by Cauchy's kernel as the wheel's increments in the window are; threshold 0: in full.
+void take_wheel(const NavState& state, const StateMatrix& covariance,
+                const ImuPreintegration& since, double gravity_mps2, const PredictedWay& way,
+                const WheelWaySince& wheel, double robust_threshold, OdometryEstimate& estimate);
 
 }  // namespace gprodom

@@ -303,6 +303,24 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   return !slipped && slip_.now() != WheelSlip::kNone;
 }
 
+Eigen::Vector3d MotionJudge::wheel_contact() const {
+  Eigen::Vector3d contact = config_.wheel.lever_arm;
+  contact.y() = slip_belief_.position().believed_m();
+  return contact;
+}
+
+std::optional<WheelWaySince> MotionJudge::wheel_since(TimeNs state, TimeNs to, TimeNs heard) const {
+  if (!config_.wheel.enabled || newest_.standing || newest_.bridged || newest_.carried) return {};
+  if (slip_.between(state, to, heard)) return {};
+  if (wheel_delay_s() > 0 || immobilised_.at(to, wheel_) == Immobilised::kYes) return {};
+  const auto begin = wheel_.distance(state), end = wheel_.distance(to);
+  if (!begin || !end) return {};
+  const double moved_m = *end - *begin, noise = config_.wheel.noise;
+  const double sigma_m = std::sqrt(noise * noise * std::abs(moved_m) +
+                                   config_.wheel.noise_floor * config_.wheel.noise_floor);
+  return WheelWaySince{moved_m, std::max(sigma_m, drive_noise_.increment_sigma())};
+}
+
 std::int32_t MotionJudge::flags() const {
   std::int32_t flags = 0;
   if (newest_.standing) flags |= kStanding;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estimation/initializer.h"
+#include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
@@ -107,6 +108,12 @@ class MotionJudge {
   // Sets the flags of an estimate that is about to be published, except kNoRadar. true: the wheel
   // begins to slip.
   bool follow(OdometryEstimate& estimate);
+
+  // The wheel's distance from a state on, to be used in the prediction; nullopt where the wheel
+  // does not tell it: not covered, late, slipping, or standing still. What its samples after
+  // `heard` show of slip does not count.
+  std::optional<WheelWaySince> wheel_since(TimeNs state, TimeNs to, TimeNs heard) const;
+  Eigen::Vector3d wheel_contact() const;
 
   // The IMU's noise between two times: that at standstill, or what the samples show if that is
   // more.

@@ -159,6 +159,13 @@ std::optional<double> WheelHistory::distance(TimeNs time, bool across_gaps) cons
   return value(time, &Entry::distance_m, across_gaps);
 }
 
+std::optional<TimeNs> WheelHistory::newest(TimeNs time) const {
+  const auto later = std::partition_point(entries_.begin(), entries_.end(),
+                                          [time](const Entry& e) { return e.time <= time; });
+  if (later == entries_.begin()) return std::nullopt;
+  return (later - 1)->time;
+}
+
 std::optional<double> WheelHistory::reported(TimeNs time) const {
   return value(time, &Entry::reported, false);
 }

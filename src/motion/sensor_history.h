@@ -60,6 +60,9 @@ class WheelHistory {
   // gaps unless `across_gaps` (an encoder counts on while no message arrives).
   std::optional<double> distance(TimeNs time, bool across_gaps = false) const;
 
+  // Stamp of the newest sample of at most `time`; nullopt without one.
+  std::optional<TimeNs> newest(TimeNs time) const;
+
   // The encoder's own count at a time; nullopt as above.
   std::optional<double> reported(TimeNs time) const;
 

@@ -254,12 +254,13 @@ void SlipWatch::mark(TimeNs from, TimeNs to) {
   if (!slipped_.empty() && from <= slipped_.back().to)
     slipped_.back().to = to;
   else
-    slipped_.push_back({from, to});
+    slipped_.push_back({from, to, to});
 }
 
-bool SlipWatch::between(TimeNs from, TimeNs to) const {
-  return std::any_of(slipped_.begin(), slipped_.end(),
-                     [&](const Interval& s) { return s.from < to && s.to > from; });
+bool SlipWatch::between(TimeNs from, TimeNs to, TimeNs heard) const {
+  return std::any_of(slipped_.begin(), slipped_.end(), [&](const Interval& s) {
+    return s.found <= heard && s.from < to && s.to > from;
+  });
 }
 
 }  // namespace gprodom

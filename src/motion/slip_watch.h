@@ -9,6 +9,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 
 #include "estimation/state_estimator.h"
@@ -70,12 +71,14 @@ class SlipWatch {
   // Signed distance (m) by the published velocity; nothing where that is not known.
   std::optional<double> ground(TimeNs from, TimeNs to) const;
 
-  // Whether any window with slip overlaps (from, to).
-  bool between(TimeNs from, TimeNs to) const;
+  // Whether any window with slip overlaps (from, to), of those that the wheel's samples up to
+  // `heard` have shown.
+  bool between(TimeNs from, TimeNs to, TimeNs heard = std::numeric_limits<TimeNs>::max()) const;
 
  private:
   struct Interval {
     TimeNs from, to;
+    TimeNs found = 0;  // stamp of the wheel's sample that showed it first
   };
 
   struct Distances {

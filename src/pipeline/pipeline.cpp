@@ -21,6 +21,10 @@ constexpr std::size_t kMostTraces = 2000;
 constexpr double kMostBehind = 1.0, kLongestInterval = 1.0;
 constexpr std::size_t kMostSolves = 60;
 
+// Messages of different sensors may overtake each other on their way by so much (ns). The published
+// pose takes no newer wheel sample, so that it does not depend on which came first.
+constexpr TimeNs kOvertakes = 50'000'000;
+
 // The first multiple of the period after a time: the grid of radar ticks and of states.
 TimeNs next_multiple(TimeNs time, TimeNs period) { return (time / period + 1) * period; }
 
@@ -183,7 +187,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
     map_->record();
   }
   motion_.begin(first, initial);
-  prediction_.rebase(first, initial.noise, motion_.imu());
+  prediction_.rebase(first, initial.noise, motion_.wheel_contact(), motion_.imu());
   // The first interval is 0.5 to 1.5 periods long, or ends now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
   next_state_ = next_multiple(newest + state_period_ / 2, state_period_);
@@ -251,7 +255,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();
   const Eigen::Vector3d before = prediction_.position();
-  prediction_.rebase(result, noise, motion_.imu());
+  prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());
   motion_.adopt(result);
   map_->add(result, effective);
   keep_way(result);
@@ -349,6 +353,13 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   if (prediction_.lost()) return;  // until there is a state after the gap
   if (motion_.follow(estimate))
     health_.count(input_.wheel_channel(), "slip: the wheel disagrees with the robot's motion");
+  // After follow(): slip shows as a difference between the wheel and the IMU alone.
+  const auto heard = motion_.wheel().newest(estimate.time - kOvertakes);
+  const PredictedWay* way = heard ? prediction_.way(*heard) : nullptr;
+  if (way != nullptr) {
+    const auto wheel = motion_.wheel_since(prediction_.base().state.time, way->time, *heard);
+    if (wheel) prediction_.take_wheel(*way, *wheel, config_.wheel.robust_threshold, estimate);
+  }
   if (input_.radar_silent()) estimate.flags |= kNoRadar;
   out_.odometry.push_back(stamped(estimate));
   if (auto correction = map_->correct(estimate)) out_.corrections.push_back(stamped(*correction));

@@ -1,11 +1,16 @@
 #include "pipeline/prediction.h"
 
+#include <algorithm>
+
 namespace gprodom {
 
-void Prediction::rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu) {
+void Prediction::rebase(const StateResult& base, const ImuNoise& noise,
+                        const Eigen::Vector3d& contact_body, const ImuHistory& imu) {
   const bool was_lost = lost();
   base_ = base;
   noise_ = noise;
+  contact_body_ = contact_body;
+  ways_.clear();
   since_ = ImuPreintegration(noise, base.state.gyro_bias, base.state.accel_bias);
   bridged_s_ = 0.0;
   if (time_ == 0) {
@@ -23,7 +28,14 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
                      step.bridged ? kBridgedImuNoise : noise_);
     if (step.bridged) bridged_s_ += step.dt;
     omega_body_ = step.angular_velocity - base_.state.gyro_bias;
+    ways_.push_back(predicted_way(base_.state, since_, contact_body_, kStandardGravity));
   }
+}
+
+const PredictedWay* Prediction::way(TimeNs to) const {
+  const auto later = std::partition_point(ways_.begin(), ways_.end(),
+                                          [to](const PredictedWay& w) { return w.time <= to; });
+  return later == ways_.begin() ? nullptr : &*(later - 1);
 }
 
 OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {

@@ -1,5 +1,8 @@
-// The published pose: the newest state in effect, propagated by the IMU to its newest sample.
+// The published pose: the newest state in effect, propagated by the IMU to its newest sample, and
+// by the wheel as far as it has been heard.
 #pragma once
+
+#include <deque>
 
 #include "estimation/predict.h"
 #include "estimation/state_estimator.h"
@@ -10,11 +13,23 @@ namespace gprodom {
 
 class Prediction {
  public:
-  // Starts from a new state and integrates the IMU samples since then again.
-  void rebase(const StateResult& base, const ImuNoise& noise, const ImuHistory& imu);
+  // Starts from a new state and integrates the IMU samples since then again. contact_body: m, of
+  // the wheel.
+  void rebase(const StateResult& base, const ImuNoise& noise, const Eigen::Vector3d& contact_body,
+              const ImuHistory& imu);
 
   // Propagates to `now` and returns the estimate there. Its time never decreases.
   OdometryEstimate advance(const ImuHistory& imu, TimeNs now);
+
+  // The distance that the IMU predicts from the state to a time, at most `to`; nullptr if there is
+  // none yet.
+  const PredictedWay* way(TimeNs to) const;
+  // Corrects the estimate that advance() has just returned.
+  void take_wheel(const PredictedWay& way, const WheelWaySince& wheel, double robust_threshold,
+                  OdometryEstimate& estimate) const {
+    gprodom::take_wheel(base_.state, base_.covariance, since_, kStandardGravity, way, wheel,
+                        robust_threshold, estimate);
+  }
 
   // Continues to count the distance from this value.
   void resume(double distance_m) { distance_m_ = distance_m; }
@@ -35,7 +50,9 @@ class Prediction {
   StateResult base_;
   ImuNoise noise_;
   ImuPreintegration since_;  // from base_ to time_
-  double bridged_s_ = 0.0;   // duration of the gaps in it
+  Eigen::Vector3d contact_body_ = Eigen::Vector3d::Zero();
+  std::deque<PredictedWay> ways_;  // one for each step of since_
+  double bridged_s_ = 0.0;         // duration of the gaps in it
   TimeNs time_ = 0;
   Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();
   double distance_m_ = 0.0;  // published so far

@@ -250,7 +250,8 @@ TEST(Config, AFileOfTheVersionBeforeIsReadAsTheDefaults) {
   std::vector<std::string> notices;
   const Config config = load_config({path}, {}, &notices);
   Config defaults;
-  defaults.wheel.max_speed = 5.0;  // the default of that version
+  defaults.wheel.max_speed = 5.0;  // the defaults of that version
+  defaults.wheel.robust_threshold = 1.5;
   EXPECT_TRUE(differences(defaults, config).empty());
   ASSERT_EQ(notices.size(), 2u);
   for (const RemovedKey& key : removed_keys())

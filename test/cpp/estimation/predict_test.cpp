@@ -1,0 +1,169 @@
+// The wheel's correction of a predicted pose: its derivative against numeric ones, and its
+// covariance against drawn errors.
+#include "estimation/predict.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gprodom {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStep = 0.005;  // s
+const Vector3d kForce(1.2, 0.3, 9.9), kRate(0.02, -0.03, 0.5);
+
+NavState state() {
+  NavState x;
+  x.q_odom_body = so3::exp(Vector3d(0.03, -0.02, 0.7));
+  x.p_odom = {3, -2, 0.1};
+  x.v_odom = x.q_odom_body * Vector3d(0.8, 0, 0);
+  x.gyro_bias = {0.001, -0.002, 0.003};
+  x.accel_bias = {0.02, -0.01, 0.03};
+  x.wheel_scale = 1.02;
+  return x;
+}
+
+// Held force and rate, less what they are wrong by.
+ImuPreintegration integrated(const NavState& x, const ImuNoise& noise, double seconds,
+                             std::mt19937* engine = nullptr) {
+  ImuPreintegration since(noise, x.gyro_bias, x.accel_bias);
+  std::normal_distribution<double> normal;
+  const auto error = [&](double density) -> Vector3d {
+    if (engine == nullptr) return Vector3d::Zero();
+    const double sigma = density / std::sqrt(kStep);
+    return {sigma * normal(*engine), sigma * normal(*engine), sigma * normal(*engine)};
+  };
+  for (double t = 0; t < seconds - 1e-9; t += kStep) {
+    const Vector3d of_force = error(noise.accel_density), of_rate = error(noise.gyro_density);
+    since.integrate(kForce + of_force, kRate + of_rate, kStep);
+  }
+  return since;
+}
+
+TEST(PredictedWay, DerivativeByTheState) {
+  const NavState x = state();
+  const ImuPreintegration since = integrated(x, {1e-3, 1e-2, 0}, 0.3);
+  const auto distance = [&](const StateVector& error) {
+    return predicted_way(retract(x, error), since, Vector3d::Zero(), kStandardGravity).distance_m;
+  };
+  const PredictedWay way = predicted_way(x, since, Vector3d::Zero(), kStandardGravity);
+  EXPECT_NEAR(way.distance_m, 0.8 * 0.3 + 0.5 * 1.2 * 0.09, 0.02);
+  for (int i = 0; i < row::kScale; ++i) {
+    const StateVector h = 1e-4 * StateVector::Unit(i);
+    // Its largest entry, of the velocity, is 0.3 s. That a gyro bias turns the direction ahead,
+    // across which the robot hardly moves, is left out.
+    EXPECT_NEAR(way.d_state[i], (distance(h) - distance(-h)) / 2e-4, 2e-3) << "row " << i;
+  }
+}
+
+// A robot that turns on the spot rolls the contact point of a wheel at its side, and of no other.
+TEST(PredictedWay, IsThatOfTheContactPoint) {
+  NavState x;
+  ImuPreintegration since({1e-3, 1e-2, 0}, Vector3d::Zero(), Vector3d::Zero());
+  for (int k = 0; k < 60; ++k) {
+    since.integrate({0, 0, kStandardGravity}, {0, 0, 1.0}, kStep);
+  }
+  const auto way = [&](const Vector3d& contact) {
+    return predicted_way(x, since, contact, kStandardGravity).distance_m;
+  };
+  EXPECT_NEAR(way(Vector3d::Zero()), 0.0, 1e-9);
+  EXPECT_NEAR(way({0, 0.5, 0}), -0.5 * 0.3, 1e-6);
+}
+
+// True states, IMU samples and distances of the wheel are drawn. The wheel is heard 0.1 s before
+// the pose that is published.
+TEST(TakeWheel, CovarianceIsThatOfTheErrors) {
+  const ImuNoise noise{2e-3, 0.3, 0};
+  const WheelWaySince wheel{0.0, 0.004};
+  StateVector sigma;
+  sigma << Vector3d(0.01, 0.01, 0.02), Vector3d(0.02, 0.02, 0.01), Vector3d::Constant(0.05),
+      Vector3d::Constant(1e-3), Vector3d::Constant(0.1), 0.01;
+  const StateMatrix covariance = sigma.array().square().matrix().asDiagonal();
+  std::mt19937 engine(1);
+  std::normal_distribution<double> normal;
+  constexpr int kRuns = 600;
+  double nees = 0, square = 0, square_without = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    const NavState x = state();
+    StateVector error;
+    for (int i = 0; i < kStateDim; ++i) error[i] = sigma[i] * normal(engine);
+    const NavState truth = retract(x, error);
+    const unsigned draw = engine();
+    // The samples are the same to both; the truth is without their noise and with its biases.
+    const ImuPreintegration of_truth = integrated(truth, noise, 0.3);
+    const double true_m =
+        predicted_way(truth, integrated(truth, noise, 0.2), Vector3d::Zero(), kStandardGravity)
+            .distance_m;
+    std::mt19937 samples(draw), the_same(draw);
+    const ImuPreintegration since = integrated(x, noise, 0.3, &samples);
+    const PredictedWay way =
+        predicted_way(x, integrated(x, noise, 0.2, &the_same), Vector3d::Zero(), kStandardGravity);
+    PredictedWay ends = way;
+    ends.time = x.time + from_seconds(0.2);
+    OdometryEstimate estimate = predict(x, covariance, since, kStandardGravity);
+    const NavState end = propagate(truth, of_truth, kStandardGravity);
+    const auto along = [&] {
+      return (end.p_odom - estimate.p_odom_body).dot(end.q_odom_body * Vector3d::UnitX());
+    };
+    square_without += along() * along();
+    const double reported_m = truth.wheel_scale * (true_m + wheel.sigma_m * normal(engine));
+    take_wheel(x, covariance, since, kStandardGravity, ends, {reported_m, wheel.sigma_m}, 0.0,
+               estimate);
+    square += along() * along();
+    Eigen::Matrix<double, 6, 1> off;
+    off << end.p_odom - estimate.p_odom_body,
+        so3::log(end.q_odom_body * estimate.q_odom_body.conjugate());
+    nees += off.dot(estimate.pose_covariance.ldlt().solve(off));
+  }
+  // Of six, 99.9 % of such means.
+  EXPECT_NEAR(nees / kRuns, 6.0, 3.3 * std::sqrt(12.0 / kRuns));
+  EXPECT_LT(square, 0.9 * square_without);
+}
+
+// The scale's error moves a robot that has come far by metres. What a wheel says over 0.3 s must
+// not move the pose by more than that.
+TEST(TakeWheel, CorrectsTheMovementSinceTheStateAlone) {
+  const NavState x = state();
+  const ImuPreintegration since = integrated(x, {1e-3, 0.1, 0}, 0.3);
+  StateVector sigma = StateVector::Constant(1e-3);
+  sigma.segment<3>(row::kV).setConstant(0.1);
+  sigma[row::kScale] = 0.02;
+  StateMatrix covariance = sigma.array().square().matrix().asDiagonal();
+  StateVector lasting = StateVector::Zero();  // an unseen error of scale and speed over 500 m
+  lasting.segment<3>(row::kP).setConstant(10.0);
+  lasting[row::kTheta + 2] = 0.05;
+  lasting[row::kScale] = 0.02;
+  lasting[row::kV] = 0.02;
+  covariance += lasting * lasting.transpose();
+  const PredictedWay way = predicted_way(x, since, Vector3d::Zero(), kStandardGravity);
+  const OdometryEstimate alone = predict(x, covariance, since, kStandardGravity);
+  OdometryEstimate estimate = alone;
+  const double more_m = 0.02;
+  take_wheel(x, covariance, since, kStandardGravity, way,
+             {x.wheel_scale * (way.distance_m + more_m), 1e-3}, 0.0, estimate);
+  const double moved_m = (estimate.p_odom_body - alone.p_odom_body).norm();
+  EXPECT_GT(moved_m, 0.3 * more_m);
+  EXPECT_LT(moved_m, 1.5 * more_m);
+}
+
+// A wheel that jumps is hardly believed.
+TEST(TakeWheel, KernelHoldsBackAWheelThatJumps) {
+  const NavState x = state();
+  const ImuPreintegration since = integrated(x, {1e-4, 1e-3, 0}, 0.3);
+  const StateMatrix covariance = 1e-4 * StateMatrix::Identity();
+  const PredictedWay way = predicted_way(x, since, Vector3d::Zero(), kStandardGravity);
+  OdometryEstimate alone = predict(x, covariance, since, kStandardGravity);
+  const auto pulled = [&](double threshold) {
+    OdometryEstimate estimate = alone;
+    const double jumped_m = x.wheel_scale * (way.distance_m + 0.5);
+    take_wheel(x, covariance, since, kStandardGravity, way, {jumped_m, 1e-3}, threshold, estimate);
+    return (estimate.p_odom_body - alone.p_odom_body).norm();
+  };
+  EXPECT_LT(pulled(1.5), 0.1 * pulled(0.0));
+}
+
+}  // namespace
+}  // namespace gprodom
