@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gprodom.commission.parameter import CIRCLES, STAND, STARTS, STRAIGHT
-from gprodom.config import read_channels
+from gprodom.config import Channels, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.sampling import sample_interval
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile, write_text
+from gprodom.files import OutputFile, replacing, write_text
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.trajectory import Trajectory
 
@@ -37,21 +38,35 @@ Any drive does. This one of some minutes shows everything:
   3. {STARTS};
   4. {CIRCLES};
   5. drive the 10 m back.
+
+--live records a running robot into the file of --record and says what to do next, in these steps,
+by its wheel and its gyro; then it goes on with that file. Enter leaves a step, done or not; Ctrl-C
+ends the recording.
 """
 
 EXAMPLES = """\
   gprodom commission drive.lcmlog --stretch 10 -o robot.yaml --page robot.html
   gprodom commission drive.lcmlog -c robot.yaml --set wheel.drive=differential -o robot2.yaml
   gprodom commission drive.lcmlog --no-replay --json
+  gprodom commission --live --record drive.lcmlog --stretch 10 -o robot.yaml
 """
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``commission``."""
+    from gprodom.lcm import DEFAULT_URL
+
     parser = add_command(
         subparsers, "commission", "the configuration of a new robot", DESCRIPTION, EXAMPLES
     )
-    parser.add_argument("source", metavar="LOG|SEQ", type=Path)
+    parser.add_argument("source", metavar="LOG|SEQ", type=Path, nargs="?")
+    parser.add_argument("--live", action="store_true", help="guide a drive, and record it")
+    parser.add_argument(
+        "--record", type=OutputFile, metavar="LOG", help="what --live records; kept"
+    )
+    parser.add_argument(
+        "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
+    )
     parser.add_argument(
         "-o", "--output", type=OutputFile, metavar="YAML", help="configuration to write"
     )
@@ -89,6 +104,8 @@ def run(args: argparse.Namespace) -> int:
     _check(args)
     channels = read_channels(args.configs, args.overrides)
     settings = read_settings(args.configs, args.overrides)
+    if args.live:
+        args.source = _record(args, channels)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
         log = as_log(args.source, folder, args.sample_interval, channels)
@@ -115,7 +132,29 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _record(args: argparse.Namespace, channels: Channels) -> Path:
+    """The recording of a guided drive."""
+    from gprodom.commission.live import record
+    from gprodom.lcm.connect import connect
+
+    at_terminal = sys.stderr.isatty()
+
+    def show(text: str) -> None:
+        print(f"\r\x1b[2K{text}" if at_terminal else text, end="" if at_terminal else "\n",
+              file=sys.stderr, flush=True)  # fmt: skip
+
+    with replacing(args.record) as part:
+        guide = record(connect(args.lcm_url), part, channels, show)
+    ended = "" if guide.done else f", ended in step {guide.step + 1}"
+    print(f"\n{args.record}: recorded{ended}", file=sys.stderr)
+    return Path(args.record)
+
+
 def _check(args: argparse.Namespace) -> None:
+    if (args.source is None) != args.live:
+        raise UsageError("give either a LOG or --live")
+    if args.live != (args.record is not None):
+        raise UsageError("--live and --record LOG go together")
     if args.stretch is not None and not 1 <= args.stretch <= 1000:
         raise UsageError(f"--stretch {args.stretch:g}: expected 1 to 1000 m")
     if args.stretch is not None and args.fit_truth:
