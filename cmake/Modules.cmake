@@ -5,6 +5,11 @@
 add_library(gprodom_settings INTERFACE)
 target_compile_features(gprodom_settings INTERFACE cxx_std_17)
 target_compile_options(gprodom_settings INTERFACE -Wall -Wextra -Werror)
+if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  # Where every processor has fused multiply-add, as on arm64, g++ would use it unasked, and the numbers
+  # would be others than on amd64.
+  target_compile_options(gprodom_settings INTERFACE -ffp-contract=off)
+endif()
 target_include_directories(gprodom_settings INTERFACE
   ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src ${PROJECT_BINARY_DIR}/generated)
 

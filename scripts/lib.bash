@@ -39,6 +39,11 @@ build_dependencies() {
     die "apt-get could not install the packages that debian/control names (see above)"
 }
 
+# The version of clang that debian/control names: that of Debian 12 or of Debian 13.
+clang_version() {
+  if command -v clang++-14 >/dev/null; then echo 14; else echo 19; fi
+}
+
 # Compilers at once: one per core, as far as 1.5 GB of memory each go.
 jobs_at_once() {
   local cores memory_kb

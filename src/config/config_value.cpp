@@ -96,7 +96,8 @@ std::optional<Antennas> parse(const ConfigKey& key, const YAML::Node& node, cons
   if (!node.IsMap()) return std::nullopt;
   Antennas antennas;
   for (const auto& entry : node) {
-    const auto id = entry.first.IsScalar() ? parse_number<int>(entry.first.Scalar()) : std::nullopt;
+    if (!entry.first.IsScalar()) return std::nullopt;
+    const auto id = parse_number<int>(entry.first.Scalar());
     const auto place = vector_within(key, entry.second);
     if (!id || !place || !antennas.emplace(*id, *place).second) return std::nullopt;
   }
