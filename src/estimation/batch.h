@@ -23,7 +23,7 @@ class Batch {
   void add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor);
 
   // Adds a prior on the wheel's scale at the first state.
-  void hold_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
+  void add_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
   // Multiplies the wheel's distance between the states a and a + 1 by e^l, with l = slips[a] where
   // there is one.

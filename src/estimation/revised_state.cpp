@@ -80,12 +80,17 @@ StateMatrix StateEstimator::covariance_of_held_scale() const {
   return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
 }
 
+// s, of an interval with a usable wheel.
+double StateEstimator::driven(const StateInput& input) const {
+  const bool drives = !input.standing && input.has_wheel && !input.wheel_contradicted;
+  return drives ? to_seconds(input.time - smoother_.newest().time) : 0.0;
+}
+
 // True once, at the end of the trial, if accelerations have told less about the scale than was
 // known before.
 bool StateEstimator::scale_not_shown(const StateInput& input) {
   if (scale_held_ || config_.wheel.scale_sigma <= 0 || driven_s_ >= kScaleTrial_s) return false;
-  const double seconds = to_seconds(input.time - smoother_.newest().time);
-  if (!input.standing && input.has_wheel && !input.wheel_contradicted) driven_s_ += seconds;
+  driven_s_ += driven(input);
   const double variance = last_covariance_(row::kScale, row::kScale);
   return driven_s_ >= kScaleTrial_s && variance > 0.5 * first_scale_sigma_ * first_scale_sigma_;
 }
@@ -109,12 +114,23 @@ void StateEstimator::hold_scale(CarriedState now) {
   continue_from(now);
 }
 
+// The errors of accelerations are coloured: what they have not shown in the trial, those of a drive
+// many times as long have not shown either. So in the solution over all data, what was known of the
+// scale before counts once for each length of the trial.
+void StateEstimator::try_scale_again(const StateInput& input) {
+  if (!batch_ || !scale_tried_) return;
+  driven_s_ += driven(input);
+  if (driven_s_ < kScaleTrial_s) return;
+  driven_s_ -= kScaleTrial_s;
+  batch_->add_scale(first_scale_, first_scale_sigma_);
+}
+
 // Accelerations seem to show the scale of a wheel that is late, and would mislead the solution over
 // all data as well.
 void StateEstimator::hold_scale_of_late_wheel() {
   if (config_.wheel.scale_sigma <= 0 || std::exchange(known_late_, true)) return;
   if (!scale_held_) hold_scale({smoother_.newest(), last_covariance_});
-  if (batch_) batch_->hold_scale(first_scale_, kFixedScaleSigma);
+  if (batch_) batch_->add_scale(first_scale_, kFixedScaleSigma);
 }
 
 }  // namespace gprodom

@@ -122,7 +122,12 @@ StateMatrix StateEstimator::covariance_of_lasting_errors() const {
 
 StateResult StateEstimator::add(const StateInput& input) {
   if (input.wheel_late) hold_scale_of_late_wheel();
-  if (scale_not_shown(input)) hold_scale(with_first_scale());
+  if (scale_not_shown(input)) {
+    hold_scale(with_first_scale());
+    scale_tried_ = true;
+    driven_s_ = 0.0;
+  }
+  try_scale_again(input);
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));

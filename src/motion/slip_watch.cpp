@@ -28,6 +28,7 @@ constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
 constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
+constexpr double kImpossible = 0.5;                // share of all speeds of a slip
 constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
 
@@ -79,6 +80,7 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   if (speed_known && moved) {
     now_ = seen;
     follow_share(to, share_of(*moved));
+    check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
   const bool turns = moved && std::abs(moved->wheel_m) > 2 * wheel_sigma_m_;
@@ -106,6 +108,24 @@ void SlipWatch::follow_share(TimeNs time, double share) {
   });
   shares_.push_back({time, share});
   largest_share_ = std::max(largest_share_, share);
+}
+
+// The force of a wheel that slips changes the ground's speed towards the wheel's. So that speed
+// stays between zero, what it was at the onset, and the wheel's. Where it is beyond them by half of
+// all that, the accelerations are wrong and not the wheel.
+void SlipWatch::check_ground_speed(double variance, double speed, const Distances& moved) {
+  if (now_ == WheelSlip::kNone) {
+    least_speed_ = std::min(0.0, speed);
+    most_speed_ = std::max(0.0, speed);
+    return;
+  }
+  const double of_wheel = moved.wheel_m / to_seconds(window_);
+  least_speed_ = std::min(least_speed_, of_wheel);
+  most_speed_ = std::max(most_speed_, of_wheel);
+  const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
+  if (beyond > kImpossible * (most_speed_ - least_speed_) &&
+      beyond * beyond > kDisagrees * kDisagrees * variance)
+    speed_error_ = SpeedError{began_ - window_, true};
 }
 
 // Of a slip only the onset counts.
