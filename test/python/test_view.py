@@ -108,6 +108,14 @@ def test_recording_of_a_log(shown: dict[str, dict[str, Any]]) -> None:
     check_reckoning(shown)
 
 
+def check_odom(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]]) -> None:
+    """Begins and ends at the same places, live and of a log."""
+    strips = [found["/way/odom"]["strips"] for found in (live, of_log)]
+    lines = [[point for row in rows for strip in row for point in strip] for rows in strips]
+    for end in (0, -1):
+        np.testing.assert_allclose(lines[0][end], lines[1][end], atol=0.05)
+
+
 def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
     ring = shown["/way/ring"]
     kept = [(t, m) for t, m in zip(ring["time"], ring["mat3x3"], strict=True) if m is not None]
@@ -116,7 +124,9 @@ def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
         np.testing.assert_allclose(axes @ axes.T, 2.4477**2 * spread(t), rtol=0.01)
 
 
-def test_live_view_shows_the_same(log: Path, tmp_path: Path) -> None:
+def test_live_view_shows_the_same(
+    log: Path, tmp_path: Path, shown: dict[str, dict[str, Any]]
+) -> None:
     """The messages of the log, taken one by one and sent every half second."""
     stream = new_stream("live")
     stream.save(tmp_path / "live.rrd")
@@ -134,6 +144,7 @@ def test_live_view_shows_the_same(log: Path, tmp_path: Path) -> None:
     found = rows(tmp_path / "live.rrd")
     check_drive(found, 0.2)
     check_reckoning(found)
+    check_odom(found, shown)
     # A trace that comes is a column of the ground by time; the robot moved 1 m in 2 s.
     pieces = [name for name in found if re.fullmatch(r"/ground_by_time/pieces/\d+", name)]
     assert len(pieces) == -(-SECONDS * 10 // 256)

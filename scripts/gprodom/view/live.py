@@ -20,6 +20,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.console import warn
+from gprodom.drive.log import turned_onto
 from gprodom.drive.radargram import SHOWN_RMS, of_one_antenna
 from gprodom.errors import Error
 from gprodom.lcm import wire
@@ -36,7 +37,7 @@ from gprodom.view.reckoning import Reckoning
 from gprodom.view.record import ON, Recorder
 
 if TYPE_CHECKING:
-    from gprodom.lcm import LCM, LCMSubscription
+    from gprodom.lcm import LCM
 
 SEND_S = 0.5  # between two times that what was kept is sent
 KEPT_US = {"odometry": 100_000, "odometry_map": 100_000}  # the others are kept whole
@@ -65,22 +66,20 @@ class Live:
         self._kept: dict[str, list[bytes]] = {}
         self._last: dict[str, int] = {}
         self._path: Trajectory | None = None  # so far, in map, thinned
+        self._odom: Trajectory | None = None  # the last pose in odom, as drawn
+        self._place: tuple[Floats, Floats] | None = None  # of odom in map, at its first pose
         self._driven = np.zeros(0)  # along `_path`
         self._told: set[str] = set()
         self._ground = Ground(recorder)
-        self._lcm: LCM | None = None
-        self._subscriptions: dict[str, LCMSubscription] = {}
         self._wheel: Channel | None = None  # of the last second
         self._wheel_sent = 0  # time of the last speed of it that was sent (us)
         self._reckoning = Reckoning()
 
     def subscribe(self, lcm: LCM) -> None:
         """To the channels that are drawn, and no others: they cost processor time."""
-        self._lcm = lcm
         for name in self._roles:
             subscription = lcm.subscribe(name, self.take)
             subscription.set_queue_capacity(1000)
-            self._subscriptions[self._roles[name]] = subscription
 
     def take(self, channel: str, data: bytes) -> None:
         """Keeps a message, or not."""
@@ -101,11 +100,10 @@ class Live:
         found = {role: each for role, data in kept.items() if (each := decode(data)) is not None}
         if "odometry_map" in found:
             self._send_odometry(found["odometry_map"])
-            needless = self._subscriptions.pop("odometry", None)
-            if needless is not None and self._lcm is not None:  # the same at the same rate
-                self._lcm.unsubscribe(needless)
         elif "odometry" in found and "odometry_map" not in self._last:
             self._send_odometry(found["odometry"])
+        if "odometry" in found and "odometry_map" in self._last:
+            self._send_uncorrected(odometry(found["odometry"]))
         self._send_wheel(found)
         self._send_reckoned(found)
         if "displacement" in found:
@@ -136,6 +134,22 @@ class Live:
         self._path = path if before is None else _appended(before, path)
         driven = np.interp(path.time, content["utime"], content["distance"])
         self._driven = np.concatenate([self._driven, driven])
+
+    def _send_uncorrected(self, odom: Trajectory) -> None:
+        """The path in `odom`, moved to begin where that in `map` does."""
+        path = self._path
+        if path is None:
+            return
+        if self._place is None:
+            common = np.flatnonzero((odom.time >= path.time[0]) & (odom.time <= path.time[-1]))
+            if not len(common):
+                return
+            first = odom.select(common[:1])
+            self._place = turned_onto(first, interpolate(path, first.time))
+        moved = odom.transformed(*self._place)
+        before = self._odom
+        self._recorder.path("odom", moved if before is None else _appended(before, moved), 1 << 62)
+        self._odom = moved.select(np.array([len(moved) - 1]))
 
     def _send_wheel(self, found: dict[str, Channel]) -> None:
         """Its speed."""
