@@ -116,6 +116,17 @@ def check_odom(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]
         np.testing.assert_allclose(lines[0][end], lines[1][end], atol=0.05)
 
 
+def check_imu_speed(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]]) -> None:
+    """The same curve, live and of a log."""
+    time, speed = (
+        [np.ravel(found["/speed/IMU"][name]) for found in (live, of_log)]
+        for name in ("time", "scalars")
+    )
+    assert len(time[0]) > 0.9 * len(time[1])
+    off = np.abs(speed[0] - np.interp(time[0], time[1], speed[1].astype(float)))
+    assert np.mean(off > 0.05) < 0.01  # where the drive of the test starts, it starts at once
+
+
 def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
     ring = shown["/way/ring"]
     kept = [(t, m) for t, m in zip(ring["time"], ring["mat3x3"], strict=True) if m is not None]
@@ -145,6 +156,7 @@ def test_live_view_shows_the_same(
     check_drive(found, 0.2)
     check_reckoning(found)
     check_odom(found, shown)
+    check_imu_speed(found, shown)
     # A trace that comes is a column of the ground by time; the robot moved 1 m in 2 s.
     pieces = [name for name in found if re.fullmatch(r"/ground_by_time/pieces/\d+", name)]
     assert len(pieces) == -(-SECONDS * 10 // 256)

@@ -165,7 +165,8 @@ def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, s
     recorder = Recorder(stream)
     ground = _earlier_ground(args, recorder)
     stream.send_blueprint(for_live(ground))
-    live = Live(recorder, channels.of(*ROLES))
+    mounting = read_imu_mounting(args.configs, args.overrides)
+    live = Live(recorder, channels.of(*ROLES), mounting)
     live.subscribe(lcm)
     try:
         with interruptions() as interrupted:

@@ -20,6 +20,8 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.console import warn
+from gprodom.drive.imu_speed import SPAN_S as IMU_SPAN_S
+from gprodom.drive.imu_speed import imu_speed
 from gprodom.drive.log import turned_onto
 from gprodom.drive.radargram import SHOWN_RMS, of_one_antenna
 from gprodom.errors import Error
@@ -59,8 +61,13 @@ WAY_COLUMNS = 1600  # of those that are in sight: 32 m
 class Live:
     """Takes messages (`take` is the callback of subscriptions), and sends (`send`)."""
 
-    def __init__(self, recorder: Recorder, names: Mapping[str, str]) -> None:
-        """names: of the channels by role."""
+    def __init__(
+        self,
+        recorder: Recorder,
+        names: Mapping[str, str],
+        rpy_body_imu: tuple[float, ...] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """names: of the channels by role. rpy_body_imu: roll, pitch, yaw of the IMU's axes, rad."""
         self._recorder = recorder
         self._roles = {name: role for role, name in names.items()}
         self._kept: dict[str, list[bytes]] = {}
@@ -74,6 +81,9 @@ class Live:
         self._wheel: Channel | None = None  # of the last second
         self._wheel_sent = 0  # time of the last speed of it that was sent (us)
         self._reckoning = Reckoning()
+        self._rpy_body_imu = rpy_body_imu
+        self._recent: dict[str, Channel] = {}  # IMU and estimate, for the IMU's speed
+        self._imu_sent = 0  # time of the last speed of it that was sent (us)
 
     def subscribe(self, lcm: LCM) -> None:
         """To the channels that are drawn, and no others: they cost processor time."""
@@ -106,6 +116,7 @@ class Live:
             self._send_uncorrected(odometry(found["odometry"]))
         self._send_wheel(found)
         self._send_reckoned(found)
+        self._send_imu(found)
         if "displacement" in found:
             self._send_displacements(found["displacement"])
         if "status" in found:
@@ -166,6 +177,22 @@ class Live:
         self._wheel_sent = int(time[new][-1]) if new.any() else self._wheel_sent
         recent = time >= time[-1] - round(2e6 * SPEED_SPAN_S)
         self._wheel = {name: value[recent] for name, value in whole.items()}
+
+    def _send_imu(self, found: dict[str, Channel]) -> None:
+        """The speed by the IMU."""
+        for role in ("imu", "odometry"):
+            if role not in found:
+                continue
+            before = self._recent.get(role)
+            whole = found[role] if before is None else _joined(before, found[role])
+            kept = whole["utime"] >= whole["utime"][-1] - round(2e6 * IMU_SPAN_S)
+            self._recent[role] = {name: value[kept] for name, value in whole.items()}
+        if len(self._recent) < 2:
+            return
+        time, speed = imu_speed(self._recent["imu"], self._recent["odometry"], self._rpy_body_imu)
+        new = time > self._imu_sent
+        self._recorder.scalars("/speed/IMU", time[new], speed[new])
+        self._imu_sent = int(time[new][-1]) if new.any() else self._imu_sent
 
     def _send_reckoned(self, found: dict[str, Channel], is_all: bool = False) -> None:
         """The way by wheel and gyro alone."""
