@@ -113,13 +113,13 @@ def test_plot_log_tells_the_flags(
     assert json.loads(capsys.readouterr().out)["flags"]["standing"] == pytest.approx(0.2, abs=0.01)
     [figure] = drawn
     assert picture.is_file()
-    speed, sigma, flags = figure.axes
+    speed, position, heading, flags = figure.axes
     for name in ("wheel", "estimate"):  # 4 s of standstill, then 0.5 m/s
         seconds, drawn_speed = line(speed, name)
         np.testing.assert_allclose(drawn_speed[seconds < 3.5], 0.0, atol=1e-9)
         np.testing.assert_allclose(drawn_speed[(seconds > 4.5) & (seconds < 19)], 0.5, atol=0.01)
-    np.testing.assert_allclose(line(sigma, "position")[1], np.sqrt(0.02))
-    np.testing.assert_allclose(line(sigma, "yaw")[1], np.degrees(0.1))
+    for axis, sigma in ((position, np.sqrt(0.02)), (heading, np.degrees(0.1))):
+        np.testing.assert_allclose(axis.get_lines()[0].get_ydata(), sigma)
     bars = [np.vstack([path.vertices for path in each.get_paths()] or [np.zeros((0, 2))])
             for each in flags.collections]  # fmt: skip
     assert [len(bar) > 0 for bar in bars] == [True] + [False] * (len(bars) - 1)
