@@ -74,7 +74,10 @@ bool InputCheck::accept(InputMessage& message) {
   }
   health_.advance(time);
   watch(message);
-  if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
+  if (std::holds_alternative<ImuSample>(message)) {
+    imu_now_ = std::max(imu_now_, time);
+    choose_antenna();
+  }
   pair_heard_ |= std::holds_alternative<WheelsSample>(message);
   if (const auto* wheel = std::get_if<WheelSample>(&message)) wheel_m_ = wheel->distance_m;
   if (const auto* wheels = std::get_if<WheelsSample>(&message))
@@ -134,7 +137,10 @@ void InputCheck::watch(const InputMessage& message) {
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
     Antenna& antenna = antennas_.at(trace->antenna_id);
     weak = antenna.quality.quality(*trace);
-    if (!antenna.quality.dead()) antenna.signal = time;
+    if (!antenna.quality.dead()) {
+      if (antenna.signal + kSecond < time) antenna.since = time;
+      antenna.signal = time;
+    }
   }
   if (!weak.empty()) health_.count(name, weak);
   const bool other_antenna = is_other_antenna(message);  // it has the clock of the first
@@ -151,7 +157,26 @@ std::optional<TraceFormat> InputCheck::trace_format() const {
 }
 
 bool InputCheck::radar_silent() const {
-  return !antenna_ || antennas_.at(*antenna_).newest + kSecond < imu_now_;
+  return !antenna_ || antennas_.at(*followed()).newest + kSecond < imu_now_;
+}
+
+// With one antenna of several left, the estimate goes on as with one. The first one is waited for,
+// since a gap is bridged sooner than another antenna has seen enough; and it must be there for a
+// while before it is used again.
+void InputCheck::choose_antenna() {
+  constexpr TimeNs kGone = 3 * kSecond, kBack = 2 * kSecond;
+  if (config_.gpr.antennas.size() < 2) return;
+  if (first_imu_ == 0) first_imu_ = imu_now_;
+  const auto heard = [this](const Antenna& a) { return a.signal + kSecond >= imu_now_; };
+  const Antenna& first = antennas_.at(*antenna_);
+  if (heard(first)) {
+    if (first.signal - first.since >= kBack) deputy_.reset();
+    return;
+  }
+  if (std::max(first.signal, first_imu_) + kGone >= imu_now_) return;
+  if (deputy_ && heard(antennas_.at(*deputy_))) return;
+  for (const auto& [id, other] : antennas_)
+    if (id != *antenna_ && heard(other)) deputy_ = id;
 }
 
 void InputCheck::watch_silence(bool radar_used) {
@@ -162,10 +187,15 @@ void InputCheck::watch_silence(bool radar_used) {
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
   watch(wheel_channel(), config_.wheel.enabled, wheel_now_, 0);
+  const auto name = [](int id) { return "antenna " + std::to_string(id); };
+  health_.set("one antenna", HealthLevel::kDegraded,
+              radar_used && deputy_ ? name(*antenna_) + " is gone: " + name(*deputy_) +
+                                          " is used in its place, and revisits are not found"
+                                    : "");
   if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used, 0, 0);
   for (const auto& [id, antenna] : antennas_) {
     const bool followed = id == antenna_;
-    const std::string which = followed ? "" : " antenna " + std::to_string(id);
+    const std::string which = followed ? "" : " " + name(id);
     watch(config_.channels.gpr_trace + which, radar_used, antenna.newest, antenna.stuck);
     const bool no_signal = radar_used && antenna.signal + kSecond < antenna.newest;
     health_.set("radar" + which, HealthLevel::kDegraded,

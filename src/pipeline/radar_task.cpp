@@ -56,6 +56,8 @@ void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
       note = "trace length changed";
     else if (!same_interval(format_, format))
       note = "sample interval changed";
+    else if (trace.antenna_id != antenna_)
+      note = "another antenna";
     else if (trace.time - last_time_ > kMaxGap)
       note = "gap in traces";
   }
@@ -64,6 +66,7 @@ void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
     answer.notes.push_back(note + ": the radar front end is reset");
   }
   last_time_ = trace.time;
+  antenna_ = trace.antenna_id;
   format_ = format;
   front_end_->add_trace(trace);
 }
@@ -71,6 +74,7 @@ void RadarTask::add(const GprTrace& trace, RadarAnswer& answer) {
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna,
                            const gpr::Travel& travel) {
   RadarAnswer answer;
+  answer.antenna = antenna;
   for (const GprTrace& trace : traces) {
     if (front_end_ && trace.antenna_id == antenna) add(trace, answer);
     if (pair_) pair_->add_trace(trace);

@@ -47,6 +47,12 @@ constexpr double kScales[] = {0.75, 0.55, 0.4, 1.35};
 constexpr double kSpeedStep = 1.6, kFastest = 2.0;
 constexpr double kDirectionSigmas =
     4.0;  // standard deviations of the speed: it is not of the other sign
+bool is_direction_known(const Travel& travel, double sigmas) {
+  return std::abs(travel.speed_mps()) > sigmas * travel.speed_sigma_mps();
+}
+// To confirm the order, which is likely beforehand, while nothing speaks against it. Not to deny
+// it, nor against a doubt: without a passage the speed wanders, and is sometimes wrong by so much.
+constexpr double kOrderSigmas = 2.0;
 constexpr TimeNs kSearchPeriod = 500'000'000;  // ns: a new patch at 0.8 m/s
 
 constexpr double kPathSigma = 0.001;  // m, of the path between two states
@@ -128,8 +134,9 @@ std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
       antennas_[0].spectra->size() != antennas_[1].spectra->size())
     return std::nullopt;
   const Run run(travel, tick);
-  const double s = travel.at(tick);
-  next_s_ -= std::abs(s - std::exchange(last_s_, s));
+  const double s = travel.at(tick), moved = std::abs(s - std::exchange(last_s_, s));
+  next_s_ -= moved;
+  unjudged_m_ += moved;
   if (run.direction() != direction_) next_s_ = 0;
   direction_ = run.direction();
   const double needed = (1 + kReachLearning) * distance_m_ + kPatch + 4 * kSpacing;
@@ -139,12 +146,17 @@ std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
   const bool due = believed ? next_s_ <= 0 : next_s_ <= 0 || tick >= next_search_;
   if (!due || antennas_[0].columns.empty() || antennas_[1].columns.empty()) return std::nullopt;
   if (!believed) next_search_ = tick + kSearchPeriod;
-  const Match match = believed ? compare(run) : search(travel, tick);
+  const Match match = compare_in_order(run, travel, tick, believed);
+  if (order_.swapped()) return refuse_swapped();
   if (match.outcome == Outcome::kNotCompared) {
     if (state_ != PairState::kFollows) state_ = PairState::kWaits;
     return std::nullopt;
   }
   next_s_ = kPatch;
+  if (match.outcome == Outcome::kFound && !order_.confirmed()) {
+    state_ = PairState::kLearns;
+    return std::nullopt;
+  }
   if (match.outcome == Outcome::kFound) return accept(match, believed && travel.by_wheel());
   last_ = {};
   // Before the transfer is known, unrelated columns are a little alike in many places.
@@ -159,6 +171,39 @@ std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
   return std::nullopt;
 }
 
+// Until the order of the antennas is confirmed, and wherever places away from the path are
+// searched, the same ground is also looked for as the antennas would see it in the opposite order:
+// along the path alone, as among many paths some ground is always a little alike.
+PairFrontEnd::Match PairFrontEnd::compare_in_order(const Run& run, const Travel& travel,
+                                                   TimeNs tick, bool believed) {
+  Match match = believed ? compare(run) : search(travel, tick);
+  const bool direction_known =
+      is_direction_known(travel, kOrderSigmas) && run.direction() * travel.speed_mps() > 0;
+  if (!direction_known || (believed && transfer_known() && order_.confirmed())) return match;
+  const Match other = compare(run.mirrored());
+  if (match.outcome == Outcome::kNotCompared || other.outcome == Outcome::kNotCompared)
+    return match;
+  const double here = evidence(match.found.correlation), there = evidence(other.found.correlation);
+  if (unjudged_m_ >= kPatch) {
+    const bool confirms = here > there && !order_.doubted();
+    if (confirms || is_direction_known(travel, kDirectionSigmas)) order_.compared(here, there);
+    unjudged_m_ = 0;
+  }
+  if (match.outcome == Outcome::kFound && here < there + kLeastScore)
+    match.outcome = Outcome::kAmbiguous;
+  return match;
+}
+
+// What was learnt in the wrong order is of no use.
+std::optional<Passage> PairFrontEnd::refuse_swapped() {
+  transfer_.clear();
+  next_s_ = kPatch;
+  missed_ = 0;
+  last_ = {};
+  state_ = PairState::kSwapped;
+  return std::nullopt;
+}
+
 // Paths other than the predicted one, too: with its distances scaled; without a wheel also at
 // constant speeds up to that at which a trace is too far from the next, and unless the direction is
 // certain in both. All of them compete, so that ground that repeats itself gives no answer.
@@ -167,8 +212,7 @@ PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) cons
   for (const double scale : kScales) runs.emplace_back(travel, tick, scale);
   const double needed = (1 + kReachFollowing) * distance_m_ + kPatch + 4 * kSpacing;
   const double longest_s = to_seconds(Run::kLongestSteady);
-  const bool direction_known =
-      std::abs(travel.speed_mps()) > kDirectionSigmas * travel.speed_sigma_mps();
+  const bool direction_known = is_direction_known(travel, kDirectionSigmas);
   for (double speed = needed / longest_s; speed <= kFastest && !travel.by_wheel();
        speed *= kSpeedStep)
     for (const int direction : {1, -1})

@@ -16,6 +16,7 @@
 #include "gpr/filter/trace_quality.h"
 #include "gpr/pair/alongside.h"
 #include "gpr/pair/columns.h"
+#include "gpr/pair/order_watch.h"
 #include "gpr/pair/spectra.h"
 #include "gpr/pair/transfer.h"
 #include "gpr/pair/travel.h"
@@ -36,11 +37,12 @@ struct Passage {
 };
 
 enum class PairState {
-  kWaits,     // too little ground driven over in one direction
-  kLearns,    // the transfer between the antennas is not known yet
-  kFollows,   // matches are found
-  kNoMatch,   // the antennas do not see the same ground where they should
-  kAmbiguous  // the ground repeats itself
+  kWaits,      // too little ground driven over in one direction
+  kLearns,     // the transfer between the antennas is not known yet
+  kFollows,    // matches are found
+  kNoMatch,    // the antennas do not see the same ground where they should
+  kAmbiguous,  // the ground repeats itself
+  kSwapped     // the rear antenna sees the ground first: cables or ids are exchanged
 };
 
 class PairFrontEnd {
@@ -85,6 +87,8 @@ class PairFrontEnd {
   };
   Match compare(const Run& run) const;
   Match search(const Travel& travel, TimeNs tick) const;
+  Match compare_in_order(const Run& run, const Travel& travel, TimeNs tick, bool believed);
+  std::optional<Passage> refuse_swapped();
   static bool same_place(const Match& a, const Match& b);
   std::optional<Passage> accept(const Match& match, bool by_wheel);
   bool transfer_known() const;
@@ -102,6 +106,8 @@ class PairFrontEnd {
   std::array<Antenna, 2> antennas_;  // front, rear
   double distance_m_;
   Transfer transfer_;
+  OrderWatch order_;
+  double unjudged_m_ = 0.0;  // driven since a patch was compared in both orders
   PairState state_ = PairState::kWaits;
   int direction_ = 0;
   double next_s_ = 0.0;  // way to go until the next match, m

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -72,6 +73,36 @@ TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
   EXPECT_FALSE(accepts(trace_of(5, begin_))) << "stamp repeated";
   EXPECT_EQ(check_->antenna(), 1);
   EXPECT_EQ(count("not in gpr.antennas"), 1.0);
+}
+
+// From the start, too; a gap of a second is bridged.
+TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
+  use({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"});
+  const auto followed_after = [&](double from_s, double to_s, bool first_sends) {
+    for (double t = from_s + 0.01; t < to_s; t += 0.05) {
+      const TimeNs time = begin_ + from_seconds(t);
+      ImuSample imu;  // noise: equal values are refused
+      imu.time = time;
+      imu.acceleration = {0.01 * std::sin(70 * t), 0.01 * std::sin(50 * t), 9.8};
+      imu.angular_velocity = {0.01 * std::sin(60 * t), 0, 0};
+      EXPECT_TRUE(accepts(imu));
+      EXPECT_EQ(first_sends && accepts(trace_of(0, time)), first_sends);
+      EXPECT_TRUE(accepts(trace_of(1, time)));
+    }
+    check_->watch_silence(true);
+    return check_->followed();
+  };
+  EXPECT_EQ(followed_after(0.0, 3.0, true), 0);
+  EXPECT_EQ(followed_after(3.0, 5.0, false), 0);
+  EXPECT_EQ(followed_after(5.0, 8.0, false), 1);
+  EXPECT_FALSE(check_->radar_silent());
+  EXPECT_EQ(check_->antenna(), 0) << "the map is of the first one";
+  const auto reasons = health_.status(begin_).reasons;
+  EXPECT_TRUE(std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+    return reason.find("antenna 0 is gone: antenna 1") != std::string::npos;
+  }));
+  EXPECT_EQ(followed_after(8.0, 9.0, true), 1) << "not at once";
+  EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
 
 }  // namespace
