@@ -44,8 +44,8 @@ struct WheelWaySince {
 };
 
 // Kalman update of predict()'s estimate, some time after the way's end, with the wheel's distance.
-// It corrects the movement since the state, not the state: what both have in common with all the
-// way before, such as the error of the scale, 0.3 s of wheel must not correct over all of it.
+// It corrects the movement since the state, not the state: an error of the scale has moved the
+// state by its share of all the way, and half a second of wheel is too little to correct that.
 // Weighed by Cauchy's kernel as the wheel's increments in the window are; threshold 0: in full.
 void take_wheel(const NavState& state, const StateMatrix& covariance,
                 const ImuPreintegration& since, double gravity_mps2, const PredictedWay& way,

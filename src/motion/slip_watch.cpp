@@ -28,7 +28,6 @@ constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
 constexpr TimeNs kSlowFor = 600'000'000;           // ns
 constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
-constexpr double kImpossible = 0.5;                // share of all speeds of a slip
 constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
 
@@ -111,8 +110,8 @@ void SlipWatch::follow_share(TimeNs time, double share) {
 }
 
 // The force of a wheel that slips changes the ground's speed towards the wheel's. So that speed
-// stays between zero, what it was at the onset, and the wheel's. Where it is beyond them by half of
-// all that, the accelerations are wrong and not the wheel.
+// stays between zero, what it was at the onset, and the wheel's. Where it is beyond this range by
+// as much as the range is wide, the accelerations are wrong and not the wheel.
 void SlipWatch::check_ground_speed(double variance, double speed, const Distances& moved) {
   if (now_ == WheelSlip::kNone) {
     least_speed_ = std::min(0.0, speed);
@@ -123,8 +122,7 @@ void SlipWatch::check_ground_speed(double variance, double speed, const Distance
   least_speed_ = std::min(least_speed_, of_wheel);
   most_speed_ = std::max(most_speed_, of_wheel);
   const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
-  if (beyond > kImpossible * (most_speed_ - least_speed_) &&
-      beyond * beyond > kDisagrees * kDisagrees * variance)
+  if (beyond > most_speed_ - least_speed_ && beyond * beyond > kDisagrees * kDisagrees * variance)
     speed_error_ = SpeedError{began_ - window_, true};
 }
 

@@ -368,7 +368,7 @@ TEST(SlipWatch, WheelThatIsSlowForLongIsRight) {
 // A wheel that slips pulls the ground's speed towards its own. Accelerations of an IMU that is
 // mounted otherwise carry it anywhere.
 TEST(SlipWatch, SpeedToWhichNoSlipCanLeadIsTheImusError) {
-  for (const double published : {2 * kSpeed, -0.8 * kSpeed}) {
+  for (const double published : {3 * kSpeed, -1.5 * kSpeed}) {
     Drive robot;
     robot.radar_speaks = false;
     robot.run(2);
