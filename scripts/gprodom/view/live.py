@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event
-from time import monotonic
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from gprodom.lcm import LCM
 
 SEND_S = 0.5  # between two times that what was kept is sent
+TAKE_S = 0.05  # between two times that what has come is taken, and to an interruption, at most
 KEPT_US = {"odometry": 100_000, "odometry_map": 100_000}  # the others are kept whole
 ROLES = (
     "odometry",
@@ -355,16 +356,21 @@ def interruptions() -> Iterator[Event]:
 
 
 def listen(lcm: LCM, live: Live, goes_on: Callable[[], bool], interrupted: Event) -> None:
-    """Takes and sends, while `goes_on` and until interrupted."""
+    """Takes and sends, while `goes_on` and until interrupted.
+
+    It wakes for what has come in a while, not for each message: the waking costs more than taking.
+    """
     due = monotonic() + SEND_S
     while not interrupted.is_set():
+        sleep(TAKE_S)
         try:
-            lcm.handle_timeout(50)
+            while monotonic() < due and lcm.handle_timeout(0) > 0:
+                pass
         except OSError:  # of the call that a signal interrupts
             if not interrupted.is_set():
                 raise
         if monotonic() >= due:
             if not goes_on():
                 return
-            due = monotonic() + SEND_S
             live.send()
+            due = monotonic() + SEND_S
