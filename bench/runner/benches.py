@@ -23,6 +23,7 @@ from jobs import (
     simulated,
     with_sequences,
 )
+from looking import looking
 from new_robots import commissioning
 from readers import (
     DRIVE,
@@ -34,7 +35,6 @@ from readers import (
     ROBOT,
     SOLVERS,
     START,
-    VIEW,
     VISIT,
     changed_ground,
     consistency,
@@ -340,15 +340,7 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             (Job("all", both, both),),
             alone=True,
         ),
-        Bench(
-            "view_load",
-            "Looking at a drive of an hour, and at a running robot",
-            "view_load.py",
-            one_row(VIEW),
-            (Job("all", (basement,), (basement,)),),
-            alone=True,
-            settable=False,
-        ),
+        *looking(basement),
         Bench(
             "window_solvers",
             "The window by Ceres and by the chain",

@@ -28,12 +28,6 @@ SOLVERS = {
     "ceres_x": Unit("", "higher", TIME_SPREAD),
     "chain_x": Unit("", "higher", TIME_SPREAD),
 }
-VIEW = {
-    "open_processor_s": Unit("s", "lower", TIME_SPREAD),
-    "recording_mb": Unit("MB", "lower"),
-    "live_to_file_core_pct": Unit("%", "lower", TIME_SPREAD),
-    "live_to_viewer_core_pct": Unit("%", "lower", TIME_SPREAD),
-}
 
 
 def short_name(sequence: str) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 SCHEMES = {"dark": 0, "light": 1}  # of Chromium's setting preferredColorScheme
 
@@ -42,6 +43,7 @@ const measure = (frame) => {
   }
   const svg = [...page.querySelectorAll('svg.figure')].filter(shown);
   return { width: view.innerWidth, cut, contrast: least, scroll: page.body.scrollWidth,
+    height: page.documentElement.scrollHeight,
     figures: svg.map((e) => e.getBoundingClientRect().width),
     ink: svg.length ? view.getComputedStyle(svg[0]).fill : view.getComputedStyle(page.body).color,
     paper: view.getComputedStyle(page.body).backgroundColor }; };
@@ -59,30 +61,43 @@ class Shown:
     console: list[str]
 
 
+def program() -> str | None:
+    """Chromium, where it is installed."""
+    return shutil.which("chromium") or shutil.which("chromium-browser")
+
+
 def _chromium(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
+    chromium = program()
+    if chromium is None:
         pytest.skip("chromium is not installed, so no page is shown (apt install chromium)")
     return subprocess.run(
-        [program, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
+        [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
          "--allow-file-access-from-files", f"--user-data-dir={folder}", *arguments],
         capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip
 
 
+def _frame(page: Path, width: int, height: int) -> str:
+    """Of that size, CSS pixels; a window cannot be as narrow as a phone."""
+    address = html.escape(page.absolute().as_uri())
+    return f'<iframe src="{address}" width={width} height={height} style="border:0"></iframe>'
+
+
+def _options(scheme: str) -> list[str]:
+    return [
+        f"--blink-settings=preferredColorScheme={SCHEMES[scheme]}",
+        "--virtual-time-budget=5000",
+    ]
+
+
 def show(page: Path, widths: list[int], scheme: str, folder: Path) -> Shown:
     """Shows `page` in frames of those widths (CSS pixels)."""
-    frames = "".join(
-        f'<iframe src="{html.escape(page.absolute().as_uri())}" width={width} height=800 '
-        'style="border:0"></iframe>'
-        for width in widths
-    )
+    frames = "".join(_frame(page, width, 800) for width in widths)
     outer = folder / "frames.html"
     outer.write_text(f"<!doctype html><script>{MEASURE}</script><body>{frames}</body>")
     done = _chromium(
         folder / "profile",
-        f"--blink-settings=preferredColorScheme={SCHEMES[scheme]}",
-        "--virtual-time-budget=5000",
+        *_options(scheme),
         "--dump-dom",
         outer.absolute().as_uri(),
     )
@@ -90,6 +105,21 @@ def show(page: Path, widths: list[int], scheme: str, folder: Path) -> Shown:
     assert measured, done.stderr
     console = [each for each in done.stderr.splitlines() if "CONSOLE" in each]
     return Shown(json.loads(html.unescape(measured[1])), console)
+
+
+def picture(page: Path, width: int, height: int, scheme: str, folder: Path) -> Image.Image:
+    """What is seen of `page` in a frame of that size."""
+    outer, shot = folder / "frame.html", folder / "frame.png"
+    outer.write_text(f"<!doctype html><body style='margin:0'>{_frame(page, width, height)}</body>")
+    _chromium(
+        folder / "profile",
+        *_options(scheme),
+        "--hide-scrollbars",
+        f"--window-size={width + 200},{height + 200}",  # with its own frame, and at least 500
+        f"--screenshot={shot.absolute()}",
+        outer.absolute().as_uri(),
+    )
+    return Image.open(shot).convert("RGB").crop((0, 0, width, height))
 
 
 def printed_pages(page: Path, folder: Path) -> int:

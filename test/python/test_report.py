@@ -16,10 +16,11 @@ from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.drive.log import read_drive
 from gprodom.drive.radargram import along_way
-from gprodom.drive.troubles import Trouble, find_troubles
+from gprodom.drive.troubles import Trouble, covered_s, find_troubles
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.log_scan import events
 from gprodom.report import vector
+from gprodom.report.page import verdict
 from made_drive import (
     DEGRADED_S,
     RADIUS,
@@ -68,6 +69,14 @@ def test_troubles_are_told_with_their_times(recording: Path) -> None:
     assert (spikes.times, spikes.level) == (3, "note")
     near(spikes, [(29.0, 1.0), (49.0, 1.0)], 0.1)
     assert not found
+
+
+def test_troubles_at_the_same_time_last_as_long_as_one() -> None:
+    spans = {"a": ((0.0, 10.0), (40.0, 5.0)), "b": ((5.0, 10.0),), "c": ((6.0, 1.0),)}
+    worse = [Trouble(name, "degraded", each) for name, each in spans.items()]
+    assert covered_s(worse) == 20.0
+    assert verdict(worse) == "3 things, 20 s altogether"
+    assert verdict([]) == "nothing"
 
 
 def test_figures_of_the_drive(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:

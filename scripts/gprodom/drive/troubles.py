@@ -61,6 +61,16 @@ class Trouble:
         return max(self.spans, key=lambda span: span[1])
 
 
+def covered_s(troubles: Iterable[Trouble]) -> float:
+    """How long there was one of them at least, s."""
+    covered, until = 0.0, -np.inf
+    for start, lasted in sorted(span for each in troubles for span in each.spans):
+        end = start + lasted
+        covered += max(end - max(start, until), 0.0)
+        until = max(until, end)
+    return covered
+
+
 def find_troubles(drive: Drive) -> list[Trouble]:
     """All of them: the worst level first, and in each the longest first."""
     found = [*_silences(drive), *_reasons(drive), *_flagged(drive), *_counted(drive)]

@@ -14,7 +14,7 @@ import gprodom
 from gprodom import canvas
 from gprodom.drive.doubt import SIGMAS_95_OF_ONE, radius_95, yaw_sigma
 from gprodom.drive.log import Drive
-from gprodom.drive.troubles import Trouble, stretches
+from gprodom.drive.troubles import Trouble, covered_s, stretches
 from gprodom.lcm.constants import flag
 from gprodom.report import pictures, vector
 
@@ -49,8 +49,11 @@ td:first-child { white-space: normal; }
 @page { size: A4; margin: 14mm; }
 @media print {
   body { margin: 0; max-width: none; font-size: 10pt; }
+  p:not(.lead), figcaption { font-size: 8.5pt; margin: 0.4rem 0; }
   h2 { break-after: avoid; margin-top: 1rem; } figure, tr { break-inside: avoid; }
-  .above .figure { max-height: 104mm; width: auto; margin: auto; }
+  .figure { margin: auto; }
+  .above .figure { max-height: 90mm; width: auto; }
+  .time .figure { max-height: 142mm; width: auto; }
 }
 """
 
@@ -103,8 +106,8 @@ def verdict(worse: Sequence[Trouble]) -> str:
     """What is told above all tables."""
     if not worse:
         return "nothing"
-    lasted = sum(each.total_s for each in worse)
-    return f"{len(worse)} thing{'s' if len(worse) > 1 else ''}, {duration(lasted)} altogether"
+    lasted = duration(covered_s(worse))
+    return f"{len(worse)} thing{'s' if len(worse) > 1 else ''}, {lasted} altogether"
 
 
 def duration(seconds: float) -> str:
@@ -197,8 +200,8 @@ ALONG_TIME = (
     "revisits."
 )
 REVISITS = (
-    "Revisits: when ground was known again, and when it was first seen; and how far corrections "
-    "moved the pose in map."
+    "Revisits: when ground was known again, and when it was first seen (that of earlier drives at "
+    "the foot); and how far corrections moved the pose in map."
 )
 GROUND = (
     "Radargram along the way: the mean trace is taken out, and each row is shown relative to its "
@@ -249,7 +252,8 @@ def _row(drive: Drive, each: Trouble) -> list[str]:
     seconds = drive.clock(drive.path.time)
     at = "–"
     if seconds[0] <= start <= seconds[-1]:
-        x, y = drive.path.position[int(np.searchsorted(seconds, start)), :2]
+        place = drive.path.position[int(np.searchsorted(seconds, start)), :2]
+        x, y = np.round(place, 1) + 0.0  # no -0.0
         at = f"{x:.1f}, {y:.1f}"
     when = f"{start:.0f} s, for {lasted:.1f} s" if start >= 0 else "before the first pose"
     return [each.what, each.level, str(each.times), duration(each.total_s), when, at]

@@ -190,9 +190,10 @@ def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
             pairs.plot(*ends, marker, color=colour, ms=3, label=f"{name}: {those.sum()}")
     pairs.set_ylabel("ground seen\nfirst at (s)")
     pairs.set_ylim(0, drive.seconds)
-    before = int(np.count_nonzero(found.start < drive.origin))
-    if before:
-        pairs.set_title(f"{before} more of earlier drives", loc="left")
+    before = drive.clock(found.end[found.start < drive.origin])
+    if len(before):  # at the foot: it was first seen before all times of this drive
+        name = f"of earlier drives: {len(before)}"
+        pairs.plot(before, np.zeros(len(before)), "|", color=PINK, ms=9, clip_on=False, label=name)
     if pairs.get_lines():
         pairs.legend(**ABOVE_RIGHT)
     clock = drive.clock(np.array([jump.utime for jump in drive.steps], np.int64))
