@@ -26,6 +26,7 @@ PATIENCE_S = 60.0
 IMU, ODOMETRY, TF = "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 TWIST, JOINTS = "geometry_msgs/msg/TwistStamped", "sensor_msgs/msg/JointState"
 DIAGNOSTICS, LOG = "diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log"
+PLACE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 TRACE, COMMAND = "gprodom_msgs/msg/GprTrace", "gprodom_msgs/msg/Command"
 
 

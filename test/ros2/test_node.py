@@ -23,16 +23,20 @@ from kit import (
     DIAGNOSTICS,
     LOG,
     ODOMETRY,
+    PLACE,
     TF,
     Node,
     Peer,
     Record,
+    header,
+    level,
     make,
     plan_of,
     received,
     to_cdr,
     utime_of,
     values_of,
+    vector,
     wait_for,
 )
 
@@ -195,23 +199,46 @@ def test_either_side_can_start_again(drive: Path, tmp_path: Path) -> None:
     again.end()
 
 
+def place_told(utime: int, frame: str, sigma_m: float) -> bytes:
+    """As RViz's 2D Pose Estimate."""
+    covariance = np.zeros(36)
+    covariance[[0, 7]] = sigma_m**2
+    pose = make("geometry_msgs/msg/Pose", position=vector(1, 2, kind="Point"), orientation=level())
+    about = make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance)
+    return to_cdr(PLACE, make(PLACE, header=header(utime, frame), pose=about))
+
+
 def test_commands_come_as_a_topic(drive: Path, tmp_path: Path) -> None:
-    """As `ros2 topic pub --once` sends them."""
+    """As `ros2 topic pub --once` and RViz send them."""
     (tmp_path / "state").mkdir()
     state = ["--set", f"state.directory={tmp_path / 'state'}"]
     plan = plan_of(drive / "in.lcmlog", SPEED)
-    end_ns = plan[-1].at_ns
-    for after_ns, name, argument in ((1, "save_map", "yard"), (2, "reset", ""), (3, "dance", "")):
+    last = plan[-1]
+    commands = [("save_map", "yard"), ("reset", ""), ("dance", ""), ("load_map", "yard")]
+    for i, (name, argument) in enumerate([*commands, ("load_map", "garden")], 1):
         cdr = to_cdr(COMMAND, make(COMMAND, name=name, argument=argument))
-        plan.append(Record(end_ns + after_ns, "/gprodom/command", COMMAND, cdr))
+        plan.append(Record(last.at_ns + i, "/gprodom/command", COMMAND, cdr))
+    utime = utime_of(last.value().header.stamp)
+    for i, (frame, sigma_m) in enumerate([("odom", 0.5), ("map", 10.0)], 10):
+        cdr = place_told(utime, frame, sigma_m)
+        plan.append(Record(last.at_ns + i, "/initialpose", PLACE, cdr))
     with Node(tmp_path, *config(drive), *RELIABLE, *state) as node:
         peer = Peer(tmp_path, "robot", plan, OUTPUTS, "--quiet-s", "5").matched().sent()
         wait_for("a map", lambda: "yard.map: saved" in node.said())
         wait_for("a reset", lambda: "reset by command" in node.said())
+        wait_for("the map again", lambda: "map yard loaded" in node.said())
     assert (tmp_path / "state" / "yard.map").stat().st_size > 0
     told = [m.msg for m in received(peer.end(), "/rosout")]
-    for what in ("yard.map: saved", "reset by command", "unknown command"):
-        assert any(what in text for text in told), what
+    for what in (
+        "yard.map: saved",
+        "reset by command",
+        "unknown command",
+        "map yard loaded",
+        "garden.map: no such file",
+        "not in the frame of the map",
+        "expected a sigma above 0",
+    ):
+        assert any(what in text for text in told), (what, told)
 
 
 def test_topics_take_the_namespace(drive: Path, tmp_path: Path) -> None:
