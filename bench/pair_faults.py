@@ -151,7 +151,7 @@ def faults(minutes: float, grounds: list[str], data: Path) -> list[Row]:
     """The other faults."""
     rows = []
     spec = straight([Move(60 * minutes * SPEED, SPEED)])
-    with Progress("faults", 4 * len(grounds)) as progress:
+    with Progress("faults", 5 * len(grounds)) as progress:
         for name in grounds:
             survey = make_ground(name, 1, data)
             antennas = antennas_in_a_row(1, B_M, 0.01, 0.1 * strength(survey))
@@ -162,13 +162,14 @@ def faults(minutes: float, grounds: list[str], data: Path) -> list[Row]:
 
             whole = driven(antennas)
             gone, back_s = silent(whole)
-            for fault, simulated, back in (
-                ("none", whole, None),
-                ("swapped", swapped(whole), None),
-                ("silent", gone, back_s),
-                ("time zero", driven((antennas[0], rear)), None),
+            for fault, method, simulated, back in (
+                ("none", METHODS[0], whole, None),
+                ("swapped", METHODS[0], swapped(whole), None),
+                ("swapped", METHODS[1], swapped(whole), None),
+                ("silent", METHODS[0], gone, back_s),
+                ("time zero", METHODS[0], driven((antennas[0], rear)), None),
             ):
-                rows.append(row(name, fault, METHODS[0], [simulated], back))
+                rows.append(row(name, fault, method, [simulated], back))
                 progress.advance()
     return rows
 

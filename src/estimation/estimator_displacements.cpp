@@ -39,7 +39,7 @@ std::optional<StateEstimator::Span> StateEstimator::span(TimeNs from, TimeNs to)
   return Span{a, b, to_seconds(offset_a), to_seconds(offset_b)};
 }
 
-bool StateEstimator::add_displacement(const Displacement& d) {
+bool StateEstimator::add_displacement(const PlacedDisplacement& d) {
   const auto between = d.valid ? span(d.from, d.to) : std::nullopt;
   if (!between) return false;
   DisplacementFactor::Measurement m;
@@ -51,8 +51,8 @@ bool StateEstimator::add_displacement(const Displacement& d) {
       d.kind == DisplacementKind::kMotion || config_.gpr.fusion == Fusion::kNorm;
   m.form = is_unsigned ? DisplacementFactor::Form::kNorm : DisplacementFactor::Form::kSigned;
   m.robust_threshold = kDisplacementRobustThreshold;
-  return add_factor(between->a, between->b,
-                    std::make_shared<DisplacementFactor>(m, config_.gpr.lever_arm));
+  const Vector3d lever_arm = d.lever_arm.value_or(config_.gpr.lever_arm);
+  return add_factor(between->a, between->b, std::make_shared<DisplacementFactor>(m, lever_arm));
 }
 
 // On a straight line the place is the same: 0 m between one antenna then and the other one now. In

@@ -159,7 +159,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {
     add_wheel_factor(input, a, b);  // without a wheel: the robot does not move sideways or upwards
   }
-  for (const Displacement& d : input.displacements)
+  for (const PlacedDisplacement& d : input.displacements)
     ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
   for (const AntennaPassage& p : input.passages)
     ++(add_passage(p) ? result.displacements_used : result.displacements_dropped);

@@ -45,6 +45,14 @@ struct IntervalSlip {
   double l = 0.0, sigma = 0.0;  // ln(true distance / distance by the wheel)
 };
 
+// Of a point of the body: gpr.lever_arm, or that of another antenna.
+struct PlacedDisplacement : Displacement {
+  PlacedDisplacement() = default;
+  PlacedDisplacement(Displacement displacement, std::optional<Eigen::Vector3d> at = std::nullopt)
+      : Displacement(std::move(displacement)), lever_arm(std::move(at)) {}
+  std::optional<Eigen::Vector3d> lever_arm;  // m, in body
+};
+
 // One antenna was at time `to` where another had been at time `from`.
 struct AntennaPassage {
   TimeNs from = 0, to = 0;
@@ -76,7 +84,7 @@ struct StateInput {
   std::optional<Eigen::Vector3d> gyro_bias;
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
   std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
-  std::vector<Displacement> displacements;          // newly in effect, for any earlier time
+  std::vector<PlacedDisplacement> displacements;    // newly in effect, for any earlier time
   std::vector<AntennaPassage> passages;             // likewise
   std::vector<UserFactor> factors;                  // likewise
 };
@@ -146,7 +154,7 @@ class StateEstimator {
                         FixedLagSmoother::StateId b);
   void update_slips(const std::vector<IntervalSlip>& slips);
   std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
-  bool add_displacement(const Displacement& displacement);
+  bool add_displacement(const PlacedDisplacement& displacement);
   bool add_passage(const AntennaPassage& passage);
   // A measurement between two times, tied to the states nearest to them.
   struct Span {

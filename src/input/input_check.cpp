@@ -74,7 +74,10 @@ bool InputCheck::accept(InputMessage& message) {
   }
   health_.advance(time);
   watch(message);
-  if (std::holds_alternative<ImuSample>(message)) imu_now_ = std::max(imu_now_, time);
+  if (std::holds_alternative<ImuSample>(message)) {
+    imu_now_ = std::max(imu_now_, time);
+    choose_antenna();
+  }
   pair_heard_ |= std::holds_alternative<WheelsSample>(message);
   if (const auto* wheel = std::get_if<WheelSample>(&message)) wheel_m_ = wheel->distance_m;
   if (const auto* wheels = std::get_if<WheelsSample>(&message))
@@ -141,7 +144,10 @@ void InputCheck::watch(const InputMessage& message) {
   if (const auto* trace = std::get_if<GprTrace>(&message)) {
     Antenna& antenna = antennas_.at(trace->antenna_id);
     weak = antenna.quality.quality(*trace);
-    if (!antenna.quality.dead()) antenna.signal = time;
+    if (!antenna.quality.dead()) {
+      if (antenna.signal + kSecond < time) antenna.since = time;
+      antenna.signal = time;
+    }
   }
   if (!weak.empty()) health_.count(name, weak);
   const bool other_antenna = is_other_antenna(message);  // it has the clock of the first
@@ -158,7 +164,7 @@ std::optional<TraceFormat> InputCheck::trace_format() const {
 }
 
 bool InputCheck::radar_silent() const {
-  return is_silent(antenna_ ? antennas_.at(*antenna_).newest : 0);
+  return is_silent(antenna_ ? antennas_.at(*followed()).newest : 0);
 }
 
 bool InputCheck::is_silent(TimeNs newest_trace) const {
@@ -168,6 +174,26 @@ bool InputCheck::is_silent(TimeNs newest_trace) const {
   return antenna_ && newest_trace + kSecond < antennas_.at(*antenna_).newest;
 }
 
+// With one antenna of several left, the estimate goes on as with one. The first one is waited for,
+// since a gap is bridged sooner than another antenna has seen enough; and it must be there for a
+// while before it is used again. By traces that come by distance our front ends say nothing
+// (RadarTask), so that no other antenna could stand in.
+void InputCheck::choose_antenna() {
+  constexpr TimeNs kGone = 3 * kSecond, kBack = 2 * kSecond;
+  if (config_.gpr.antennas.size() < 2 || trigger_.trigger() != Trigger::kTime) return;
+  if (first_imu_ == 0) first_imu_ = imu_now_;
+  const auto heard = [this](const Antenna& a) { return a.signal + kSecond >= imu_now_; };
+  const Antenna& first = antennas_.at(*antenna_);
+  if (heard(first)) {
+    if (first.signal - first.since >= kBack) deputy_.reset();
+    return;
+  }
+  if (std::max(first.signal, first_imu_) + kGone >= imu_now_) return;
+  if (deputy_ && heard(antennas_.at(*deputy_))) return;
+  for (const auto& [id, other] : antennas_)
+    if (id != *antenna_ && heard(other)) deputy_ = id;
+}
+
 void InputCheck::watch_silence(bool radar_used) {
   const auto watch = [&](const std::string& topic, bool silent, TimeNs stuck) {
     const bool speaks = stuck + kSecond >= imu_now_;
@@ -175,6 +201,11 @@ void InputCheck::watch_silence(bool radar_used) {
   };
   health_.set(config_.channels.imu, HealthLevel::kFailed, "");
   watch(wheel_channel(), config_.wheel.enabled && wheel_now_ + kSecond < imu_now_, 0);
+  health_.set("one antenna", HealthLevel::kDegraded,
+              radar_used && deputy_
+                  ? "the first one of gpr.antennas is gone: another one is used in its place, and "
+                    "revisits are not found"
+                  : "");
   if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used && is_silent(0), 0);
   for (const auto& [id, antenna] : antennas_) {
     const bool followed = id == antenna_;

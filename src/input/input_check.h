@@ -53,9 +53,12 @@ class InputCheck {
   // while it is not known whether they are: though the robot has driven on.
   bool radar_silent() const;
 
-  // That antenna: the first of gpr.antennas, otherwise the one whose trace came first; nothing
-  // before.
+  // The antenna of the map: the first of gpr.antennas, otherwise the one whose trace came first;
+  // nothing before.
   const std::optional<int>& antenna() const { return antenna_; }
+
+  // The antenna that the estimator follows: the same, or while that one is gone another one.
+  const std::optional<int>& followed() const { return deputy_ ? deputy_ : antenna_; }
 
   // Reports sensors that are silent or have no signal.
   void watch_silence(bool radar_used);
@@ -73,6 +76,7 @@ class InputCheck {
     TraceWatch quality;
     GapWatch gaps;
     TimeNs newest = 0;  // trace
+    TimeNs since = 0;   // first one with a signal after the last gap
     TimeNs signal = 0;  // newest one that was not dead
     TimeNs stuck = 0;   // newest one that was dropped as stuck
   };
@@ -84,12 +88,15 @@ class InputCheck {
   TimeNs& stuck(const InputMessage& message);
   void watch(const InputMessage& message);
   bool is_silent(TimeNs newest_trace) const;
+  void choose_antenna();
 
   const Config& config_;
   Health& health_;
   TimeGuard time_guard_;
   ImuWatch imu_watch_;
   std::optional<int> antenna_;
+  std::optional<int> deputy_;  // another antenna, in its place
+  TimeNs first_imu_ = 0;
   std::map<int, Antenna> antennas_;  // by id
   TriggerWatch trigger_;
   std::array<GapWatch, kMessages> gaps_;      // by the message's index

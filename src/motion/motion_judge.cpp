@@ -64,7 +64,7 @@ Displacement MotionJudge::in_metres(const gpr::Finding& finding) {
   return to_displacement(std::get<gpr::TrackDisplacement>(finding));
 }
 
-void MotionJudge::add_radar(const gpr::Finding& finding, const Displacement& in_metres) {
+void MotionJudge::add_radar(const gpr::Finding& finding, const PlacedDisplacement& in_metres) {
   radar_heard_ = std::max(radar_heard_, in_metres.to);
   if (!in_metres.valid) return;
   if (const auto* standstill = std::get_if<gpr::Standstill>(&finding)) {
@@ -265,11 +265,11 @@ Displacement MotionJudge::no_displacement(TimeNs from, TimeNs to) const {
 }
 
 // A displacement may arrive before the state at its end, which waits for the reorder window.
-std::vector<Displacement> MotionJudge::take_displacements(TimeNs to) {
+std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
   const auto later =
       std::stable_partition(displacements_.begin(), displacements_.end(),
                             [to](const Waiting& w) { return w.displacement.to <= to; });
-  std::vector<Displacement> taken;
+  std::vector<PlacedDisplacement> taken;
   for (auto waiting = displacements_.begin(); waiting != later; ++waiting)
     if (enters_estimate(*waiting)) taken.push_back(std::move(waiting->displacement));
   displacements_.erase(displacements_.begin(), later);

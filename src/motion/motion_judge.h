@@ -51,7 +51,7 @@ class MotionJudge {
   Displacement in_metres(const gpr::Finding& finding);
 
   // A finding that is now in effect, and the result of in_metres() for it. Ignored unless valid.
-  void add_radar(const gpr::Finding& finding, const Displacement& in_metres);
+  void add_radar(const gpr::Finding& finding, const PlacedDisplacement& in_metres);
 
   // Now in effect.
   void add_passage(const AntennaPassage& passage);
@@ -135,10 +135,10 @@ class MotionJudge {
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
-  std::vector<Displacement> take_displacements(TimeNs to);
+  std::vector<PlacedDisplacement> take_displacements(TimeNs to);
   std::vector<AntennaPassage> take_passages(TimeNs to);
   struct Waiting {
-    Displacement displacement;
+    PlacedDisplacement displacement;
     bool by_coherence = false;  // learnt from the wheel
   };
   bool enters_estimate(const Waiting& waiting) const;

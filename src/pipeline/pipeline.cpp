@@ -114,8 +114,8 @@ void Pipeline::store(Message& message) {
     count_jump();
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
-    const bool followed = trace->antenna_id == input_.antenna();
-    if (followed && map_->enabled()) add_to_map(*trace);
+    const bool followed = trace->antenna_id == input_.followed();
+    if (trace->antenna_id == input_.antenna() && map_->enabled()) add_to_map(*trace);
     if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
       traces_.push_back(std::move(*trace));
   } else {
@@ -199,7 +199,7 @@ void Pipeline::take_radar_answers() {
   while (auto due = radar_worker_.next_due(imu_now_)) {
     for (const std::string& note : due->result.notes)
       health_.count(config_.channels.gpr_trace, note);
-    if (due->result.passage) take_passage(*due->result.passage, due->effective);
+    for (const gpr::Passage& passage : due->result.passages) take_passage(passage, due->effective);
     if (due->result.pair) report_antennas(*due->result.pair);
     if (due->result.sfm) out_.sfm.push_back(stamped(std::move(*due->result.sfm)));
     for (const gpr::Finding& finding : due->result.findings) {
@@ -210,7 +210,7 @@ void Pipeline::take_radar_answers() {
       Displacement d = motion_.in_metres(finding);
       if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
-      motion_.add_radar(finding, d);
+      motion_.add_radar(finding, {d, place_of(due->result.antenna)});
       out_.displacements.push_back(stamped(std::move(d)));
     }
   }
@@ -292,7 +292,7 @@ void Pipeline::ask_radar() {
     traces_.erase(traces_.begin(), end);
     radar_worker_.submit(
         next_tick_ + from_seconds(config_.gpr.latency_budget),
-        [this, tick = next_tick_, batch = std::move(batch), antenna = input_.antenna().value_or(0),
+        [this, tick = next_tick_, batch = std::move(batch), antenna = input_.followed().value_or(0),
          path = travel(),
          trigger = input_.trigger()] { return radar_.run(batch, tick, antenna, path, trigger); });
     next_tick_ += tick_period_;

@@ -125,6 +125,7 @@ class Pipeline {
   void begin(const InitialState& initial, const StateResult& first);
   void take_radar_answers();
   void take_passage(const gpr::Passage& passage, TimeNs effective);
+  std::optional<Eigen::Vector3d> place_of(int antenna) const;
   void report_antennas(gpr::PairState state);
   void keep_way(const StateResult& result);
   gpr::Travel travel() const;

@@ -31,13 +31,23 @@ void Pipeline::take_passage(const gpr::Passage& passage, TimeNs effective) {
   out_.displacements.push_back(stamped(std::move(d)));
 }
 
+// In body; nothing for one that is not in gpr.antennas, and so is the only one.
+std::optional<Eigen::Vector3d> Pipeline::place_of(int antenna) const {
+  const auto place = config_.gpr.antennas.find(antenna);
+  if (place == config_.gpr.antennas.end()) return std::nullopt;
+  return place->second;
+}
+
 // Where the robot drives and the pair finds nothing, the estimate goes on as with one antenna.
 void Pipeline::report_antennas(gpr::PairState state) {
-  const bool fails = state == gpr::PairState::kNoMatch;
   health_.set("antennas", HealthLevel::kDegraded,
-              fails ? "the rear antenna does not see what the front one saw: compare gpr.antennas "
-                      "with the mounting and the cables"
-                    : "");
+              state == gpr::PairState::kNoMatch
+                  ? "the rear antenna does not see what the front one saw: compare gpr.antennas "
+                    "with the mounting"
+              : state == gpr::PairState::kSwapped
+                  ? "swapped: the antenna that gpr.antennas has in the rear sees the ground first; "
+                    "exchange the cables, or the ids"
+                  : "");
   health_.await("pair", HealthLevel::kOk,
                 state == gpr::PairState::kLearns      ? "learns how the antennas differ"
                 : state == gpr::PairState::kAmbiguous ? "the ground repeats itself: not used here"

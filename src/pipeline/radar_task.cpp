@@ -57,6 +57,8 @@ void RadarTask::add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer)
       note = "trace length changed";
     else if (!same_interval(format_, format))
       note = "sample interval changed";
+    else if (trace.antenna_id != antenna_)
+      note = "another antenna";
     else if (!has_pauses && trace.time - last_time_ > kMaxGap)
       note = "gap in traces";
   }
@@ -65,6 +67,7 @@ void RadarTask::add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer)
     answer.notes.push_back(note + ": the radar front end is reset");
   }
   last_time_ = trace.time;
+  antenna_ = trace.antenna_id;
   format_ = format;
   front_end_->add_trace(trace);
 }
@@ -72,6 +75,7 @@ void RadarTask::add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer)
 RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick, int antenna,
                            const gpr::Travel& travel, Trigger trigger) {
   RadarAnswer answer;
+  answer.antenna = antenna;
   const bool by_distance = trigger == Trigger::kDistance;
   const bool asks = front_end_ && !(by_distance && is_ours_);
   for (const GprTrace& trace : traces) {
@@ -85,7 +89,7 @@ RadarAnswer RadarTask::run(const std::vector<GprTrace>& traces, TimeNs tick, int
     if (trigger == Trigger::kAuto && is_ours_) answer.findings.clear();
   }
   if (pair_) {
-    answer.passage = pair_->tick(tick, travel);
+    answer.passages = pair_->tick(tick, travel);
     answer.pair = pair_->state();
   }
   return answer;

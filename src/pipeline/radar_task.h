@@ -17,8 +17,9 @@ namespace gprodom {
 struct RadarAnswer {
   std::vector<gpr::Finding> findings;
   std::optional<SubsurfaceFeatureMatrix> sfm;  // if the front end makes one and it is asked for
-  std::optional<gpr::Passage> passage;         // of antennas in a row
+  std::vector<gpr::Passage> passages;          // of antennas in a row
   std::optional<gpr::PairState> pair;          // if there are such antennas
+  int antenna = 0;                             // that the findings are of
   std::vector<std::string> notes;              // e.g. why the front end was reset
 };
 
@@ -32,7 +33,7 @@ class RadarTask {
 
   // traces: those since the last tick, in time order for each antenna. The front end gets those of
   // `antenna`; it is reset if a trace has another length or sample interval than the last, or
-  // follows a gap. travel: for antennas in a row.
+  // follows a gap, or is of another antenna. travel: for antennas in a row.
   // trigger: of the traces. By distance they come as evenly along the way as the wheel that makes
   // them, at whatever speed: their likeness tells the wheel's way again, and none shows a
   // standstill. So the front ends of ours are asked nothing then, and while it is not known
@@ -47,6 +48,7 @@ class RadarTask {
   std::unique_ptr<gpr::FrontEnd> front_end_;
   std::optional<gpr::PairFrontEnd> pair_;
   TimeNs last_time_ = 0;
+  int antenna_ = 0;  // of the last trace
   TraceFormat format_;
 };
 

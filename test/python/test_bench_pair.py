@@ -29,10 +29,16 @@ def test_distance_by_the_pair_alone(shared: Path, programs: Path) -> None:
 
 
 def test_faults_of_a_pair(shared: Path, programs: Path) -> None:
-    """An antenna that was silent is used again; the rest of the drive is as without the fault."""
+    """An antenna that was silent is used again; the rest of the drive is as without the fault.
+    Swapped cables are named, and nothing that they say is used."""
     words = ["--km", 0, "--minutes", 1, "--ground", "fdtd", "--json"]
     rows = json.loads(run(BENCH / "pair_faults.py", shared / "real_ground", *words))
     of = {row["fault"]: row for row in rows}
+    swapped = [row for row in rows if row["fault"] == "swapped"]
+    assert [row["method"] for row in swapped] == ["gprodom", "radar_imu"]
+    for row in swapped:
+        assert row["passages"] == 0
+        assert any(reason.startswith("antennas: swapped") for reason in row["said"])
     assert all(of[name]["wrong"] == 0 for name in ("none", "silent"))
     assert 0 <= of["silent"]["back_after_s"] < 10
     lost = of["none"]["passages"] - of["silent"]["passages"]

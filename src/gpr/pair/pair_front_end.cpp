@@ -47,7 +47,15 @@ constexpr double kScales[] = {0.75, 0.55, 0.4, 1.35};
 constexpr double kSpeedStep = 1.6, kFastest = 2.0;
 constexpr double kDirectionSigmas =
     4.0;  // standard deviations of the speed: it is not of the other sign
+bool is_direction_known(const Travel& travel, double sigmas) {
+  return std::abs(travel.speed_mps()) > sigmas * travel.speed_sigma_mps();
+}
+// To confirm the order, which is likely beforehand, while nothing speaks against it. Not to deny
+// it, nor against a doubt: without a passage the speed wanders, and is sometimes wrong by so much.
+constexpr double kOrderSigmas = 2.0;
 constexpr TimeNs kSearchPeriod = 500'000'000;  // ns: a new patch at 0.8 m/s
+
+constexpr TimeNs kWindow = 5'000'000'000;  // ns, of the estimator (smoother.lag)
 
 constexpr double kPathSigma = 0.001;  // m, of the path between two states
 
@@ -111,25 +119,26 @@ bool PairFrontEnd::transfer_known() const { return transfer_.learnt() >= kMatche
 // The place of the passage must lie within the search: over the way from one antenna to the other,
 // for a slow robot over the time for which the estimator's window tells its path.
 bool PairFrontEnd::is_believed(const Travel& travel) const {
-  constexpr double kLongest_s = 5.0, kSigmas = 2.0;
+  constexpr double kLongest_s = to_seconds(kWindow), kSigmas = 2.0;
   const double speed = std::abs(travel.speed_mps());
   const double seconds = speed * kLongest_s > distance_m_ ? distance_m_ / speed : kLongest_s;
   return missed_ < kMissesToSearch &&
          kSigmas * travel.speed_sigma_mps() * seconds < kReachFollowing * distance_m_;
 }
 
-std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
+std::vector<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
   if (travel.empty() || travel.points().front().time >= tick) {  // no path yet
     reset();
-    return std::nullopt;
+    return {};
   }
   for (Antenna& antenna : antennas_) antenna.columns.collect(travel);
   if (!antennas_[0].spectra || !antennas_[1].spectra ||
       antennas_[0].spectra->size() != antennas_[1].spectra->size())
-    return std::nullopt;
+    return {};
   const Run run(travel, tick);
-  const double s = travel.at(tick);
-  next_s_ -= std::abs(s - std::exchange(last_s_, s));
+  const double s = travel.at(tick), moved = std::abs(s - std::exchange(last_s_, s));
+  next_s_ -= moved;
+  unjudged_m_ += moved;
   if (run.direction() != direction_) next_s_ = 0;
   direction_ = run.direction();
   const double needed = (1 + kReachLearning) * distance_m_ + kPatch + 4 * kSpacing;
@@ -137,15 +146,20 @@ std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
   for (Antenna& antenna : antennas_) antenna.columns.forget_before(oldest);
   const bool believed = is_believed(travel);
   const bool due = believed ? next_s_ <= 0 : next_s_ <= 0 || tick >= next_search_;
-  if (!due || antennas_[0].columns.empty() || antennas_[1].columns.empty()) return std::nullopt;
+  if (!due || antennas_[0].columns.empty() || antennas_[1].columns.empty()) return {};
   if (!believed) next_search_ = tick + kSearchPeriod;
-  const Match match = believed ? compare(run) : search(travel, tick);
+  const Match match = compare_in_order(run, travel, tick, believed);
+  if (order_.swapped()) {
+    refuse_swapped();
+    return {};
+  }
   if (match.outcome == Outcome::kNotCompared) {
     if (state_ != PairState::kFollows) state_ = PairState::kWaits;
-    return std::nullopt;
+    return {};
   }
   next_s_ = kPatch;
-  if (match.outcome == Outcome::kFound) return accept(match, believed && travel.by_wheel());
+  if (match.outcome == Outcome::kFound)
+    return confirmed(tick, accept(match, believed && travel.by_wheel()));
   last_ = {};
   // Before the transfer is known, unrelated columns are a little alike in many places.
   const bool ambiguous = match.outcome == Outcome::kAmbiguous &&
@@ -156,7 +170,58 @@ std::optional<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
   if (!ambiguous) ++missed_;
   if (missed_ == kMissesToLose) transfer_.clear();
   if (missed_ >= kMissesToLose) state_ = PairState::kNoMatch;
-  return std::nullopt;
+  return {};
+}
+
+// Until the order of the antennas is confirmed, and wherever places away from the path are
+// searched, the same ground is also looked for as the antennas would see it in the opposite order:
+// along the path alone, as among many paths some ground is always a little alike.
+PairFrontEnd::Match PairFrontEnd::compare_in_order(const Run& run, const Travel& travel,
+                                                   TimeNs tick, bool believed) {
+  Match match = believed ? compare(run) : search(travel, tick);
+  const bool direction_known =
+      is_direction_known(travel, kOrderSigmas) && run.direction() * travel.speed_mps() > 0;
+  if (!direction_known || (believed && transfer_known() && order_.confirmed())) return match;
+  const Match other = compare(run.mirrored());
+  if (match.outcome == Outcome::kNotCompared || other.outcome == Outcome::kNotCompared)
+    return match;
+  const double here = evidence(match.found.correlation), there = evidence(other.found.correlation);
+  if (unjudged_m_ >= kPatch) {
+    const bool confirms = here > there && !order_.doubted();
+    if (confirms || is_direction_known(travel, kDirectionSigmas)) order_.compared(here, there);
+    unjudged_m_ = 0;
+  }
+  // What is held until the order is confirmed need not be certain of it by itself.
+  const double least = order_.confirmed() ? kLeastScore : 0.0;
+  if (match.outcome == Outcome::kFound && here < there + least) match.outcome = Outcome::kAmbiguous;
+  return match;
+}
+
+// With the order confirmed, what was found before counts, too, as far as the estimator's window
+// reaches.
+std::vector<Passage> PairFrontEnd::confirmed(TimeNs tick, const std::optional<Passage>& newest) {
+  const auto is_old = [tick](const Passage& p) { return p.from + kWindow < tick; };
+  held_.erase(std::remove_if(held_.begin(), held_.end(), is_old), held_.end());
+  // Without a known speed the way between two matches may be too short: they are independent only
+  // where the robot has driven on by a patch.
+  const auto is_next = [this](const Passage& p) {
+    const TimeNs patch = from_seconds(kPatch / distance_m_ * to_seconds(p.to - p.from));
+    return held_.empty() || p.to - held_.back().to > patch / 2;
+  };
+  if (newest && is_next(*newest)) held_.push_back(*newest);
+  if (order_.confirmed()) return std::exchange(held_, {});
+  state_ = PairState::kLearns;
+  return {};
+}
+
+// What was found and learnt in the wrong order is of no use.
+void PairFrontEnd::refuse_swapped() {
+  held_.clear();
+  transfer_.clear();
+  next_s_ = kPatch;
+  missed_ = 0;
+  last_ = {};
+  state_ = PairState::kSwapped;
 }
 
 // Paths other than the predicted one, too: with its distances scaled; without a wheel also at
@@ -167,8 +232,7 @@ PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) cons
   for (const double scale : kScales) runs.emplace_back(travel, tick, scale);
   const double needed = (1 + kReachFollowing) * distance_m_ + kPatch + 4 * kSpacing;
   const double longest_s = to_seconds(Run::kLongestSteady);
-  const bool direction_known =
-      std::abs(travel.speed_mps()) > kDirectionSigmas * travel.speed_sigma_mps();
+  const bool direction_known = is_direction_known(travel, kDirectionSigmas);
   for (double speed = needed / longest_s; speed <= kFastest && !travel.by_wheel();
        speed *= kSpeedStep)
     for (const int direction : {1, -1})

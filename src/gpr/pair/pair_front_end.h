@@ -11,11 +11,13 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/trace_format.h"
 #include "gpr/filter/trace_quality.h"
 #include "gpr/pair/alongside.h"
 #include "gpr/pair/columns.h"
+#include "gpr/pair/order_watch.h"
 #include "gpr/pair/spectra.h"
 #include "gpr/pair/transfer.h"
 #include "gpr/pair/travel.h"
@@ -36,11 +38,12 @@ struct Passage {
 };
 
 enum class PairState {
-  kWaits,     // too little ground driven over in one direction
-  kLearns,    // the transfer between the antennas is not known yet
-  kFollows,   // matches are found
-  kNoMatch,   // the antennas do not see the same ground where they should
-  kAmbiguous  // the ground repeats itself
+  kWaits,      // too little ground driven over in one direction
+  kLearns,     // the transfer between the antennas is not known yet
+  kFollows,    // matches are found
+  kNoMatch,    // the antennas do not see the same ground where they should
+  kAmbiguous,  // the ground repeats itself
+  kSwapped     // the rear antenna sees the ground first: cables or ids are exchanged
 };
 
 class PairFrontEnd {
@@ -54,9 +57,10 @@ class PairFrontEnd {
   // so that a pause is a standstill; else it is a gap, across which nothing is compared.
   void add_trace(const GprTrace& trace, bool by_distance = false);
 
-  // At most one passage, of the ground driven over since the last one. travel: as predicted up to
-  // `tick`.
-  std::optional<Passage> tick(TimeNs tick, const Travel& travel);
+  // The passage of the ground driven over since the last one, if there is one; until it is known
+  // that the antennas are in the configured order, none, and then those found before, too. In order
+  // of time. travel: as predicted up to `tick`.
+  std::vector<Passage> tick(TimeNs tick, const Travel& travel);
 
   void reset();
 
@@ -86,6 +90,9 @@ class PairFrontEnd {
   };
   Match compare(const Run& run) const;
   Match search(const Travel& travel, TimeNs tick) const;
+  Match compare_in_order(const Run& run, const Travel& travel, TimeNs tick, bool believed);
+  void refuse_swapped();
+  std::vector<Passage> confirmed(TimeNs tick, const std::optional<Passage>& newest);
   static bool same_place(const Match& a, const Match& b);
   std::optional<Passage> accept(const Match& match, bool by_wheel);
   bool transfer_known() const;
@@ -103,6 +110,9 @@ class PairFrontEnd {
   std::array<Antenna, 2> antennas_;  // front, rear
   double distance_m_;
   Transfer transfer_;
+  OrderWatch order_;
+  double unjudged_m_ = 0.0;    // driven since a patch was compared in both orders
+  std::vector<Passage> held_;  // found before the order was confirmed
   PairState state_ = PairState::kWaits;
   int direction_ = 0;
   double next_s_ = 0.0;  // way to go until the next match, m

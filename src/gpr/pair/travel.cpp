@@ -88,6 +88,12 @@ Run::Run(TimeNs now, double speed_mps, double seconds)
       steady_(true),
       points_{{now - from_seconds(seconds), 0.0}, {now, std::abs(speed_mps) * seconds}} {}
 
+Run Run::mirrored() const {
+  Run other = *this;
+  other.direction_ = -direction_;
+  return other;
+}
+
 double Run::at(TimeNs time) const {
   const auto after = std::lower_bound(points_.begin(), points_.end(), time, before);
   if (after == points_.begin()) return points_.front().s_m;

@@ -58,6 +58,8 @@ class Run {
   // known of the path.
   Run(TimeNs now, double speed_mps, double seconds);
   bool steady() const { return steady_; }
+  // The same way in the other direction: what antennas see whose order is the opposite.
+  Run mirrored() const;
   static constexpr TimeNs kLongestSteady = 10'000'000'000;  // ns
 
   int direction() const { return direction_; }  // 1 forwards, -1 backwards

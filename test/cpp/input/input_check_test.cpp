@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -84,7 +85,7 @@ class ByDistance : public TwoAntennas {
       accepts(WheelSample{now_, way_m_});
       if (radar && way_m_ >= next_m_) {
         next_m_ += 0.05;
-        EXPECT_TRUE(accepts(trace_of(0, now_)));
+        EXPECT_TRUE(accepts(trace_of(sends_, now_)));
       }
       check_->watch_silence(true);
       if (check_->radar_silent()) ++silent_;
@@ -99,7 +100,7 @@ class ByDistance : public TwoAntennas {
 
   TimeNs now_ = begin_;
   double way_m_ = 0.0, next_m_ = 0.05;
-  int silent_ = 0;
+  int silent_ = 0, sends_ = 0;  // sends_: the antenna
 };
 
 TEST_F(ByDistance, NothingIsMissingWhileTheRobotStands) {
@@ -137,6 +138,48 @@ TEST_F(ByDistance, WithoutAWheelSecondsCount) {
   drive(5, 0.5);
   for (int i = 0; i < 300; ++i, now_ += 10'000'000) start(now_);
   EXPECT_TRUE(check_->radar_silent());
+}
+
+// The first antenna never sends. By time the other one would stand in after 3 s.
+TEST_F(ByDistance, NoOtherAntennaStandsIn) {
+  const auto followed = [this](const char* trigger) {
+    use({trigger, "gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"});
+    sends_ = 1;
+    drive(8, 0.5);
+    return check_->followed();
+  };
+  EXPECT_EQ(followed("gpr.trigger=distance"), 0);
+  EXPECT_EQ(followed("gpr.trigger=time"), 1);
+}
+
+// A gap of a second is bridged.
+TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
+  use({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"});
+  const auto followed_after = [&](double from_s, double to_s, bool first_sends) {
+    for (double t = from_s + 0.01; t < to_s; t += 0.05) {
+      const TimeNs time = begin_ + from_seconds(t);
+      ImuSample imu;  // noise: equal values are refused
+      imu.time = time;
+      imu.acceleration = {0.01 * std::sin(70 * t), 0.01 * std::sin(50 * t), 9.8};
+      imu.angular_velocity = {0.01 * std::sin(60 * t), 0, 0};
+      EXPECT_TRUE(accepts(imu));
+      EXPECT_EQ(first_sends && accepts(trace_of(0, time)), first_sends);
+      EXPECT_TRUE(accepts(trace_of(1, time)));
+    }
+    check_->watch_silence(true);
+    return check_->followed();
+  };
+  EXPECT_EQ(followed_after(0.0, 3.0, true), 0);
+  EXPECT_EQ(followed_after(3.0, 5.0, false), 0);
+  EXPECT_EQ(followed_after(5.0, 8.0, false), 1);
+  EXPECT_FALSE(check_->radar_silent());
+  EXPECT_EQ(check_->antenna(), 0) << "the map is of the first one";
+  const auto reasons = health_.status(begin_).reasons;
+  EXPECT_TRUE(std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+    return reason.find("one antenna: the first one") != std::string::npos;
+  }));
+  EXPECT_EQ(followed_after(8.0, 9.0, true), 1) << "not at once";
+  EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
 
 }  // namespace

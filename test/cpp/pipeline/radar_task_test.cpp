@@ -98,6 +98,22 @@ TEST(RadarTask, OursSaysNothingOfTracesThatDoNotComeByTime) {
   EXPECT_EQ(findings(Trigger::kAuto), 0U);
 }
 
+TEST(RadarTask, TracesOfAnotherAntennaResetTheFrontEnd) {
+  GprConfig config;
+  config.front_end = FrontEndKind::kStationarity;
+  RadarTask task(config);
+  GprTrace trace;
+  trace.time = from_seconds(100);
+  trace.samples.assign(201, 1.0F);
+  trace.sample_interval_s = 2e-10;
+  EXPECT_TRUE(task.run({trace}, trace.time).notes.empty());
+  trace.antenna_id = 1;
+  trace.time += from_seconds(0.05);
+  const RadarAnswer answer = task.run({trace}, trace.time, 1);
+  EXPECT_EQ(answer.antenna, 1);
+  EXPECT_EQ(answer.notes.at(0), "another antenna: the radar front end is reset");
+}
+
 // Traces over ground, few at first, until the amplitude scale of sfm is known; then enough for two
 // windows. Throws what the front end throws.
 void run_over_ground(const GprConfig& config) {
