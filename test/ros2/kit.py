@@ -21,7 +21,8 @@ from gprodom.lcm.messages import message
 CHECKOUT = Path(__file__).resolve().parents[2]
 BIN = Path(os.environ.get("GPRODOM_ROS2_BUILD", CHECKOUT / "build-ros2")) / "bin"
 PACKAGE = CHECKOUT / "ros2" / "gprodom_msgs"
-PATIENCE_S = 60.0
+IS_SANITIZED = bool(os.environ.get("GPRODOM_SANITIZE"))  # slower, and larger
+PATIENCE_S = 240.0 if IS_SANITIZED else 60.0
 
 IMU, ODOMETRY, TF = "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 TWIST, JOINTS = "geometry_msgs/msg/TwistStamped", "sensor_msgs/msg/JointState"
