@@ -112,6 +112,26 @@ def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> t
     return roll, pitch, yaw
 
 
+def read_antennas(
+    configs: Configs = (), overrides: Sequence[str] = ()
+) -> dict[int, tuple[float, float, float]]:
+    """`gpr.antennas`: places in body (m) by id; none where nothing says them."""
+    import yaml
+
+    key = "gpr.antennas"
+    value: Any = {}
+    for file in config_files(configs):
+        value = _section(file, "gpr").get("antennas", value)
+    for override in overrides:
+        name, _, text = override.partition("=")
+        value = yaml.safe_load(text) if name.strip() == key else value
+    try:
+        places = {int(id_): tuple(float(part) for part in place) for id_, place in value.items()}
+        return {id_: (x, y, z) for id_, (x, y, z) in places.items()}
+    except (AttributeError, TypeError, ValueError):
+        raise Error(f"{key}: expected {{ID: [x, y, z], ...}} in metres, found {value!r}") from None
+
+
 def _section(config: Path, name: str = "channels") -> dict[object, object]:
     import yaml
 

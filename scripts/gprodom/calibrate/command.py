@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gprodom.calibrate import imu, k, mount, timing, wheel
+from gprodom.calibrate import antennas, imu, k, mount, timing, wheel
 from gprodom.options import Subparsers, add_command
 
 EXAMPLES = """\
@@ -10,6 +10,7 @@ EXAMPLES = """\
   gprodom calibrate imu standstill.lcmlog -o imu.yaml
   gprodom calibrate mount drive.lcmlog -o mount.yaml
   gprodom calibrate time drive.lcmlog
+  gprodom calibrate antennas straight.lcmlog --distance 50
   gprodom calibrate k 1700001000-0-gates_g-cmu-gpr.zip 1700002000-0-gates_g-cmu-gpr.zip
 """
 
@@ -24,5 +25,5 @@ def add_parser(subparsers: Subparsers) -> None:
         EXAMPLES,
     )
     subjects = parser.add_subparsers(metavar="WHAT", required=True)
-    for subject in (wheel, imu, mount, timing, k):
+    for subject in (wheel, imu, mount, timing, antennas, k):
         subject.add_parser(subjects)
