@@ -206,6 +206,9 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.steps = imu_.steps(from, to);
   const TimeNs margin = state_period_ / 2;  // more samples for the same noise
   input.noise = noise(from - margin, to + margin);
+  // An error of the accelerations lasts about as long as one of them: a second.
+  input.noise.accel_density =
+      std::hypot(input.noise.accel_density, slip_belief_.axes_error(input.steps));
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);

@@ -39,10 +39,6 @@ constexpr double kUnknownSpeed = 1.0;  // m/s, one standard deviation
 // the walk is that of a cheap gyro, whatever the data sheet says.
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
 
-Eigen::Vector3d level(const Eigen::Vector3d& v) {
-  return Eigen::Vector3d(v.x(), v.y(), 0.0).normalized();
-}
-
 }  // namespace
 
 SlipBelief::SlipBelief(const Config& config)
@@ -68,11 +64,12 @@ void SlipBelief::begin(const StateResult& newest) {
   scale_ = newest.state.wheel_scale;
   ground_known_ = false;
   hypotheses_ = {first_hypothesis(newest)};
+  axes_.branch(hypotheses_);
 }
 
 Hypothesis SlipBelief::first_hypothesis(const StateResult& newest) const {
   const NavState& at = newest.state;
-  const Eigen::Vector3d forwards = level(q_ * Eigen::Vector3d::UnitX());
+  const Eigen::Vector3d forwards = slip::heading(q_);
   Hypothesis h;
   h.x[row_of::kSpeed] = forwards.dot(at.v_odom);
   h.x.segment<2>(row_of::kAccelBias) = at.accel_bias.head<2>();
@@ -90,42 +87,6 @@ Hypothesis SlipBelief::first_hypothesis(const StateResult& newest) const {
   h.x[row_of::kWheelY] = position_.learnt().y_m;
   h.P(row_of::kWheelY, row_of::kWheelY) = std::pow(position_.learnt().sigma_m, 2);
   return h;
-}
-
-void SlipBelief::take_in(const StateInput& input) {
-  Block& b = block_;
-  const Eigen::Vector3d gravity(0, 0, kStandardGravity);
-  const Eigen::Vector3d began = level(q_ * Eigen::Vector3d::UnitX());
-  Eigen::Vector3d dv = Eigen::Vector3d::Zero(), dp = Eigen::Vector3d::Zero();
-  double dt = 0.0, turned = 0.0;
-  for (const MotionStep& step : input.steps) {
-    const Eigen::Vector3d phi = (step.angular_velocity - gyro_bias_) * step.dt;
-    const Eigen::Vector3d more = (q_ * so3::exp(0.5 * phi) * step.acceleration - gravity) * step.dt;
-    dp += dv * step.dt + 0.5 * more * step.dt;
-    dv += more;
-    q_ = (q_ * so3::exp(phi)).normalized();
-    dt += step.dt;
-    turned += phi.z();
-    b.rates += phi;
-    const ImuNoise& noise = step.bridged ? kBridgedImuNoise : input.noise;
-    b.speed_variance += noise.accel_density * noise.accel_density * step.dt;
-    b.tilt_variance += noise.gyro_density * noise.gyro_density * step.dt;
-    b.wheel_m += step.wheel_m / scale_;
-  }
-  // Between the headings at both ends the change of speed is the one along the way.
-  const Eigen::Vector3d forwards = (began + level(q_ * Eigen::Vector3d::UnitX())).normalized();
-  const Eigen::Vector3d leftwards = Eigen::Vector3d::UnitZ().cross(forwards);
-  const double gained = forwards.dot(dv);
-  b.behind_m += gained * b.dt + gained * dt - forwards.dot(dp);
-  b.left += leftwards.dot(dv) + gained * (b.turned + 0.5 * turned);
-  b.gained += gained;
-  b.turned += turned;
-  b.dt += dt;
-  b.forwards += dt * forwards.head<2>();
-  b.leftwards += dt * leftwards.head<2>();
-  b.wheel_variance += input.wheel_sigma_m * input.wheel_sigma_m;
-  b.noise = input.noise;
-  ++b.intervals;
 }
 
 // After a long gap of the IMU: attitude and speed are those of the newest state, and as uncertain.
@@ -169,13 +130,15 @@ void SlipBelief::advance(const StateInput& given, const StateResult& newest, con
   block_.gap = gap;
   intervals_.push_back({input.time, wheel, blocks_});
   if (intervals_.size() > lag_) intervals_.pop_front();
-  take_in(input);
+  const slip::LevelMotion motion(input.steps, q_, gyro_bias_);
+  q_ = motion.q;
+  block_.add(input, motion, scale_);
   if (block_.dt >= kBlock_s) close();
 }
 
 // Updates the hypotheses with the block's measurements.
 void SlipBelief::close() {
-  const Block& b = block_;
+  const slip::Block& b = block_;
   const bool turns = b.wheel && std::abs(b.wheel_m) > kRolls_mps * b.dt;
   const bool rolls = !b.standing && (turns || b.gap);
   way_m_ += std::abs(b.wheel_m);
@@ -193,6 +156,7 @@ void SlipBelief::close() {
   if (rolls && !b.gap) learn_share();
   take_out_common_error();
   position_.learn(hypotheses_);
+  axes_.learn(hypotheses_);
   block_ = {};
   ++blocks_;
 }
@@ -254,11 +218,14 @@ void SlipBelief::branch(double block_s) {
 
 // Prediction: speed from the accelerations, without bias and gravity by tilt; l by its mode.
 void SlipBelief::predict(Hypothesis& h, bool rolls) const {
-  const Block& b = block_;
+  const slip::Block& b = block_;
   const double dt = b.dt, way = std::abs(b.wheel_m);
   slip::Matrix F = slip::Matrix::Identity();
-  F.block<1, 2>(row_of::kSpeed, row_of::kTilt) = -kStandardGravity * b.forwards.transpose();
-  F(row_of::kSpeed, row_of::kAccelBias) = -dt;
+  const Eigen::RowVector2d forwards = h.axes().row(0);
+  const Eigen::Vector2d gained = b.gained - errors(h);
+  F.block<1, 2>(row_of::kSpeed, row_of::kTilt) = -forwards * b.by_tilt();
+  F.block<1, 2>(row_of::kSpeed, row_of::kAccelBias) = -dt * forwards;
+  F.block<1, 2>(row_of::kSpeed, row_of::kAxes) = gained.transpose();
   F.block<2, 1>(row_of::kTilt, row_of::kGyroBias) = -b.leftwards;
   F.block<2, 1>(row_of::kTilt, row_of::kGyroBias + 1) = b.forwards;
   const double kept = std::exp(-way / slip::GroundNoise::kPlace);
@@ -280,59 +247,90 @@ void SlipBelief::predict(Hypothesis& h, bool rolls) const {
   } else if (rolls) {
     added[row_of::kSlip] = kHold * kHold * dt;
   }
+  const double speed = h.x[row_of::kSpeed] + forwards * gained;
   h.x = F * h.x;
-  h.x[row_of::kSpeed] += b.gained;
+  h.x[row_of::kSpeed] = speed;
   h.P = F * h.P * F.transpose();
   h.P.diagonal() += added;
 }
 
+// What bias and gravity add to the block's change of speed, along the accelerometer's axes (m/s).
+Eigen::Vector2d SlipBelief::errors(const Hypothesis& h) const {
+  return block_.dt * h.x.segment<2>(row_of::kAccelBias) +
+         block_.by_tilt() * h.x.segment<2>(row_of::kTilt);
+}
+
+// Centripetal acceleration: the change of speed to the left is speed times turn.
+SlipBelief::Measured SlipBelief::sideways(const Hypothesis& h) const {
+  const slip::Block& b = block_;
+  const Eigen::Matrix2d axes = h.axes();
+  Measured left{Vector::Zero(), 0.0};
+  left.H[row_of::kSpeed] = b.turned;
+  left.H.segment<2>(row_of::kTilt) = axes.row(1) * b.by_tilt();
+  left.H.segment<2>(row_of::kAccelBias) = b.dt * axes.row(1);
+  left.H.segment<2>(row_of::kAxes) = -b.turned_before;
+  left.H.segment<2>(row_of::kAxes + 2) = -b.gained;
+  left.residual = axes.row(1).dot(b.gained - errors(h)) + axes.row(0).dot(b.turned_before) -
+                  b.turned * h.x[row_of::kSpeed];
+  return left;
+}
+
 void SlipBelief::weigh(Hypothesis& h) const {
-  const Block& b = block_;
-  const double dt = b.dt;
-  Vector sideways = Vector::Zero();  // of the change of speed to the left, by gravity and bias
-  sideways.segment<2>(row_of::kTilt) = kStandardGravity * b.leftwards;
-  sideways[row_of::kAccelBias + 1] = dt;
+  const slip::Block& b = block_;
   if (b.standing) {
-    Vector H = Vector::Zero();
-    H[row_of::kSpeed] = 1;
-    h.update(H, -h.x[row_of::kSpeed], kStands_mps * kStands_mps);
-    for (int axis = 0; axis < 2; ++axis) {
-      H.setZero();
-      H[row_of::kGyroBias + axis] = 1;
-      h.update(H, b.rates[axis] / dt - h.x[row_of::kGyroBias + axis],
-               rest_.gyro_density * rest_.gyro_density / dt);
-    }
-    h.update(sideways, b.left - sideways.dot(h.x),
-             b.noise.accel_density * b.noise.accel_density * dt);
+    weigh_standing(h);
     return;
   }
-  // Change of speed over the block that is due to the errors of the accelerations.
-  const double error = h.x[row_of::kAccelBias] * dt +
-                       kStandardGravity * b.forwards.dot(h.x.segment<2>(row_of::kTilt));
-  if (b.wheel) {
-    // In metres on the ground: the wheel's distance is given, the robot's depends on the slip.
-    const double stretch = std::exp(h.x[row_of::kSlip] - h.x[row_of::kScale]);
-    const double by_wheel = b.wheel_m * stretch;
-    Vector H = Vector::Zero();
-    H[row_of::kSpeed] = dt;
-    H[row_of::kSlip] = -by_wheel;
-    H[row_of::kScale] = by_wheel;
-    H[row_of::kWheelY] = -b.turned;
-    const double white = wheel_noise_ * wheel_noise_ * std::abs(b.wheel_m);
-    const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
-    const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
-    const double way = h.x[row_of::kSpeed] * dt - b.behind_m + 0.5 * error * dt -
-                       h.x[row_of::kWheelY] * b.turned;  // of the wheel
-    // The wheel's noise is stretched with its distance. The likelihood must not prefer a hypothesis
-    // for the size of its noise, which is not known so well; the last term removes that.
-    const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;
-    h.log_weight += h.update(H, by_wheel - way, stretched + drawn, kOutlier) +
-                    0.5 * std::log((known + stretched) / (known + variance));
-  }
-  // Centripetal acceleration in a bend: speed times turn rate.
-  sideways[row_of::kSpeed] = b.turned;
+  if (b.wheel) weigh_wheel(h);
+  const Measured left = sideways(h);
   const double density = std::max(b.noise.accel_density, b.noise.sideways_density);
-  h.log_weight += h.update(sideways, b.left - sideways.dot(h.x), density * density * dt, kOutlier);
+  h.log_weight += h.update(left.H, left.residual, density * density * b.dt, kOutlier);
+}
+
+void SlipBelief::weigh_standing(Hypothesis& h) const {
+  const slip::Block& b = block_;
+  Vector H = Vector::Zero();
+  H[row_of::kSpeed] = 1;
+  h.update(H, -h.x[row_of::kSpeed], kStands_mps * kStands_mps);
+  for (int axis = 0; axis < 2; ++axis) {
+    H.setZero();
+    H[row_of::kGyroBias + axis] = 1;
+    h.update(H, b.rates[axis] / b.dt - h.x[row_of::kGyroBias + axis],
+             rest_.gyro_density * rest_.gyro_density / b.dt);
+  }
+  const Measured left = sideways(h);
+  h.update(left.H, left.residual, b.noise.accel_density * b.noise.accel_density * b.dt);
+}
+
+// In metres on the ground: the wheel's distance is given, the robot's depends on the slip.
+void SlipBelief::weigh_wheel(Hypothesis& h) const {
+  const slip::Block& b = block_;
+  const double dt = b.dt;
+  const double stretch = std::exp(h.x[row_of::kSlip] - h.x[row_of::kScale]);
+  const double by_wheel = b.wheel_m * stretch;
+  const Eigen::RowVector2d forwards = h.axes().row(0);
+  Vector H = Vector::Zero();
+  H[row_of::kSpeed] = dt;
+  H[row_of::kSlip] = -by_wheel;
+  H[row_of::kScale] = by_wheel;
+  H[row_of::kWheelY] = -b.turned;
+  H.segment<2>(row_of::kAxes) = -b.behind_m;
+  const double white = wheel_noise_ * wheel_noise_ * std::abs(b.wheel_m);
+  const double drawn = 0.33 * b.noise.accel_density * b.noise.accel_density * dt * dt * dt;
+  const double variance = std::max(white + wheel_floor_ * wheel_floor_, b.wheel_variance);
+  const double way = h.x[row_of::kSpeed] * dt - forwards * (b.behind_m - 0.5 * dt * errors(h)) -
+                     h.x[row_of::kWheelY] * b.turned;  // of the wheel
+  // The wheel's noise is stretched with its distance. The likelihood must not prefer a hypothesis
+  // for the size of its noise, which is not known so well; the last term removes that.
+  const double known = H.dot(h.P * H) + drawn, stretched = variance * stretch * stretch;
+  h.log_weight += h.update(H, by_wheel - way, stretched + drawn, kOutlier) +
+                  0.5 * std::log((known + stretched) / (known + variance));
+}
+
+double SlipBelief::axes_error(const std::vector<MotionStep>& steps) const {
+  if (hypotheses_.empty()) return 0.0;  // no attitude yet
+  const slip::LevelMotion motion(steps, q_, gyro_bias_);
+  return motion.dt > 0 ? axes_.error_sigma(motion.mean_acceleration()) : 0.0;
 }
 
 // Moves the mean of tilt and gyro bias over all hypotheses into attitude and bias, so that the

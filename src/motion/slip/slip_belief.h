@@ -16,7 +16,9 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
+#include "motion/slip/accelerometer_axes.h"
 #include "motion/slip/ground_noise.h"
+#include "motion/slip/slip_block.h"
 #include "motion/slip/slip_hypothesis.h"
 #include "motion/slip/slip_share.h"
 #include "motion/slip/unseen_slip.h"
@@ -54,6 +56,10 @@ class SlipBelief {
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
+  // Standard deviation of the error of the accelerations in steps (m/s^2) if the accelerometer's
+  // axes are not as mounted.
+  double axes_error(const std::vector<MotionStep>& steps) const;
+
   const slip::WheelPosition& position() const { return position_; }
   const slip::SlipShare& share() const { return share_; }
   slip::Learnt learnt() const { return {share_.counts(), position_.learnt()}; }
@@ -69,32 +75,24 @@ class SlipBelief {
     bool wheel;         // in use
     std::size_t block;  // its number
   };
-  // Sums over one second. Measurements are compared over that time: noise from sample to sample is
-  // not known as well as that of seconds, and would look like slip.
-  struct Block {
-    double dt = 0, wheel_m = 0, turned = 0;
-    int intervals = 0;
-    double gained = 0,
-           behind_m = 0;  // m/s; m, by which the way is less than that at the last speed
-    double left = 0;      // m/s; less the part of `gained` that turned
-    Eigen::Vector2d forwards = Eigen::Vector2d::Zero(), leftwards = Eigen::Vector2d::Zero();  // s
-    Eigen::Vector3d rates = Eigen::Vector3d::Zero();  // rad, body
-    double wheel_variance = 0;                        // m^2
-    ImuNoise noise;
-    double speed_variance = 0, tilt_variance = 0;  // m^2/s^2, rad^2: by the IMU's noise
-    bool standing = false, wheel = true;
-    bool gap = false;  // of the IMU
+  // residual: measurement less its prediction; H: derivative of the prediction by the state.
+  struct Measured {
+    slip::Vector H;
+    double residual;
   };
 
   void begin(const StateResult& newest);
   slip::Hypothesis first_hypothesis(const StateResult& newest) const;
   void resume(const StateResult& newest);
-  void take_in(const StateInput& input);
   void close();
   void branch(double block_s);
   void learn_share();
   void predict(slip::Hypothesis& h, bool rolls) const;
   void weigh(slip::Hypothesis& h) const;
+  void weigh_standing(slip::Hypothesis& h) const;
+  void weigh_wheel(slip::Hypothesis& h) const;
+  Eigen::Vector2d errors(const slip::Hypothesis& h) const;
+  Measured sideways(const slip::Hypothesis& h) const;
   void take_out_common_error();
 
   SlipModel model_;
@@ -103,12 +101,14 @@ class SlipBelief {
   slip::UnseenSlip unseen_;
   double wheel_noise_, wheel_floor_;
   slip::WheelPosition position_;
+  slip::AccelerometerAxes axes_;
   std::size_t lag_;  // intervals that recent() gives
   std::vector<slip::Hypothesis> hypotheses_;
   std::deque<Interval> intervals_;
-  Eigen::Quaterniond q_;  // heading by the gyro alone; tilt by the hypotheses
+  // Heading by the gyro alone; tilt by the hypotheses.
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
-  Block block_;
+  slip::Block block_;
   std::size_t blocks_ = 0;  // before it
   double scale_ = 1.0;      // of the wheel, that rows are relative to
   ImuNoise rest_;

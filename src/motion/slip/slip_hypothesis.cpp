@@ -1,6 +1,7 @@
 #include "motion/slip/slip_hypothesis.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -15,8 +16,8 @@ constexpr double kAlike = 0.02, kAlikeSpeed_mps = 0.02;
 
 bool alike(const Hypothesis& a, const Hypothesis& b) {
   const Vector difference = (a.x - b.x).cwiseAbs();
-  return a.mode == b.mode && difference[row::kSlip] < kAlike && difference[row::kGround] < kAlike &&
-         difference[row::kSpeed] < kAlikeSpeed_mps;
+  return a.mode == b.mode && a.axes_kind == b.axes_kind && difference[row::kSlip] < kAlike &&
+         difference[row::kGround] < kAlike && difference[row::kSpeed] < kAlikeSpeed_mps;
 }
 
 // Merges `b` into `a`, weighted; mean and covariance of the two together stay the same.
@@ -51,6 +52,13 @@ double Hypothesis::update(const Vector& H, double residual, double variance, dou
   return -0.5 * (q + std::log(S));
 }
 
+Eigen::Matrix2d Hypothesis::axes() const {
+  Eigen::Matrix2d axes = Eigen::Matrix2d::Identity();
+  axes.row(0) += x.segment<2>(row::kAxes).transpose();
+  axes.row(1) += x.segment<2>(row::kAxes + 2).transpose();
+  return axes;
+}
+
 void Hypothesis::set_slip(double l, double sigma) {
   x[row::kSlip] = l;
   P.row(row::kSlip).setZero();
@@ -63,15 +71,19 @@ void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
       hypotheses.begin(), hypotheses.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.log_weight > b.log_weight; });
   std::vector<Hypothesis> kept;
+  std::array<std::size_t, 2> count{};  // others, as mounted
   const double least = hypotheses.front().log_weight - kDropped;
   for (Hypothesis& h : hypotheses) {
-    if (h.log_weight < least) break;
+    std::size_t& so_many = count[h.axes_kind == kAsMounted];
+    if (h.log_weight < least && so_many > 0) continue;
     const auto same = std::find_if(kept.begin(), kept.end(),
                                    [&](const Hypothesis& other) { return alike(other, h); });
     if (same != kept.end())
       merge(*same, h);
-    else if (kept.size() < most)
+    else if (so_many < most) {
+      ++so_many;
       kept.push_back(std::move(h));
+    }
   }
   double sum = 0.0;
   const double first = kept.front().log_weight;

@@ -1,0 +1,151 @@
+// A drive whose slip is given, with the wheel and the IMU that SlipBelief takes.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "motion/slip/slip_belief.h"
+
+namespace gprodom {
+
+inline constexpr double kGravity = 9.80665, kInterval = 0.2;
+inline constexpr int kSteps = 20;  // IMU samples an interval
+inline constexpr double kMetresPerLength = 0.1;
+using OfTime = std::function<double(double)>;
+
+inline double zero(double) { return 0.0; }
+
+// From 0 to 1 within three seconds after `from`, and back before `to`.
+inline double ramp(double t, double from, double to) {
+  return std::clamp(std::min((t - from) / 3, (to - t) / 3), 0.0, 1.0);
+}
+
+// A robot whose speed, turn rate (rad/s) and slip l are given; its wheel and IMU, and what the
+// belief makes of them.
+class SlippingDrive {
+ public:
+  // noise: as the belief is told; the IMU's own is `share` of it.
+  SlippingDrive(const ImuNoise& noise, OfTime speed, OfTime turn, OfTime slip, double share = 1.0)
+      : noise_(noise),
+        share_(share),
+        speed_(std::move(speed)),
+        turn_(std::move(turn)),
+        slip_(std::move(slip)) {
+    Config config;
+    config.wheel.scale_sigma = 0.002;
+    belief_.emplace(config);
+    start_.state.v_odom.x() = speed_(0);
+    start_.covariance.diagonal().setConstant(1e-8);
+    start_.covariance(row::kScale, row::kScale) = 4e-6;
+  }
+
+  // The wheel's true lateral position, m; configured is 0.
+  void put_wheel(double y_m) { wheel_y_m_ = y_m; }
+  void seed(unsigned value) { engine_.seed(value); }
+
+  // Of each interval's wheel distance, m, beyond what is configured.
+  void jitter(double sigma_m) { jitter_m_ = sigma_m; }
+
+  // Of the gyro's pitch rate, by which its bias moves within 20 s after a time (s).
+  void move_gyro_bias(double by, double after) {
+    bias_moves_ = by;
+    bias_moves_after_ = after;
+  }
+
+  // Turns the accelerometer about the up axis against what is configured (rad), and mirrors its x.
+  void mount(double yaw, bool mirrored) {
+    mount_ << std::cos(yaw), std::sin(yaw), -std::sin(yaw), std::cos(yaw);
+    if (mirrored) mount_.row(0) *= -1;
+  }
+
+  // The IMU is silent from a time to another, s.
+  void silence(double from, double to) {
+    silent_from_ = from;
+    silent_to_ = to;
+  }
+
+  // Up to a time, s. coherence: its error, one standard deviation of a span's length; 0: not asked.
+  void to(double end, double coherence = 0.0) {
+    while (now_ < end - 1e-9) interval(coherence);
+  }
+
+  // Of an acceleration of 1 m/s^2 forwards: what the belief says of its error, m/s^2.
+  double axes_error() const {
+    MotionStep step;
+    step.dt = kInterval;
+    step.acceleration << 1, 0, kGravity;
+    return belief_->axes_error({step});
+  }
+  const slip::WheelPosition& position() const { return belief_->position(); }
+  double told() const { return belief_->recent().back().l; }
+  double sigma() const { return belief_->recent().back().sigma; }
+  // Of the interval that ended so long ago.
+  double told_of(double ago) const {
+    const auto recent = belief_->recent();
+    return recent.at(recent.size() - 1 - std::lround(ago / kInterval)).l;
+  }
+
+ private:
+  void interval(double coherence) {
+    StateInput input;
+    input.time = from_seconds(now_ + kInterval);
+    input.has_wheel = true;
+    input.noise = noise_;
+    const double dt = kInterval / kSteps;
+    double way = 0.0, wheel = 0.0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double t = now_ + (i + 0.5) * dt, v = speed_(t), h = 1e-3;
+      MotionStep step;
+      step.dt = dt;
+      step.angular_velocity << 0, 0, turn_(t);
+      step.angular_velocity.y() += bias_moves_ * std::clamp((t - bias_moves_after_) / 20, 0.0, 1.0);
+      step.angular_velocity += draw(share_ * noise_.gyro_density / std::sqrt(dt));
+      step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
+      step.acceleration.head<2>() = mount_ * step.acceleration.head<2>();
+      step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
+      step.bridged = t > silent_from_ && t < silent_to_;
+      if (step.bridged) step.acceleration << 0, 0, kGravity;
+      step.wheel_m = (v - wheel_y_m_ * turn_(t)) * std::exp(-slip_(t)) * dt;
+      way += v * dt;
+      if (i == 0) step.wheel_m += jitter_m_ * normal_(engine_);
+      wheel += step.wheel_m;
+      input.steps.push_back(step);
+    }
+    belief_->advance(input, start_, {2e-4, 8e-4}, 0.0);
+    span_way_ += way;
+    span_wheel_ += wheel;
+    now_ += kInterval;
+    if (coherence > 0 && ++intervals_ % 5 == 0) {
+      gpr::PathLength path;
+      path.from = from_seconds(now_ - 5 * kInterval);
+      path.to = input.time;
+      path.valid = true;
+      path.lengths = span_way_ / kMetresPerLength * std::exp(coherence * normal_(engine_));
+      belief_->compare(path, span_wheel_);
+      span_way_ = span_wheel_ = 0.0;
+    }
+  }
+
+  Eigen::Vector3d draw(double sigma) {
+    return {sigma * normal_(engine_), sigma * normal_(engine_), sigma * normal_(engine_)};
+  }
+
+  ImuNoise noise_;
+  double share_;
+  OfTime speed_, turn_, slip_;
+  std::optional<SlipBelief> belief_;
+  StateResult start_;
+  Eigen::Matrix2d mount_ = Eigen::Matrix2d::Identity();
+  double wheel_y_m_ = 0.0, jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
+  double silent_from_ = 0.0, silent_to_ = 0.0;
+  double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
+  int intervals_ = 0;
+  std::mt19937 engine_{5};
+  std::normal_distribution<double> normal_;
+};
+
+}  // namespace gprodom
