@@ -129,6 +129,7 @@ void MotionJudge::adopt(const StateResult& newest) {
 ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   auto samples = imu_.between(from, to);
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
+  if (samples.size() < kEnoughForNoise) samples = imu_.last(kEnoughForNoise, to);  // a slow IMU
   ImuNoise noise = prevailing_noise(samples, rest_.noise());
   if (newest_.standing) return noise;
   const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;

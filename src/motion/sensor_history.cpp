@@ -47,6 +47,12 @@ std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {
   return {first_after(samples_, from - 1), first_after(samples_, to)};
 }
 
+std::vector<ImuSample> ImuHistory::last(std::size_t count, TimeNs to) const {
+  const auto end = first_after(samples_, to);
+  const auto kept = static_cast<std::size_t>(end - samples_.begin());
+  return {end - static_cast<std::ptrdiff_t>(std::min(count, kept)), end};
+}
+
 std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
   std::vector<MotionStep> steps;
   if (samples_.empty() || to <= from) return steps;

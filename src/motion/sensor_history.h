@@ -24,6 +24,8 @@ class ImuHistory {
   bool insert(const ImuSample& sample);
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
+  // The last `count` of those up to a time, or as many as there are.
+  std::vector<ImuSample> last(std::size_t count, TimeNs to) const;
 
   // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
   // ends. Steps across more than max_gap without samples are marked as bridged.

@@ -46,6 +46,7 @@ class Robot {
   double extra_rate = 0.0;                // rad/s about z, beyond the bias
   double acceleration = 0.0;              // m/s^2, forwards
   bool imu_speaks = true, wheel_speaks = true;
+  int imu_every = 1;   // of kImuRate
   StateResult newest;  // in effect; its time and standing are set here
   int slips_told = 0;
   std::int32_t flags = 0;  // of the last estimate
@@ -57,7 +58,7 @@ class Robot {
     const double step = 1 / kImuRate;
     for (int n = 0; n < to_seconds(kInterval) * kImuRate; ++n, ++i_) {
       const TimeNs time = from_seconds(now());
-      if (imu_speaks) judge.add(sample(time));
+      if (imu_speaks && i_ % imu_every == 0) judge.add(sample(time));
       if (wheel_speaks && i_ % static_cast<int>(kImuRate / kWheelRate) == 0)
         judge.add(WheelSample{time, wheel_m_});
       wheel_m_ += wheel_speed * step;
@@ -88,7 +89,7 @@ class Robot {
   ImuSample sample(TimeNs time) {
     ImuSample s{time, {acceleration, 0, 9.80665}, kBias};
     s.angular_velocity.z() += extra_rate;
-    const double scale = vibration * std::sqrt(kImuRate);
+    const double scale = vibration * std::sqrt(kImuRate / imu_every);
     for (int axis = 0; axis < 3; ++axis) {
       s.acceleration[axis] += scale * kReference.accel_density * noise_(random_);
       s.angular_velocity[axis] += scale * kReference.gyro_density * noise_(random_);

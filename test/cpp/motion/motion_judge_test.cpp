@@ -47,6 +47,14 @@ TEST(MotionJudge, TheNoiseIsThatOfTheIntervalAndNeverLessThanAtStandstill) {
   EXPECT_EQ(Robot().judge.noise_at_standstill().gyro_density, kReference.gyro_density);
 }
 
+// An IMU of 10 Hz has two samples an interval, and ten a second.
+TEST(MotionJudge, TheNoiseOfASlowImuIsThatOfItsLastSamples) {
+  Robot robot;
+  robot.imu_every = 20;
+  robot.vibration = 4;
+  EXPECT_NEAR(robot.drive(50).noise.accel_density / kReference.accel_density, 4, 1.2);
+}
+
 TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
   Config config;
   config.wheel.slip_threshold = 0;  // the radar alone knows
