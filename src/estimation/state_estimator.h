@@ -48,7 +48,8 @@ struct IntervalSlip {
 // Of a point of the body: gpr.lever_arm, or that of another antenna.
 struct PlacedDisplacement : Displacement {
   PlacedDisplacement() = default;
-  PlacedDisplacement(Displacement displacement, std::optional<Eigen::Vector3d> at = std::nullopt)
+  explicit PlacedDisplacement(Displacement displacement,
+                              std::optional<Eigen::Vector3d> at = std::nullopt)
       : Displacement(std::move(displacement)), lever_arm(std::move(at)) {}
   std::optional<Eigen::Vector3d> lever_arm;  // m, in body
 };

@@ -54,7 +54,8 @@ void MotionJudge::add(const WheelsSample& sample) {
 }
 
 void MotionJudge::add_external(Displacement displacement) {
-  if (displacements_.size() < kMostWaiting) displacements_.push_back({std::move(displacement)});
+  if (displacements_.size() < kMostWaiting)
+    displacements_.push_back({PlacedDisplacement(std::move(displacement))});
 }
 
 Displacement MotionJudge::in_metres(const gpr::Finding& finding) {
@@ -251,7 +252,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (input.wheel_late) keep_shown(input.slips);
   input.displacements = take_displacements(to);
   input.passages = take_passages(to);
-  if (immobilised && !input.standing) input.displacements.push_back(no_displacement(from, to));
+  if (immobilised && !input.standing) input.displacements.emplace_back(no_displacement(from, to));
   return input;
 }
 

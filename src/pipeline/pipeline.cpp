@@ -210,7 +210,7 @@ void Pipeline::take_radar_answers() {
       Displacement d = motion_.in_metres(finding);
       if (d.valid && !fault(d, config_).empty()) continue;
       d.time = due->effective;
-      motion_.add_radar(finding, {d, place_of(due->result.antenna)});
+      motion_.add_radar(finding, PlacedDisplacement(d, place_of(due->result.antenna)));
       out_.displacements.push_back(stamped(std::move(d)));
     }
   }

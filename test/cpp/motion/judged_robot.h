@@ -40,7 +40,9 @@ class Robot {
 
   MotionJudge judge;
 
-  void receive(const gpr::Finding& finding) { judge.add_radar(finding, judge.in_metres(finding)); }
+  void receive(const gpr::Finding& finding) {
+    judge.add_radar(finding, PlacedDisplacement(judge.in_metres(finding)));
+  }
   double speed = 0.0, wheel_speed = 0.0;  // m/s
   double vibration = 1.0;                 // of the noise at standstill
   double extra_rate = 0.0;                // rad/s about z, beyond the bias

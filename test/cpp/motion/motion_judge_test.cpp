@@ -122,7 +122,7 @@ TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
       const gpr::PathLength path = went(kStart, kStart + 0.2, 2.0);
       Displacement in_metres = to_displacement(path, 0.05);  // as if that had been learnt
       in_metres.sigma_m = 0.02;
-      robot.judge.add_radar(path, in_metres);
+      robot.judge.add_radar(path, PlacedDisplacement(in_metres));
       const bool expected =
           use == CoherenceUse::kAlways || (use == CoherenceUse::kContradicted && !wheel_speaks);
       EXPECT_EQ(robot.next().displacements.size(), expected ? 1u : 0u) << name << wheel_speaks;
@@ -207,7 +207,7 @@ TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
     const gpr::PathLength path = went(robot.now() - 1.15, robot.now() - 0.05, 1.1 * kSpeed);
     Displacement in_metres = to_displacement(path, 1.0);
     in_metres.sigma_m = 0.2 * in_metres.distance_m;
-    robot.judge.add_radar(path, in_metres);
+    robot.judge.add_radar(path, PlacedDisplacement(in_metres));
   }
   ASSERT_TRUE(input.speed_correction);
   EXPECT_NEAR(input.speed_correction->speed, kSpeed, 0.01);
