@@ -59,7 +59,8 @@ def arguments(parser: argparse.ArgumentParser, read: Path, written: Path, link: 
     for action in parser._actions:
         path = isinstance(action.type, type) and issubclass(action.type, Path)
         output = path and issubclass(action.type, Output)  # type: ignore[arg-type]
-        value = str(link) if output else str(read) if path else (action.choices or ["sfm"])[0]
+        word = "1" if action.type in (float, int) else "sfm"
+        value = str(link) if output else str(read) if path else (action.choices or [word])[0]
         if not action.option_strings:
             positional.append(str(value))
         elif (
