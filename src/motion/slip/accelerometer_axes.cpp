@@ -38,10 +38,10 @@ AccelerometerAxes::AccelerometerAxes() : wrong_(kWrongAtFirst) {
 }
 
 void AccelerometerAxes::branch(std::vector<Hypothesis>& hypotheses) const {
-  const Hypothesis as_mounted = hypotheses.front();
+  const Hypothesis as_configured = hypotheses.front();
   hypotheses.front().log_weight += std::log1p(-wrong_);
   for (const Kind& kind : kinds_) {
-    Hypothesis h = as_mounted;
+    Hypothesis h = as_configured;
     h.axes_kind = kind.kind;
     h.log_weight += std::log(wrong_ * kind.share);
     h.x.segment<4>(row::kAxes) = kind.mean;
@@ -55,7 +55,7 @@ void AccelerometerAxes::learn(const std::vector<Hypothesis>& hypotheses) {
   std::vector<Kind> kinds;
   double wrong = 0.0;
   for (const Hypothesis& h : hypotheses) {
-    if (h.axes_kind == kAsMounted) continue;
+    if (h.axes_kind == kConfiguredAxes) continue;
     const double weight = std::exp(h.log_weight);
     wrong += weight;
     const auto same = std::find_if(kinds.begin(), kinds.end(),

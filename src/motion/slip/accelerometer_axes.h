@@ -15,13 +15,13 @@ class AccelerometerAxes {
  public:
   AccelerometerAxes();
 
-  // Adds to one hypothesis, whose axes are as mounted, the same with other axes.
+  // Adds to one hypothesis, whose axes are as configured, the same with other axes.
   void branch(std::vector<Hypothesis>& hypotheses) const;
 
   // From the weights and states of all hypotheses.
   void learn(const std::vector<Hypothesis>& hypotheses);
 
-  // Probability that the axes are not as mounted.
+  // Probability that the axes are not as configured.
   double wrong() const { return wrong_; }
 
   // Standard deviation of the error of a horizontal acceleration (forwards, left; m/s^2) that

@@ -57,7 +57,7 @@ class SlipBelief {
   std::vector<IntervalSlip> recent() const;
 
   // Standard deviation of the error of the accelerations in steps (m/s^2) if the accelerometer's
-  // axes are not as mounted.
+  // axes are not as configured.
   double axes_error(const std::vector<MotionStep>& steps) const;
 
   const slip::WheelPosition& position() const { return position_; }

@@ -71,10 +71,10 @@ void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
       hypotheses.begin(), hypotheses.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.log_weight > b.log_weight; });
   std::vector<Hypothesis> kept;
-  std::array<std::size_t, 2> count{};  // others, as mounted
+  std::array<std::size_t, 2> count{};  // of other axes, of the configured ones
   const double least = hypotheses.front().log_weight - kDropped;
   for (Hypothesis& h : hypotheses) {
-    std::size_t& so_many = count[h.axes_kind == kAsMounted];
+    std::size_t& so_many = count[h.axes_kind == kConfiguredAxes];
     if (h.log_weight < least && so_many > 0) continue;
     const auto same = std::find_if(kept.begin(), kept.end(),
                                    [&](const Hypothesis& other) { return alike(other, h); });

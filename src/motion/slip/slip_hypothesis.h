@@ -15,9 +15,9 @@ enum class Mode { kGrips, kChanges, kHolds };
 // the axes of the world (rad, two rows); biases of accelerometer (m/s^2, x and y of body) and gyro
 // (rad/s, x and y); ln of the wheel's scale over its nominal value; slip l = ln(true distance /
 // distance by the wheel at that scale); ln of metres per decorrelation length: the part common to
-// the ground, and the part of this place; the lateral position of the wheel (m, y of body); what
-// the body's horizontal axes are of the accelerometer's, less what they should be (four rows: x of
-// x, x of y, y of x, y of y).
+// the ground, and the part of this place; the lateral position of the wheel (m, y of body); the
+// 2x2 matrix that takes horizontal accelerations from the accelerometer's axes to the body's, less
+// the identity (four rows: by rows of the matrix).
 namespace row {
 constexpr int kSpeed = 0, kTilt = 1, kAccelBias = 3, kGyroBias = 5, kScale = 7, kSlip = 8,
               kGround = 9, kPlace = 10, kWheelY = 11, kAxes = 12;
@@ -32,12 +32,12 @@ struct Past {
   double slips = 0.0;  // probability
 };
 
-// The accelerometer's axes are as configured; others are numbered from 1.
-constexpr int kAsMounted = 0;
+// Number of the axes that are configured for the accelerometer; others are numbered from 1.
+constexpr int kConfiguredAxes = 0;
 
 struct Hypothesis {
   Mode mode = Mode::kGrips;
-  int axes_kind = kAsMounted;  // at the beginning, of AccelerometerAxes
+  int axes_kind = kConfiguredAxes;  // at the beginning, of AccelerometerAxes
   double log_weight = 0.0;
   Vector x = Vector::Zero();
   Matrix P = Matrix::Zero();
@@ -60,7 +60,7 @@ struct Hypothesis {
 inline double without_unlikely(double p) { return p * p / (p * p + (1 - p) * (1 - p)); }
 
 // Merges hypotheses that have become alike, and keeps the `most` likeliest of those whose axes are
-// as mounted, and `most` of the others; of either at least one. In the order of their weights,
+// as configured, and `most` of the others; of either at least one. In the order of their weights,
 // which then sum to 1.
 void prune(std::vector<Hypothesis>& hypotheses, std::size_t most);
 
