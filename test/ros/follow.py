@@ -4,7 +4,8 @@
 
 Starts roscore and the launch file four times, for the wheel as nav_msgs/Odometry, as one joint and
 as two sides of sensor_msgs/JointState, and as std_msgs/Int64 ticks; plays IN.bag on a simulated
-clock at SPEED times real time (4), and writes each node's odometry_map to OUT/WHEEL.tum. Fails
+clock at SPEED times real time (4), and writes each node's odometry_map to OUT/WHEEL.tum. Where this
+machine was late, OUT/WHEEL.late says so: that node's poses then depend on what else ran. Fails
 where tf, diagnostics or the services are not as told. Runs in a network namespace of its own, with
 its loopback up.
 """
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import rosgraph
@@ -24,12 +26,18 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Imu
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from bag import SIDES, WHEEL_JOINT, WHEEL_RADIUS_M
 
 PATIENCE_S = 60.0
+# A node says one of these where data or an answer came too late for its poses to be those of replay.
+LATE = ("later than time.reorder_window", "not ready after", "not answered within")
+# A wheel tick has no stamp and counts when it comes in: that much later (s of the clock), and the
+# poses are not those of replay. An IMU message, which has a stamp, shows how late this machine is.
+TICK_LATE_S = 0.1
 MAIN = "odometry"
 NAMESPACES = {MAIN: "/", "joint": "/joint/", "joints": "/joints/", "ticks": "/ticks/"}
 
@@ -71,6 +79,32 @@ class Heard:
 
     def _take_diagnostics(self, m: DiagnosticArray) -> None:
         self.levels += [s.level for s in m.status if s.name == "gprodom: odometry"]
+
+
+class Lateness:
+    """Where this machine was too late."""
+
+    def __init__(self) -> None:
+        self._said: dict[str, str] = {}
+        self._worst_s = 0.0
+        self._subscribers = [
+            rospy.Subscriber("/rosout", Log, self._take_log, queue_size=None),
+            rospy.Subscriber("/imu/data", Imu, self._take_imu, queue_size=None),
+        ]
+
+    def _take_log(self, m: Log) -> None:
+        if any(text in m.msg for text in LATE):
+            self._said[m.name] = m.msg
+
+    def _take_imu(self, m: Imu) -> None:
+        self._worst_s = max(self._worst_s, (rospy.Time.now() - m.header.stamp).to_sec())
+
+    def of(self, name: str) -> str:
+        """Of the node for the wheel as `name`; empty where it was in time."""
+        said = self._said.get(f"{NAMESPACES[name]}gprodom", "")
+        if not said and name == "ticks" and self._worst_s > TICK_LATE_S:
+            return f"messages came up to {self._worst_s:.3f} s late"
+        return said
 
 
 def check(heard: Heard) -> None:
@@ -157,6 +191,7 @@ def main(bag: str, out: str, config: str, metres_per_tick: str, speed: str = "4"
         wait_for("use_sim_time", lambda: rospy.has_param("/use_sim_time"))
         rospy.init_node("follow", disable_signals=True)
         heard = {name: Heard(space, name == MAIN) for name, space in NAMESPACES.items()}
+        late = Lateness()
         for name, each in heard.items():
             wait_for(f"the node for {name}", each.connected)
         play(bag, speed)
@@ -164,7 +199,8 @@ def main(bag: str, out: str, config: str, metres_per_tick: str, speed: str = "4"
         check(heard[MAIN])
         for name, each in heard.items():
             write_tum(f"{out}/{name}.tum", each.odometry_map)
-            print(f"{name}: {len(each.odometry_map)} poses")
+            Path(f"{out}/{name}.late").write_text(late.of(name))
+            print(f"{name}: {len(each.odometry_map)} poses {late.of(name)}")
         check_services(f"{out}/state/saved.map")
         print(f"services answered, diagnostics {sorted(set(heard[MAIN].levels))}")
     finally:
