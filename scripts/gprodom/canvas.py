@@ -6,7 +6,7 @@ import base64
 import html
 import io
 from collections.abc import Sequence
-from math import log10
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ TRUTH_COLOUR = "0.55"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 
 LINE_COLOURS = COLOURS[:7]  # a thin line of yellow is not seen on white
+MOST_SQUARES = 20  # of a grid, along a way
 LABEL_IN = 0.45  # height of ticks and label of an x axis
 
 # Told apart in grey, too; five and the seven colours come together again only after 35 lines.
@@ -32,6 +33,14 @@ DASHES: tuple[Any, ...] = (
     (0, (3, 1, 1, 1, 1, 1)),
 )
 MARKERS = ("o", "s", "^", "D", "v", "x", "P")
+
+
+def grid_square(extent_m: float) -> float:
+    """Side of a square of a viewer's ground grid, m: 1, 2 or 5 times a power of ten and at least 1,
+    so that at most some twenty lie along a way of that extent. A viewer writes no figures beside
+    its grid, so the panel's title has to tell the side."""
+    decade = 10.0 ** floor(log10(max(extent_m / MOST_SQUARES, 1.0)))
+    return next(k * decade for k in (1, 2, 5, 10) if extent_m <= MOST_SQUARES * k * decade)
 
 
 def line_style(i: int, count: int) -> dict[str, Any]:

@@ -133,6 +133,8 @@ def _plot(title: str, lines: dict[str, tuple[str, str]]) -> dict[str, Any]:
 def _way(path: Trajectory) -> dict[str, Any]:
     low, high = (each(path.position[:, :2], axis=0) for each in (np.min, np.max))
     middle, extent = (low + high) / 2, float(np.max(high - low))
+    square = canvas.grid_square(extent)
+    squares = 2 * int(np.ceil((extent + 1) / square))
     topics: dict[str, Any] = {
         topic: {"visible": True, "type": "line", "lineWidth": LINE_M, "gradient": [colour] * 2}
         for topic, colour in PATHS.items()
@@ -143,15 +145,16 @@ def _way(path: Trajectory) -> dict[str, Any]:
         "visible": True,
         "layerId": "foxglove.Grid",
         "instanceId": "grid",
-        "label": "1 m",
-        "size": 2 * np.ceil(extent + 1),
-        "divisions": 2 * int(np.ceil(extent + 1)),
+        "label": f"{square:g} m",
+        "size": squares * square,
+        "divisions": squares,
         "color": "#808080ff",
         "position": [0, 0, 0],
         "rotation": [0, 0, 0],
         "frameId": "map",
     }
     return {
+        "foxglovePanelTitle": f"The way from above: squares of {square:g} m",
         "followMode": "follow-none",
         "followTf": "map",
         "topics": topics,

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gprodom import canvas
 from gprodom.arrays import Floats
+from gprodom.drive.doubt import position_sigma, yaw_sigma
 from gprodom.drive.log import Drive
 from gprodom.view import ground
 from gprodom.view.record import TIMELINE, WAY, load_rerun
@@ -16,6 +18,8 @@ SIGMAS = {
     "/sigma/position": "Position, standard deviation (m)",
     "/sigma/heading": "Heading, standard deviation (°)",
 }
+MOST_TICKS = 3.5  # for which a low panel has room
+ABOVE_TICK = 1.15  # the figure at the very end of an axis is not drawn
 LIVE_COLUMNS = 1600.0  # of the radargram along the way that are in sight
 
 
@@ -31,21 +35,42 @@ def for_drive(drive: Drive, earlier: Floats | None, way_columns: float) -> Any:
         low, high = places.min(axis=0) - room, places.max(axis=0) + room
         places = np.concatenate([places, np.clip(reckoned.position[:, :2], low, high)])
     span = int(drive.path.time[0]), int(drive.path.time[-1])
-    return _blueprint(places.min(axis=0), places.max(axis=0), way_columns, span)
+    largest = (position_sigma(drive.path).max(), np.degrees(yaw_sigma(drive.path).max()))
+    tops = {
+        origin: top
+        for origin, most in zip(SIGMAS, largest, strict=True)
+        if (top := axis_top(float(most))) is not None
+    }
+    return _blueprint(places.min(axis=0), places.max(axis=0), way_columns, span, tops)
+
+
+def axis_top(largest: float) -> float | None:
+    """Where an axis ends that begins at 0; None: where the viewer would end it. It labels powers of
+    ten and, where there is room, their multiples: an axis to 0.08 has no figure but its 0, so it
+    goes on beyond 0.1."""
+    if not 0 < largest < np.inf:
+        return None
+    decade = 10.0 ** np.floor(np.log10(largest))
+    return None if largest <= MOST_TICKS * decade else float(ABOVE_TICK * 10 * decade)
 
 
 def for_live(earlier: Floats | None) -> Any:
     """For what comes: some metres about the start, or the map."""
     known = np.zeros((0, 2)) if earlier is None else earlier[np.isfinite(earlier).all(axis=1)]
     places = np.concatenate([known, [[-5.0, -5.0], [5.0, 5.0]]])
-    return _blueprint(places.min(axis=0), places.max(axis=0), LIVE_COLUMNS, None)
+    return _blueprint(places.min(axis=0), places.max(axis=0), LIVE_COLUMNS, None, {})
 
 
 def _blueprint(
-    low: Floats, high: Floats, way_columns: float, span_us: tuple[int, int] | None
+    low: Floats,
+    high: Floats,
+    way_columns: float,
+    span_us: tuple[int, int] | None,
+    tops: dict[str, float],
 ) -> Any:
     """For a way within `low` to `high` (2,), m, whose radargram has `way_columns` columns (0: there
-    is none). span_us: of time, where it is known; None: live."""
+    is none). span_us: of time, where it is known; None: live. tops: of the curves of an origin,
+    where they are known; those begin at 0."""
     load_rerun()
     import rerun.blueprint as rrb
 
@@ -55,19 +80,21 @@ def _blueprint(
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
     middle = (low + high) / 2
-    height = 1.1 * float(np.max(high - low)) + 1.0
+    extent = float(np.max(high - low))
+    above = 1.1 * extent + 1.0
+    square = canvas.grid_square(extent)
     eye = rrb.EyeControls3D(
         kind=rrb.Eye3DKind.Orbital,
-        position=[middle[0], middle[1] - 0.02 * height, height],
+        position=[middle[0], middle[1] - 0.02 * above, above],
         look_target=[middle[0], middle[1], 0.0],
         eye_up=[0.0, 1.0, 0.0],
     )
     way = rrb.Spatial3DView(
         origin=WAY,
-        name="The way (x, y in m)",
+        name=f"The way from above: squares of {square:g} m",
         time_ranges=[so_far],
         eye_controls=eye,
-        line_grid=rrb.LineGrid3D(visible=True, spacing=1.0, stroke_width=0.7),
+        line_grid=rrb.LineGrid3D(visible=True, spacing=square, stroke_width=0.7),
         background=[18, 20, 24],
     )
     left = rrb.Vertical(
@@ -102,7 +129,10 @@ def _blueprint(
         ]
 
     def curves(origin: str, name: str) -> Any:
-        return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend)
+        axis_y = rrb.ScalarAxis(range=(0.0, tops[origin])) if origin in tops else None
+        return rrb.TimeSeriesView(
+            origin=origin, name=name, axis_x=axis, axis_y=axis_y, plot_legend=legend
+        )
 
     rows += [
         curves("/speed", SPEED),
