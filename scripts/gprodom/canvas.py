@@ -47,9 +47,9 @@ def line_style(i: int, count: int) -> dict[str, Any]:
     """Style of the i-th of `count` lines, for `Axes.plot`.
 
     Each has its own colour and dashes, and is thinner than the one before. So two equal lines lie
-    on each other and can both be seen.
+    on each other and can both be seen. One alone is thin.
     """
-    share = i / max(count - 1, 1)
+    share = i / (count - 1) if count > 1 else 0.7
     return {
         "color": LINE_COLOURS[i % len(LINE_COLOURS)],
         "linestyle": DASHES[i % len(DASHES)],

@@ -146,7 +146,10 @@ def test_standard_deviations_in_metres_and_in_degrees_have_an_axis_each(
     picture = tmp_path / "a.png"
     assert main(["plot", "log", str(tmp_path / "drive.lcmlog"), "-o", str(picture)]) == 0
     position, heading = drawn[0].axes[1:3]
-    assert (position.get_ylabel(), heading.get_ylabel()) == ("position σ (m)", "heading σ (°)")
+    assert (position.get_ylabel(), heading.get_ylabel()) == (
+        "position σ\nin odom (m)",
+        "heading σ\nin odom (°)",
+    )
     ends = [axis.get_lines()[0].get_ydata()[-1] for axis in (position, heading)]
     last = np.sqrt(np.trace(spread(SECONDS))), np.degrees(np.sqrt(1e-5))
     assert ends == pytest.approx(last, rel=0.01)

@@ -156,7 +156,7 @@ def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
     figure, (axis,) = canvas.new_figure(width=PAGE_WIDTH, height=5.0)
     truth = np.array(next(iter(each.values())).true_path)
     axis.plot(*truth.T, color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
-    axis.plot(*truth[0], "o", color="0.2", markersize=5)
+    axis.plot(*truth[0], "o", color="0.2", markersize=5, label="its begin")
     look = styles(methods)
     for method in methods:
         if method in each:

@@ -88,9 +88,9 @@ def _draw_sigmas(
     metres = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
     degrees = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
     position.plot(seconds, metres, color=canvas.COLOURS[0], lw=1.0)
-    position.set_ylabel("position σ (m)")
+    position.set_ylabel("position σ\nin odom (m)")
     heading.plot(seconds, degrees, color=canvas.COLOURS[2], lw=1.0)
-    heading.set_ylabel("heading σ (°)")
+    heading.set_ylabel("heading σ\nin odom (°)")
     for axis in (position, heading):
         axis.set_ylim(bottom=0)
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+MANY = 2000  # windows: beyond, points are pale, so that it is seen where they are dense
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def _draw(axis: Axes, windows: Observed) -> None:
         ".",
         color=canvas.COLOURS[0],
         markersize=3,
-        alpha=0.3,
+        alpha=0.3 if len(windows.shift) > MANY else 0.7,
         markeredgewidth=0,
     )
     axis.set_xlabel("true displacement over the window's step (m)")

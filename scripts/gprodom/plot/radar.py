@@ -97,7 +97,10 @@ def radar_figure(
     figure, axes = canvas.new_figure(2, 3, width=12.0, height=7.0)
     deepest = one.raw.shape[1] * interval * wave_speed / 2
     extent = (0.0, float(len(one.raw)), deepest, 0.0)
-    for axis, image, name in ((axes[0], one.raw, "B"), (axes[1], one.kept, "B′ and its peaks")):
+    for axis, image, name in (
+        (axes[0], one.raw, "B: traces less their mean"),
+        (axes[1], one.kept, "B′: details, and their peaks"),
+    ):
         reach = float(np.quantile(np.abs(image), 0.99)) or 1.0
         axis.imshow(image.T, aspect="auto", cmap="gray", vmin=-reach, vmax=reach, extent=extent)
         axis.set_title(name)
@@ -106,7 +109,10 @@ def radar_figure(
     axes[1].plot(*np.array(points).T, ".", color=canvas.COLOURS[1], ms=2.5)
     _draw_trace(axes[2], one, metres)
     highest = constants("sfm_t")["MAX_LEVEL"]
-    for axis, window, name in ((axes[3], one, "S"), (axes[4], two, f"S, {step} traces later")):
+    for axis, window, name in (
+        (axes[3], one, "S: feature matrix"),
+        (axes[4], two, f"S, {step} traces later"),
+    ):
         levels = axis.imshow(
             window.matrix, aspect="auto", cmap="cividis", vmin=0, vmax=highest, extent=extent
         )

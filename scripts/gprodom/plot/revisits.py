@@ -68,7 +68,7 @@ def revisits_figure(
     start, end = (interpolate(path, t[seen]).position[:, :2] for t in (found.start, found.end))
     origin = int(path.time[0])
     above, pairs, apart, jumps = axes
-    above.plot(*path.position[:, :2].T, color="0.6", lw=1.0)
+    above.plot(*path.position[:, :2].T, color="0.6", lw=1.0, label="path")
     for mirrored, colour, marker, name in (
         (False, canvas.COLOURS[0], "o", "as then"),
         (True, canvas.COLOURS[1], "x", "mirrored"),
@@ -90,18 +90,22 @@ def revisits_figure(
     above.set_title(
         "places known again" + (f" ({earlier} more of earlier drives)" if earlier else "")
     )
+    canvas.legend_below(above, 3)
+    pairs.set_title("when, and when they were seen first")
     pairs.set_xlabel("time (s)")
     pairs.set_ylabel("seen first at (s)")
     canvas.legend_below(pairs, 2)
     apart.set_xlabel("time (s)")
-    apart.set_ylabel("path has them apart by (m)")
+    apart.set_title("how far apart the path has both sights of a place")
+    apart.set_ylabel("distance (m)")
     apart.set_ylim(bottom=0)
     if correction is not None and len(correction["utime"]):
         size = np.linalg.norm(correction["position"][:, :2], axis=1)
         held = _held((correction["utime"] - origin) * 1e-6, size, path.seconds()[-1])
         jumps.plot(*held, drawstyle="steps-post", color=canvas.COLOURS[2], lw=1.2)
     jumps.set_xlabel("time (s)")
-    jumps.set_ylabel("correction of map (m)")
+    jumps.set_title("how far map is from odom")
+    jumps.set_ylabel("correction (m)")
     jumps.set_ylim(bottom=0)
     for axis in (pairs, apart, jumps):
         axis.set_xlim(0, (path.time[-1] - origin) * 1e-6)
