@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.canvas import line_style, new_figure, png
+from gprodom.canvas import legend_below, line_style, new_figure, png
 
 
 def of_geojson(path: Path) -> np.ndarray:
@@ -73,7 +73,7 @@ def main() -> int:
     places, scan = of_mcap(args.mcap)
     for i, (topic, path) in enumerate(sorted(places.items())):
         paths.plot(*path.T, **line_style(i, len(places)), label=f"gprodom/{topic}")
-    paths.legend(loc="upper left")
+    legend_below(paths, 1)
     paths.set(title="MCAP", xlabel="x (m)", ylabel="y (m)", aspect="equal")
     radar.imshow(scan, cmap="gray", aspect="auto")
     radar.grid(visible=False)

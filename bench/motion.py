@@ -33,6 +33,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gprodom import canvas
 from gprodom.benchmark.motion import Outcome, measure, read_beside, rmse
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.cmu import Recording, read_recording
@@ -112,25 +113,32 @@ def table(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: Path) -> None:
-    """Coherence's distances against the true way, a panel for each scene."""
-    from matplotlib.figure import Figure
-
+    """Coherence's distances against the true way, a panel for each scene and a colour for each of
+    its sequences."""
     scenes: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         parts = outcome.sequence.split("-")
         scenes.setdefault(parts[2] if len(parts) > 2 else outcome.sequence, []).append(outcome)
-    figure = Figure(figsize=(3.0 * len(scenes), 3.2), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(scenes), sharex=True, sharey=True))
+    figure, panels = canvas.new_figure(
+        1, len(scenes), width=3.0 * len(scenes), height=4.6, sharex=True, sharey=True
+    )
     for panel, (scene, of_scene) in zip(panels, scenes.items(), strict=True):
-        for outcome in of_scene:
+        for i, outcome in enumerate(of_scene):
             moved, distance, sigma = np.array(outcome.told).reshape(-1, 3).T
-            panel.errorbar(moved, distance, sigma, fmt=".", ms=3, lw=0.3, alpha=0.6)
-        panel.axline((0, 0), slope=1, color="black", lw=0.8)
+            look = {"color": canvas.COLOURS[i % 7], "marker": canvas.MARKERS[i % 7]}
+            name = f"{outcome.sequence.split('-')[0]}, ± σ"
+            panel.errorbar(
+                moved, distance, sigma, ls="", ms=2.5, lw=0.3, alpha=0.6, label=name, **look
+            )
+        panel.axline((0, 0), slope=1, color="black", lw=0.8, label="equal")
+        panel.set_aspect("equal")
         error = np.mean([outcome.coherence_error for outcome in of_scene])
-        panel.set_title(f"{scene}: {100 * error:.0f} %", fontsize=9)
-        panel.set_xlabel("true way over a span, m", fontsize=8)
-    panels[0].set(ylabel="coherence, m", xlim=(0, 0.9), ylim=(0, 0.9))
-    figure.savefig(path, dpi=80)
+        panel.set_title(f"{scene}: error {100 * error:.0f} %", fontsize=9)
+        panel.set_xlabel("true way over a span (m)", fontsize=8)
+        canvas.legend_below(panel, 1, fontsize=7)
+    panels[0].set(xlim=(0, 0.9), ylim=(0, 0.9))
+    panels[0].set_ylabel("way by coherence (m)", fontsize=8)
+    path.write_bytes(canvas.png(figure, dpi=80))
 
 
 def cut_table(outcomes: list[CutOutcome]) -> str:

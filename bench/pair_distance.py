@@ -32,6 +32,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gprodom import canvas
 from gprodom.arrays import Floats
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.ground.survey import Survey
@@ -188,17 +189,16 @@ def table(rows: list[Row]) -> str:
 
 def picture(rows: list[Row], path: Path) -> None:
     """A passage's standard deviation over its limit."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
-    colours = dict(zip(GROUNDS, ("C0", "C1", "C2"), strict=True))
+    figure, (axes,) = canvas.new_figure(height=5.0)
+    colours = dict(zip(GROUNDS, canvas.COLOURS[:3], strict=True))
     marks = dict(zip((case.name for case in CASES), "o<>^v*sDPXp", strict=True))
     for row in rows:
         if row.match_mm is not None:
-            axes.loglog(row.limit_mm, row.match_mm, marks[row.case], color=colours[row.ground])
+            axes.plot(row.limit_mm, row.match_mm, marks[row.case], color=colours[row.ground])
     for ground, colour in colours.items():
         axes.plot([], [], "s", color=colour, label=ground)
-    for name, mark in marks.items():
+    driven = {row.case for row in rows}
+    for name, mark in ((name, mark) for name, mark in marks.items() if name in driven):
         axes.plot([], [], mark, color="0.5", label=name)
     ends = np.array([0.05, 20.0])
     axes.plot(ends, ends, "k-", linewidth=0.8, label="limit")
@@ -207,9 +207,9 @@ def picture(rows: list[Row], path: Path) -> None:
         ylabel="standard deviation of a passage (mm)",
         title="Passages of two antennas in a row",
     )
-    axes.grid(alpha=0.3, which="both")
-    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=8)
-    figure.savefig(path, dpi=110)
+    canvas.log_scales(axes, "x", "y")
+    canvas.legend_beside(axes)
+    path.write_bytes(canvas.png(figure))
 
 
 def main() -> int:
