@@ -5,6 +5,7 @@ The motion and its noise stay real; rates, delays, biases, mounting, encoder and
 start change (variations.py). Each is measured as bench/robots.py measures a recording, its IMU's
 mounting found anew: error of dead reckoning and of `imu_wheel` (m), their ratio, NEES of x and y,
 seconds until the start, the largest jump of `odom` (m), and what health says after the start.
+Those of the IMU's place, which cannot be configured, are run only where --vary names them.
 
 SOURCE is the folder of bench/robots.py, or a sequence or log with truth.
 
@@ -34,7 +35,7 @@ from gprodom.score.consistency import TruthError
 from recordings import Recording, convert, recordings_of
 from robots import measure
 from sensors import read, write
-from variations import VARIATIONS
+from variations import LEVER_ARMS, VARIATIONS
 
 Row = dict[str, Any]
 SEQUENCE = Recording((), TruthError(), "")
@@ -49,7 +50,7 @@ def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Ro
     """The figures of one variation of one recording."""
     recording = recordings_of(source)[name] if is_folder(source) else SEQUENCE
     row: Row = {"recording": name, "variation": variation}
-    varied = VARIATIONS[variation]
+    varied = (VARIATIONS | LEVER_ARMS)[variation]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         log = Path(folder) / "recorded.lcmlog"
         if recording.files:
@@ -99,7 +100,7 @@ def main() -> int:
     )
     parser.add_argument("source", type=Path, metavar="SOURCE")
     parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
-    parser.add_argument("--vary", action="append", choices=VARIATIONS, default=[])
+    parser.add_argument("--vary", action="append", choices=VARIATIONS | LEVER_ARMS, default=[])
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
     add_json_flag(parser)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from conftest import CHECKOUT
@@ -124,6 +125,26 @@ def test_variations_of_a_recording() -> None:
         assert row["start_s"] < 10, row
         assert row["jump_m"] < 0.1, row
     assert found["mirrored"]["causal_m"] == pytest.approx(found["as recorded"]["causal_m"], 1e-3)
+
+
+def test_turning_adds_accelerations_where_the_imu_sits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a circle towards its centre; where the turn gets faster, across the arm, too."""
+    monkeypatch.syspath_prepend(str(BENCH))
+    from sensors import Sensors
+    from variations import displaced
+
+    n, faster, arm = 1000, 0.2, 0.5  # of 0.01 s; rad/s^2; m
+    turn = 1.0 + faster * 0.01 * np.arange(n)
+    none, random = np.zeros((0, 3)), np.random.default_rng(1)
+    time = np.arange(n, dtype=np.int64) * 10_000
+    rate = np.column_stack([np.zeros((n, 2)), turn])
+    still = Sensors(time, np.zeros((n, 3)), rate, time[:0], none, time[:0], none)
+    inside = slice(100, -100)
+    found = displaced(arm, 0, 0)(still, random).force[inside]
+    expected = np.column_stack([-arm * turn**2, np.full(n, arm * faster), np.zeros(n)])[inside]
+    np.testing.assert_allclose(found, expected, atol=0.01)
+    left = displaced(arm, 0, 0, taken_out=True)(still, random).force[inside]
+    assert np.abs(left).max() < 0.05 * np.abs(expected).max()
 
 
 def test_a_wrong_mounting_is_told() -> None:
