@@ -33,7 +33,7 @@ from tf2_msgs.msg import TFMessage
 from bag import SIDES, WHEEL_JOINT, WHEEL_RADIUS_M
 
 PATIENCE_S = 60.0
-# A node says one of these where data or an answer came too late for its poses to be those of replay.
+# A node says one of these where data or an answer came too late for its poses to be as in replay.
 LATE = ("later than time.reorder_window", "not ready after", "not answered within")
 # A wheel tick has no stamp and counts when it comes in: that much later (s of the clock), and the
 # poses are not those of replay. An IMU message, which has a stamp, shows how late this machine is.
