@@ -17,12 +17,13 @@ enum class Mode { kGrips, kChanges, kHolds };
 // distance by the wheel at that scale); ln of metres per decorrelation length: the part common to
 // the ground, and the part of this place; the lateral position of the wheel (m, y of body); the
 // 2x2 matrix that takes horizontal accelerations from the accelerometer's axes to the body's, less
-// the identity (four rows: by rows of the matrix).
+// the identity (four rows: by rows of the matrix); the error of the acceleration along the way that
+// lasts for seconds (m/s^2).
 namespace row {
 constexpr int kSpeed = 0, kTilt = 1, kAccelBias = 3, kGyroBias = 5, kScale = 7, kSlip = 8,
-              kGround = 9, kPlace = 10, kWheelY = 11, kAxes = 12;
+              kGround = 9, kPlace = 10, kWheelY = 11, kAxes = 12, kAccelError = 16;
 }  // namespace row
-constexpr int kDim = 16;
+constexpr int kDim = 17;
 using Vector = Eigen::Matrix<double, kDim, 1>;
 using Matrix = Eigen::Matrix<double, kDim, kDim>;
 
@@ -31,6 +32,9 @@ struct Past {
   double l = 0.0, variance = 0.0;
   double slips = 0.0;  // probability
 };
+
+// Bound of a residual that may be an outlier, in standard deviations.
+constexpr double kOutlier = 3.0;
 
 // Number of the axes that are configured for the accelerometer; others are numbered from 1.
 constexpr int kConfiguredAxes = 0;

@@ -182,6 +182,23 @@ TEST(SlipBelief, ErrorOfTheWheelsPositionIsAsLargeAsItSays) {
   EXPECT_LT(sum / kDrives, 1.6);
 }
 
+// As a small car measured when it set off into a bend: the noise falls, and what was wrong with the
+// accelerations stays wrong for seconds.
+TEST(SlipBelief, AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel) {
+  const OfTime sets_off = [](double t) { return 0.2 + 1.1 * std::min(1.0, t / 2); };
+  const OfTime turn = [](double t) { return 0.8 * ramp(6 * t, 12, 24); };
+  const OfTime wrong = [](double t) { return -0.6 * ramp(t, 1.5, 7.5); };
+  Drive drive({3e-4, 0.12}, sets_off, turn, zero, 0.3);
+  drive.tell_noise([](double t) { return t < 2 ? 0.4 : 0.12; });
+  drive.disturb(wrong);
+  double worst_m = 0.0;
+  for (int t = 5; t <= 20; ++t) {
+    drive.to(t);
+    worst_m = std::max(worst_m, std::abs(drive.position().believed_m()));
+  }
+  EXPECT_LT(worst_m, 0.05);
+}
+
 TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
   Drive straight(kCart, wavy, zero, zero);
   straight.put_wheel(-0.6);

@@ -56,6 +56,12 @@ class SlippingDrive {
     bias_moves_after_ = after;
   }
 
+  // Density of the accelerations' noise by time, as the belief is told.
+  void tell_noise(OfTime accel_density) { accel_density_ = std::move(accel_density); }
+
+  // Adds to the accelerations forwards, m/s^2.
+  void disturb(OfTime by) { disturbed_ = std::move(by); }
+
   // Turns the accelerometer about the up axis against what is configured (rad), and mirrors its x.
   void mount(double yaw, bool mirrored) {
     mount_ << std::cos(yaw), std::sin(yaw), -std::sin(yaw), std::cos(yaw);
@@ -95,6 +101,7 @@ class SlippingDrive {
     input.time = from_seconds(now_ + kInterval);
     input.has_wheel = true;
     input.noise = noise_;
+    if (accel_density_) input.noise.accel_density = accel_density_(now_);
     const double dt = kInterval / kSteps;
     double way = 0.0, wheel = 0.0;
     for (int i = 0; i < kSteps; ++i) {
@@ -106,6 +113,7 @@ class SlippingDrive {
       step.angular_velocity += draw(share_ * noise_.gyro_density / std::sqrt(dt));
       step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
       step.acceleration.head<2>() = mount_ * step.acceleration.head<2>();
+      step.acceleration.x() += disturbed_(t);
       step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
       step.bridged = t > silent_from_ && t < silent_to_;
       if (step.bridged) step.acceleration << 0, 0, kGravity;
@@ -136,7 +144,7 @@ class SlippingDrive {
 
   ImuNoise noise_;
   double share_;
-  OfTime speed_, turn_, slip_;
+  OfTime speed_, turn_, slip_, disturbed_ = zero, accel_density_;
   std::optional<SlipBelief> belief_;
   StateResult start_;
   Eigen::Matrix2d mount_ = Eigen::Matrix2d::Identity();
