@@ -39,8 +39,8 @@ constexpr double kUnknownSpeed = 1.0;  // m/s, one standard deviation
 constexpr double kAccelBiasWalk = 1e-4, kGyroBiasWalk = 1e-4;  // per root second
 // Tilt that the gyro misses and aliased vibration make accelerations wrong for seconds, by as much
 // as they are noisy over one second. Taken for white noise, three seconds of it in one bend put the
-// wheel of a car 0.3 m wide 0.45 +- 0.14 m aside. (m/s^2 per m/s^2/sqrt(Hz); s)
-constexpr double kAccelErrorOverNoise = 1.0, kAccelErrorLasts_s = 20.0;
+// wheel of a car 0.3 m wide 0.45 +- 0.14 m aside. (s)
+constexpr double kAccelErrorLasts_s = 20.0;
 
 }  // namespace
 
@@ -240,7 +240,7 @@ void SlipBelief::predict(Hypothesis& h, bool rolls) const {
   added.segment<2>(row_of::kGyroBias).setConstant(kGyroBiasWalk * kGyroBiasWalk * dt);
   added[row_of::kGround] = kGroundWalk * kGroundWalk * way;
   added[row_of::kPlace] = std::pow(ground_.place_sigma(), 2) * (1 - kept * kept);
-  const double error = kAccelErrorOverNoise * b.noise.accel_density;
+  const double error = b.noise.accel_density;  // the noise over one second
   const double lasts = b.standing ? 0.0 : std::exp(-dt / kAccelErrorLasts_s);
   F(row_of::kSpeed, row_of::kAccelError) = -dt;
   F(row_of::kAccelError, row_of::kAccelError) = lasts;
