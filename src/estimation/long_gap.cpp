@@ -12,11 +12,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Standard deviations, except for the first.
-constexpr double kTurnRateKept = 2.0;  // s; how long the last turn rate is kept
+// Standard deviations.
 constexpr double kTilt = 0.03;         // rad; change of roll and pitch in the gap, at most
 constexpr double kTilting = 0.02;      // rad/sqrt(s); its growth up to kTilt
-constexpr double kTurning = 0.1;       // rad/s^2; of the heading, times the gap's length squared
 constexpr double kUnknownYaw = 1.8;    // rad; of an unknown heading
 constexpr double kSpeedChange = 0.2;   // m/s; of the speed against the wheel's mean speed
 constexpr double kUnknownSpeed = 1.0;  // m/s
@@ -41,14 +39,12 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   const NavState& x = from.state;
   const bool wheel = input.has_wheel && !input.wheel_contradicted;
   const double speed = (x.q_odom_body.conjugate() * x.v_odom).x();
-  const bool turning = gap_s < kTurnRateKept;
   WheelIncrement motion;
   NavState y = x;
   double dt = 0.0;
   for (const MotionStep& step : input.steps) {
     Vector3d rate = Vector3d::Zero();
-    if (turning || !step.bridged || step.wheel_turn)
-      rate = angular_velocity(step, x.gyro_bias) - x.gyro_bias;
+    if (!step.long_gap || step.gap_turn) rate = angular_velocity(step, x.gyro_bias) - x.gyro_bias;
     motion.integrate(rate, step.dt, wheel ? step.wheel_m / x.wheel_scale : speed * step.dt);
     y.q_odom_body = (y.q_odom_body * so3::exp(rate * step.dt)).normalized();
     dt += step.dt;
@@ -67,11 +63,7 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   // added as plain errors.
   StateMatrix P = plain_position(y, 1) * from.covariance * plain_position(y, 1).transpose();
   double& yaw = P(row::kTheta + 2, row::kTheta + 2);
-  const bool told = std::any_of(input.steps.begin(), input.steps.end(),
-                                [](const MotionStep& s) { return s.wheel_turn.has_value(); });
-  const double turned = told ? input.turn_variance
-                             : kTurning * kTurning * (std::pow(gap_s, 4) - std::pow(gap_s - dt, 4));
-  yaw = std::max(yaw, std::min(yaw + turned, kUnknownYaw * kUnknownYaw));
+  yaw = std::max(yaw, std::min(yaw + input.turn_variance, kUnknownYaw * kUnknownYaw));
   for (int axis : {row::kTheta, row::kTheta + 1}) {
     double& tilt = P(axis, axis);
     tilt = std::max(tilt, std::min(tilt + kTilting * kTilting * dt, kTilt * kTilt));

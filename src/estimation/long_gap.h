@@ -13,9 +13,9 @@ struct CarriedState {
 };
 
 // Propagates `from` over an interval without the IMU: by the wheel's distance or, without a wheel,
-// at the last speed; with the last turn rate for the first two seconds. gap_s: from the begin of
-// the gap to the interval's end. The covariance assumes that the robot stays on level ground and
-// may turn in any way; without a wheel it may have any speed.
+// at the last speed; turning as the steps say. gap_s: from the begin of the gap to the interval's
+// end. The covariance assumes that the robot stays on level ground; without a wheel it may have any
+// speed.
 CarriedState carry_on(const Config& config, const CarriedState& from, const StateInput& input,
                       double gap_s);
 

@@ -5,8 +5,8 @@
 namespace gprodom {
 
 Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias) {
-  if (!step.wheel_turn) return step.angular_velocity;
-  return gyro_bias + Eigen::Vector3d(0, 0, *step.wheel_turn / step.dt);
+  if (!step.gap_turn) return step.angular_velocity;
+  return gyro_bias + Eigen::Vector3d(0, 0, *step.gap_turn / step.dt);
 }
 
 bool imu_silent(const std::vector<MotionStep>& steps) {

@@ -20,11 +20,12 @@ struct MotionStep {
   double wheel_m = 0.0;   // signed
   bool bridged = false;   // no IMU data: values interpolated, noise increased
   bool long_gap = false;  // part of a gap longer than kLongestBridge
-  // Turn about body z (rad) by left and right wheels; only in a long gap.
-  std::optional<double> wheel_turn;
+  // Turn about body z (rad), only in a long gap: by left and right wheels, or as the robot turns
+  // otherwise.
+  std::optional<double> gap_turn;
 };
 
-// Turn rate in body (rad/s) of the gyro or, in a long gap, of the wheels. The gyro's bias is added
+// Turn rate in body (rad/s) of the gyro or, in a long gap, by gap_turn. The gyro's bias is added
 // to the latter, so that both can be treated alike.
 Eigen::Vector3d angular_velocity(const MotionStep& step, const Eigen::Vector3d& gyro_bias);
 

@@ -25,6 +25,7 @@
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
 #include "motion/standstill.h"
+#include "motion/turn_rate.h"
 #include "motion/wheel_pair.h"
 
 namespace gprodom {
@@ -165,6 +166,7 @@ class MotionJudge {
   Vibration vibration_;
   int stands_in_a_row_ = 0;  // intervals, by the rules for an engine
   DriveNoise drive_noise_;
+  TurnRate turn_rate_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;

@@ -53,6 +53,12 @@ std::vector<ImuSample> ImuHistory::last(std::size_t count, TimeNs to) const {
   return {end - static_cast<std::ptrdiff_t>(std::min(count, kept)), end};
 }
 
+std::optional<std::pair<ImuSample, ImuSample>> ImuHistory::around(TimeNs time) const {
+  const auto next = first_after(samples_, time);
+  if (next == samples_.begin() || next == samples_.end()) return std::nullopt;
+  return std::pair{*(next - 1), *next};
+}
+
 std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
   std::vector<MotionStep> steps;
   if (samples_.empty() || to <= from) return steps;

@@ -27,6 +27,9 @@ class ImuHistory {
   // The last `count` of those up to a time, or as many as there are.
   std::vector<ImuSample> last(std::size_t count, TimeNs to) const;
 
+  // The samples round a time.
+  std::optional<std::pair<ImuSample, ImuSample>> around(TimeNs time) const;
+
   // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
   // ends. Steps across more than max_gap without samples are marked as bridged.
   std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap = kGap) const;

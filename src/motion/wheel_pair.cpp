@@ -125,7 +125,7 @@ void WheelPair::replace_gyro(StateInput& input, const std::vector<Step>& steps) 
   const double before = in_gap_.path_m > 0 ? calibration_.turn_variance(in_gap_) : 0.0;
   for (size_t i = 0; i < steps.size(); ++i) {
     if (!input.steps[i].long_gap) continue;
-    input.steps[i].wheel_turn = calibration_.turn(steps[i].motion);
+    input.steps[i].gap_turn = calibration_.turn(steps[i].motion);
     in_gap_ += steps[i].motion;
   }
   const double after = in_gap_.path_m > 0 ? calibration_.turn_variance(in_gap_) : 0.0;

@@ -66,7 +66,7 @@ class Drive {
 
 double wheel_turn(const StateInput& input) {
   double sum = 0.0;
-  for (const MotionStep& step : input.steps) sum += step.wheel_turn.value_or(0.0);
+  for (const MotionStep& step : input.steps) sum += step.gap_turn.value_or(0.0);
   return sum;
 }
 

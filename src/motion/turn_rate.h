@@ -1,0 +1,45 @@
+// How the robot turns in a long gap of the IMU, as far as it can be known: its turn rate is
+// correlated over a time, and this robot shows how large it is and over what time.
+// docs/estimation.md, "Gaps of the IMU".
+#pragma once
+
+#include <deque>
+
+#include "estimation/state_estimator.h"
+#include "motion/sensor_history.h"
+
+namespace gprodom {
+
+class TurnRate {
+ public:
+  TurnRate();
+
+  // Learns from an interval with an IMU. In a long gap, sets the turn of each step and its
+  // variance.
+  void complete(StateInput& input, TimeNs from, const Eigen::Vector3d& gyro_bias,
+                const ImuHistory& imu);
+
+  // Mean rate about body z (rad/s) over the state interval that ends at `to`.
+  void learn(double rate, TimeNs to);
+
+  // Turn rates at both ends of a gap, rad/s.
+  struct Ends {
+    double before, after;
+  };
+  // Turn (rad) from `from` to `to`, seconds after the begin of a gap of gap_s.
+  double turn(double gap_s, Ends ends, double from, double to) const;
+  // rad^2, of the turn over the whole gap.
+  double variance(double gap_s) const;
+
+ private:
+  struct Rate {
+    TimeNs to;
+    double rate;
+  };
+  double correlation_s() const;
+
+  std::deque<Rate> recent_;          // of the last second
+  double square_, product_, count_;  // sums: of the rate's square, of it times that a second ago
+};
+
+}  // namespace gprodom

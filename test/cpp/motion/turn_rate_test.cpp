@@ -1,0 +1,93 @@
+#include "motion/turn_rate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace gprodom {
+namespace {
+
+constexpr double kStep_s = 0.2;
+
+// An Ornstein-Uhlenbeck process, one value every kStep_s.
+std::vector<double> rates(int count, double sigma, double correlation_s, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  const double stays = std::exp(-kStep_s / correlation_s);
+  std::vector<double> result{sigma * normal(engine)};
+  while (static_cast<int>(result.size()) < count)
+    result.push_back(stays * result.back() + sigma * std::sqrt(1 - stays * stays) * normal(engine));
+  return result;
+}
+
+TurnRate learnt(double sigma, double correlation_s) {
+  TurnRate turn_rate;
+  const auto seen = rates(3000, sigma, correlation_s, 1);  // ten minutes
+  for (size_t i = 0; i < seen.size(); ++i)
+    turn_rate.learn(seen[i], from_seconds(kStep_s * static_cast<double>(i)));
+  return turn_rate;
+}
+
+// On robots that turn in other ways and in gaps of other lengths: the turn has no bias, its error
+// is as large as told, and smaller than that of a turn rate that is kept for two seconds.
+TEST(TurnRate, TheErrorOfTheTurnIsAsLargeAsToldAndSmallerThanOfAKeptRate) {
+  for (const double correlation_s : {0.7, 2.0, 5.0}) {
+    for (const int steps : {5, 15, 50}) {
+      const TurnRate turn_rate = learnt(0.6, correlation_s);
+      const double gap_s = steps * kStep_s;
+      double square = 0.0, kept_square = 0.0;
+      int gaps = 0;
+      const auto truth = rates(40000, 0.6, correlation_s, 2);
+      for (size_t at = 0; at + steps < truth.size(); at += steps, ++gaps) {
+        double turned = 0.0;
+        for (int i = 0; i < steps; ++i)
+          turned += 0.5 * (truth[at + i] + truth[at + i + 1]) * kStep_s;
+        const double error =
+            turn_rate.turn(gap_s, {truth[at], truth[at + steps]}, 0.0, gap_s) - turned;
+        square += error * error;
+        kept_square += std::pow(truth[at] * std::min(gap_s, 2.0) - turned, 2);
+      }
+      EXPECT_NEAR(square / gaps / turn_rate.variance(gap_s), 1.0, 0.35)
+          << correlation_s << " s, gap " << gap_s << " s";
+      EXPECT_LT(square, kept_square) << correlation_s << " s, gap " << gap_s << " s";
+    }
+  }
+}
+
+TEST(TurnRate, PartsOfAGapAddUp) {
+  const TurnRate turn_rate;
+  double sum = 0.0;
+  for (int i = 0; i < 10; ++i) sum += turn_rate.turn(4.0, {0.5, -0.2}, 0.4 * i, 0.4 * (i + 1));
+  EXPECT_NEAR(sum, turn_rate.turn(4.0, {0.5, -0.2}, 0.0, 4.0), 1e-12);
+  // A short gap: the mean of both ends.
+  EXPECT_NEAR(turn_rate.turn(0.2, {0.5, -0.2}, 0.0, 0.2), 0.03, 1e-4);
+}
+
+// A gap of five seconds between two turns: each step has its part, and the variance is that of all.
+TEST(TurnRate, CompletesTheStepsOfAGap) {
+  constexpr double kGap_s = 5.0;
+  const Eigen::Vector3d bias(0, 0, 0.1), level(0, 0, 9.8);
+  ImuHistory imu;
+  for (int i = 0; i <= 10; ++i) {
+    const TimeNs before = from_seconds(0.01 * i), after = from_seconds(kGap_s + 0.1 + 0.01 * i);
+    imu.insert({before, level, {0, 0, 0.6}});
+    imu.insert({after, level, {0, 0, -0.1}});
+  }
+  TurnRate turn_rate;
+  double turned = 0.0, variance = 0.0;
+  for (double from = 0.0; from < kGap_s + 0.1 - 1e-9; from += kStep_s) {
+    StateInput input;
+    input.time = from_seconds(from + kStep_s);
+    input.steps = imu.steps(from_seconds(from), input.time);
+    turn_rate.complete(input, from_seconds(from), bias, imu);
+    for (const MotionStep& step : input.steps) turned += step.gap_turn.value_or(0.0);
+    variance += input.turn_variance;
+  }
+  EXPECT_NEAR(turned, turn_rate.turn(kGap_s, {0.5, -0.2}, 0.0, kGap_s), 1e-3);
+  EXPECT_NEAR(variance, turn_rate.variance(kGap_s), 1e-3);
+}
+
+}  // namespace
+}  // namespace gprodom
