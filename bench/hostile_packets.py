@@ -48,6 +48,7 @@ CHANNELS = {
     "WHEELS": "wheels_t",
     "GPR_TRACE": "gpr_trace_t",
     "GPR_DISPLACEMENT_IN": "displacement_t",
+    "POSITION_FIX": "position_fix_t",
     "COMMAND": "command_t",
 }
 BAD_VALUES = [math.nan, math.inf, -math.inf, 1e300, -1e18]
@@ -71,6 +72,8 @@ def valid(channel: str, utime: int, rng: np.random.Generator) -> Any:
         m.source, m.kind, m.valid = "learned", 3, True
         m.utime_from, m.utime_to = utime - 200_000, utime
         m.distance, m.sigma, m.scale, m.score = 0.05, 0.01, 1.0, 0.9
+    elif channel == "POSITION_FIX":
+        m.quality, m.position, m.covariance = 3, [1.0, 2.0, 0.0], np.eye(3).ravel().tolist()
     else:
         m.name, m.argument = "dance", ""
     return m
@@ -125,6 +128,9 @@ def impossible(channel: str, rng: np.random.Generator, utime: int) -> bytes:
         m.kind = int(rng.choice([2, 3]))
         name = str(rng.choice(["distance", "sigma", "lateral", "lateral_sigma", "scale", "score"]))
         setattr(m, name, float(rng.choice([math.nan, math.inf, -math.inf])))
+    elif channel == "POSITION_FIX":
+        field = m.position if rng.random() < 0.5 else m.covariance
+        field[rng.integers(0, 3)] = float(rng.choice([math.nan, math.inf, -math.inf]))
     return bytes(m.encode())
 
 

@@ -236,6 +236,7 @@ def messages_part(meanings: dict[str, dict[str, list[str]]], faults: list[str]) 
     """Flags, kinds and commands."""
     flags = [(name, str(value), words) for name, value, words in lcm_constants("odometry_t")]
     kinds = [(name, str(value), words) for name, value, words in lcm_constants("displacement_t")]
+    fixes = [(name, str(value), words) for name, value, words in lcm_constants("position_fix_t")]
     commands = commands_in((CHECKOUT / "include/gprodom/choices.h").read_text())
     known = meanings["commands"]
     faults += [f"{name}: no such command, or no meaning" for name in known.keys() ^ set(commands)]
@@ -251,6 +252,11 @@ def messages_part(meanings: dict[str, dict[str, list[str]]], faults: list[str]) 
 `kind` of `GPR_DISPLACEMENT`.
 
 {table("kind | value | meaning", kinds)}
+## Frames and qualities of a fix
+
+`frame` (SITE, GEODETIC) and `quality` of `POSITION_FIX`.
+
+{table("name | value | meaning", fixes)}
 ## Commands
 
 `name` and `argument` of a `command_t` on `COMMAND`.

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct ChannelConfig {
   std::string wheel = "WHEEL";
   std::string wheels = "WHEELS";
   std::string displacement_in = "GPR_DISPLACEMENT_IN";
+  std::string position_fix = "POSITION_FIX";
   std::string command = "COMMAND";
   std::string displacement = "GPR_DISPLACEMENT";
   std::string odometry = "ODOMETRY";
@@ -146,6 +148,13 @@ struct GraphConfig {
   double lateral_sigma = 0.15;  // m; the antenna's footprint
 };
 
+// Positions from outside, which tie `map` to `site`.
+struct AnchorConfig {
+  bool enabled = true;
+  Antennas antennas;  // m; in body, by the antenna_id of a fix; an id that is not here: at body
+  std::optional<Eigen::Vector3d> datum;  // deg, deg, m; origin of site; empty: the first fix used
+};
+
 // What one run leaves to the next.
 struct StateConfig {
   std::string directory;         // where it is kept; empty: nothing is
@@ -172,6 +181,7 @@ struct Config {
   SmootherConfig smoother;
   GprConfig gpr;
   GraphConfig graph;
+  AnchorConfig anchor;
   StateConfig state;
   LoggingConfig logging;
 };

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "gprodom/choices.h"
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -26,7 +27,7 @@ struct Rejection {
   std::string reason;
 };
 
-using Input =
-    std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement, Command, Rejection>;
+using Input = std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement,
+                           PositionFix, Command, Rejection>;
 
 }  // namespace gprodom

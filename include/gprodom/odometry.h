@@ -12,6 +12,7 @@
 #include "gprodom/export.h"
 #include "gprodom/front_end.h"
 #include "gprodom/outputs.h"
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -48,6 +49,7 @@ class GPRODOM_EXPORT Odometry {
   void add(const WheelsSample& sample);  // from then on, samples of a single wheel are dropped
   void add(const GprTrace& trace);
   void add(const Displacement& external);
+  void add(const PositionFix& fix);
 
   // A measurement of your own (gprodom/user_factor.h). Its moments must lie in the window of
   // smoother.lag. Returns the reason if it is refused, otherwise an empty string. If it is refused

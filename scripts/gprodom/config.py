@@ -28,6 +28,7 @@ class Channels:
     wheel: str = "WHEEL"
     wheels: str = "WHEELS"
     displacement_in: str = "GPR_DISPLACEMENT_IN"
+    position_fix: str = "POSITION_FIX"
     command: str = "COMMAND"
     displacement: str = "GPR_DISPLACEMENT"
     odometry: str = "ODOMETRY"

@@ -29,6 +29,7 @@ void add_channels(Keys& keys, ChannelConfig& c) {
     {"channels.wheel", &c.wheel, "", kChannel, "in: wheel_t"},
     {"channels.wheels", &c.wheels, "", kChannel, "in: wheels_t, left and right; in place of wheel_t"},
     {"channels.displacement_in", &c.displacement_in, "", kChannel, "in: displacement_t of another process"},
+    {"channels.position_fix", &c.position_fix, "", kChannel, "in: position_fix_t"},
     {"channels.command", &c.command, "", kChannel, "in: command_t"},
     {"channels.displacement", &c.displacement, "", kChannel, "out: displacement_t of the radar front end"},
     {"channels.odometry", &c.odometry, "", kChannel, "out: odometry_t in odom, continuous"},
@@ -158,6 +159,14 @@ void add_graph(Keys& keys, GraphConfig& c) {
   });
 }
 
+void add_anchor(Keys& keys, AnchorConfig& c) {
+  keys.insert(keys.end(), {
+    {"anchor.enabled", &c.enabled, "", kAny, "tie map to site by positions from outside, where there are any"},
+    {"anchor.antennas", &c.antennas, "m", kAny, "in body by the antenna_id of a fix, as {0: [x, y, z]}; of another id: at the origin of body"},
+    {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east; []: the first geodetic fix that is used"},
+  });
+}
+
 void add_state(Keys& keys, StateConfig& c) {
   keys.insert(keys.end(), {
     {"state.directory", &c.directory, "", Text{4096, true}, "folder where pose, wheel scale and ground are saved for the next run, of one estimator at a time; empty: not saved"},
@@ -190,6 +199,7 @@ std::vector<ConfigKey> config_keys(Config& config) {
   add_gpr_filter(keys, config.gpr.filter);
   add_coherence(keys, config.gpr.coherence);
   add_graph(keys, config.graph);
+  add_anchor(keys, config.anchor);
   add_state(keys, config.state);
   add_logging(keys, config.logging);
   add_paper(keys, config);
@@ -209,6 +219,7 @@ std::string section_description(const std::string& section) {
       {"gpr.filter", "Filter of each trace: the antenna's band, and the gain."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"graph", "Loop closure: trace memory, revisits, and the track in map."},
+      {"anchor", "Positions from outside: GNSS, total station, surveyed markers."},
       {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",

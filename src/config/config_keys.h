@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -35,9 +36,10 @@ struct Text {
 
 using Allowed = std::variant<Range, Text>;
 // gprodom/choices.h has the enums and the names of their values.
-using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, Antennas*,
-                                  WheelDrive*, WheelForm*, FrontEndKind*, Fusion*, DistanceForm*,
-                                  Trigger*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
+using FieldPointer =
+    std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*,
+                 std::optional<Eigen::Vector3d>*, Antennas*, WheelDrive*, WheelForm*, FrontEndKind*,
+                 Fusion*, DistanceForm*, Trigger*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

@@ -22,6 +22,8 @@ std::string to_text(const Eigen::Vector3d& v) {
   return "[" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + "]";
 }
 
+std::string to_text(const std::optional<Eigen::Vector3d>& v) { return v ? to_text(*v) : "[]"; }
+
 std::string to_text(const Antennas& antennas) {
   std::string text;
   for (const auto& [id, place] : antennas)
@@ -92,6 +94,15 @@ std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& nod
   return vector_within(key, node);
 }
 
+// An empty list: not given.
+std::optional<std::optional<Eigen::Vector3d>> parse(const ConfigKey& key, const YAML::Node& node,
+                                                    const std::optional<Eigen::Vector3d>*) {
+  if (node.IsSequence() && node.size() == 0) return std::optional<Eigen::Vector3d>();
+  const auto vector = vector_within(key, node);
+  if (!vector) return std::nullopt;
+  return vector;
+}
+
 std::optional<Antennas> parse(const ConfigKey& key, const YAML::Node& node, const Antennas*) {
   if (!node.IsMap()) return std::nullopt;
   Antennas antennas;
@@ -130,6 +141,9 @@ struct KindName {
   std::string operator()(const double*) const { return "a number"; }
   std::string operator()(const std::string*) const { return "text"; }
   std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
+  std::string operator()(const std::optional<Eigen::Vector3d>*) const {
+    return "[a, b, c], three numbers, or []";
+  }
   std::string operator()(const Antennas*) const {
     return "a map of antenna_id to [x, y, z], each id once";
   }
@@ -145,6 +159,9 @@ struct ValueText {
   std::string operator()(const double* field) const { return to_text(*field); }
   std::string operator()(const std::string* field) const { return quoted(*field); }
   std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
+  std::string operator()(const std::optional<Eigen::Vector3d>* field) const {
+    return to_text(*field);
+  }
   std::string operator()(const Antennas* field) const { return to_text(*field); }
   template <class Choice>
   std::string operator()(const Choice* field) const {

@@ -33,7 +33,8 @@ Channel channel_of(const InputMessage& message, const Config& config) {
                               {c.wheel, TimeGuard::kWheel, config.wheel.time_offset},
                               {c.wheels, TimeGuard::kWheels, config.wheel.time_offset},
                               {c.gpr_trace, TimeGuard::kGpr, config.gpr.time_offset},
-                              {c.displacement_in, TimeGuard::kDisplacement, 0.0}};
+                              {c.displacement_in, TimeGuard::kDisplacement, 0.0},
+                              {c.position_fix, TimeGuard::kFix, 0.0}};
   return channels[message.index()];
 }
 
@@ -132,7 +133,8 @@ std::string InputCheck::refusal(const GprTrace& trace) {
 
 // Reports weaknesses of a message that is used all the same.
 void InputCheck::watch(const InputMessage& message) {
-  if (std::holds_alternative<Displacement>(message)) return;
+  if (std::holds_alternative<Displacement>(message) || std::holds_alternative<PositionFix>(message))
+    return;
   const std::string& name = channel_of(message, config_).name;
   const TimeNs time = time_of(message);
   // Between traces by distance there are pauses.

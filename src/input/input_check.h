@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "gprodom/config.h"
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 #include "input/clock_watch.h"
 #include "input/health.h"
@@ -18,7 +19,8 @@
 
 namespace gprodom {
 
-using InputMessage = std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement>;
+using InputMessage =
+    std::variant<ImuSample, WheelSample, WheelsSample, GprTrace, Displacement, PositionFix>;
 
 class InputCheck {
  public:

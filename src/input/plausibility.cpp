@@ -38,6 +38,22 @@ std::string fault(const GprTrace& s, const Config& config) {
   return finite ? "" : "sample not finite";
 }
 
+// A sigma of 0 is how some receivers say that they do not know it.
+std::string fault(const PositionFix& s, const Config& /*config*/) {
+  if (s.quality == FixQuality::kNone) return "quality none: no position";
+  if (!s.position.allFinite() || !s.covariance.allFinite()) return "value not finite";
+  const Eigen::Vector3d variances = s.covariance.diagonal();
+  if (!(variances.minCoeff() > 0 && variances.maxCoeff() < 1e8))
+    return "standard deviation not above 0 and below 10 km";
+  if (s.has_heading && !(std::abs(s.heading) < 100 && s.heading_sigma > 0 && s.heading_sigma < 10))
+    return "heading or its sigma out of range";
+  if (s.frame == FixFrame::kSite) return s.position.norm() < 1e7 ? "" : "position beyond 10 000 km";
+  if (!(std::abs(s.position.x()) <= 90))
+    return "latitude beyond 90 degrees: swapped with longitude?";
+  if (!(std::abs(s.position.y()) <= 360)) return "longitude beyond 360 degrees";
+  return std::abs(s.position.z()) < 1e5 ? "" : "height beyond 100 km";
+}
+
 std::string fault(const Displacement& s, const Config& /*config*/) {
   if (!std::isfinite(s.distance_m) || !std::isfinite(s.sigma_m) || s.sigma_m <= 0)
     return "distance or sigma not finite and positive";

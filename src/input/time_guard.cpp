@@ -17,8 +17,8 @@ std::string TimeGuard::check(Source source, TimeNs& time) {
     track.newest = time;
     return "before the first message of the IMU";
   }
-  if (time == track.newest && source != kMoreGpr) return "stamp repeated";
-  std::string reason = source == kImu ? check_imu(time, stamp) : check_other(track, time);
+  if (time == track.newest && source != kMoreGpr && source != kFix) return "stamp repeated";
+  std::string reason = source == kImu ? check_imu(time, stamp) : check_other(source, time);
   if (!reason.empty()) return reason;
   if (source == kImu) ++imu_accepted_;
   track.strays = 0;
@@ -87,14 +87,15 @@ TimeNs TimeGuard::sensor_stamp(TimeNs time) const {
   return step == steps_.rend() ? time : time + step->ahead;
 }
 
-std::string TimeGuard::check_other(Track& track, TimeNs time) const {
+std::string TimeGuard::check_other(Source source, TimeNs time) {
+  Track& track = tracks_[source];
   // While the IMU is silent a sensor's own stamps go on.
   const bool imu_silent = track.at_newest == imu_accepted_;
   const TimeNs reference =
       imu_silent ? std::max(track.newest, tracks_[kImu].newest) : tracks_[kImu].newest;
   const TimeNs ahead = time - reference;
   if (ahead < -(kMaxJump + reorder_)) return "stamp jumped back";
-  if (ahead < -reorder_) return "later than time.reorder_window";
+  if (ahead < -reorder_ && source != kFix) return "later than time.reorder_window";
   if (ahead <= reorder_) return {};
   if (track.at_first_stray != imu_accepted_) track.strays = 0;
   track.at_first_stray = imu_accepted_;

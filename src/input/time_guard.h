@@ -14,8 +14,9 @@ namespace gprodom {
 class TimeGuard {
  public:
   // kMoreGpr: all antennas but the one that the estimator follows. Channels of one radar may have
-  // equal stamps.
-  enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement, kMoreGpr };
+  // equal stamps. So may fixes of several antennas, which also may come later than other sensors'
+  // messages: they have no part in `odom`.
+  enum Source { kImu, kWheel, kWheels, kGpr, kDisplacement, kFix, kMoreGpr };
 
   // ns. A driver or a network holds data back for less; a clock that differs by more was set.
   static constexpr TimeNs kMaxJump = 5'000'000'000;
@@ -62,12 +63,12 @@ class TimeGuard {
   bool all_are_ahead(TimeNs time) const;
   std::string step_ahead();
   TimeNs ahead() const { return steps_.empty() ? 0 : steps_.back().ahead; }
-  std::string check_other(Track& track, TimeNs time) const;
+  std::string check_other(Source source, TimeNs time);
   bool confirmed_by_others(TimeNs time) const;
   void add_stray(Track& track, TimeNs time) const;
 
   TimeNs reorder_;
-  std::array<Track, 6> tracks_;
+  std::array<Track, 7> tracks_;
   long imu_accepted_ = 0;
   TimeNs offset_ = 0;  // from stamps to the continued time, since the clock was set
 

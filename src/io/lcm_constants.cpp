@@ -1,8 +1,10 @@
 // Checks that the constants of gprodom/types.h are equal to those of the message types in
 // lcmtypes/.
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 #include "lcmtypes/gprodom/displacement_t.hpp"
 #include "lcmtypes/gprodom/odometry_t.hpp"
+#include "lcmtypes/gprodom/position_fix_t.hpp"
 #include "lcmtypes/gprodom/sfm_t.hpp"
 #include "lcmtypes/gprodom/status_t.hpp"
 
@@ -17,6 +19,15 @@ static_assert(is(DisplacementKind::kSequential, displacement_t::SEQUENTIAL));
 static_assert(is(DisplacementKind::kMotion, displacement_t::MOTION));
 static_assert(is(DisplacementKind::kRevisit, displacement_t::REVISIT));
 static_assert(is(DisplacementKind::kExternal, displacement_t::EXTERNAL));
+
+static_assert(is(FixFrame::kSite, position_fix_t::SITE));
+static_assert(is(FixFrame::kGeodetic, position_fix_t::GEODETIC));
+
+static_assert(is(FixQuality::kNone, position_fix_t::NONE));
+static_assert(is(FixQuality::kSingle, position_fix_t::SINGLE));
+static_assert(is(FixQuality::kFloat, position_fix_t::FLOAT));
+static_assert(is(FixQuality::kFixed, position_fix_t::FIXED));
+static_assert(is(FixQuality::kSurveyed, position_fix_t::SURVEYED));
 
 static_assert(is(kStanding, odometry_t::STANDING));
 static_assert(is(kSlipping, odometry_t::SLIPPING));

@@ -6,6 +6,7 @@
 #include "lcmtypes/gprodom/displacement_t.hpp"
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
+#include "lcmtypes/gprodom/position_fix_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
 #include "lcmtypes/gprodom/wheels_t.hpp"
 
@@ -115,6 +116,30 @@ Input decode_displacement(const Packet& packet) {
   });
 }
 
+Input decode_fix(const Packet& packet) {
+  const std::string fault = packet.layout(position_fix_t::getHash())
+                                .fixed(8 + 1 + 3 * 8 + 9 * 8)  // utime … covariance
+                                .fixed(1 + 4 + 1 + 2 * 8)      // quality … heading_sigma
+                                .end();
+  return decode<position_fix_t>(packet, fault, [&](const position_fix_t& m) -> Input {
+    if (m.frame < position_fix_t::SITE || m.frame > position_fix_t::GEODETIC)
+      return rejection(packet, "has an unknown frame");
+    if (m.quality < position_fix_t::NONE || m.quality > position_fix_t::SURVEYED)
+      return rejection(packet, "has an unknown quality");
+    PositionFix fix;
+    fix.time = from_utime(m.utime);
+    fix.frame = static_cast<FixFrame>(m.frame);
+    fix.position = Eigen::Map<const Eigen::Vector3d>(m.position);
+    fix.covariance = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.covariance);
+    fix.quality = static_cast<FixQuality>(m.quality);
+    fix.antenna_id = m.antenna_id;
+    fix.has_heading = m.has_heading != 0;
+    fix.heading = m.heading;
+    fix.heading_sigma = m.heading_sigma;
+    return fix;
+  });
+}
+
 Input decode_command(const Packet& packet) {
   const std::string fault =
       packet.layout(command_t::getHash()).fixed(8).string("name").string("argument").end();
@@ -126,8 +151,8 @@ Input decode_command(const Packet& packet) {
 }  // namespace
 
 std::vector<std::string> input_channels(const ChannelConfig& channels) {
-  return {channels.gpr_trace,       channels.imu,    channels.wheel, channels.wheels,
-          channels.displacement_in, channels.command};
+  return {channels.gpr_trace,       channels.imu,          channels.wheel,  channels.wheels,
+          channels.displacement_in, channels.position_fix, channels.command};
 }
 
 std::optional<Input> decode_input(const ChannelConfig& channels, const std::string& channel,
@@ -138,6 +163,7 @@ std::optional<Input> decode_input(const ChannelConfig& channels, const std::stri
   if (channel == channels.wheels) return decode_wheels(packet);
   if (channel == channels.gpr_trace) return decode_trace(packet);
   if (channel == channels.displacement_in) return decode_displacement(packet);
+  if (channel == channels.position_fix) return decode_fix(packet);
   if (channel == channels.command) return decode_command(packet);
   return std::nullopt;
 }

@@ -45,6 +45,7 @@ Outputs Runner::feed(const Input& input) {
     void operator()(const WheelsSample& sample) const { runner.odometry_.add(sample); }
     void operator()(const GprTrace& trace) const { runner.odometry_.add(trace); }
     void operator()(const Displacement& external) const { runner.odometry_.add(external); }
+    void operator()(const PositionFix& fix) const { runner.odometry_.add(fix); }
     void operator()(const Command& command) const { runner.obey(command); }
     void operator()(const Rejection& r) const { runner.reject(r.channel, r.reason); }
   };

@@ -56,6 +56,7 @@ void Odometry::add(const WheelSample& sample) { pipeline_->add(sample); }
 void Odometry::add(const WheelsSample& sample) { pipeline_->add(sample); }
 void Odometry::add(const GprTrace& trace) { pipeline_->add(trace); }
 void Odometry::add(const Displacement& external) { pipeline_->add(external); }
+void Odometry::add(const PositionFix& fix) { pipeline_->add(fix); }
 std::string Odometry::add_factor(const UserFactor& factor) { return pipeline_->add_factor(factor); }
 void Odometry::reject(const std::string& channel, const std::string& reason) {
   pipeline_->reject(channel, reason);

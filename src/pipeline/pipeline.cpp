@@ -118,6 +118,8 @@ void Pipeline::store(Message& message) {
     if (trace->antenna_id == input_.antenna() && map_->enabled()) add_to_map(*trace);
     if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
       traces_.push_back(std::move(*trace));
+  } else if (std::holds_alternative<PositionFix>(message)) {
+    health_.add("fixes.received", 1);
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {

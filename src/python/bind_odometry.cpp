@@ -255,6 +255,25 @@ void bind_odometry(py::module_& m) {
           py::arg("sigma"), py::arg("revisit") = false, py::arg("mirrored") = false,
           "Displacement along the track (m) between two times, from another process. revisit: it\n"
           "is relative to a place passed before, at any earlier time.")
+      .def(
+          "add_fix",
+          [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& position,
+             const Eigen::Matrix3d& covariance, bool geodetic, int quality, int antenna_id,
+             std::optional<double> heading, double heading_sigma) {
+            PositionFix fix;
+            fix.time = time, fix.position = position, fix.covariance = covariance;
+            fix.frame = geodetic ? FixFrame::kGeodetic : FixFrame::kSite;
+            require(quality >= 0 && quality <= 4, "quality: expected 0 to 4, as in position_fix_t");
+            fix.quality = static_cast<FixQuality>(quality), fix.antenna_id = antenna_id;
+            fix.has_heading = heading.has_value(), fix.heading = heading.value_or(0.0);
+            fix.heading_sigma = heading_sigma;
+            o.add(fix);
+          },
+          py::arg("time"), py::arg("position"), py::arg("covariance"), py::arg("geodetic") = false,
+          py::arg("quality") = 3, py::arg("antenna_id") = 0, py::arg("heading") = py::none(),
+          py::arg("heading_sigma") = 0.0,
+          "A position from outside, as position_fix_t has it. position: (3,) m in site, or "
+          "latitude,\nlongitude (deg) and height (m); covariance: (3, 3) m^2.")
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>(),
            "What the data since the last step gave.")
       .def("finish", &Odometry::finish, py::call_guard<py::gil_scoped_release>(),

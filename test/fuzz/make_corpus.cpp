@@ -9,6 +9,7 @@
 #include "lcmtypes/gprodom/displacement_t.hpp"
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
+#include "lcmtypes/gprodom/position_fix_t.hpp"
 #include "lcmtypes/gprodom/wheel_t.hpp"
 #include "lcmtypes/gprodom/wheels_t.hpp"
 #include "map/ground_map_file.h"
@@ -48,6 +49,7 @@ std::vector<std::string> packets() {
           encoded(gprodom::wheel_t{}),
           encoded(gprodom::wheels_t{}),
           encoded(displacement),
+          encoded(gprodom::position_fix_t{}),
           encoded(command)};
 }
 

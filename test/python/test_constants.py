@@ -25,6 +25,7 @@ FINGERPRINTS = {
     "status_t": "9273f74c71f3eb9b",
     "position_truth_t": "0a7e47c86cccfbab",
     "command_t": "8a8691b212605be7",
+    "position_fix_t": "d2ba87590c33a909",
 }
 
 

@@ -28,6 +28,7 @@ NAMES = (
     "sfm_t",
     "status_t",
     "position_truth_t",
+    "position_fix_t",
     "command_t",
 )
 

@@ -47,6 +47,17 @@ LAYOUTS: dict[str, list[Field]] = {
         ("metres_per_tick", ">f8", ()),
     ],
     "position_truth_t": [("utime", ">i8", ()), ("position", ">f8", (3,))],
+    "position_fix_t": [
+        ("utime", ">i8", ()),
+        ("frame", ">i1", ()),
+        ("position", ">f8", (3,)),
+        ("covariance", ">f8", (9,)),
+        ("quality", ">i1", ()),
+        ("antenna_id", ">i4", ()),
+        ("has_heading", ">i1", ()),
+        ("heading", ">f8", ()),
+        ("heading_sigma", ">f8", ()),
+    ],
     "displacement_t": [
         ("utime", ">i8", ()),
         ("utime_from", ">i8", ()),

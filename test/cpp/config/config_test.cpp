@@ -69,6 +69,16 @@ TEST(Config, AntennasByTheirIds) {
       "a map");
 }
 
+TEST(Config, DatumIsThreeNumbersOrNone) {
+  EXPECT_FALSE(default_config().anchor.datum);
+  const Config config = default_config({"anchor.datum=[47.5, 8.25, 400]"});
+  EXPECT_EQ(config.anchor.datum, Eigen::Vector3d(47.5, 8.25, 400));
+  EXPECT_FALSE(default_config({"anchor.datum=[1, 2, 3]", "anchor.datum=[]"}).anchor.datum);
+  EXPECT_EQ(error_of_file("anchor:\n  datum: [1, 2]\n"),
+            "FILE:2: anchor.datum: expected [a, b, c], three numbers, or [] (deg, deg, m), got "
+            "[\"1\", \"2\"]");
+}
+
 TEST(Config, OverridesWinOverTheFileAndLaterOverridesOverEarlier) {
   const TemporaryFile file(
       "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"

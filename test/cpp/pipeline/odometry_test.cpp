@@ -41,6 +41,7 @@ Told run(Odometry& odometry, const std::vector<Input>& inputs) {
     void operator()(const WheelsSample& sample) const { odometry.add(sample); }
     void operator()(const GprTrace& trace) const { odometry.add(trace); }
     void operator()(const Displacement& external) const { odometry.add(external); }
+    void operator()(const PositionFix& fix) const { odometry.add(fix); }
     void operator()(const Command&) const {}
     void operator()(const Rejection&) const {}
   };
