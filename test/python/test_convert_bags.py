@@ -56,39 +56,46 @@ def bag(path: Path, kind: str) -> Iterator[tuple[Any, Put]]:
 
 
 def write(path: Path, kind: str, radars: tuple[str, ...] = ("/radar",)) -> Path:
-    """A drive straight on: IMU, joint states, radar traces of 64 samples, GPS fixes."""
-    rng = np.random.default_rng(1)
+    """A bag with a drive."""
     with bag(path, kind) as (types, put):
-        stamp, header_of = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
-        xyz, unit = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
-
-        def header(time: int) -> Any:
-            seconds, rest = divmod(time, 1_000_000_000)
-            more = {"seq": 0} if kind == "ros1" else {}
-            return header_of(stamp=stamp(sec=seconds, nanosec=rest), frame_id="base", **more)
-
-        unknown = np.concatenate([[-1.0], np.zeros(8)])
-        for i in range(COUNT):
-            time = START_NS + i * 10_000_000
-            imu = types["sensor_msgs/msg/Imu"](
-                header(time), unit(0.0, 0.0, 0.0, 1.0), unknown, xyz(0.0, 0.0, 0.01), np.zeros(9),
-                xyz(*(rng.normal(0, 0.05, 3) + [0, 0, 9.81])), np.zeros(9),
-            )  # fmt: skip
-            put("/imu", "sensor_msgs/msg/Imu", imu, time)
-            if i % 5 == 0:
-                turned = np.array([0.02 * i])
-                empty = np.zeros(0)
-                joints = types["sensor_msgs/msg/JointState"](
-                    header(time), ["left"], turned, empty, empty
-                )
-                put("/joints", "sensor_msgs/msg/JointState", joints, time)
-                for topic in radars:
-                    samples = rng.integers(-900, 900, 64).astype(np.int32)
-                    trace = types["gprodom/msg/GprTrace"](
-                        header(time), i, 0, 3.125e-10, 1e-9, 0.5, samples
-                    )
-                    put(topic, "gprodom/msg/GprTrace", trace, time)
+        write_drive(types, put, kind, radars)
     return path
+
+
+def write_drive(types: Any, put: Put, kind: str, radars: tuple[str, ...]) -> Callable[[int], Any]:
+    """A drive straight on: IMU, joint states, radar traces of 64 samples. Returns what makes the
+    header of a time (ns)."""
+    rng = np.random.default_rng(1)
+    stamp, header_of = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
+    xyz, unit = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+
+    def header(time: int) -> Any:
+        seconds, rest = divmod(time, 1_000_000_000)
+        more = {"seq": 0} if kind == "ros1" else {}
+        return header_of(stamp=stamp(sec=seconds, nanosec=rest), frame_id="base", **more)
+
+    unknown = np.concatenate([[-1.0], np.zeros(8)])
+    for i in range(COUNT):
+        time = START_NS + i * 10_000_000
+        imu = types["sensor_msgs/msg/Imu"](
+            header(time), unit(0.0, 0.0, 0.0, 1.0), unknown, xyz(0.0, 0.0, 0.01), np.zeros(9),
+            xyz(*(rng.normal(0, 0.05, 3) + [0, 0, 9.81])), np.zeros(9),
+        )  # fmt: skip
+        put("/imu", "sensor_msgs/msg/Imu", imu, time)
+        if i % 5 == 0:
+            turned = np.array([0.02 * i])
+            empty = np.zeros(0)
+            joints = types["sensor_msgs/msg/JointState"](
+                header(time), ["left"], turned, empty, empty
+            )
+            put("/joints", "sensor_msgs/msg/JointState", joints, time)
+            for topic in radars:
+                samples = rng.integers(-900, 900, 64).astype(np.int32)
+                trace = types["gprodom/msg/GprTrace"](
+                    header(time), i, 0, 3.125e-10, 1e-9, 0.5, samples
+                )
+                put(topic, "gprodom/msg/GprTrace", trace, time)
+    return header
 
 
 def convert(path: Path, *arguments: str) -> dict[str, Any]:

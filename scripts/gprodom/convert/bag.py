@@ -13,10 +13,20 @@ import numpy.typing as npt
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
 from gprodom.console import Progress
-from gprodom.convert.bag_reader import JOINTS, NEEDED, TRACE_FIELDS, choose_topics, open_bag
+from gprodom.convert.bag_reader import (
+    JOINTS,
+    NEEDED,
+    TRACE_FIELDS,
+    Bag,
+    check_fixes,
+    choose_topics,
+    open_bag,
+)
 from gprodom.convert.cmu import VOLTS_PER_COUNT
 from gprodom.convert.wheels import WheelSpec, read_wheel, wheel_streams
 from gprodom.errors import Error
+from gprodom.fixes.record import Quality, one_stream
+from gprodom.fixes.ros import fixes_of, read_fix
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
@@ -33,6 +43,8 @@ class Topics:
     gpr: str | None = None
     truth: str | None = None
     wheels: WheelSpec = field(default_factory=WheelSpec)
+    fixes: tuple[str, ...] = ()  # positions for the estimator; their antenna_id: 0, 1, ...
+    fix_quality: Quality | None = None  # of all of them; None: what their messages say
     sample_interval: float | None = None  # s, of the radar; None: what its messages say
     channels: Channels = STANDARD  # of the log to be written
 
@@ -41,6 +53,12 @@ class Topics:
 class _Rows:
     time: list[int] = field(default_factory=list)  # us
     values: list[Any] = field(default_factory=list)
+
+    def add(self, time: int, value: Any) -> None:
+        """A message; None: there is nothing in it."""
+        if value is not None:
+            self.time.append(time)
+            self.values.append(value)
 
 
 def read_streams(path: Path, topics: Topics) -> list[Stream]:
@@ -53,16 +71,9 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
                 f"{path}: {found['wheel']} tells the angle of a joint: give the wheel's radius in "
                 "metres, --wheel-radius M"
             )
-        rows: dict[str, _Rows] = {what: _Rows() for what in found}
-        by_topic = {topic: what for what, topic in found.items()}
-        with Progress("reading", bag.count(by_topic)) as progress:
-            for message in bag.messages(by_topic):
-                what = by_topic[message.topic]
-                value = _VALUES[what](message.content, message.kind, topics)
-                if value is not None:
-                    rows[what].time.append(_stamp(message.content, message.logged))
-                    rows[what].values.append(value)
-                progress.advance()
+        check_fixes(path, bag, topics.fixes)
+        rows, fixes = _read_rows(bag, found, topics)
+        kinds = {topic: bag.topics[topic] for topic in topics.fixes}
     for what in NEEDED:
         if not rows[what].time:
             raise Error(f"{path}: topic {found[what]} holds no messages that can be used")
@@ -73,7 +84,40 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
             made += [
                 replace(one, out_of_order=late) for one in _streams(what, time, values, topics)
             ]
-    return made
+    return made + _fix_streams(fixes, kinds, topics)
+
+
+def _read_rows(
+    bag: Bag, found: dict[str, str], topics: Topics
+) -> tuple[dict[str, _Rows], dict[str, _Rows]]:
+    """What is kept of each message, by sensor, and of the fixes by topic. A topic may be both."""
+    rows: dict[str, _Rows] = {what: _Rows() for what in found}
+    fixes: dict[str, _Rows] = {topic: _Rows() for topic in topics.fixes}
+    by_topic = {topic: what for what, topic in found.items()}
+    wanted = {*by_topic, *fixes}
+    with Progress("reading", bag.count(wanted)) as progress:
+        for message in bag.messages(wanted):
+            stamp = _stamp(message.content, message.logged)
+            if message.topic in by_topic:
+                what = by_topic[message.topic]
+                rows[what].add(stamp, _VALUES[what](message.content, message.kind, topics))
+            if message.topic in fixes:
+                fixes[message.topic].add(stamp, read_fix(message.content, message.kind))
+            progress.advance()
+    return rows, fixes
+
+
+def _fix_streams(fixes: dict[str, _Rows], kinds: dict[str, str], topics: Topics) -> list[Stream]:
+    made = []
+    late = 0
+    for antenna, (topic, rows) in enumerate(fixes.items()):
+        if rows.time:
+            time, values, after = _ordered(rows)
+            late += after
+            made.append(fixes_of(topic, kinds[topic], time, values, antenna, topics.fix_quality))
+    if not made:
+        return []
+    return [replace(one_stream(topics.channels.position_fix, made), out_of_order=late)]
 
 
 def _stamp(message: Any, logged: int) -> int:

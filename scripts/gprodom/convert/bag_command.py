@@ -14,12 +14,14 @@ from gprodom.convert.summary import TIME_FACTS, describe_times
 from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile
+from gprodom.fixes.record import Quality
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.options import Subparsers, add_command, add_config_options
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
     --wheel /husky_velocity_controller/odom --truth /fix
+  gprodom convert bag run.bag -o run.lcmlog --wheel /odom --truth none --fix /gnss/front
   gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog \\
     --left front_left,rear_left --right front_right,rear_right
   gprodom convert bag run.bag --wheel /odom --track 0.55 -o run.lcmlog
@@ -36,12 +38,19 @@ of a fitting type is used:
   --truth  sensor_msgs/NavSatFix (to local metres), or a PointStamped, PoseStamped or
            PoseWithCovarianceStamped of geometry_msgs
   --gpr    any message with an array `samples` or `data`: a trace
+  --fix    sensor_msgs/NavSatFix, or PoseWithCovarianceStamped of geometry_msgs (its frame is taken
+           for site): positions that the estimator may use, which --truth never is. Only what is
+           named; several make antennas 0, 1, ... of anchor.antennas
 
 If the bag has several, the error lists them, and you must name one. `--gpr none` and `--truth none`
 leave them out. A ROS 2 bag is given by its folder, or by its one .mcap or .db3 file.
 
 Stamps are those of the headers, or the time of recording if they have none. If the IMU is not
 mounted along the robot's axes, set imu.rpy_body_imu in the configuration.
+
+The status of a NavSatFix gives the quality of a fix: single, of a GBAS one `fixed` where its
+standard deviation is 5 cm or less, else `float`; so is a pose's by its covariance. --fix-quality
+says otherwise. A covariance that is not told is replaced by a conservative one, with a warning.
 """
 
 
@@ -54,6 +63,14 @@ def add_parser(formats: Subparsers) -> None:
     )
     for what in ("imu", "wheel", "truth", "gpr"):
         parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
+    parser.add_argument(
+        "--fix", metavar="TOPIC", action="append", default=[], dest="fixes", help="see above"
+    )
+    parser.add_argument(
+        "--fix-quality",
+        choices=[quality.name.lower() for quality in Quality if quality],
+        help="quality of all fixes with a position (default: what the messages say)",
+    )
     parser.add_argument(
         "--wheel-radius",
         metavar="M",
@@ -97,6 +114,8 @@ def run(args: argparse.Namespace) -> int:
         gpr=args.gpr,
         truth=args.truth,
         wheels=WheelSpec(args.wheel_radius, args.joint, left, right, args.track),
+        fixes=tuple(dict.fromkeys(args.fixes)),
+        fix_quality=Quality[args.fix_quality.upper()] if args.fix_quality else None,
         sample_interval=args.sample_interval,
         channels=read_channels(args.configs, args.overrides),
     )

@@ -6,13 +6,14 @@ assertions, pages of message definitions. All of that becomes one line here.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gprodom.errors import Error
+from gprodom.fixes.ros import KINDS as FIX_KINDS
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 JOINTS = "sensor_msgs/msg/JointState"
@@ -136,6 +137,17 @@ def choose_topics(path: Path, bag: Bag, asked: dict[str, str | None]) -> dict[st
     if open_questions:
         raise Error(f"{path}: {'; '.join(open_questions)}")
     return chosen
+
+
+def check_fixes(path: Path, bag: Bag, topics: Sequence[str]) -> None:
+    """Raises an error if one of the topics of --fix is not there, or of another type."""
+    for topic in topics:
+        if topic not in bag.topics:
+            raise Error(f"{path}: no topic {topic}; it has {', '.join(sorted(bag.topics))}")
+        if bag.topics[topic] not in FIX_KINDS:
+            raise Error(
+                f"{path}: {topic} is {bag.topics[topic]}; expected {' or '.join(FIX_KINDS)}"
+            )
 
 
 def _fitting(bag: Bag, kinds: tuple[str, ...]) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any
 from gprodom.convert.sampling import fault_of_interval
 from gprodom.errors import Error
 from gprodom.files import also_read
+from gprodom.fixes.trust import CODES
 
 # Sources of data, each a table's columns: the time, then the values named here.
 SOURCES = {
@@ -22,6 +23,7 @@ SOURCES = {
     "gpr": "samples of a trace",
     "gpr_times": "nothing more; a row for each trace of the survey file given as gpr",
     "position": "the truth: x, y, z, or latitude, longitude, height",
+    "fix": "positions for the estimator (see below)",
 }
 TIME_UNITS = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000, "iso": 1}  # a second
 CHOICES: dict[str, dict[str, float]] = {
@@ -29,8 +31,10 @@ CHOICES: dict[str, dict[str, float]] = {
     "rate_unit": {"rad/s": 1.0, "deg/s": 0.017453292519943295},
     "speed_unit": {"m/s": 1.0, "km/h": 1 / 3.6},
     "position_unit": {"m": 1.0, "degrees": 1.0},
+    "fix_unit": {"m": 1.0, "degrees": 1.0},
+    "fix_quality_code": dict.fromkeys(CODES, 1.0),
 }
-NUMBERS = ("counts_per_metre", "gpr_scale", "sample_interval")
+NUMBERS = ("counts_per_metre", "gpr_scale", "sample_interval", "fix_sigma")
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from gprodom.convert.table import Table
 from gprodom.convert.wheels import added_up, continued, pair_stream, wheel_stream
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
+from gprodom.fixes.table import WIDTHS, fixes_of_table
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -62,6 +63,11 @@ brought to the gyroscope's times, where both are there. Of several wheels the me
 of each side where --left and --right say which wheels, counted from 1, are on it. The radar (--gpr)
 is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with --gpr-times.
 Positions in degrees (--position-unit degrees) become metres from the first.
+
+Fixes (--fix) have three columns of the position: x, y, z in site, or with --fix-unit degrees
+latitude, longitude, height; then none, three standard deviations or the six values xx, xy, xz, yy,
+yz, zz of a covariance (m, m^2; of degrees' fixes east, north, up), and perhaps the quality as
+--fix-quality-code tells. Without a quality, 5 cm and less are `fixed`, more is `float`.
 
 --layout takes the same from a YAML file, with the same names and underscores:
 
@@ -128,6 +134,12 @@ def add_parser(formats: Subparsers) -> None:
         help="counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
     )
     parser.add_argument(
+        "--fix-sigma",
+        metavar="M",
+        type=float,
+        help="standard deviation of each axis of --fix, where its table has no column of it",
+    )
+    parser.add_argument(
         "--strict",
         action="store_true",
         help="refuse a table with a line that cannot be used, instead of leaving it out",
@@ -153,6 +165,8 @@ def run(args: argparse.Namespace) -> int:
         streams.append(_gpr(layout, channels, strict))
     if "position" in layout.sources:
         streams.append(_position(layout, strict))
+    if "fix" in layout.sources:
+        streams.append(_fixes(layout, channels, strict))
     write_and_tell(streams, args.output, args.json)
     return 0
 
@@ -324,3 +338,17 @@ def _position(layout: Layout, strict: bool) -> Stream:
             )
         position = local_positions(position)
     return replace(truth_stream(table.utime, position), out_of_order=table.out_of_order)
+
+
+def _fixes(layout: Layout, channels: Channels, strict: bool) -> Stream:
+    table = _read(layout, "fix", [1 + width for width in WIDTHS], strict)
+    code = str(layout.settings.get("fix_quality_code", next(iter(CHOICES["fix_quality_code"]))))
+    found = fixes_of_table(
+        str(layout.sources["fix"].file),
+        table.utime,
+        table.values,
+        layout.settings.get("fix_unit") == "degrees",
+        code,
+        layout.settings.get("fix_sigma"),
+    )
+    return replace(found.stream(channels.position_fix), out_of_order=table.out_of_order)

@@ -98,6 +98,7 @@ LAYOUTS: dict[str, list[Field]] = {
     ],
 }
 
+_BOOLEANS = ("has_orientation", "has_heading", "valid", "mirrored")
 _LENGTH = "length of "  # prefixes the name of a string's length field
 
 
@@ -179,4 +180,4 @@ def _column(table: npt.NDArray[np.void], field: str, kind: str) -> npt.NDArray[n
     if kind == "":  # ends with a zero byte, which numpy drops
         return np.char.decode(table[field], "utf-8", "replace")
     column: npt.NDArray[np.generic] = table[field].astype(np.dtype(kind).newbyteorder("="))
-    return column.astype(bool) if field in ("has_orientation", "valid", "mirrored") else column
+    return column.astype(bool) if field in _BOOLEANS else column
