@@ -93,19 +93,8 @@ def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Chann
 
 def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> tuple[float, ...]:
     """`imu.rpy_body_imu`: roll, pitch, yaw (rad); zeros where nothing says it."""
-    import yaml
-
-    try:
-        files = config_files(configs)
-    except Error:  # the package alone, without the programs
-        files = ()
     key = "imu.rpy_body_imu"
-    value: Any = (0.0, 0.0, 0.0)
-    for file in files:
-        value = _section(file, "imu").get("rpy_body_imu", value)
-    for override in overrides:
-        name, _, text = override.partition("=")
-        value = yaml.safe_load(text) if name.strip() == key else value
+    value = _setting(configs, overrides, key, (0.0, 0.0, 0.0))
     try:
         roll, pitch, yaw = (float(part) for part in value)
     except (TypeError, ValueError):
@@ -114,23 +103,48 @@ def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> t
 
 
 def read_antennas(
-    configs: Configs = (), overrides: Sequence[str] = ()
+    configs: Configs = (), overrides: Sequence[str] = (), key: str = "gpr.antennas"
 ) -> dict[int, tuple[float, float, float]]:
-    """`gpr.antennas`: places in body (m) by id; none where nothing says them."""
-    import yaml
-
-    key = "gpr.antennas"
-    value: Any = {}
-    for file in config_files(configs):
-        value = _section(file, "gpr").get("antennas", value)
-    for override in overrides:
-        name, _, text = override.partition("=")
-        value = yaml.safe_load(text) if name.strip() == key else value
+    """`gpr.antennas` or `anchor.antennas`: places in body (m) by id; none where nothing says it."""
+    value = _setting(configs, overrides, key, {})
     try:
         places = {int(id_): tuple(float(part) for part in place) for id_, place in value.items()}
         return {id_: (x, y, z) for id_, (x, y, z) in places.items()}
     except (AttributeError, TypeError, ValueError):
         raise Error(f"{key}: expected {{ID: [x, y, z], ...}} in metres, found {value!r}") from None
+
+
+def read_datum(
+    configs: Configs = (), overrides: Sequence[str] = ()
+) -> tuple[float, float, float] | None:
+    """`anchor.datum`: latitude, longitude (degrees) and height (m); None where it is empty."""
+    key = "anchor.datum"
+    value = _setting(configs, overrides, key, [])
+    try:
+        if not value:
+            return None
+        latitude, longitude, height = (float(part) for part in value)
+    except (TypeError, ValueError):
+        raise Error(f"{key}: expected [latitude, longitude, height], found {value!r}") from None
+    return latitude, longitude, height
+
+
+def _setting(configs: Configs, overrides: Sequence[str], key: str, default: Any) -> Any:
+    """The value of SECTION.NAME."""
+    import yaml
+
+    section, _, name = key.partition(".")
+    value = default
+    try:
+        files = config_files(configs)
+    except Error:  # the package alone, without the programs
+        files = ()
+    for file in files:
+        value = _section(file, section).get(name, value)
+    for override in overrides:
+        given, _, text = override.partition("=")
+        value = yaml.safe_load(text) if given.strip() == key else value
+    return value
 
 
 def _section(config: Path, name: str = "channels") -> dict[object, object]:

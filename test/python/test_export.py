@@ -14,6 +14,8 @@ import yaml
 
 from gprodom.cli import main
 from gprodom.convert.bag import gpr_stream
+from gprodom.fixes.made import add_to_log
+from gprodom.fixes.site import ORIGIN
 from gprodom.geodesy import Datum
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.messages import message
@@ -92,6 +94,21 @@ def test_geojson(log: Path) -> None:
     check_fixes(fixes)
     assert fixes[-1, 2] - fixes[0, 2] == pytest.approx(0.49, abs=1e-3)
     assert feature["properties"]["times"][1] == "2023-11-14T22:13:20.100000+00:00"
+
+
+def test_the_datum_that_the_log_tells(log: Path) -> None:
+    """An estimate that fixes have tied to site needs no --datum, and --datum goes before it."""
+    pytest.importorskip("pyproj")
+    message_ = message("status_t")()
+    message_.utime, message_.num_values = START, len(ORIGIN)
+    message_.names, message_.values = list(ORIGIN), [52.3906, 13.0645, 40.0]
+    tied = log.parent / "tied.lcmlog"
+    add_to_log(log, tied, [Stream("STATUS", np.array([START]), [bytes(message_.encode())])])
+    bare = export(tied, "geojson").read_text()
+    assert bare == export(tied, "geojson", "--datum", "52.3906,13.0645,40").read_text()
+    assert bare != export(tied, "geojson", "--datum", DATUM).read_text()
+    with export(tied, "csv").open() as file:
+        assert "latitude" in next(csv.DictReader(file))
 
 
 def test_geojson_in_a_gis_library(log: Path) -> None:

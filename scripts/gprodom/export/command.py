@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Bools
-from gprodom.config import Channels, read_channels
+from gprodom.config import Channels, read_channels, read_datum
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
+from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -37,11 +38,15 @@ Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
   --rosbag   the same as a ROS 1 bag
   --layout   panels for these in Foxglove: import it there (Layouts, Import from file)
 
-The first two need --datum: the position of the frame's origin, in degrees and metres, and the
-angle from east to its x axis, in degrees. Traces outside the estimate's time are left out and
-counted. If OUT has no traces, --radar names the log that has them (and the other sensors, for
-speeds and dead reckoning). GeoJSON, GPX and SEG-Y need pyproj, gpxpy and segyio (the extra
-`export`; Debian has them), MCAP and bags need rosbags (the extra `bag`).
+The first two need a datum: the position of the frame's origin, in degrees and metres, and the
+angle from east to its x axis, in degrees. Where fixes have tied map to site, poses and traces are
+in site, and its datum is what the estimator's status, anchor.datum of the configuration or the
+first fix in degrees (in OUT or the log of --radar) tells; --datum goes before that.
+
+Traces outside the estimate's time are left out and counted. If OUT has no traces, --radar names the
+log that has them (and the other sensors, for speeds and dead reckoning). GeoJSON, GPX and SEG-Y
+need pyproj, gpxpy and segyio (the extra `export`; Debian has them), MCAP and bags need rosbags (the
+extra `bag`).
 """
 
 RECORDINGS = ("mcap", "rosbag2", "rosbag")
@@ -88,8 +93,6 @@ def run(args: argparse.Namespace) -> int:
     wanted = [name for name in OUTPUTS if getattr(args, name) is not None]
     if not wanted:
         raise UsageError(f"nothing to do: give some of {', '.join('--' + n for n in OUTPUTS)}")
-    if args.datum is None and (args.geojson or args.gpx):
-        raise UsageError("--geojson and --gpx want --datum LAT,LON: where the frame's origin lies")
     if args.rosbag2 and args.rosbag2.exists():
         raise UsageError(f"{args.rosbag2}: exists already; name a new folder for --rosbag2")
     from gprodom.export.layout import write_layout
@@ -97,14 +100,24 @@ def run(args: argparse.Namespace) -> int:
     from gprodom.export.segy import write_segy
 
     channels = read_channels(args.configs, args.overrides)
+    datum = args.datum
+    if datum is None and args.frame == "map":
+        configured = read_datum(args.configs, args.overrides)
+        others = [args.radar] if args.radar else []
+        datum = datum_of_log(args.log, channels, configured, others)
+    if datum is None and (args.geojson or args.gpx):
+        raise UsageError(
+            "--geojson and --gpx want --datum LAT,LON, where the frame's origin lies: no fixes "
+            f"have tied {args.log} to a datum that it tells"
+        )
     trajectory = read_estimate(args.log, args.frame, channels).trajectory
     facts: dict[str, object] = {"poses": len(trajectory)}
     if args.geojson:
-        write_geojson(args.geojson, {args.log.stem: trajectory}, args.datum)
+        write_geojson(args.geojson, {args.log.stem: trajectory}, datum)
     if args.gpx:
-        write_gpx(args.gpx, trajectory, args.datum, args.log.stem)
+        write_gpx(args.gpx, trajectory, datum, args.log.stem)
     if args.csv:
-        write_csv(args.csv, trajectory, args.datum)
+        write_csv(args.csv, trajectory, datum)
     if any(getattr(args, form) for form in RECORDINGS):
         facts["messages"] = _write_recordings(args, channels)
     if args.layout:

@@ -14,10 +14,12 @@ from gprodom.errors import Error, UsageError
 from gprodom.export.command import parse_datum
 from gprodom.export.paths import write_csv, write_geojson
 from gprodom.files import Output, OutputFile, OutputFolder, write_bytes
+from gprodom.geodesy import Datum
 from gprodom.map import cut, service
 from gprodom.map import merge as merging
 from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
+from gprodom.map.survey_command import add_survey
 from gprodom.options import Subparsers, add_command, add_picture_output
 from gprodom.trajectory import Trajectory
 
@@ -41,11 +43,11 @@ driven over twice the second pass is not stored again.
 EXPORT = """\
 Writes the paths of a map, with the writers of `gprodom export`:
 
-  --geojson  a line of longitude, latitude and height for each path; needs --datum and pyproj
-  --csv      a row for each known pose; with --datum latitude, longitude and height, too
+  --geojson  a line of longitude, latitude and height for each path; needs a datum and pyproj
+  --csv      a row for each known pose; with a datum latitude, longitude and height, too
 
 The datum is the position of the map's origin, in degrees and metres, and the angle from east to
-its x axis, in degrees.
+its x axis, in degrees. A map that fixes have tied to site tells its own; --datum goes before it.
 """
 
 CUT = """\
@@ -93,6 +95,7 @@ def add_parser(subparsers: Subparsers) -> None:
     _add_export(works)
     _add_cut(works)
     _add_merge(works)
+    add_survey(works)
     _add_install(works)
     _add_fetch(works)
 
@@ -273,17 +276,20 @@ def run_export(args: argparse.Namespace) -> int:
     """Writes the paths of a map."""
     if not (args.geojson or args.csv):
         raise UsageError("nothing to do: give --geojson or --csv")
-    if args.geojson and args.datum is None:
-        raise UsageError("--geojson wants --datum LAT,LON: where the map's origin lies")
     file = read_map(args.file)
+    datum: Datum | None = args.datum or file.datum
+    if args.geojson and datum is None:
+        raise UsageError(
+            "--geojson wants --datum LAT,LON, where the map's origin lies: the file does not tell"
+        )
     number = file.one_map(args.map)
     paths = file.paths(number)
-    if args.geojson:
+    if args.geojson and datum is not None:
         named = {f"{args.file.stem} {i}": path for i, path in enumerate(paths)}
-        write_geojson(args.geojson, named, args.datum)
+        write_geojson(args.geojson, named, datum)
     if args.csv:
         piece = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
-        write_csv(args.csv, _joined(paths), args.datum, piece)
+        write_csv(args.csv, _joined(paths), datum, piece)
     print(f"{len(paths)} paths, {sum(map(len, paths))} poses of map {number}")
     return 0
 

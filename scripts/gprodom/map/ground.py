@@ -14,6 +14,7 @@ from gprodom import rotation
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.errors import Error, UsageError
 from gprodom.export.paths import moment
+from gprodom.geodesy import Datum
 from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -51,6 +52,13 @@ class MapFile:
     def maps(self) -> list[int]:
         """Numbers of the maps in the file, whose frames are not related."""
         return [int(number) for number in np.unique(self.places["map"])]
+
+    @property
+    def datum(self) -> Datum | None:
+        """Where the frame's origin lies, where fixes in degrees have tied the file's map to site
+        and its version holds that."""
+        told = getattr(self.ground, "datum", None)
+        return None if told is None else Datum(*(float(part) for part in told))
 
     @property
     def length_m(self) -> float:

@@ -1,0 +1,102 @@
+"""``gprodom map survey``: surveyed markers as fixes, and how far an estimate is from them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gprodom import canvas
+from gprodom.config import read_antennas, read_channels, read_datum
+from gprodom.console import add_json_flag, format_table, print_json, warn
+from gprodom.errors import UsageError
+from gprodom.export.command import parse_datum
+from gprodom.files import OutputFile, PictureFile
+from gprodom.fixes.made import add_to_log
+from gprodom.fixes.markers import as_fixes, read_markers
+from gprodom.fixes.record import one_stream
+from gprodom.fixes.site import datum_of_log
+from gprodom.geodesy import Datum
+from gprodom.map.survey import compare, in_site, survey_figure
+from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.score.sources import read_estimate
+
+DESCRIPTION = """\
+Takes points of known position over which the robot stood with an antenna (or a mark on it, whose
+place in body is in anchor.antennas). MARKERS is a CSV with a line of names:
+
+  name, x, y, z, sigma, from, to                        m, in site; or
+  name, latitude, longitude, height, sigma, from, to    degrees and m
+  antenna                                               its id (0 where there is no such column)
+
+from and to are the times between which the robot stood there: seconds since 1970, or a date such as
+2026-05-12T10:30:00 (UTC). A marker that was visited twice has two lines.
+
+  --fixes    writes a copy of LOG with a fix of quality `surveyed` for each visit, in its middle;
+             run that for an estimate that is tied to the markers
+  otherwise  LOG has an estimate: prints how far it is from each marker (estimate less marker; mean
+             over the visit), and --picture draws it. It is compared in site, as a map is that
+             fixes have tied; --align se2 turns and moves it first, for one that is not
+"""
+
+EXAMPLES = """\
+  gprodom map survey markers.csv drive.lcmlog --fixes tied.lcmlog
+  gprodom run tied.lcmlog --method gprodom_full -o out.lcmlog
+  gprodom map survey markers.csv out.lcmlog --picture residuals.png
+"""
+
+
+def add_survey(works: Subparsers) -> None:
+    """Adds ``map survey``."""
+    parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, EXAMPLES)
+    parser.add_argument("markers", metavar="MARKERS", type=Path, help="CSV, see above")
+    parser.add_argument("log", metavar="LOG", type=Path, help="LCM log")
+    parser.add_argument("--fixes", metavar="OUT", type=OutputFile, help="log with fixes to write")
+    parser.add_argument("--picture", metavar="FILE", type=PictureFile, help="picture to draw")
+    parser.add_argument(
+        "--align", choices=["none", "se2"], default="none", help="default: %(default)s"
+    )
+    parser.add_argument(
+        "--datum",
+        metavar="LAT,LON[,HEIGHT]",
+        type=parse_datum,
+        help="where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
+    )
+    add_config_options(parser)
+    add_json_flag(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Adds fixes, or prints residuals."""
+    markers = read_markers(args.markers)
+    channels = read_channels(args.configs, args.overrides)
+    if args.fixes is not None:
+        if args.picture is not None:
+            raise UsageError("--picture wants an estimate, which --fixes prepares")
+        fixes = as_fixes(markers)
+        add_to_log(args.log, args.fixes, [one_stream(channels.position_fix, fixes)])
+        visits = len(markers)
+        if args.json:
+            print_json({"log": str(args.fixes), "fixes": visits})
+        else:
+            print(f"{args.fixes}: {visits} fixes of {len({m.name for m in markers})} markers")
+        return 0
+    configured = read_datum(args.configs, args.overrides)
+    datum: Datum | None = args.datum or datum_of_log(args.log, channels, configured)
+    if datum is None and configured is not None:
+        datum = Datum(*configured)
+    antennas = read_antennas(args.configs, args.overrides, "anchor.antennas")
+    path = read_estimate(args.log, channels=channels).trajectory
+    places = in_site(markers, datum)
+    found = compare(path, markers, places, antennas, args.align == "se2")
+    if found.uncovered:
+        warn(f"not visited while there was an estimate: {', '.join(found.uncovered)}")
+    if args.picture is not None:
+        canvas.save(survey_figure(found), args.picture)
+    if args.json:
+        print_json(found.facts())
+        return 0
+    rows = [[r.name, r.x_m, r.y_m, r.off_m, r.sigma_m] for r in found.residuals]
+    print(format_table(["marker", "x (m)", "y (m)", "off (m)", "sigma (m)"], rows))
+    print(f"RMS {found.rms_m:.3f} m over {len(rows)} visits")
+    return 0
