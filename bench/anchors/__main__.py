@@ -1,0 +1,88 @@
+"""What positions from outside give, and what they must not take: fixes made from the truth.
+
+    ends     DIR [--only NAME]...  recordings of robots, with fixes in the first and the last tenth
+                                   of the way only: the error in between, with and without
+    withheld DIR                   the Husky with its own /fix, 60 s of which are withheld
+    scale                          two fixes of 2 cm, 90 m apart: the wheel's scale and its limit
+    faults   DIR [--only NAME]...  each fault of a receiver: the error over that without fixes, what
+                                   STATUS says, and after how long
+    days                           two days on different ground, tied to one datum: do maps merge?
+
+Errors are root mean squares in the plane, in metres: aligned by se2 over the same points for both;
+`placed`: the estimate without fixes as a user would place it who has the same fixes, by se2 over
+the points where there are any; `site`: of the estimate with fixes, as it is.
+
+    python bench/anchors ends ../shared/data/robots --only wid02
+    python bench/anchors scale --seeds 20 --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+import ends
+import receiver_faults
+import scale
+import two_days
+import withheld
+
+from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.errors import Error
+
+PARTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
+    "ends": ends.run,
+    "withheld": withheld.run,
+    "scale": scale.run,
+    "faults": receiver_faults.run,
+    "days": two_days.run,
+}
+OF_RECORDINGS = ("ends", "withheld", "faults")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    made = argparse.ArgumentParser(
+        prog="anchors", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parts = made.add_subparsers(metavar="PART", dest="part", required=True)
+    for name in PARTS:
+        part = parts.add_parser(name)
+        if name in OF_RECORDINGS:
+            part.add_argument("data", type=Path, metavar="DIR")
+        if name in ("ends", "faults"):
+            part.add_argument("--only", action="append", metavar="NAME", default=[])
+        if name == "faults":
+            part.add_argument("--fault", action="append", metavar="NAME", default=[])
+        part.add_argument("--seeds", type=int, default=1, help="default: %(default)s")
+        part.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
+        part.add_argument(
+            "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides"
+        )
+        add_json_flag(part)
+    return made
+
+
+def main() -> int:
+    """Runs a part."""
+    args = parser().parse_args()
+    try:
+        rows = PARTS[args.part](args)
+    except Error as error:
+        print(f"anchors: error: {error}", file=sys.stderr)
+        return 1
+    if args.json:
+        print_json(rows)
+        return 0
+    heads = list(dict.fromkeys(key for row in rows for key in row))
+    print(format_table(heads, [[row.get(head) for head in heads] for row in rows]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

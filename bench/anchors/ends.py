@@ -1,0 +1,43 @@
+"""Fixes at the begin and the end of the way."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import drives
+
+from gprodom.fixes.made import (
+    CENTIMETRES,
+    ENDS,
+    METRES,
+    fixes_of_truth,
+    share_of_way,
+    within,
+)
+
+NAMES = ("wid02", "wid09", "f1tenth3")
+NOISES = {"3 cm": CENTIMETRES, "1 m": METRES}
+
+
+def run(args: argparse.Namespace) -> list[dict[str, Any]]:
+    """A row for each recording, noise and seed."""
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        for recording in args.only or NAMES:
+            drive = drives.ready(recording, args.data, Path(name))
+            bare = drives.run(drive, None, args.overrides)
+            fixed = within(share_of_way(drive.truth, drive.truth.time), ENDS)
+            for noise in NOISES:
+                for seed in range(args.first_seed, args.first_seed + args.seeds):
+                    fixes = fixes_of_truth(drive.truth, NOISES[noise], seed)
+                    shares = share_of_way(drive.truth, fixes.utime)
+                    fixes = fixes.select(within(shares, ENDS))
+                    helped = drives.run(drive, fixes, args.overrides)
+                    rows.append(
+                        {"recording": recording, "noise": noise, "seed": seed, "fixes": len(fixes)}
+                        | drives.compare(drive, bare, helped, ~fixed, fixed)
+                    )
+    return rows

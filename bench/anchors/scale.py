@@ -1,0 +1,80 @@
+"""The wheel's scale from two fixes 90 m apart, on drives that are simulated."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+import numpy as np
+
+import gprodom
+from gprodom.random_streams import stream
+from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
+from gprodom.simulate.recording import as_recording
+from gprodom.simulate.sequence import Simulated, Spec, simulate
+
+APART_M = 90.0
+SIGMA_M = 0.02
+BESIDE_S = 2.0  # after the first fix the robot drives off; it has stood as long before the second
+
+
+def drive(seed: int) -> Simulated:
+    """A standstill, 90 m straight on with a weave, a standstill."""
+    steps = (Stop(6.0), Move(APART_M, 0.8), Stop(2 * BESIDE_S))
+    track = Track((Bend(APART_M + 2.0),), weave=0.04)
+    return simulate(Spec(DriveSpec(track, steps), ground=None, station=None), seed)
+
+
+def limit(run: Simulated) -> float:
+    """Standard deviation that two such fixes and the prior leave to the scale: that of a distance
+    between two points, with the wheel's own noise over the way."""
+    noise = math.hypot(math.sqrt(2) * SIGMA_M, run.spec.wheel.noise * math.sqrt(APART_M))
+    by_fixes = noise / APART_M
+    return 1 / math.sqrt(1 / by_fixes**2 + 1 / run.spec.wheel.scale_sigma**2)
+
+
+def one(seed: int, overrides: list[str]) -> dict[str, Any]:
+    """Its scale and sigma at the end, beside the true one."""
+    run = drive(seed)
+    recording, random = as_recording(run), stream(seed, "two fixes")
+    begin = run.imu_utime[0] + round((6.0 - BESIDE_S) * 1e6)
+    end = run.imu_utime[-1] - round(BESIDE_S * 1e6)
+    found: dict[str, Any] = {"seed": seed, "limit": limit(run)}
+    true = float(run.wheel.scale[-1])
+    for fixes in (False, True):
+        estimator = gprodom.Odometry(set=["gpr.enabled=false", *overrides])
+        outputs, since = [], 0
+        for moment in (int(begin), int(end), None):
+            until = moment or np.iinfo(np.int64).max
+            outputs.append(estimator.run(**recording.messages(since, until)))
+            if moment and fixes:
+                motion = run.motion_at(np.array([moment]))
+                place = np.array([motion.x[0], motion.y[0], 0.0])
+                place += SIGMA_M * random.standard_normal(3)
+                estimator.add_fix(moment * 1000, place, SIGMA_M**2 * np.eye(3), quality=4)
+            since = until
+        odometry = outputs[-1].odometry
+        name = "" if fixes else "_without"
+        sigma, off = (
+            float(odometry["wheel_scale_sigma"][-1]),
+            float(odometry["wheel_scale"][-1]) - true,
+        )
+        found |= {
+            f"sigma{name}": sigma,
+            f"error{name}": off,
+            f"nees{name}": (off / sigma) ** 2,
+        }
+    found["sigma_over_limit"] = found["sigma"] / found["limit"]
+    return found
+
+
+def run(args: argparse.Namespace) -> list[dict[str, Any]]:
+    """A row for each seed, and their mean."""
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    rows = [one(seed, args.overrides) for seed in seeds]
+    mean: dict[str, Any] = {"seed": "mean"}
+    for key in rows[0]:
+        if key != "seed":
+            mean[key] = float(np.mean([row[key] for row in rows]))
+    return [*rows, mean]
