@@ -32,6 +32,7 @@ struct ImuSample {
 struct WheelSample {
   TimeNs time = 0;
   double distance_m = 0.0;
+  double resolution_m = 0.0;  // of one tick of the encoder; 0: finer than wheel.noise_floor
 };
 
 // The same of the left and the right side. Of several wheels of one side, their mean.
@@ -39,6 +40,7 @@ struct WheelsSample {
   TimeNs time = 0;
   double left_m = 0.0;
   double right_m = 0.0;
+  double resolution_m = 0.0;  // as of WheelSample
 };
 
 // One radar trace, in counts. Sample i was taken at i * sample_interval_s - time_zero_s after the

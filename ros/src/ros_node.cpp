@@ -123,7 +123,8 @@ void RosNode::subscribe_ticks(double metres_per_tick) {
   using Event = ros::MessageEvent<const std_msgs::Int64>;
   const boost::function<void(const Event&)> take = [this, metres_per_tick](const Event& event) {
     const auto ticks = static_cast<double>(event.getConstMessage()->data);
-    live_->push(WheelSample{ros1::to_ns(event.getReceiptTime()), ticks * metres_per_tick});
+    live_->push(
+        WheelSample{ros1::to_ns(event.getReceiptTime()), ticks * metres_per_tick, metres_per_tick});
   };
   subscribers_.push_back(topics_.subscribe<std_msgs::Int64, const Event&>(
       "wheel_ticks", kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));

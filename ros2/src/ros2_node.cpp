@@ -139,7 +139,8 @@ void Ros2Node::subscribe_wheel() {
       break;
     case WheelMessage::kTicks:
       link_.subscribe<Int64>(settings_.wheel, sensor, [this](const Int64& m) {
-        live_->push(WheelSample{now(), static_cast<double>(m.data) * settings_.metres_per_tick});
+        live_->push(WheelSample{now(), static_cast<double>(m.data) * settings_.metres_per_tick,
+                                settings_.metres_per_tick});
       });
       break;
     case WheelMessage::kNone:

@@ -892,18 +892,21 @@ class Odometry:
         self,
         time: typing.SupportsInt | typing.SupportsIndex,
         distance: typing.SupportsFloat | typing.SupportsIndex,
+        resolution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None:
         """
-        distance: signed, cumulative, metres.
+        distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres, 0 if it is
+        finer than wheel.noise_floor.
         """
     def add_wheels(
         self,
         time: typing.SupportsInt | typing.SupportsIndex,
         left: typing.SupportsFloat | typing.SupportsIndex,
         right: typing.SupportsFloat | typing.SupportsIndex,
+        resolution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None:
         """
-        left, right: signed, cumulative, metres. Instead of add_wheel.
+        left, right: signed, cumulative, metres; resolution: as of add_wheel. Instead of add_wheel.
         """
     def finish(self) -> Outputs:
         """
@@ -955,11 +958,13 @@ class Odometry:
         traces: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
         sample_interval: typing.SupportsFloat | typing.SupportsIndex = 2e-10,
         progress: collections.abc.Callable[[float], None] | None = None,
+        wheel_resolution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> Outputs:
         """
         Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times
         are integers, nanoseconds; others raise ValueError.
-        wheel_distance: (n,), or (n, 2) of left and right wheels.
+        wheel_distance: (n,), or (n, 2) of left and right wheels; wheel_resolution: as of
+        add_wheel.
         """
     def save_map(self, path: str) -> None:
         """

@@ -310,8 +310,8 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
     increment.integrate(rate, step.dt, turns_with_ground ? step.wheel_m : speed * step.dt);
     turned += (rate - x.gyro_bias).z() * step.dt;
   }
-  Vector3d variance =
-      increment.variance({c.noise, c.lateral_noise, c.vertical_noise, c.noise_floor});
+  Vector3d variance = increment.variance(
+      {c.noise, c.lateral_noise, c.vertical_noise, std::max(c.noise_floor, input.wheel_floor_m)});
   variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
   if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;

@@ -75,6 +75,7 @@ struct StateInput {
   ImuNoise noise;  // of the IMU over the interval
   bool has_wheel = false;
   double wheel_sigma_m = 0.0;       // of the wheel's distance, learnt; used if above wheel.noise
+  double wheel_floor_m = 0.0;       // error of any distance by the encoder's resolution
   double turn_variance = 0.0;       // rad^2, of the sum of the steps' gap_turn
   bool wheel_late = false;          // delayed: accelerations cannot show the wheel's scale
   double wheel_delay_s = 0.0;       // learnt; 0 if none is significant

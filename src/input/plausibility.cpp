@@ -17,12 +17,13 @@ std::string fault(const ImuSample& s, const Config& config) {
 
 std::string fault(const WheelSample& s, const Config& /*config*/) {
   if (!std::isfinite(s.distance_m)) return "distance not finite";
+  if (!(s.resolution_m >= 0 && s.resolution_m < 1e3)) return "resolution not within 0 to 1000 m";
   return std::abs(s.distance_m) < 1e9 ? "" : "distance beyond a million kilometres";
 }
 
 std::string fault(const WheelsSample& s, const Config& config) {
-  const std::string left = fault(WheelSample{s.time, s.left_m}, config);
-  return left.empty() ? fault(WheelSample{s.time, s.right_m}, config) : left;
+  const std::string left = fault(WheelSample{s.time, s.left_m, s.resolution_m}, config);
+  return left.empty() ? fault(WheelSample{s.time, s.right_m, s.resolution_m}, config) : left;
 }
 
 std::string fault(const GprTrace& s, const Config& config) {

@@ -1,4 +1,6 @@
 // Decoding: LCM packets to inputs.
+#include <cmath>
+
 #include "gprodom/lcm_io.h"
 #include "io/lcm_time.h"
 #include "io/packet_layout.h"
@@ -55,7 +57,8 @@ Input decode_imu(const Packet& packet) {
 Input decode_wheel(const Packet& packet) {
   const std::string fault = packet.layout(wheel_t::getHash()).fixed(8 + 8 + 8).end();
   return decode<wheel_t>(packet, fault, [](const wheel_t& m) -> Input {
-    return WheelSample{from_utime(m.utime), static_cast<double>(m.ticks) * m.metres_per_tick};
+    return WheelSample{from_utime(m.utime), static_cast<double>(m.ticks) * m.metres_per_tick,
+                       std::abs(m.metres_per_tick)};
   });
 }
 
@@ -63,7 +66,8 @@ Input decode_wheels(const Packet& packet) {
   const std::string fault = packet.layout(wheels_t::getHash()).fixed(8 + 2 * 8 + 8).end();
   return decode<wheels_t>(packet, fault, [](const wheels_t& m) -> Input {
     return WheelsSample{from_utime(m.utime), static_cast<double>(m.left_ticks) * m.metres_per_tick,
-                        static_cast<double>(m.right_ticks) * m.metres_per_tick};
+                        static_cast<double>(m.right_ticks) * m.metres_per_tick,
+                        std::abs(m.metres_per_tick)};
   });
 }
 

@@ -27,6 +27,7 @@ constexpr std::size_t kMostWaiting = 2000;  // external displacements
 
 MotionJudge::MotionJudge(const Config& config)
     : config_(config),
+      wheel_floor_m_(config.wheel.noise_floor),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
       lag_(from_seconds(config.smoother.lag)),
       wheel_(config.wheel.max_speed),
@@ -41,7 +42,16 @@ bool MotionJudge::add(const ImuSample& sample) {
   return imu_.insert(sample);
 }
 
+void MotionJudge::set_wheel_resolution(double resolution_m) {
+  wheel_tick_.set_resolution(resolution_m);
+  const double floor_m = std::max(wheel_floor_m_, wheel_tick_.sigma_m());
+  config_.wheel.noise_floor = floor_m;
+  pair_.set_floor(floor_m);
+  slip_belief_.set_wheel_floor(floor_m);
+}
+
 void MotionJudge::add(const WheelSample& sample) {
+  set_wheel_resolution(sample.resolution_m);
   wheel_now_ = std::max(wheel_now_, sample.time);
   wheel_.forget_before(wheel_now_ - kLongestSilence);
   if (config_.wheel.enabled) wheel_.insert(sample);
@@ -50,7 +60,7 @@ void MotionJudge::add(const WheelSample& sample) {
 void MotionJudge::add(const WheelsSample& sample) {
   pair_.forget_before(sample.time - kLongestSilence);
   if (config_.wheel.enabled) pair_.insert(sample);  // a jump is reported by the mean
-  add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m)});
+  add(WheelSample{sample.time, 0.5 * (sample.left_m + sample.right_m), sample.resolution_m});
 }
 
 void MotionJudge::add_external(Displacement displacement) {
@@ -154,7 +164,8 @@ AtRest MotionJudge::at_rest() const {
           std::sqrt(variance),
           unseen_speed().value_or(kUnseenAtFirst),
           rest_.known(),
-          config_.gpr.enabled && radar_heard_ + kStandingKept > imu_now_};
+          config_.gpr.enabled && radar_heard_ + kStandingKept > imu_now_,
+          wheel_tick_.longest()};
 }
 
 // Unsigned path of the wheel, or of either side of a pair, which also turns on the spot.
@@ -170,9 +181,9 @@ bool MotionJudge::stands_with_engine(TimeNs now) {
                to = now + from_seconds(LastSecond::kAfter);
   bool stands = config_.standstill.enabled && wheel_.distance(from) && wheel_.distance(to);
   if (stands) {
-    const LastSecond last{imu_.between(from, to), rolled(from, to),
-                          rolled(to - from_seconds(LastSecond::kLately), to),
-                          newest_.state.v_odom.norm()};
+    const LastSecond last{
+        imu_.between(from, to), rolled(std::min(from, to - wheel_tick_.longest()), to),
+        rolled(to - from_seconds(LastSecond::kLately), to), newest_.state.v_odom.norm()};
     AtRest vibrating = at_rest();
     vibrating.noise = rest_.vibration();
     stands = stands_for_a_second(config_.wheel, vibrating, vibration_, last);
@@ -186,7 +197,8 @@ bool MotionJudge::stands_with_engine(TimeNs now) {
 void MotionJudge::learn_rest(TimeNs to, bool with_engine) {
   const TimeNs from = to - kSecond;
   if (!wheel_.distance(from) || !wheel_.distance(to)) return;
-  const bool wheel_stood = rolled(from, to) <= 2 * config_.wheel.noise_floor;
+  const bool wheel_stood =
+      rolled(std::min(from, to - wheel_tick_.longest()), to) <= 2 * config_.wheel.noise_floor;
   const auto samples = imu_.between(from, to);
   if (samples.size() < 4 || (!wheel_stood && !with_engine)) return;
   const bool shows = rest_.known() || vibration_.far_below_driving(measured_noise(samples));
@@ -219,11 +231,12 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_y_m = slip_belief_.position().believed_m();
   slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
+  input.wheel_floor_m = config_.wheel.noise_floor;
   const double delay_s = wheel_delay_s();
   input.wheel_late = delay_s > 0.5 * to_seconds(state_period_);
   input.wheel_delay_s = delay_s;
-  slip_.set_wheel_error(
-      {pair_.middle_noise(), input.wheel_sigma_m, std::max(wheel_.held_s(), delay_s)});
+  slip_.set_wheel_error({pair_.middle_noise(), input.wheel_sigma_m, input.wheel_floor_m,
+                         std::max(wheel_.held_s(), delay_s)});
   learn_vibration(from - margin, to + margin);
   if (!rest_.known()) learn_rest(to, false);
 
@@ -233,7 +246,11 @@ StateInput MotionJudge::judge(TimeNs to) {
   forget_old_standing();
   StandstillVerdict verdict =
       judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
-  const bool with_engine = !verdict.standing && !verdict.steady_rate && stands_with_engine(to);
+  const bool hidden =
+      wheel_tick_.hides_motion(newest_, imu_.between(from, to), rest_.noise().accel_density, to);
+  if (hidden) verdict = {};
+  const bool with_engine =
+      !verdict.standing && !verdict.steady_rate && !hidden && stands_with_engine(to);
   verdict.standing |= with_engine;
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));

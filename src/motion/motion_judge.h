@@ -27,6 +27,7 @@
 #include "motion/standstill.h"
 #include "motion/turn_rate.h"
 #include "motion/wheel_pair.h"
+#include "motion/wheel_tick.h"
 
 namespace gprodom {
 
@@ -128,6 +129,7 @@ class MotionJudge {
   double wheel_delay_s() const;
 
  private:
+  void set_wheel_resolution(double resolution_m);
   Initialization initialize_at_rest(TimeNs from, double share);
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
@@ -151,7 +153,11 @@ class MotionJudge {
   // Must be longer than a state waits for the reorder window.
   static constexpr TimeNs kStandingKept = 2'000'000'000;
 
-  const Config config_;
+  // wheel.noise_floor is what the encoder's resolution makes of it; as configured in
+  // wheel_floor_m_.
+  Config config_;
+  const double wheel_floor_m_;
+  WheelTick wheel_tick_;
   const TimeNs state_period_, lag_;
 
   ImuHistory imu_;

@@ -41,11 +41,13 @@ SlipWatch::SlipWatch(const WheelConfig& config, double window_s)
     : config_(config),
       smoother_window_(from_seconds(window_s)),
       window_(from_seconds(kWindow_s)),
-      wheel_sigma_m_(config.noise_floor) {}
+      wheel_sigma_m_(config.noise_floor),
+      wheel_floor_m_(config.noise_floor) {}
 
 void SlipWatch::set_wheel_error(const WheelError& error) {
   pair_noise_ = error.noise;
-  wheel_sigma_m_ = std::max(config_.noise_floor, error.sigma_m);
+  wheel_floor_m_ = error.floor_m;
+  wheel_sigma_m_ = std::max(error.floor_m, error.sigma_m);
   window_ = from_seconds(std::max(kWindow_s, 2 * error.late_s));
   late_ = from_seconds(error.late_s);
 }
@@ -145,8 +147,7 @@ double SlipWatch::variance(const OdometryEstimate& estimate, const Distances& mo
   };
   return estimate.velocity_covariance(0, 0) * seconds * seconds +
          std::pow(estimate.wheel_scale_sigma * moved.ground_m, 2) +
-         std::max(of_wheel(config_.noise, wheel_sigma_m_),
-                  of_wheel(pair_noise_, config_.noise_floor)) +
+         std::max(of_wheel(config_.noise, wheel_sigma_m_), of_wheel(pair_noise_, wheel_floor_m_)) +
          moved.by_delay_m * moved.by_delay_m;
 }
 

@@ -26,7 +26,8 @@ enum class WheelSlip { kNone, kFast, kSlow };  // the wheel against the ground
 // What has been learnt about the wheel.
 struct WheelError {
   double noise = 0.0;    // m/sqrt(m), learnt from left and right wheels; 0: not learnt
-  double sigma_m = 0.0;  // standard deviation of a distance; at least wheel.noise_floor is used
+  double sigma_m = 0.0;  // standard deviation of the distance of an interval; 0: not learnt
+  double floor_m = 0.0;  // of any distance, by the encoder's resolution
   double late_s = 0.0;   // how long its values are held, or delayed against the IMU
 };
 
@@ -109,7 +110,7 @@ class SlipWatch {
 
   WheelConfig config_;
   TimeNs smoother_window_, window_;
-  double wheel_sigma_m_, pair_noise_ = 0.0;
+  double wheel_sigma_m_, wheel_floor_m_, pair_noise_ = 0.0;
   TimeNs late_ = 0;               // possible delay of the wheel's distance
   PathHistory track_;             // of the wheel's contact point, signed, as published
   std::deque<Interval> slipped_;  // disjoint, oldest first

@@ -12,9 +12,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// IMU and wheel must be still for so long: a robot that glides evenly is, for moments.
-constexpr double kWindow_s = 0.4;
-
 // IMU variance over that at rest, from which the robot no longer stands. Over a state's interval
 // the variance of white noise scatters by less (13 % at 200 Hz), and a drive shows several times
 // it.
@@ -82,10 +79,11 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   if (!config.standstill.enabled) return {};
   const Stillness now = stillness(at_rest, imu.between(from, to));
   if (!now.quiet) return {};
-  const TimeNs margin = std::max<TimeNs>(0, (from_seconds(kWindow_s) - (to - from)) / 2);
+  const TimeNs margin = std::max<TimeNs>(0, (from_seconds(kStillFor_s) - (to - from)) / 2);
   const bool has_wheel = config.wheel.enabled && wheel.distance(to);
-  const double rolled_m = wheel.path(from - margin, to + margin);
-  const double seconds = to_seconds(to - from + 2 * margin);
+  const TimeNs since = std::min(from - margin, to - at_rest.wheel_tick);
+  const double rolled_m = wheel.path(since, to + margin);
+  const double seconds = to_seconds(to + margin - since);
   const bool wheel_still = has_wheel && rolled_m <= 2 * config.wheel.noise_floor +
                                                         kRestSpread * at_rest.wheel_mps * seconds;
   const bool below_sight = has_wheel && !wheel_still && rolled_m <= at_rest.unseen_mps * seconds;

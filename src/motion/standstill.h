@@ -36,7 +36,11 @@ struct AtRest {
   double unseen_mps = 0.0;  // the radar may miss motion slower than this
   bool known = true;        // noise and wheel_mps were measured at a standstill
   bool radar_heard = true;  // of late
+  TimeNs wheel_tick = 0;    // WheelTick::longest()
 };
+
+// s. IMU and wheel must be still for so long: a robot that glides evenly is, for moments.
+inline constexpr double kStillFor_s = 0.4;
 
 // Over [from, to], the interval between two states. The robot stands if both hold:
 //  - The IMU is still: its noise is about that at rest, and no rate beyond that noise.

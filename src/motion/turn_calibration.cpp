@@ -24,9 +24,8 @@ constexpr double kRobust = 3.0;
 }  // namespace
 
 TurnCalibration::TurnCalibration(const DriveTraits& traits, double floor_m)
-    : traits_(traits),
-      floor_variance_(4 * floor_m * floor_m),  // two sides, at two ends
-      x_(traits.track_m, 0.0, 0.0) {
+    : traits_(traits), x_(traits.track_m, 0.0, 0.0) {
+  set_floor(floor_m);
   P_ = Eigen::Vector3d(traits.track_sigma_m, kRadiiSigma, traits.track_m * kDelaySigma_s)
            .cwiseAbs2()
            .asDiagonal();

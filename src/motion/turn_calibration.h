@@ -56,6 +56,9 @@ class TurnCalibration {
   // floor_m: error of one side's distance over any stretch.
   TurnCalibration(const DriveTraits& traits, double floor_m);
 
+  // The difference has such an error of two sides at two ends.
+  void set_floor(double floor_m) { floor_variance_ = 4 * floor_m * floor_m; }
+
   // A stretch of dt_s that follows the last one; turned_rad by the gyro, less its bias.
   void learn(const PairMotion& motion, double turned_rad, double dt_s);
   // Takes over what an earlier run has learnt, with a variance for changes since then. A value less

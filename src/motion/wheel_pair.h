@@ -28,6 +28,8 @@ class WheelPair {
   double path(TimeNs from, TimeNs to) const { return 0.5 * difference_.path(from, to); }
   // m/sqrt(m), noise of the sides' mean; 0 while it has not been learnt.
   double middle_noise() const;
+  // m, error of one side's distance over any stretch.
+  void set_floor(double floor_m) { calibration_.set_floor(floor_m); }
 
   // Adds to `input` what both sides show about the interval from `from` to a new state. Call in
   // time order. `newest`: the newest solved state. `wheel`: the history of the mean. ground_m:

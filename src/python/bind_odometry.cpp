@@ -107,7 +107,8 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
             const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
             const py::object& gpr_times,
             const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
-            double sample_interval, const std::optional<std::function<void(double)>>& progress) {
+            double sample_interval, const std::optional<std::function<void(double)>>& progress,
+            double wheel_resolution) {
   const Times imu_time = nanoseconds(imu_times, "imu_time"),
               wheel_time = nanoseconds(wheel_times, "wheel_time"),
               gpr_time = nanoseconds(gpr_times, "gpr_time");
@@ -150,9 +151,10 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
       if (++i % 2000 == 0 && progress) (*progress)(static_cast<double>(i) / static_cast<double>(n));
     } else if (tw <= tg) {
       if (pair)
-        odometry.add(WheelsSample{tw, wheel_distance.at(w, 0), wheel_distance.at(w, 1)});
+        odometry.add(
+            WheelsSample{tw, wheel_distance.at(w, 0), wheel_distance.at(w, 1), wheel_resolution});
       else
-        odometry.add(WheelSample{tw, wheel_distance.at(w)});
+        odometry.add(WheelSample{tw, wheel_distance.at(w), wheel_resolution});
       ++w;
     } else {
       GprTrace trace;
@@ -218,17 +220,21 @@ void bind_odometry(py::module_& m) {
           "acceleration: (3,) m/s^2, specific force; angular_velocity: (3,) rad/s.")
       .def(
           "add_wheel",
-          [](PythonOdometry& o, std::int64_t time, double distance) {
-            o.add(WheelSample{time, distance});
+          [](PythonOdometry& o, std::int64_t time, double distance, double resolution) {
+            o.add(WheelSample{time, distance, resolution});
           },
-          py::arg("time"), py::arg("distance"), "distance: signed, cumulative, metres.")
+          py::arg("time"), py::arg("distance"), py::arg("resolution") = 0.0,
+          "distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres, 0 "
+          "if it is\n"
+          "finer than wheel.noise_floor.")
       .def(
           "add_wheels",
-          [](PythonOdometry& o, std::int64_t time, double left, double right) {
-            o.add(WheelsSample{time, left, right});
+          [](PythonOdometry& o, std::int64_t time, double left, double right, double resolution) {
+            o.add(WheelsSample{time, left, right, resolution});
           },
-          py::arg("time"), py::arg("left"), py::arg("right"),
-          "left, right: signed, cumulative, metres. Instead of add_wheel.")
+          py::arg("time"), py::arg("left"), py::arg("right"), py::arg("resolution") = 0.0,
+          "left, right: signed, cumulative, metres; resolution: as of add_wheel. Instead of "
+          "add_wheel.")
       .def(
           "add_gpr",
           [](PythonOdometry& o, std::int64_t time, const std::vector<float>& samples,
@@ -309,7 +315,9 @@ void bind_odometry(py::module_& m) {
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
+           py::arg("wheel_resolution") = 0.0,
            "Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times\n"
            "are integers, nanoseconds; others raise ValueError.\n"
-           "wheel_distance: (n,), or (n, 2) of left and right wheels.");
+           "wheel_distance: (n,), or (n, 2) of left and right wheels; wheel_resolution: as of\n"
+           "add_wheel.");
 }

@@ -60,6 +60,9 @@ class SlipBelief {
   // axes are not as configured.
   double axes_error(const std::vector<MotionStep>& steps) const;
 
+  // m, error of the wheel's distance over an interval, at least.
+  void set_wheel_floor(double floor_m) { wheel_floor_ = floor_m; }
+
   const slip::WheelPosition& position() const { return position_; }
   const slip::SlipShare& share() const { return share_; }
   slip::Learnt learnt() const { return {share_.counts(), position_.learnt()}; }

@@ -111,6 +111,7 @@ TEST(LcmInput, DecodesWheelAsSignedDistance) {
   const Input input = decoded("WHEEL", encoded(m));
   EXPECT_EQ(std::get<WheelSample>(input).time, 1000);
   EXPECT_EQ(std::get<WheelSample>(input).distance_m, -500.0);
+  EXPECT_EQ(std::get<WheelSample>(input).resolution_m, 0.25);
 }
 
 TEST(LcmInput, DecodesTwoWheelsAsSignedDistances) {
@@ -123,6 +124,7 @@ TEST(LcmInput, DecodesTwoWheelsAsSignedDistances) {
   EXPECT_EQ(input.time, 1000);
   EXPECT_EQ(input.left_m, -500.0);
   EXPECT_EQ(input.right_m, 750.0);
+  EXPECT_EQ(input.resolution_m, 0.25);
 }
 
 TEST(LcmInput, DecodesTrace) {

@@ -132,7 +132,7 @@ TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
 TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
   for (const double noise : {0.0, 0.1}) {
     Drive drive;
-    drive.watch.set_wheel_error({noise, 0.0, 0.0});
+    drive.watch.set_wheel_error({noise, 0.0, WheelConfig{}.noise_floor, 0.0});
     drive.run(3.0);
     drive.wheel_speed = 1.5 * kSpeed;
     drive.run(0.5);
