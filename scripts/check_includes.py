@@ -100,10 +100,20 @@ ROOMS = {
         "sudden slip, standstill, noise",
         BEFORE_MOTION,
     ),
+    "motion/history": Room(
+        "samples of IMU and wheel by time, and what of them is plausible; a path by its distance",
+        "what they show",
+        BEFORE_MOTION,
+    ),
+    "motion/rest": Room(
+        "does the robot stand: noise and vibration at rest, ticks of a coarse wheel",
+        "slip, the wheel's errors while it rolls",
+        [*BEFORE_MOTION, "motion/history"],
+    ),
     "motion": Room(
         "one judge: does the robot stand, does the wheel slip, which noise holds",
         "input, map",
-        [*BEFORE_MOTION, "motion/slip"],
+        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest"],
     ),
     "map": Room(
         "ground driven over: passes, search, merging, the map frame, the map's file",
@@ -113,12 +123,12 @@ ROOMS = {
     "persist": Room(
         "what one run leaves to the next: pose, wheel scale, share of slip, ground",
         "when it is saved or taken up",
-        [*BEFORE_MOTION, "motion/slip", "motion", "map"],
+        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest", "motion", "map"],
     ),
     "pipeline": Room(
         "the facade: step() on one screen, prediction, radar task, going on from a saved pose",
         "threads of its own, clocks, LCM, ROS",
-        [*BEFORE_MOTION, "input", "motion", "map", "persist"],
+        [*BEFORE_MOTION, "input", "motion/history", "motion", "map", "persist"],
     ),
     "live": Room(
         "threads, queues, commands, latencies",
@@ -144,8 +154,8 @@ ROOMS = {
 
 # include/gprodom/NAME.h: the room that it is the public face of.
 PUBLIC = {
-    "base": "choices duration_histogram error execution export front_end input outputs types "
-    "version",
+    "base": "choices duration_histogram error execution export front_end input outputs "
+    "position_fix types version",
     "config": "config",
     "estimation": "user_factor",
     "pipeline": "odometry",

@@ -6,7 +6,7 @@
 
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
-#include "motion/path_history.h"
+#include "motion/history/path_history.h"
 
 namespace gprodom {
 

@@ -8,7 +8,7 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 namespace gprodom {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estimation/factors.h"
-#include "motion/imu_noise.h"
+#include "motion/rest/imu_noise.h"
 #include "motion/radar_finding.h"
 
 namespace gprodom {

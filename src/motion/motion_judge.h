@@ -20,14 +20,14 @@
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
 #include "motion/pair_slip.h"
-#include "motion/rest_levels.h"
-#include "motion/sensor_history.h"
+#include "motion/rest/rest_levels.h"
+#include "motion/history/sensor_history.h"
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
-#include "motion/standstill.h"
+#include "motion/rest/standstill.h"
 #include "motion/turn_rate.h"
 #include "motion/wheel_pair.h"
-#include "motion/wheel_tick.h"
+#include "motion/rest/wheel_tick.h"
 
 namespace gprodom {
 

@@ -9,7 +9,7 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 namespace gprodom {
 

@@ -15,8 +15,8 @@
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
-#include "motion/path_history.h"
-#include "motion/sensor_history.h"
+#include "motion/history/path_history.h"
+#include "motion/history/sensor_history.h"
 #include "motion/slip/error_tail.h"
 
 namespace gprodom {

@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "estimation/state_estimator.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 namespace gprodom {
 

@@ -7,7 +7,7 @@
 #include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/types.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 namespace gprodom {
 

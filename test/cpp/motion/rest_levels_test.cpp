@@ -1,5 +1,5 @@
 // Levels at rest: measured at the start, or from the quietest second after a start on the move.
-#include "motion/rest_levels.h"
+#include "motion/rest/rest_levels.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // What the wheel's history says of a time, and where it says nothing: outside its data, across a
 // jump of the count, across a gap.
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Conditions for a standstill, and for a step of the gyro bias: a steady rate while all other
 // sensors show a standstill, and no other case.
-#include "motion/standstill.h"
+#include "motion/rest/standstill.h"
 
 #include <gtest/gtest.h>
 

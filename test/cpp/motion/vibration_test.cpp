@@ -1,5 +1,5 @@
 // When the IMU's vibration tells standing from driving, and when it does not.
-#include "motion/vibration.h"
+#include "motion/rest/vibration.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "gprodom/config.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 #include "motion/slip_watch.h"
 
 namespace gprodom {

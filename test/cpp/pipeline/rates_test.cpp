@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gprodom/odometry.h"
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 #include "pipeline/test_drive.h"
 
 namespace gprodom {

@@ -1,4 +1,4 @@
-#include "motion/imu_noise.h"
+#include "motion/rest/imu_noise.h"
 
 #include <cmath>
 

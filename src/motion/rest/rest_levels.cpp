@@ -1,8 +1,8 @@
-#include "motion/rest_levels.h"
+#include "motion/rest/rest_levels.h"
 
 #include <algorithm>
 
-#include "motion/imu_noise.h"
+#include "motion/rest/imu_noise.h"
 
 namespace gprodom {
 

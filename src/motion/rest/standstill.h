@@ -9,8 +9,8 @@
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"
-#include "motion/sensor_history.h"
-#include "motion/vibration.h"
+#include "motion/history/sensor_history.h"
+#include "motion/rest/vibration.h"
 
 namespace gprodom {
 

@@ -1,10 +1,10 @@
-#include "motion/standstill.h"
+#include "motion/rest/standstill.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimation/initializer.h"
-#include "motion/imu_noise.h"
+#include "motion/rest/imu_noise.h"
 
 namespace gprodom {
 

@@ -1,4 +1,4 @@
-#include "motion/vibration.h"
+#include "motion/rest/vibration.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,9 +1,9 @@
-#include "motion/wheel_tick.h"
+#include "motion/rest/wheel_tick.h"
 
 #include <cmath>
 
 #include "estimation/initializer.h"
-#include "motion/standstill.h"
+#include "motion/rest/standstill.h"
 
 namespace gprodom {
 

@@ -1,4 +1,4 @@
-#include "motion/sensor_history.h"
+#include "motion/history/sensor_history.h"
 
 #include <algorithm>
 #include <cmath>
