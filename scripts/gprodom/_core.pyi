@@ -868,6 +868,21 @@ class Odometry:
         Displacement along the track (m) between two times, from another process. revisit: it
         is relative to a place passed before, at any earlier time.
         """
+    def add_fix(
+        self,
+        time: typing.SupportsInt | typing.SupportsIndex,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
+        geodetic: bool = False,
+        quality: typing.SupportsInt | typing.SupportsIndex = 3,
+        antenna_id: typing.SupportsInt | typing.SupportsIndex = 0,
+        heading: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        heading_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None:
+        """
+        A position from outside, as position_fix_t has it. position: (3,) m in site, or latitude,
+        longitude (deg) and height (m); covariance: (3, 3) m^2.
+        """
     def add_gpr(
         self,
         time: typing.SupportsInt | typing.SupportsIndex,

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "estimation/factors.h"
-#include "motion/rest/imu_noise.h"
 #include "motion/radar_finding.h"
+#include "motion/rest/imu_noise.h"
 
 namespace gprodom {
 

@@ -17,17 +17,17 @@
 #include "gprodom/types.h"
 #include "motion/coherence_scale.h"
 #include "motion/drive_noise.h"
+#include "motion/history/sensor_history.h"
 #include "motion/immobilised.h"
 #include "motion/late_wheel.h"
 #include "motion/pair_slip.h"
 #include "motion/rest/rest_levels.h"
-#include "motion/history/sensor_history.h"
+#include "motion/rest/standstill.h"
+#include "motion/rest/wheel_tick.h"
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
-#include "motion/rest/standstill.h"
 #include "motion/turn_rate.h"
 #include "motion/wheel_pair.h"
-#include "motion/rest/wheel_tick.h"
 
 namespace gprodom {
 
