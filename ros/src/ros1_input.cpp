@@ -1,3 +1,4 @@
+#include "fixes.h"
 #include "ros1_io.h"
 
 namespace gprodom::ros1 {
@@ -12,6 +13,14 @@ ImuSample to_sample(const sensor_msgs::Imu& message) {
 
 GprTrace to_trace(const gprodom_ros::GprTrace& message) {
   return ros_shared::to_trace(to_ns(message.header.stamp), message);
+}
+
+PositionFix to_fix(const sensor_msgs::NavSatFix& message) {
+  return ros_shared::to_fix(to_ns(message.header.stamp), message);
+}
+
+PositionFix to_fix(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  return ros_shared::to_site_fix(to_ns(message.header.stamp), message.pose);
 }
 
 Command to_command(const geometry_msgs::PoseWithCovarianceStamped& message) {

@@ -9,6 +9,7 @@
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <sensor_msgs/NavSatFix.h>
 
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 
 #include "conversions.h"
 #include "gprodom/input.h"
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 #include "wheels.h"
 
@@ -28,6 +30,8 @@ ros::Time to_stamp(TimeNs time);
 
 ImuSample to_sample(const sensor_msgs::Imu& message);
 GprTrace to_trace(const gprodom_ros::GprTrace& message);
+PositionFix to_fix(const sensor_msgs::NavSatFix& message);                    // geodetic
+PositionFix to_fix(const geometry_msgs::PoseWithCovarianceStamped& message);  // in site
 Command to_command(const geometry_msgs::PoseWithCovarianceStamped& message);
 
 // The wheel's distance from the poses that its driver integrates.

@@ -74,6 +74,9 @@ void RosNode::on(const std::string& topic, std::function<void(const Message&)> t
 void RosNode::subscribe() {
   on<sensor_msgs::Imu>("imu", [this](const auto& m) { live_->push(ros1::to_sample(m)); });
   on<gprodom_ros::GprTrace>("gpr", [this](const auto& m) { live_->push(ros1::to_trace(m)); });
+  on<sensor_msgs::NavSatFix>("fix", [this](const auto& m) { live_->push(ros1::to_fix(m)); });
+  on<geometry_msgs::PoseWithCovarianceStamped>(
+      "site_pose", [this](const auto& m) { live_->push(ros1::to_fix(m)); });
   on<geometry_msgs::PoseWithCovarianceStamped>("initialpose", [this](const auto& m) {
     const std::string& frame = m.header.frame_id;
     if (frame == frames_.map || frame == "/" + frames_.map)

@@ -158,6 +158,25 @@ struct Imu {
                  &Imu::linear_acceleration, &Imu::linear_acceleration_covariance)
 };
 
+struct NavSatStatus {
+  static constexpr char kType[] = "sensor_msgs::msg::dds_::NavSatStatus_";
+  std::int8_t status = -1;
+  std::uint16_t service = 0;
+  GPRODOM_FIELDS(&NavSatStatus::status, &NavSatStatus::service)
+};
+
+struct NavSatFix {
+  static constexpr char kType[] = "sensor_msgs::msg::dds_::NavSatFix_";
+  Header header;
+  NavSatStatus status;
+  double latitude = 0.0, longitude = 0.0, altitude = 0.0;
+  std::array<double, 9> position_covariance{};
+  std::uint8_t position_covariance_type = 0;
+  GPRODOM_FIELDS(&NavSatFix::header, &NavSatFix::status, &NavSatFix::latitude,
+                 &NavSatFix::longitude, &NavSatFix::altitude, &NavSatFix::position_covariance,
+                 &NavSatFix::position_covariance_type)
+};
+
 struct JointState {
   static constexpr char kType[] = "sensor_msgs::msg::dds_::JointState_";
   Header header;

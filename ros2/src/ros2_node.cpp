@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "conversions.h"
+#include "fixes.h"
 
 namespace gprodom::ros2 {
 namespace {
@@ -40,6 +41,7 @@ Config with_topics(Config config, const Settings& settings) {
   config.channels.gpr_trace = settings.gpr;
   config.channels.wheel = config.channels.wheels = settings.wheel;
   config.channels.command = settings.command;
+  config.channels.position_fix = settings.fix;
   return config;
 }
 
@@ -86,6 +88,13 @@ void Ros2Node::subscribe() {
   link_.subscribe<GprTraceMessage>(settings_.gpr, sensor, [this](const GprTraceMessage& m) {
     live_->push(ros_shared::to_trace(to_ns(m.header.stamp), m));
   });
+  link_.subscribe<NavSatFix>(settings_.fix, sensor, [this](const NavSatFix& m) {
+    live_->push(ros_shared::to_fix(to_ns(m.header.stamp), m));
+  });
+  link_.subscribe<PoseWithCovarianceStamped>(
+      settings_.site_pose, sensor, [this](const PoseWithCovarianceStamped& m) {
+        live_->push(ros_shared::to_site_fix(to_ns(m.header.stamp), m.pose));
+      });
   link_.subscribe<PoseWithCovarianceStamped>(
       settings_.initialpose, out(), [this](const PoseWithCovarianceStamped& m) {
         if (m.header.frame_id == settings_.frames.map)

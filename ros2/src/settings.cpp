@@ -33,6 +33,8 @@ std::vector<Setting> table(Settings& s) {
     {"imu", &s.imu, "in: sensor_msgs/Imu"},
     {"gpr", &s.gpr, "in: gprodom_msgs/GprTrace"},
     {"wheel", &s.wheel, "in: what wheel_message says"},
+    {"fix", &s.fix, "in: sensor_msgs/NavSatFix, a position of the antenna 0 of anchor.antennas"},
+    {"site_pose", &s.site_pose, "in: geometry_msgs/PoseWithCovarianceStamped, a pose of the robot in site, of a total station or another estimator; antenna 0 likewise"},
     {"initialpose", &s.initialpose, "in: geometry_msgs/PoseWithCovarianceStamped in the map frame, the command locate_at"},
     {"command", &s.command, "in: gprodom_msgs/Command: reset, save_map, load_map or locate_at"},
     {"odometry", &s.odometry, "out: nav_msgs/Odometry in odom, continuous"},
@@ -141,9 +143,9 @@ void check(const Settings& s) {
   need(wheel != WheelMessage::kTicks || s.metres_per_tick > 0, "set metres_per_tick (m)");
   if (s.name_space.empty() || s.name_space.front() != '/')
     throw ConfigError("namespace: expected a name that begins with /");
-  const auto words = {s.imu,     s.gpr,       s.wheel,        s.initialpose,
-                      s.command, s.odometry,  s.odometry_map, s.revisits,
-                      s.tf,      s.tf_static, s.diagnostics,  s.name_space};
+  const auto words = {s.imu,         s.gpr,       s.wheel,       s.fix,          s.site_pose,
+                      s.initialpose, s.command,   s.odometry,    s.odometry_map, s.revisits,
+                      s.tf,          s.tf_static, s.diagnostics, s.name_space};
   for (const std::string& word : words) {
     const bool fits = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
       return std::isalnum(c) || c == '_' || c == '/';

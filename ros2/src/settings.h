@@ -20,8 +20,8 @@ struct Settings {
   std::string interface = "lo";
   std::string name_space = "/";
 
-  std::string imu = "imu/data", gpr = "gpr", wheel = "wheel_odometry", initialpose = "initialpose",
-              command = "gprodom/command";
+  std::string imu = "imu/data", gpr = "gpr", wheel = "wheel_odometry", fix = "fix",
+              site_pose = "site_pose", initialpose = "initialpose", command = "gprodom/command";
   std::string odometry = "odometry", odometry_map = "odometry_map", revisits = "revisits",
               tf = "/tf", tf_static = "/tf_static", diagnostics = "/diagnostics";
 

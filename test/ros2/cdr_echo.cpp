@@ -43,11 +43,11 @@ void write(char good, const std::uint8_t* bytes, std::size_t size) {
 }  // namespace
 
 int main() {
-  const auto known =
-      echoes<Time, Header, Int64, Clock, Log, Vector3, Quaternion, Pose, PoseWithCovariance,
-             PoseWithCovarianceStamped, Twist, TwistStamped, TwistWithCovariance, Transform,
-             TransformStamped, TFMessage, Odometry, Imu, JointState, KeyValue, DiagnosticStatus,
-             DiagnosticArray, GprTraceMessage, Revisit, CommandMessage>();
+  const auto known = echoes<Time, Header, Int64, Clock, Log, Vector3, Quaternion, Pose,
+                            PoseWithCovariance, PoseWithCovarianceStamped, Twist, TwistStamped,
+                            TwistWithCovariance, Transform, TransformStamped, TFMessage, Odometry,
+                            Imu, NavSatStatus, NavSatFix, JointState, KeyValue, DiagnosticStatus,
+                            DiagnosticArray, GprTraceMessage, Revisit, CommandMessage>();
   Bytes name, bytes;
   while (read(name) && read(bytes)) {
     try {

@@ -30,7 +30,7 @@ TypeSupport make_type(const std::string& name) {
              geometry_msgs::msg::PoseWithCovarianceStampedPubSubType,
              geometry_msgs::msg::TwistStampedPubSubType, tf2_msgs::msg::TFMessagePubSubType,
              nav_msgs::msg::OdometryPubSubType, sensor_msgs::msg::ImuPubSubType,
-             sensor_msgs::msg::JointStatePubSubType,
+             sensor_msgs::msg::NavSatFixPubSubType, sensor_msgs::msg::JointStatePubSubType,
              diagnostic_msgs::msg::DiagnosticArrayPubSubType, gprodom_msgs::msg::GprTracePubSubType,
              gprodom_msgs::msg::RevisitPubSubType, gprodom_msgs::msg::CommandPubSubType>();
   TypeSupport type = all.at(name)();

@@ -33,6 +33,8 @@ KINDS = [
     "tf2_msgs/msg/TFMessage",
     "nav_msgs/msg/Odometry",
     "sensor_msgs/msg/Imu",
+    "sensor_msgs/msg/NavSatStatus",
+    "sensor_msgs/msg/NavSatFix",
     "sensor_msgs/msg/JointState",
     "diagnostic_msgs/msg/KeyValue",
     "diagnostic_msgs/msg/DiagnosticStatus",
