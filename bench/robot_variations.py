@@ -5,7 +5,7 @@ The motion and its noise stay real; rates, delays, biases, mounting, encoder and
 start change (variations.py). Each is measured as bench/robots.py measures a recording, its IMU's
 mounting found anew: error of dead reckoning and of `imu_wheel` (m), their ratio, NEES of x and y,
 seconds until the start, the largest jump of `odom` (m), and what health says after the start.
-Those of the IMU's place, which cannot be configured, are run only where --vary names them.
+Those of the IMU's place are run only where --vary names them; "given": with imu.lever_arm.
 
 SOURCE is the folder of bench/robots.py, or a sequence or log with truth.
 
@@ -26,8 +26,10 @@ from typing import Any
 import numpy as np
 
 from gprodom.calibrate.mount import find_mount
+from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.drive.imu_speed import matrix_of
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
@@ -67,7 +69,9 @@ def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Ro
                 row["mounting"] = "of the recording"
                 mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
             log = write(varied.cut(sensors), Path(folder) / "in.lcmlog")
-            return row | measure(recording, log, mount, overrides, smooth=False)
+            place = listed((matrix_of(mount.rpy) @ varied.arm_m).tolist())
+            given = [f"imu.lever_arm={place}"] * any(varied.arm_m)
+            return row | measure(recording, log, mount, [*given, *overrides], smooth=False)
         except Error as error:  # one that does not start is a row, too
             return row | {"error": str(error)}
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import lfilter
 
 from gprodom import rotation
 from gprodom.arrays import Floats, Ints
 from sensors import FINEST_M, Sensors, rate_hz
 
 SHORTEST_S = 1e-3  # between samples; some recordings have two of one stamp
-TURN_S = 0.05  # standard deviation of the weights, or time constant
+TURN_S = 0.05  # standard deviation of the weights
 SLOW_HZ = 20.0  # to which a wheel is thinned before its stamps or samples get worse
 
 Change = Callable[[Sensors, np.random.Generator], Sensors]
@@ -152,27 +151,15 @@ def turned(*quaternion: float) -> Change:
     return change
 
 
-def added_by(arm_m: Sequence[float], s: Sensors, rate: Floats) -> Floats:
-    """Accelerations (n, 3) that turning at `rate` adds where the IMU sits, along its own axes."""
-    second = np.maximum(np.gradient(s.seconds), SHORTEST_S)
-    angular = np.gradient(rate, axis=0) / second[:, None]
-    arm = np.array(arm_m)
-    return np.asarray(np.cross(angular, arm) + np.cross(rate, np.cross(rate, arm)))
-
-
-def displaced(*arm_m: float, taken_out: bool = False) -> Change:
+def displaced(*arm_m: float) -> Change:
     """The IMU sits so far from the reference point. The gyro's rate is smoothed over `TURN_S`, so
-    that its noise does not count as turning. taken_out: by the rate as it comes, with a filter that
-    knows the past alone, as an estimator would that knows the arm."""
+    that its noise does not count as turning."""
 
     def change(s: Sensors, _: np.random.Generator) -> Sensors:
         samples = TURN_S * rate_hz(s.imu_time)
-        force = s.force + added_by(arm_m, s, gaussian_filter1d(s.rate, samples, axis=0))
-        if taken_out:
-            kept = float(np.exp(-1 / samples))
-            past = lfilter([1 - kept], [1, -kept], s.rate - s.rate[0], axis=0) + s.rate[0]
-            force = force - added_by(arm_m, s, past)
-        return replace(s, force=force)
+        rate = gaussian_filter1d(s.rate, samples, axis=0)
+        step_s = np.maximum(np.gradient(s.seconds), SHORTEST_S)
+        return replace(s, force=s.force + rotation.added_by_turning(rate, step_s, np.array(arm_m)))
 
     return change
 
@@ -268,13 +255,15 @@ def same(s: Sensors, _: np.random.Generator) -> Sensors:
 @dataclass(frozen=True)
 class Variation:
     """A change, and the shares of the recording's time between which it is run, with the seconds
-    after the first. `known`: the IMU's mounting is found after the change, not before."""
+    after the first. `known`: the IMU's mounting is found after the change, not before. `arm_m`: the
+    IMU's place that is configured, along its own axes."""
 
     change: Change = same
     known: bool = True
     begin: float = 0.0
     end: float = 1.0
     begin_s: float = 0.0
+    arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def cut(self, s: Sensors) -> Sensors:
         """The part that is run."""
@@ -360,13 +349,13 @@ VARIATIONS = {
 
 # Where the IMU sits, its axes being known: not part of those that are run when none is named.
 ARMS_M = {
-    "0.1 m off along x": (0.1, 0, 0),
-    "0.5 m off along x": (0.5, 0, 0),
-    "0.5 m off along y": (0, 0.5, 0),
-    "0.5 m off along z": (0, 0, 0.5),
+    "0.1 m off along x": (0.1, 0.0, 0.0),
+    "0.5 m off along x": (0.5, 0.0, 0.0),
+    "0.5 m off along y": (0.0, 0.5, 0.0),
+    "0.5 m off along z": (0.0, 0.0, 0.5),
 }
 LEVER_ARMS = {
-    f"IMU {name}{more}": Variation(displaced(*arm, taken_out=out), known=False)
+    f"IMU {name}{more}": Variation(displaced(*arm), known=False, arm_m=given)
     for name, arm in ARMS_M.items()
-    for more, out in (("", False), (", taken out", True))
+    for more, given in (("", (0.0, 0.0, 0.0)), (", given", arm))
 }

@@ -96,3 +96,11 @@ def slerp(a: Array, b: Array, weight: Array) -> Array:
     wb = np.where(small, weight, np.sin(weight * angle) / sin)
     q = wa * a + wb * b
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def added_by_turning(rate: Array, step_s: float | Array, arm_m: Array) -> Array:
+    """Acceleration (n, 3), m/s^2, of the end of an arm over that of its beginning:
+    alpha x r + omega x (omega x r), in the axes of `rate` (n, 3), rad/s. step_s: between the rows,
+    over which alpha is the central difference; (n,) where they are not even."""
+    angular = np.gradient(rate, axis=0) / np.reshape(step_s, (-1, 1))
+    return np.asarray(np.cross(angular, arm_m) + np.cross(rate, np.cross(rate, arm_m)))

@@ -73,10 +73,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       reorder_window_(from_seconds(config.time.reorder_window)),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
       tick_period_(from_seconds(config.gpr.tick)),
-      R_body_imu_((Eigen::AngleAxisd(config.imu.rpy_body_imu.z(), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.y(), Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix()),
+      imu_mounting_(config.imu),
       health_(config.logging.warning_period),
       input_(config_, health_),
       motion_(config),
@@ -103,9 +100,8 @@ void Pipeline::store(Message& message) {
       health_.count("smoother", "IMU sample dropped: the solver is a minute late");
       return;
     }
-    imu->acceleration = R_body_imu_ * imu->acceleration;
-    imu->angular_velocity = R_body_imu_ * imu->angular_velocity;
-    if (!motion_.add(*imu)) health_.count(config_.channels.imu, "stamp repeated");
+    if (!motion_.add(imu_mounting_.in_body(*imu)))
+      health_.count(config_.channels.imu, "stamp repeated");
   } else if (auto* wheel = std::get_if<WheelSample>(&message)) {
     motion_.add(*wheel);
     count_jump();

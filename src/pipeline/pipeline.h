@@ -18,6 +18,7 @@
 #include "gprodom/odometry.h"
 #include "gprodom/types.h"
 #include "input/health.h"
+#include "input/imu_mounting.h"
 #include "input/input_check.h"
 #include "input/mounting_watch.h"
 #include "map/map_task.h"
@@ -153,7 +154,7 @@ class Pipeline {
   const Config config_;
   const Execution execution_;
   const TimeNs reorder_window_, state_period_, tick_period_;
-  const Eigen::Matrix3d R_body_imu_;
+  ImuMounting imu_mounting_;
   std::deque<Message> inbox_;
   Outputs out_;
   Health health_;

@@ -68,6 +68,27 @@ def test_imu_integrates_to_the_truth(name: str) -> None:
         np.testing.assert_allclose(position[0] + integrate(component), position, atol=2e-3)
 
 
+def test_an_imu_beside_the_origin_feels_its_own_path() -> None:
+    """Its accelerations are those of its path in the plane, by numeric second derivative."""
+    arm = (0.5, -0.3, 0.2)
+    data = simulate(Spec(route("loop"), imu=replace(NO_NOISE, lever_arm=arm), ground=None), 3)
+    t, h = (data.imu_utime - data.spec.start_utime)[10:-10] * 1e-6, 5e-3
+
+    def place(at: np.ndarray) -> np.ndarray:
+        motion = data.drive.at(at)
+        turned = np.exp(1j * motion.yaw)
+        return np.asarray(motion.x + 1j * motion.y + turned * (arm[0] + 1j * arm[1]))
+
+    second = (place(t + h) - 2 * place(t) + place(t - h)) / h**2
+    wanted = second * np.exp(-1j * data.drive.at(t).yaw)
+    felt = data.imu.acceleration[10:-10]
+    off = felt[:, 0] + 1j * felt[:, 1] - wanted
+    assert np.abs(off).max() < 0.005
+    at_origin = simulate(Spec(route("loop"), imu=NO_NOISE, ground=None), 3).imu.acceleration
+    assert np.abs(felt - at_origin[10:-10])[:, :2].max() > 0.1
+    np.testing.assert_allclose(felt[:, 2], data.spec.imu.gravity, atol=1e-9)
+
+
 def test_wheel_counts_the_distance_of_its_contact_point() -> None:
     wheel = replace(NO_WHEEL_NOISE, scale=1.03, lever_arm=(0.2, 0.4))
     data = simulate(Spec(route("loop"), wheel=wheel, ground=None), 1)

@@ -33,6 +33,7 @@ EXAMPLES = """\
 
 RAYS, NONE = "rays", "none"
 SPEED = 0.6  # m/s
+FARTHEST = 100.0  # m, as imu.lever_arm
 
 DESCRIPTION = """\
 Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`: as
@@ -147,6 +148,13 @@ def add_parser(subparsers: Subparsers) -> None:
             help=f"{what} in body, m (default: 0,0)",
         )
     parser.add_argument(
+        "--imu",
+        metavar="X,Y,Z",
+        type=parse_place,
+        default=(0.0, 0.0, 0.0),
+        help="the IMU's place in body, m: turning adds accelerations there (default: 0,0,0)",
+    )
+    parser.add_argument(
         "--pipes",
         metavar="FILE",
         type=Path,
@@ -167,6 +175,17 @@ def parse_point(text: str) -> Point:
     return x, y
 
 
+def parse_place(text: str) -> tuple[float, float, float]:
+    """X,Y,Z in metres, as far as a robot reaches."""
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected X,Y,Z in metres") from None
+    if not max(abs(x), abs(y), abs(z)) <= FARTHEST:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected -{FARTHEST:g} to {FARTHEST:g} m each")
+    return x, y, z
+
+
 def make_spec(args: argparse.Namespace) -> Spec:
     """The specification given by the arguments."""
     speed = args.speed or (KINDS[args.robot].speed if args.robot else SPEED)
@@ -183,8 +202,8 @@ def make_spec(args: argparse.Namespace) -> Spec:
         args.route, args.distance, speed, args.standstill, stream(args.seed, "route"), length
     )
     if args.plain:
-        if args.antenna or args.contact != (0, 0) or args.prism != (0, 0):
-            raise UsageError("--plain: takes no --antenna, --contact or --prism")
+        if args.antenna or args.contact != (0, 0) or args.prism != (0, 0) or any(args.imu):
+            raise UsageError("--plain: takes no --antenna, --contact, --prism or --imu")
         wheel = WheelSpec(lasting=args.lasting)
         radar = RadarSpec(spacing=args.trigger_distance)
         return Spec(
@@ -205,7 +224,9 @@ def make_spec(args: argparse.Namespace) -> Spec:
     if len(antennas) > 1:
         drawn = draw_antennas(antennas, spec.radar, stream(args.seed, "antennas"))
         spec = replace(spec, antennas=drawn)
-    return of_kind(args.robot, args.surface or "floor", spec) if args.robot else spec
+    if args.robot:
+        spec = of_kind(args.robot, args.surface or "floor", spec)
+    return replace(spec, imu=replace(spec.imu, lever_arm=args.imu))
 
 
 def check(args: argparse.Namespace) -> None:

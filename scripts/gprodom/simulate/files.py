@@ -114,6 +114,8 @@ def _facts(simulated: Simulated) -> dict[str, Any]:
     for each in (written["radar"], *(antenna["radar"] for antenna in written["antennas"])):
         if not each["spacing"]:
             del each["spacing"]
+    if not any(spec.imu.lever_arm):
+        del written["imu"]["lever_arm"]
     antennas: dict[str, Any] = {}
     if spec.antennas:
         antennas["antennas"] = [[*antenna.told, 0.0] for antenna in spec.antennas]

@@ -1,4 +1,4 @@
-"""An IMU at the track point: exact kinematics, then biases that walk and white noise.
+"""An IMU at the track point or beside it: exact kinematics, biases that walk, and white noise.
 
 Defaults equal those of ``imu`` in the estimator's configuration.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.rotation import added_by_turning
 from gprodom.simulate.drive import Motion
 from gprodom.simulate.terrain import draw_terrain
 
@@ -29,6 +30,7 @@ class ImuSpec:
         0.0,
         0.0,
     )  # rad; roll, pitch, yaw of R_body_imu
+    lever_arm: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m; its place in body
     gyro_noise_density: float = 2.3e-4  # rad/s/sqrt(Hz)
     accel_noise_density: float = 8.3e-4  # m/s^2/sqrt(Hz)
     gyro_bias_walk: float = 1.0e-5  # rad/s^2/sqrt(Hz)
@@ -100,6 +102,8 @@ def measure(
     n, step = len(motion.s), 1.0 / spec.rate
     body_imu = rotation_from_rpy(spec.rpy_body_imu)
     force, rate = _body_motion(motion, spec, random)
+    if any(spec.lever_arm):
+        force = force + added_by_turning(rate, step, np.array(spec.lever_arm))
     force, rate = force @ body_imu, rate @ body_imu
 
     def bias(sigma: float, walk: float) -> Floats:

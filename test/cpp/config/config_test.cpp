@@ -82,12 +82,14 @@ TEST(Config, DatumIsThreeNumbersOrNone) {
 TEST(Config, OverridesWinOverTheFileAndLaterOverridesOverEarlier) {
   const TemporaryFile file(
       "wheel:\n  scale: 1.02   # comment\n  lever_arm: [0.1, -2e-1, +3]\n  enabled: false\n"
+      "imu: {lever_arm: [0.5, 0, -0.2]}\n"
       "paper: {rows: 7}\nchannels:\n  imu: 'MY IMU'\ngpr:\n");
   const Config config = load_config(
       {file.path()}, {"wheel.scale=0.97", "paper.wheel_form=distance", "wheel.scale=0.98"});
   EXPECT_DOUBLE_EQ(config.wheel.scale, 0.98);
   EXPECT_EQ(config.wheel.form, WheelForm::kDistance);
   EXPECT_EQ(config.wheel.lever_arm, Eigen::Vector3d(0.1, -0.2, 3.0));
+  EXPECT_EQ(config.imu.lever_arm, Eigen::Vector3d(0.5, 0, -0.2));
   EXPECT_FALSE(config.wheel.enabled);
   EXPECT_EQ(config.gpr.sequential.rows, 7);
   EXPECT_EQ(config.channels.imu, "MY IMU");
@@ -140,6 +142,9 @@ TEST(Config, ErrorsNameFileLineKeyAndExpectation) {
   EXPECT_EQ(error_of_file("wheel:\n  lever_arm: [1, 2]\n"),
             "FILE:2: wheel.lever_arm: expected [x, y, z], three numbers from -100 to 100 (m), "
             "got [\"1\", \"2\"]");
+  EXPECT_EQ(error_of_file("imu:\n  lever_arm: [500, 0, 0]\n"),
+            "FILE:2: imu.lever_arm: expected [x, y, z], three numbers from -100 to 100 (m), "
+            "got [\"500\", \"0\", \"0\"]");
   EXPECT_EQ(error_of_file("channels:\n  imu:\n"),
             "FILE:2: channels.imu: expected text of at most 63 characters, got nothing");
   EXPECT_EQ(error_of_file("channels:\n  imu: WHEEL\n"),
@@ -275,7 +280,7 @@ TEST(Config, HasNoMoreKeysThanAUserCanKnow) {
   Config config;
   std::size_t count = 0;
   for (const auto& key : config_keys(config)) count += key.name.rfind("channels.", 0) != 0;
-  EXPECT_LE(count, 67u);
+  EXPECT_LE(count, 71u);
 }
 
 TEST(Config, APrefixIsPutBeforeTheChannelsLeftAtTheirDefaults) {

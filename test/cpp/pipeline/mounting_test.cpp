@@ -19,6 +19,7 @@ constexpr double kRate = 100.0;   // Hz
 constexpr double kSpeed = 0.5;    // m/s
 constexpr double kYawRate = 0.2;  // rad/s, to the left
 constexpr double kTurn = 6.0;     // s
+constexpr double kTurnsIn = 0.5;  // s
 
 Config without_radar() {
   Config config = default_config();
@@ -34,23 +35,28 @@ struct Driven {
 };
 
 // Four seconds of standstill, then ahead, round a bend to the left, and ahead.
-Driven drive(const Config& config, const Mounting& mounted) {
+Driven drive(const Config& config, const Mounting& mounted,
+             const Vector3d& arm = Vector3d::Zero()) {
   Driven run;
   Odometry odometry(config, Execution::kInline);
   double wheel_m = 0.0;
   for (int i = 0; i < 20 * kRate; ++i) {
     const double t = i / kRate, dt = 1 / kRate;
     const double speed = kSpeed * std::clamp(t - 4.0, 0.0, 1.0);
-    const bool turns = t > 8.0 && t <= 8.0 + kTurn;
-    const double yaw_rate = turns ? kYawRate : 0.0;
+    const double into = (t - 8.0) / kTurnsIn, out_of = (8.0 + kTurn + kTurnsIn - t) / kTurnsIn;
+    const double yaw_rate = kYawRate * std::clamp(std::min(into, out_of), 0.0, 1.0);
+    const bool begins = into > 0 && into<1, ends = out_of> 0 && out_of < 1;
+    const Vector3d rate(0, 0, yaw_rate), angular(0, 0, kYawRate / kTurnsIn * (begins - ends));
+    const Vector3d by_arm = angular.cross(arm) + rate.cross(rate.cross(arm));
     const double ahead = t > 4.0 && t <= 5.0 ? kSpeed : 0.0;
     ImuSample imu;
     imu.time = from_seconds(1000.0 + t);
     // A little noise, which repeats.
     const Vector3d force_noise(i % 3 - 1, i % 5 - 2, i % 7 - 3);
     const Vector3d rate_noise(i % 5 - 2, i % 7 - 3, i % 3 - 1);
-    imu.acceleration = mounted(Vector3d(ahead, speed * yaw_rate, 9.80665) + 0.002 * force_noise);
-    imu.angular_velocity = mounted(Vector3d(0, 0, yaw_rate) + 4e-4 * rate_noise);
+    imu.acceleration =
+        mounted(Vector3d(ahead, speed * yaw_rate, 9.80665) + by_arm + 0.002 * force_noise);
+    imu.angular_velocity = mounted(rate + 4e-4 * rate_noise);
     odometry.add(imu);
     odometry.add(WheelSample{imu.time, wheel_m});
     wheel_m += speed * dt;
@@ -121,6 +127,20 @@ TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
     EXPECT_LT((a.pose_covariance - b.pose_covariance).norm(), 1e-6 * a.pose_covariance.norm());
     EXPECT_EQ(a.flags, b.flags) << c.name;
   }
+}
+
+// An IMU beside the origin measures what turning adds; imu.lever_arm takes it out.
+TEST(Mounting, ALeverArmIsTakenOut) {
+  const Vector3d arm(0.5, -0.2, 0.3);
+  Config config = without_radar();
+  const auto error_m = [&](const Config& given) {
+    const Driven run = drive(given, along_body, arm);
+    return (run.odometry.back().p_odom_body - run.true_position).norm();
+  };
+  const double ignored_m = error_m(config);
+  config.imu.lever_arm = arm;
+  EXPECT_LT(error_m(config), 0.05);
+  EXPECT_GT(ignored_m, 2 * error_m(config));
 }
 
 // Shows that the test above detects a rotation that is not compensated: the wheel then seems to

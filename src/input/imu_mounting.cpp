@@ -1,0 +1,47 @@
+#include "input/imu_mounting.h"
+
+#include <cmath>
+
+namespace gprodom {
+
+namespace {
+
+// s. A turn begins within a few tenths of a second. A shorter filter makes noise of the gyro into
+// accelerations, a longer one is late.
+constexpr double kFilter_s = 0.05;
+constexpr double kLongestStep_s = 0.12;  // beyond, samples are missing and the filter begins anew
+
+}  // namespace
+
+ImuMounting::ImuMounting(const ImuConfig& config)
+    : R_body_imu_((Eigen::AngleAxisd(config.rpy_body_imu.z(), Eigen::Vector3d::UnitZ()) *
+                   Eigen::AngleAxisd(config.rpy_body_imu.y(), Eigen::Vector3d::UnitY()) *
+                   Eigen::AngleAxisd(config.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
+                      .toRotationMatrix()),
+      arm_(config.lever_arm) {}
+
+ImuSample ImuMounting::in_body(const ImuSample& in_imu) {
+  ImuSample result = in_imu;
+  result.acceleration = R_body_imu_ * in_imu.acceleration;
+  result.angular_velocity = R_body_imu_ * in_imu.angular_velocity;
+  if (!arm_.isZero(0.0)) result.acceleration -= added_by_arm(result);
+  return result;
+}
+
+// The filter d(rate)/dt = (omega - rate) / T gives the angular acceleration as well. With omega and
+// rate in the second product, what is taken out is the derivative of R (rate x r): it adds up.
+Eigen::Vector3d ImuMounting::added_by_arm(const ImuSample& at) {
+  const double dt = last_ ? to_seconds(at.time - last_->time) : kLongestStep_s;
+  if (dt >= kLongestStep_s) {
+    rate_ = at.angular_velocity;
+    angular_.setZero();
+  } else if (dt > 0) {
+    const Eigen::Vector3d change = -std::expm1(-dt / kFilter_s) * (at.angular_velocity - rate_);
+    rate_ += change;
+    angular_ = change / dt;
+  }
+  if (dt > 0) last_ = at;
+  return angular_.cross(arm_) + at.angular_velocity.cross(rate_.cross(arm_));
+}
+
+}  // namespace gprodom
