@@ -20,8 +20,11 @@ constexpr double kToldYawSigma = 0.15;    // rad; of a place told, as a hand set
 constexpr double kSupposeEvery = 1.0;     // m between two choices of a change near a place told
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
-constexpr double kSolveAnyway = 10.0;     // s of data time; solves without a new revisit, since the
-                                          // scale is learnt meanwhile
+// Where the track has crossed itself again and again, a solution costs far more than by its nodes:
+// it may take this much work (NormalMatrix::work()) for each second of data until the next one.
+constexpr double kSolveWork = 2e7;
+constexpr double kSolveAnyway = 10.0;  // s of data time; solves without a new revisit, since the
+                                       // scale is learnt meanwhile
 
 }  // namespace
 
@@ -320,15 +323,15 @@ GroundMap Mapper::take_ground() {
 }
 
 void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
-  const double every =
+  double every =
       std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
-  next_solve_ = path_.newest().time + from_seconds(every);
   fresh_at_m_ = path_.travelled() + kNodeSpacing;
-  solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
   try {
     const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
     newest_node_ = solution.newest;
     trusted_ = solution.trusted;
+    solve_work_ += solution.work;
+    every = std::max(every, solution.work / kSolveWork);
     for (std::size_t i = 0; i < trusted_.size(); ++i) {
       const double at_m = path_.travelled_at(graph_->revisits()[i].query);
       if (trusted_[i]) tied_at_m_ = std::max(tied_at_m_.value_or(at_m), at_m);
@@ -336,6 +339,8 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
   } catch (const std::runtime_error& error) {
     answer.notes.emplace_back(error.what());
   }
+  next_solve_ = path_.newest().time + from_seconds(every);
+  solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
 }
 
 }  // namespace gprodom

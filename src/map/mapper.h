@@ -99,6 +99,9 @@ class Mapper {
   // How the map deforms the track of odom: a piece for each node, in time order.
   std::vector<TrackPiece> track() const;
 
+  // Of all solutions of the pose graph so far (NormalMatrix::work()).
+  double solve_work() const { return solve_work_; }
+
   // How odom lies in map at the track's beginning.
   PlanarPose map_from_odom() const;
 
@@ -185,6 +188,7 @@ class Mapper {
   std::optional<PoseGraph> graph_;
   PlanarEstimate newest_node_;
   TimeNs next_solve_ = 0, solve_anyway_ = 0;
+  double solve_work_ = 0.0;
   double fresh_at_m_ =
       0.0;  // travelled; from here on the graph has a new node since the last solution
   std::vector<bool> trusted_;        // of the graph's revisits, at the last solution

@@ -49,6 +49,8 @@ class GraphProblem {
   // std::runtime_error if the normal equations are singular.
   Matrix5d newest_covariance(const std::vector<bool>& trusted, const Unknowns& at);
 
+  double work() const { return equations_.work(); }  // of all of that, so far
+
  private:
   enum class SlipPrior {
     kUsuallyNone,  // for the solution: robust; either no slip, or one that lasts

@@ -15,10 +15,21 @@ void NormalMatrix::find_slots() {
   factorised_.analyzePattern(matrix_);
 }
 
+// A column of the factor with n entries below the diagonal takes n^2 / 2 products.
+void NormalMatrix::count_work() {
+  const auto& factor = factorised_.matrixL().nestedExpression();
+  for (int k = 0; k < factor.outerSize(); ++k) {
+    const double below = factor.outerIndexPtr()[k + 1] - factor.outerIndexPtr()[k];
+    work_of_factorising_ += 0.5 * below * (below + 1.0);
+  }
+}
+
 bool NormalMatrix::factorise(double damping) {
   if (slots_.empty()) find_slots();
   factorised_.setShift(0.0, 1.0 + damping);
   factorised_.factorize(matrix_);
+  if (work_of_factorising_ == 0.0) count_work();
+  work_ += work_of_factorising_;
   return factorised_.info() == Eigen::Success;
 }
 

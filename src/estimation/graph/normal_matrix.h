@@ -21,6 +21,7 @@ class NormalMatrix {
   // Begins a pass.
   void clear() {
     next_ = 0;
+    work_ += static_cast<double>(slots_.size());
     gradient_.setZero();
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
   }
@@ -46,6 +47,10 @@ class NormalMatrix {
   // singular.
   bool factorise(double damping = 0.0);
 
+  // Arithmetic done so far: multiplications of all factorisations, and entries of all passes but
+  // the first. The same for the same problem on any machine.
+  double work() const { return work_; }
+
   const Eigen::VectorXd& gradient() const { return gradient_; }
   template <typename Columns>
   auto solve(const Columns& right) const {
@@ -60,12 +65,14 @@ class NormalMatrix {
       matrix_.valuePtr()[slots_[next_++]] += value;
   }
   void find_slots();
+  void count_work();
 
   Eigen::SparseMatrix<double> matrix_;  // its lower triangle
   Eigen::VectorXd gradient_;
   std::vector<Eigen::Triplet<double>> entries_;  // of the first pass
   std::vector<int> slots_;                       // of the entries among the matrix's values
   std::size_t next_ = 0;
+  double work_ = 0.0, work_of_factorising_ = 0.0;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factorised_;
 };
 

@@ -243,6 +243,7 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
     solution.newest.slip = at.slips.back();
     solution.newest.covariance = problem.newest_covariance(trusted, at);
   }
+  solution.work = problem.work();
   solution.newest.pose = at.nodes.back();
   solution.newest.scale = at.scale;
   solution.trusted = std::move(trusted);

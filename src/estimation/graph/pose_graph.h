@@ -71,6 +71,7 @@ struct PoseGraphSolution {
   std::vector<PlanarPose> nodes;  // in map
   std::vector<bool> trusted;      // for each revisit, in the order in which they were added
   PlanarEstimate newest;
+  double work = 0.0;  // NormalMatrix::work()
 };
 
 class PoseGraph {
