@@ -56,10 +56,8 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
             since = until
         odometry = outputs[-1].odometry
         name = "" if fixes else "_without"
-        sigma, off = (
-            float(odometry["wheel_scale_sigma"][-1]),
-            float(odometry["wheel_scale"][-1]) - true,
-        )
+        scale, sigma = (float(value) for value in odometry["wheel_scale"][-1])
+        off = scale - true
         found |= {
             f"sigma{name}": sigma,
             f"error{name}": off,
