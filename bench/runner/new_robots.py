@@ -1,9 +1,11 @@
-"""The bench of `gprodom commission`."""
+"""The benches of `gprodom commission`, and of carts whose wheel triggers the radar."""
 
 from __future__ import annotations
 
 from job import Bench, Job
-from readers import commission
+from readers import ERROR_M, commission
+
+from figures import Unit, rows
 
 
 def commissioning() -> Bench:
@@ -14,6 +16,29 @@ def commissioning() -> Bench:
         "commission.py",
         commission,
         _jobs(),
+        settable=False,
+    )
+
+
+def triggering() -> Bench:
+    """Traces by the wheel against traces by a clock, a job for each ground."""
+    grounds = ("rays", "garage", "basement", "floor")
+    jobs = (
+        Job(
+            ground,
+            (f"--ground={ground}",),
+            (),
+            ground == "rays" and ("--ground=rays", "--seeds=1", "--spacing=0.02"),
+        )
+        for ground in grounds
+    )
+    values = {"error_m": ERROR_M, "without_m": Unit("m", ""), "revisits": Unit("", "")}
+    return Bench(
+        "triggers",
+        "Traces that the wheel triggers, against those of a clock",
+        "triggers.py",
+        rows(("ground", "slip", "trigger"), values),
+        tuple(jobs),
         settable=False,
     )
 

@@ -155,6 +155,17 @@ def test_a_wrong_mounting_is_told() -> None:
     assert all(changes[0] < 80 for changes in found.values()), found
 
 
+def test_traces_by_the_wheel_are_compared_with_those_of_a_clock() -> None:
+    """The short form of bench/triggers.py: a radar that cannot tell slip harms nothing."""
+    command = [BENCH / "triggers.py", "--ground", "rays", "--seeds", 1, "--spacing", 0.02, "--json"]
+    rows = json.loads(run(*command))
+    assert [(row["slip"], row["trigger"]) for row in rows] == [
+        (slip, trigger) for slip in ("moments", "lasting") for trigger in ("time", "2 cm")
+    ]
+    for row in rows:
+        assert row["error_m"] < 1.1 * row["without_m"] + 0.02, row
+
+
 def test_immobilised_robots_are_told() -> None:
     """The short form of bench/immobilised.py."""
     drives = json.loads(run(BENCH / "immobilised.py", "--cases", 8, "--json"))

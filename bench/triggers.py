@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""What is lost where the wheel triggers the radar's traces, in place of a clock?
+
+The same simulated drives with the same faults, on each ground of the simulator, once with 20 traces
+a second and once with a trace each so many centimetres: with stops and moments of slip, and with
+slip that lasts. Error of the pose in map (m, RMS, aligned at the start) with the radar by each
+trigger, and without a radar; and how many places were found again.
+
+    bench/triggers.py [--seeds 3] [--spacing 0.02]... [--ground NAME]... [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gprodom.cli import main as gprodom
+from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.errors import Error
+from gprodom.ground.survey import shipped
+from gprodom.lcm import logs
+from gprodom.lcm.constants import kind
+from gprodom.odometry.estimate import estimate
+from gprodom.odometry.methods import find_method
+from gprodom.score.align import FIRST_M
+from gprodom.score.associate import associate
+from gprodom.score.figures import compare
+from gprodom.score.sources import read_truth
+
+GROUNDS = ("rays", *shipped())
+SLIPS = {
+    "moments": ("--route=stops", "--slips=4"),
+    "lasting": ("--route=line", "--lasting=ramps"),
+}
+TIME = "time"
+
+
+def drive(log: Path, ground: str, slip: str, seed: int, spacing: float) -> None:
+    """Simulates it. spacing: m between traces; 0 for those of a clock."""
+    words = ["simulate", f"--seed={seed}", f"--ground={ground}", *SLIPS[slip], "-o", str(log)]
+    if spacing:
+        words.append(f"--trigger-distance={spacing}")
+    with redirect_stdout(StringIO()):
+        if gprodom(words) != 0:
+            raise Error(f"{ground}: could not be simulated")
+
+
+def error_m(log: Path, method: str, settings: Sequence[str] = ()) -> tuple[float, int]:
+    """And the number of displacements to places seen before."""
+    out = log.with_suffix(".out.lcmlog")
+    found = estimate(log, find_method(method), (), settings, out).trajectory
+    truth = read_truth(log, frame=None).trajectory
+    error = compare(associate(found, truth), "se2", FIRST_M).figures.ate_rmse_m
+    told = logs.read(out, ["GPR_DISPLACEMENT"])
+    if "GPR_DISPLACEMENT" not in told:
+        return error, 0
+    seen = told["GPR_DISPLACEMENT"]
+    return error, int(np.sum((seen["kind"] == kind("REVISIT")) & (seen["valid"] != 0)))
+
+
+def measure(
+    ground: str, slip: str, seed: int, spacings: Sequence[float]
+) -> Iterator[dict[str, Any]]:
+    """A row for each trigger."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = Path(name) / "drive.lcmlog"
+        drive(log, ground, slip, seed, 0.0)
+        without, _ = error_m(log, "imu_wheel")
+        for spacing in (0.0, *spacings):
+            way = f"{100 * spacing:g} cm" if spacing else TIME
+            if spacing:
+                drive(log, ground, slip, seed, spacing)
+            error, revisits = error_m(
+                log, "gprodom_full", [f"gpr.trigger={'distance' if spacing else 'time'}"]
+            )
+            yield {
+                "ground": ground,
+                "slip": slip,
+                "trigger": way,
+                "seed": seed,
+                "error_m": error,
+                "without_m": without,
+                "revisits": revisits,
+            }
+
+
+def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Means over seeds."""
+    cases = dict.fromkeys((row["ground"], row["slip"], row["trigger"]) for row in rows)
+    found = []
+    for case in cases:
+        of = [row for row in rows if (row["ground"], row["slip"], row["trigger"]) == case]
+        mean = {
+            key: float(np.mean([row[key] for row in of]))
+            for key in ("error_m", "without_m", "revisits")
+        }
+        found.append(dict(zip(("ground", "slip", "trigger"), case, strict=True)) | mean)
+    return found
+
+
+def main() -> int:
+    """Measures and prints."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=int, default=3, metavar="N")
+    parser.add_argument("--spacing", type=float, action="append", metavar="M")
+    parser.add_argument("--ground", choices=GROUNDS, action="append")
+    add_json_flag(parser)
+    args = parser.parse_args()
+    spacings = args.spacing or [0.02, 0.05]
+    cases = [
+        (ground, slip, seed)
+        for ground in args.ground or GROUNDS
+        for slip in SLIPS
+        for seed in range(args.seeds)
+    ]
+    rows: list[dict[str, Any]] = []
+    try:
+        with Progress("drives", len(cases)) as progress:
+            for case in cases:
+                rows += measure(*case, spacings)
+                progress.advance()
+    except Error as error:
+        print(f"triggers: error: {error}", file=sys.stderr)
+        return 1
+    means = summary(rows)
+    if args.json:
+        print_json(means)
+    else:
+        print(format_table(list(means[0]), [list(each.values()) for each in means]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
