@@ -67,6 +67,7 @@ UNITS = (0.2, 5.0)  # of metres_per_tick: times too long
 CLOCK_S = 0.2  # by which stamps of a sensor are off, to either side
 NO_SLIP = ("wheel.slip_threshold=0", "wheel.slip_share=0")
 ARM_M = (0.8, 0.4)  # within which the antenna is, forwards and to the left
+IMU_ARM_M = (0.6, 0.3, 0.5)  # within which the IMU of every other robot is; the others' is at 0
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,16 @@ def make(seed: int, folder: Path, radar: bool = True) -> Robot:
         track = draw.uniform(0.6, 1.4) * spec.pair.track
         spec = replace(spec, pair=replace(spec.pair, track=track))
         settings = (f"wheel.drive={KINDS[kind].drive}", f"wheel.track={track:.2f}")
-    spec = replace(spec, imu=replace(spec.imu, rpy_body_imu=(rpy[0], rpy[1], rpy[2])))
+    # From a stream of its own, so that all else of a robot is as without an arm.
+    place = stream(seed, "imu place").uniform(-1, 1, 3) * IMU_ARM_M * (seed % 2)
+    spec = replace(
+        spec,
+        imu=replace(
+            spec.imu,
+            rpy_body_imu=(rpy[0], rpy[1], rpy[2]),
+            lever_arm=(float(place[0]), float(place[1]), float(place[2])),
+        ),
+    )
     simulated = simulate(spec, seed)
     late = {"imu": draw.uniform(-CLOCK_S, CLOCK_S), "gpr_trace": draw.uniform(-CLOCK_S, CLOCK_S)}
     unit = float(np.exp(draw.uniform(*np.log(UNITS)))) if draw.uniform() < 0.5 else 1.0
@@ -144,6 +154,7 @@ def _true(
         "wheel scale, by accelerations": np.array([scale]),
         "wheel scale, by the stretch": np.array([scale]),
         "mounting of the IMU": np.array(spec.imu.rpy_body_imu),
+        "lever arm of the IMU": np.array(spec.imu.lever_arm[:2]),
         "noise of the gyro": np.array([spec.imu.gyro_noise_density]),
         "noise of the accelerometer": np.array([spec.imu.accel_noise_density]),
         "time offset of the radar": np.array([-late["gpr_trace"]]),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from commission import deviations, make, one
 # One wheel whose ticks are right, and a cart whose ticks are said to be 1.3 times too long.
 RIGHT, OTHER_UNIT = 0, 1
 LATE = 3  # a skid steer
+BESIDE = 5  # one wheel, its IMU 0.26 m behind the origin and 0.1 m to the left
 SIGMAS = 5.0  # of an error of one of some thirty numbers: by chance once in 50,000 runs
 
 
@@ -39,6 +41,7 @@ def test_robots(tmp_path: Path, seed: int, compiled: object) -> None:
         "time offset of the IMU",
         "wheel scale, by the stretch",
         "mounting of the IMU",
+        "lever arm of the IMU",
         "noise of the gyro",
         "noise of the accelerometer",
     }
@@ -91,6 +94,24 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: o
     assert main([*words, "-o", str(made.log)]) == 2
     assert "is an input" in capsys.readouterr().err
     assert main(["commission", str(made.log), "--stretch", "0.1"]) == 2
+
+
+def test_an_imu_beside_the_origin(tmp_path: Path, compiled: object) -> None:
+    """Its place is found and written, and what it adds does not spoil the mounting;
+    where it is configured already, it is not written again."""
+    made = make(BESIDE, tmp_path, radar=False)
+    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    true = made.truth["lever arm of the IMU"]
+    configured = [f"imu.lever_arm=[{true[0]}, {true[1]}, 0]"]
+    for settings, written in (([], True), (configured, False)):
+        found = commission(log, read_settings((), settings), made.stretch_m)
+        by_name = {each.name: each for each in found.parameters}
+        arm = by_name["lever arm of the IMU"]
+        np.testing.assert_allclose(arm.value, true, atol=0.05)
+        assert any(each.startswith("imu.lever_arm=") for each in found.settings) == written
+        told = {"parameters": [asdict(each) for each in found.parameters]}
+        off = deviations(told, made.truth)
+        assert max(map(abs, off["mounting of the IMU"] + off["lever arm of the IMU"])) < SIGMAS
 
 
 def test_late_wheels_are_waited_for(tmp_path: Path, compiled: object) -> None:

@@ -15,7 +15,7 @@ from gprodom.calibrate.mount import find_mount
 from gprodom.calibrate.offset import REACH_S, Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
-from gprodom.commission import radar, wheel
+from gprodom.commission import imu_arm, radar, wheel
 from gprodom.commission.parameter import (
     CIRCLES,
     STAND,
@@ -39,6 +39,7 @@ TILT_BY_BIAS = 0.03 / 9.81
 JITTER_S = 0.1  # of stamps and of their way to the estimator: half a state's interval
 LONGEST_WINDOW_S = 1.0  # of time.reorder_window
 CLEARLY = 2.0  # standard deviations off what is configured
+ARM_ROUNDS = 3  # each some ten times nearer than the one before
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,8 @@ def commission(
         shift(log, role, float(configured[section]["time_offset"]))
     found = [_imu_offset(log, float(configured["imu"]["time_offset"]))]
     found += _scale(log, float(configured["wheel"]["scale"]), stretch_m, truth)
-    mount = _mount(log, configured["imu"]["rpy_body_imu"])
-    found.append(mount)
+    mount, arm = _place(log, configured)
+    found += [mount, arm]
     found.append(wheel.track(log, str(configured["wheel"]["drive"])))
     found += _noise(log)
     found += _radar(log, configured)
@@ -158,6 +159,27 @@ def _scale(
     if fine.value:
         rescale(log, fine.value[0] / before)
     return [*found, fine]
+
+
+def _place(log: Log, configured: dict[str, Any]) -> tuple[Parameter, Parameter]:
+    """How and where the IMU is mounted. The log's accelerations are put to the origin. What turns
+    add to them looks like another yaw, and a wrong yaw turns the arm: both are found in turns."""
+    rpy, arm = (tuple(map(float, configured["imu"][key])) for key in ("rpy_body_imu", "lever_arm"))
+    wheel_arm = tuple(map(float, configured["wheel"]["lever_arm"]))
+    at_imu, mount = log["imu"], _mount(log, rpy)
+    if not mount.value:
+        imu_arm.take_out(log, rpy, arm)
+        remark = "the mounting is not known"
+        return mount, Parameter(imu_arm.NAME, remark=remark, manoeuvre=mount.manoeuvre)
+    for _ in range(ARM_ROUNDS):
+        log["imu"] = dict(at_imu)
+        found = imu_arm.lever_arm(log, mount.value, arm, wheel_arm)
+        place = (*found.value, arm[2]) if found.settings else arm
+        imu_arm.take_out(log, mount.value, place)
+        mount = _mount(log, rpy)
+        if not mount.value:
+            break
+    return mount, found
 
 
 def _mount(log: Log, configured: Sequence[float]) -> Parameter:
