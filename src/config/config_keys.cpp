@@ -162,7 +162,7 @@ void add_graph(Keys& keys, GraphConfig& c) {
 
 void add_anchor(Keys& keys, AnchorConfig& c) {
   keys.insert(keys.end(), {
-    {"anchor.enabled", &c.enabled, "", kAny, "tie map to site by positions from outside, where there are any"},
+    {"anchor.enabled", &c.enabled, "", kAny, "no effect yet: positions from outside are received, checked and counted, and do not enter the estimate"},
     {"anchor.antennas", &c.antennas, "m", kAny, "in body by the antenna_id of a fix, as {0: [x, y, z]}; of another id: at the origin of body"},
     {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east; []: the first geodetic fix that is used"},
   });
