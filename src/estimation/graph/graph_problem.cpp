@@ -175,6 +175,7 @@ void GraphProblem::solve(const Terms& terms, Unknowns& at) {
   double cost = linearise(terms, SlipPrior::kUsuallyNone, at), damping = 0.0;
   bool solved = false;
   for (int k = 0; k < options_.max_iterations; ++k) {
+    ++iterations_;
     if (equations_.factorise(damping)) {
       const Eigen::VectorXd step = -equations_.solve(equations_.gradient());
       const double gain = -0.5 * step.dot(equations_.gradient());

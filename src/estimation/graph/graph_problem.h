@@ -50,6 +50,7 @@ class GraphProblem {
   Matrix5d newest_covariance(const std::vector<bool>& trusted, const Unknowns& at);
 
   double work() const { return equations_.work(); }  // of all of that, so far
+  int iterations() const { return iterations_; }     // of all solve() so far
 
  private:
   enum class SlipPrior {
@@ -86,6 +87,7 @@ class GraphProblem {
   std::vector<SlipTerms> slip_terms_;
   NormalMatrix equations_;
   bool first_held_ = true;  // the first node, in the last linearisation
+  int iterations_ = 0;
 };
 
 }  // namespace gprodom

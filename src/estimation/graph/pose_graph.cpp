@@ -153,6 +153,11 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   const auto is_removed = [&](const RevisitEdge& edge) {
     return !nodes[edge.query] || (edge.memory != kInMap && !nodes[edge.memory]);
   };
+  std::vector<bool> trusted;
+  for (std::size_t i = 0; i < trusted_.size(); ++i) {
+    if (!is_removed(revisits_[i])) trusted.push_back(trusted_[i]);
+  }
+  trusted_ = std::move(trusted);
   revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), is_removed), revisits_.end());
   for (RevisitEdge& edge : revisits_) {
     edge.query = number[edge.query];
@@ -206,11 +211,32 @@ double PoseGraph::widest(const std::vector<double>& deviations) const {
   return width;
 }
 
+// Which revisits to begin with, if the last solution left some out that still contradict it, and
+// no others do. Else none: then all are tried.
+std::optional<std::vector<bool>> PoseGraph::still_trusted(
+    const std::vector<double>& deviations) const {
+  std::vector<bool> agrees;
+  bool leaves_out = false;
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    agrees.push_back(deviations[i] <= options_.drop_beyond);
+    if (agrees[i]) continue;
+    if (i >= trusted_.size() || trusted_[i]) return std::nullopt;
+    leaves_out = true;
+  }
+  return leaves_out ? std::optional(std::move(agrees)) : std::nullopt;
+}
+
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   GraphProblem problem(steps_, revisits_, {{scale, scale_sigma}, first_prior_}, options_);
-  GraphProblem::Unknowns at{nodes_, slips_, scale_.value_or(scale)};
-  std::vector<bool> trusted(revisits_.size(), true);
-  double width = widest(deviations(nodes_, slips_));
+  const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale)};
+  GraphProblem::Unknowns at = start;
+  const std::vector<double> at_start = deviations(nodes_, slips_);
+  // Wide kernels, which find out what is wrong among revisits that contradict each other, lead far
+  // from the last solution and back. That is not repeated for a contradiction that is settled.
+  const auto begin_with = still_trusted(at_start);
+  bool tries_all = !begin_with;
+  std::vector<bool> trusted = begin_with.value_or(std::vector<bool>(revisits_.size(), true));
+  double width = tries_all ? widest(at_start) : 1.0;
   // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
   // redescending kernel; right ones among them are restored afterwards. In the final solution most
   // have their full weight.
@@ -227,6 +253,14 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
       if (trusted[i]) worst = std::max(worst, deviation[i]);
     }
     const bool drop = worst > options_.drop_beyond;
+    if (drop && !tries_all) {
+      tries_all = true;
+      trusted.assign(trusted.size(), true);
+      width = widest(at_start);
+      at = start;
+      stage = Stage::kDrop;
+      continue;
+    }
     bool restored = false;
     for (std::size_t i = 0; i < deviation.size(); ++i) {
       if (drop && trusted[i] && deviation[i] > std::max(options_.drop_beyond, 0.5 * worst)) {
@@ -246,6 +280,8 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   solution.work = problem.work();
   solution.newest.pose = at.nodes.back();
   solution.newest.scale = at.scale;
+  solution.iterations = problem.iterations();
+  trusted_ = trusted;
   solution.trusted = std::move(trusted);
   nodes_ = at.nodes;
   slips_ = std::move(at.slips);

@@ -71,7 +71,8 @@ struct PoseGraphSolution {
   std::vector<PlanarPose> nodes;  // in map
   std::vector<bool> trusted;      // for each revisit, in the order in which they were added
   PlanarEstimate newest;
-  double work = 0.0;  // NormalMatrix::work()
+  double work = 0.0;   // NormalMatrix::work()
+  int iterations = 0;  // of Gauss-Newton; each factorises the normal equations once
 };
 
 class PoseGraph {
@@ -104,9 +105,10 @@ class PoseGraph {
   // Gauss-Newton from the last solution, first with a redescending kernel on the revisits, which
   // begins wide enough for the worst of them. Revisits that contradict the solution are left out,
   // and it is solved again, in the end with a kernel that weighs most of them in full. The next
-  // solve() tries all of them again. scale, scale_sigma: prior of the
-  // wheel's scale, without revisits (sigma 0: fixed). Throws std::runtime_error if no solution is
-  // found.
+  // solve() tries all of them again where anything new contradicts this solution. Else it goes on
+  // from it: what was left out stays out as long as it contradicts. scale, scale_sigma: prior of
+  // the wheel's scale, without revisits (sigma 0: fixed). Throws std::runtime_error if no solution
+  // is found.
   PoseGraphSolution solve(double scale, double scale_sigma);
 
   // In map, of the last solution; later nodes are dead reckoned from it.
@@ -127,12 +129,14 @@ class PoseGraph {
   std::vector<WhitenedStep> steps_;  // steps_[i] leads from node i to node i + 1
   std::vector<double> slips_;        // of the steps, in the last solution
   std::vector<RevisitEdge> revisits_;
+  std::vector<bool> trusted_;    // in the last solution, of the revisits that there were
   std::optional<double> scale_;  // of the last solution
   std::optional<FirstPrior> first_prior_;
 
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes,
                                  const std::vector<double>& slips) const;
   double widest(const std::vector<double>& deviations) const;
+  std::optional<std::vector<bool>> still_trusted(const std::vector<double>& deviations) const;
 };
 
 }  // namespace gprodom
