@@ -162,9 +162,8 @@ void add_graph(Keys& keys, GraphConfig& c) {
 
 void add_anchor(Keys& keys, AnchorConfig& c) {
   keys.insert(keys.end(), {
-    {"anchor.enabled", &c.enabled, "", kAny, "no effect yet: positions from outside are received, checked and counted, and do not enter the estimate"},
     {"anchor.antennas", &c.antennas, "m", kAny, "in body by the antenna_id of a fix, as {0: [x, y, z]}; of another id: at the origin of body"},
-    {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east; []: the first geodetic fix that is used"},
+    {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east, for markers and exports; []: the first geodetic fix"},
   });
 }
 
@@ -220,7 +219,7 @@ std::string section_description(const std::string& section) {
       {"gpr.filter", "Filter of each trace: the antenna's band, and the gain."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"graph", "Loop closure: trace memory, revisits, and the track in map."},
-      {"anchor", "Positions from outside: GNSS, total station, surveyed markers."},
+      {"anchor", "Positions from outside: GNSS, total station, surveyed markers. The estimate does not use them yet."},
       {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",
