@@ -219,7 +219,9 @@ std::string section_description(const std::string& section) {
       {"gpr.filter", "Filter of each trace: the antenna's band, and the gain."},
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"graph", "Loop closure: trace memory, revisits, and the track in map."},
-      {"anchor", "Positions from outside: GNSS, total station, surveyed markers. The estimate does not use them yet."},
+      {"anchor",
+       "Positions from outside: GNSS, total station, surveyed markers. The estimate does not use "
+       "them yet."},
       {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",
