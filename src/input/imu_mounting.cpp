@@ -6,9 +6,9 @@ namespace gprodom {
 
 namespace {
 
-// s. A turn begins within a few tenths of a second. A shorter filter makes noise of the gyro into
-// accelerations, a longer one is late.
-constexpr double kFilter_s = 0.05;
+// s. A shorter filter makes noise of the gyro into accelerations, a longer one is late
+// (docs/estimation.md has what each did).
+constexpr double kFilter_s = 0.02;
 constexpr double kLongestStep_s = 0.12;  // beyond, samples are missing and the filter begins anew
 
 }  // namespace

@@ -21,7 +21,7 @@ READ = {
     *("layout", "log", "networks", "radar", "scene", "second", "sequence", "sequences", "source"),
     *("sources", "table", "truth", "wheel", "imu", "accelerometer", "gyroscope", "wheel_speed"),
     *("wheel_distance", "wheel_counts", "gpr", "gpr_times", "pipes", "position", "python"),
-    *("sensors", "map_file"),
+    *("sensors", "map_file", "fix", "markers"),
 }
 
 

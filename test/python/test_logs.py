@@ -12,7 +12,7 @@ from gprodom.errors import Error
 from gprodom.lcm import EventLog, logs, wire
 from gprodom.lcm.messages import message
 
-BOOLEANS = ("has_orientation", "valid", "mirrored")
+BOOLEANS = ("has_orientation", "valid", "mirrored", "has_heading")
 
 
 def fill(name: str, generator: np.random.Generator, length: int) -> Any:
