@@ -162,6 +162,39 @@ double MapPath::distance_at(TimeNs time) const {
   return a.distance_m + share * (next->distance_m - a.distance_m);
 }
 
+std::optional<MapPath::Mark> MapPath::mark(TimeNs time) const {
+  const auto next = std::partition_point(recent_.begin(), recent_.end(),
+                                         [time](const Point& p) { return p.state.time <= time; });
+  if (next == recent_.begin()) return std::nullopt;
+  const Point& a = *(next - 1);
+  if (next == recent_.end()) return a.state.time == time ? std::optional(Mark(a)) : std::nullopt;
+  const Point& b = *next;
+  const double share =
+      static_cast<double>(time - a.state.time) / static_cast<double>(b.state.time - a.state.time);
+  const auto mean = [share](const auto& from, const auto& to) {
+    return from + share * (to - from);
+  };
+  const PlanarPose way = way_between(a.state, b.state);
+  Point point = a;  // in odom as `a` has it
+  point.state.time = time;
+  point.state.pose = compose(a.state.pose, {share * way.p, share * way.yaw});
+  point.state.covariance = a.state.covariance + share * (b.state.covariance - a.state.covariance);
+  point.state.d_scale = a.state.d_scale + share * (b.state.d_scale - a.state.d_scale);
+  point.distance_m = mean(a.distance_m, b.distance_m);
+  point.travelled_m = mean(a.travelled_m, b.travelled_m);
+  point.slip_m = mean(a.slip_m, b.slip_m);
+  point.believed_slip_m = mean(a.believed_slip_m, b.believed_slip_m);
+  return Mark(point);
+}
+
+PlanarStep MapPath::way(const Mark& a, const Mark& b) { return step(a.point_, b.point_); }
+
+MapPath::MarkAtNode MapPath::at_node(const Mark& mark) const {
+  const std::size_t after = nodes_until(mark.time());
+  const std::size_t node = after == 0 ? 0 : after - 1;
+  return {node, way_between(nodes_[node].state, mark.point_.state)};
+}
+
 void MapPath::keep_only(const std::vector<bool>& nodes) {
   std::size_t left = 0;
   bool gap = false;

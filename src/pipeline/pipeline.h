@@ -137,6 +137,7 @@ class Pipeline {
   void publish();
   void report_pair();
   void report_place(const MapAnswer& answer);
+  void report_fixes(const FixReport& fixes);
   void report_trigger();
   void report_sight();
   void report_slip();

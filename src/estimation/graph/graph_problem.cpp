@@ -28,10 +28,12 @@ using RowOfTwo = Eigen::Matrix<double, 1, 2>;
 }  // namespace
 
 GraphProblem::GraphProblem(const std::vector<WhitenedStep>& steps,
-                           const std::vector<RevisitEdge>& revisits, const Priors& priors,
+                           const std::vector<RevisitEdge>& revisits,
+                           const std::vector<FixEdge>& fixes, const Priors& priors,
                            const PoseGraphOptions& options)
     : steps_(steps),
       revisits_(revisits),
+      fixes_(fixes),
       priors_(priors),
       options_(options),
       equations_(4 * (steps.size() + 1)) {
@@ -123,6 +125,20 @@ double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Ter
   return counts ? kernel.cost : 0.0;
 }
 
+double GraphProblem::add_fix(const FixEdge& fix, const Terms& terms, const Unknowns& at) {
+  const std::size_t none = steps_.size(), step = slip_step(fix.node, fix.way);
+  const FixResidual residual =
+      fix_residual(fix, at.nodes[fix.node], step == none ? 0.0 : at.slips[step]);
+  const double s = residual.value.squaredNorm();
+  const Robust kernel = terms.kernel == RevisitKernel::kRedescending
+                            ? cauchy(s, options_.robust_threshold * terms.width)
+                            : huber(s, options_.full_weight_below);
+  const int n = node(fix.node);
+  equations_.add<3, 4>({n, n + 1, n + 2, step == none ? kNoUnknown : slip(step)}, residual.J,
+                       residual.value, kernel.weight);
+  return kernel.cost;
+}
+
 double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknowns& at) {
   equations_.clear();
   const One scale_error(at.scale - priors_.scale.scale);
@@ -143,6 +159,7 @@ double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknow
     cost += add_revisit(revisits_[i], terms.trusted[i], terms, at);
     tied = tied || (terms.trusted[i] && revisits_[i].memory == kInMap);
   }
+  for (const FixEdge& fix : fixes_) cost += add_fix(fix, terms, at);
   cost += add_first(tied, at.nodes.front());
   return 0.5 * cost;
 }

@@ -38,9 +38,10 @@ class GraphProblem {
     double width;
   };
 
-  // The problem refers to steps and revisits.
+  // The problem refers to steps, revisits and fixes.
   GraphProblem(const std::vector<WhitenedStep>& steps, const std::vector<RevisitEdge>& revisits,
-               const Priors& priors, const PoseGraphOptions& options);
+               const std::vector<FixEdge>& fixes, const Priors& priors,
+               const PoseGraphOptions& options);
 
   // Throws std::runtime_error if no solution is found.
   void solve(const Terms& terms, Unknowns& at);
@@ -77,11 +78,13 @@ class GraphProblem {
   void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
                       double kept, double weight_of_change);
   double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);
+  double add_fix(const FixEdge& fix, const Terms& terms, const Unknowns& at);
   double add_first(bool tied, const PlanarPose& at);
   Unknowns moved(const Unknowns& at, const Eigen::VectorXd& step) const;
 
   const std::vector<WhitenedStep>& steps_;
   const std::vector<RevisitEdge>& revisits_;
+  const std::vector<FixEdge>& fixes_;
   Priors priors_;
   PoseGraphOptions options_;
   std::vector<SlipTerms> slip_terms_;

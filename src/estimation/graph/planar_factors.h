@@ -1,6 +1,7 @@
 // Residuals of the pose graph, whitened, with analytic derivatives.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -95,6 +96,28 @@ inline PlanarResidual revisit_residual(const RevisitEdge& edge, double yaw_sigma
   residual.J << relative.d_a * memory.d_node, relative.d_b * query.d_node,
       relative.d_a * memory.d_slip, relative.d_b * query.d_slip;
   residual.J = weight.asDiagonal() * residual.J;
+  return residual;
+}
+
+// Three residuals, and their derivatives by the (x, y, yaw) of a node and by a slip.
+struct FixResidual {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 4> J = Eigen::Matrix<double, 3, 4>::Zero();
+};
+
+// W (place of the antenna in map - p), W^T W the inverse of the covariance; and the heading less
+// that of the fix over its standard deviation, if it has one.
+inline FixResidual fix_residual(const FixEdge& fix, const PlanarPose& node, double slip) {
+  const PlaceAtNode antenna(node, slip, fix.at, fix.way);
+  const Eigen::LLT<Eigen::Matrix2d> root(fix.covariance);
+  FixResidual residual;
+  residual.value.head<2>() = root.matrixL().solve(antenna.place.p - fix.p);
+  residual.J.topLeftCorner<2, 3>() = root.matrixL().solve(antenna.d_node.topRows<2>());
+  residual.J.topRightCorner<2, 1>() = root.matrixL().solve(antenna.d_slip.head<2>());
+  if (fix.yaw_sigma > 0.0) {
+    residual.value[2] = wrapped(antenna.place.yaw - fix.yaw) / fix.yaw_sigma;
+    residual.J(2, 2) = 1 / fix.yaw_sigma;
+  }
   return residual;
 }
 

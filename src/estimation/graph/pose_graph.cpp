@@ -120,6 +120,16 @@ void PoseGraph::add_revisit(const RevisitEdge& edge) {
   revisits_.push_back(edge);
 }
 
+void PoseGraph::set_fixes(std::vector<FixEdge> fixes) {
+  for (const FixEdge& fix : fixes) {
+    if (fix.node >= nodes_.size())
+      throw std::invalid_argument("pose graph: a fix needs a node that exists");
+    if (Eigen::LLT<Eigen::Matrix2d>(fix.covariance).info() != Eigen::Success)
+      throw std::invalid_argument("pose graph: a covariance is not positive definite");
+  }
+  fixes_ = std::move(fixes);
+}
+
 void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   if (nodes.size() != nodes_.size() || !nodes.front() || !nodes.back()) {
     throw std::invalid_argument("pose graph: the first and the newest node must stay");
@@ -159,6 +169,7 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   }
   trusted_ = std::move(trusted);
   revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), is_removed), revisits_.end());
+  fixes_.clear();
   for (RevisitEdge& edge : revisits_) {
     edge.query = number[edge.query];
     if (edge.memory != kInMap) edge.memory = number[edge.memory];
@@ -172,6 +183,8 @@ void PoseGraph::set_first_prior(const Matrix3d& covariance) {
 void PoseGraph::move(const PlanarPose& in_map_of_before) {
   first_prior_.reset();
   for (PlanarPose& node : nodes_) node = compose(in_map_of_before, node);
+  for (RevisitEdge& edge : revisits_)
+    if (edge.memory == kInMap) edge.memory_at = compose(in_map_of_before, edge.memory_at);
 }
 
 double PoseGraph::slip(std::size_t from) const {
@@ -227,7 +240,7 @@ std::optional<std::vector<bool>> PoseGraph::still_trusted(
 }
 
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
-  GraphProblem problem(steps_, revisits_, {{scale, scale_sigma}, first_prior_}, options_);
+  GraphProblem problem(steps_, revisits_, fixes_, {{scale, scale_sigma}, first_prior_}, options_);
   const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale)};
   GraphProblem::Unknowns at = start;
   const std::vector<double> at_start = deviations(nodes_, slips_);

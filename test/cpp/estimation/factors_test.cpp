@@ -176,6 +176,16 @@ TEST(Factors, RevisitJacobians) {
   }
 }
 
+TEST(Factors, FixJacobians) {
+  Random random(9);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Matrix2d covariance = Eigen::Matrix2d{{0.04, 0.01}, {0.01, 0.09}};
+    check(
+        FixFactor(random.vector(50).head<2>(), covariance, random.vector(1), random.uniform(0, 1)),
+        random.state(), random.state());
+  }
+}
+
 TEST(Factors, PriorJacobians) {
   Random random(6);
   for (int i = 0; i < 50; ++i) {

@@ -369,5 +369,28 @@ TEST(PoseGraph, RefusesWhatIsNoEdge) {
   EXPECT_THROW(graph.add_node(unknown), std::invalid_argument);
 }
 
+// Two fixes far from each other: the wheel's scale, and the track in their frame.
+TEST(PoseGraph, FixesAtBothEndsGiveTheScale) {
+  constexpr double kLength = 90.0, kSigma = 0.02;
+  PoseGraph graph(PlanarPose(), {});
+  PlanarStep step = step_of({{1.02 * kStep, 0.0}, 0.0});  // the wheel reports 2 % too much
+  step.covariance = Vector3d(1e-6, 1e-6, 1e-8).asDiagonal();
+  for (int i = 0; i < kLength / kStep; ++i) graph.add_node(step);
+  graph.set_first_prior(Vector3d(1e8, 1e8, 10).asDiagonal());
+  std::vector<FixEdge> fixes(2);
+  fixes[1].node = static_cast<std::size_t>(kLength / kStep);
+  fixes[1].p = {0.0, kLength};
+  for (FixEdge& fix : fixes) fix.covariance *= kSigma * kSigma;
+  graph.move({{0, 0}, M_PI / 2});
+  graph.set_first_prior(Vector3d(1e8, 1e8, 10).asDiagonal());
+  graph.set_fixes(fixes);
+  const PoseGraphSolution solution = graph.solve(1.0, 0.03);
+  EXPECT_NEAR(solution.newest.scale, 1.02, 0.001);
+  EXPECT_LT((solution.newest.pose.p - Eigen::Vector2d(0.0, kLength)).norm(), 0.01);
+  const double odometry = std::sqrt(1e-6 * kLength / kStep);
+  EXPECT_NEAR(std::sqrt(solution.newest.covariance(3, 3)),
+              std::hypot(std::sqrt(2.0) * kSigma, odometry) / kLength, 2e-5);
+}
+
 }  // namespace
 }  // namespace gprodom
