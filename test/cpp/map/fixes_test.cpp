@@ -120,7 +120,7 @@ TEST_F(Judged, GoodOnesAreTrustedAlsoAfterALongOutage) {
 
 TEST_F(Judged, AJumpIsToldAndNotUsedUntilTheyComeBack) {
   drive(30, none);
-  drive(5, [](double) { return Vector2d(1.5, 0.0); });
+  drive(5, [](double) { return Vector2d(3.0, 0.0); });
   EXPECT_EQ(keeper_.trouble(), FixTrouble::kJump);
   EXPECT_LT(worst(), 0.2);
   drive(10, none);
