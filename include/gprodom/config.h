@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,8 @@ struct TimeConfig {
 };
 
 struct ImuConfig {
-  Eigen::Vector3d rpy_body_imu = Eigen::Vector3d::Zero();  // rad; roll, pitch, yaw of R_body_imu
+  // rad; roll, pitch, yaw of R_body_imu. Nothing (auto): found while driving.
+  std::optional<Eigen::Vector3d> rpy_body_imu = Eigen::Vector3d::Zero();
   double gyro_noise_density = 2.3e-4;   // rad/s/sqrt(Hz); floor, raised by what a standstill shows
   double accel_noise_density = 8.3e-4;  // m/s^2/sqrt(Hz); floor, likewise
   double gyro_bias_walk = 1.0e-5;       // rad/s^2/sqrt(Hz)

@@ -48,7 +48,7 @@ void add_time(Keys& keys, TimeConfig& c) {
 
 void add_imu(Keys& keys, ImuConfig& c) {
   keys.insert(keys.end(), {
-    {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body"},
+    {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body; auto: found while the robot drives"},
     {"imu.gyro_noise_density", &c.gyro_noise_density, "rad/s/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},
     {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},
     {"imu.gyro_bias_walk", &c.gyro_bias_walk, "rad/s^2/sqrt(Hz)", kPositive, "random walk of the gyro bias"},

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -34,8 +35,10 @@ struct Text {
 };
 
 using Allowed = std::variant<Range, Text>;
+// Three numbers, or nothing: "auto".
+using MaybeVector = std::optional<Eigen::Vector3d>;
 // gprodom/choices.h has the enums and the names of their values.
-using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, Antennas*,
+using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*, MaybeVector*, Antennas*,
                                   WheelDrive*, WheelForm*, FrontEndKind*, Fusion*, DistanceForm*,
                                   Trigger*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
 

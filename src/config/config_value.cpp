@@ -12,6 +12,8 @@
 namespace gprodom {
 namespace {
 
+const char* const kAuto = "auto";
+
 std::string to_text(double value) {
   std::array<char, 32> buffer;
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
@@ -21,6 +23,8 @@ std::string to_text(double value) {
 std::string to_text(const Eigen::Vector3d& v) {
   return "[" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + "]";
 }
+
+std::string to_text(const MaybeVector& v) { return v ? to_text(*v) : kAuto; }
 
 std::string to_text(const Antennas& antennas) {
   std::string text;
@@ -92,6 +96,12 @@ std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& nod
   return vector_within(key, node);
 }
 
+std::optional<MaybeVector> parse(const ConfigKey& key, const YAML::Node& node, const MaybeVector*) {
+  if (node.IsScalar() && node.Scalar() == kAuto) return MaybeVector();
+  const auto vector = vector_within(key, node);
+  return vector ? std::optional<MaybeVector>(vector) : std::nullopt;
+}
+
 std::optional<Antennas> parse(const ConfigKey& key, const YAML::Node& node, const Antennas*) {
   if (!node.IsMap()) return std::nullopt;
   Antennas antennas;
@@ -130,6 +140,7 @@ struct KindName {
   std::string operator()(const double*) const { return "a number"; }
   std::string operator()(const std::string*) const { return "text"; }
   std::string operator()(const Eigen::Vector3d*) const { return "[x, y, z], three numbers"; }
+  std::string operator()(const MaybeVector*) const { return "auto, or [x, y, z], three numbers"; }
   std::string operator()(const Antennas*) const {
     return "a map of antenna_id to [x, y, z], each id once";
   }
@@ -145,6 +156,7 @@ struct ValueText {
   std::string operator()(const double* field) const { return to_text(*field); }
   std::string operator()(const std::string* field) const { return quoted(*field); }
   std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
+  std::string operator()(const MaybeVector* field) const { return to_text(*field); }
   std::string operator()(const Antennas* field) const { return to_text(*field); }
   template <class Choice>
   std::string operator()(const Choice* field) const {

@@ -210,7 +210,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.noise = noise(from - margin, to + margin);
   // An error of the accelerations lasts about as long as one of them: a second.
   input.noise.accel_density =
-      std::hypot(input.noise.accel_density, slip_belief_.axes_error(input.steps));
+      std::hypot(input.noise.accel_density, slip_belief_.axes_error(input.steps), turned_error_);
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);

@@ -96,6 +96,13 @@ class MotionJudge {
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
   void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
+  // The samples so far become those of other body axes.
+  void turn_imu(const Eigen::Matrix3d& R) { imu_.turn(R); }
+  // m/s^2, of the accelerations by what is not known of the IMU's mounting; from here on.
+  void set_turned_error(double error) { turned_error_ = error; }
+  void go_on_from(const StateResult& newest) { newest_ = newest; }  // in those axes
+  // What compares accelerations with the wheel begins anew, with this configuration.
+  void trust_accelerations(const Config& config);
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.
@@ -150,7 +157,7 @@ class MotionJudge {
   // Must be longer than a state waits for the reorder window.
   static constexpr TimeNs kStandingKept = 2'000'000'000;
 
-  const Config config_;
+  Config config_;
   const TimeNs state_period_, lag_;
 
   ImuHistory imu_;
@@ -162,6 +169,7 @@ class MotionJudge {
 
   TimeNs first_imu_ = 0;
   RestLevels rest_;
+  double turned_error_ = 0.0;  // m/s^2
   Vibration vibration_;
   int stands_in_a_row_ = 0;  // intervals, by the rules for an engine
   DriveNoise drive_noise_;

@@ -73,6 +73,18 @@ Initialization MotionJudge::initialize() {
   return found;
 }
 
+void MotionJudge::trust_accelerations(const Config& config) {
+  const slip::Learnt learnt = learnt_slip();
+  config_ = config;
+  slip_ = SlipWatch(config.wheel, config.smoother.lag);
+  slip_belief_ = SlipBelief(config);
+  slip_belief_.take_up(learnt);
+  drive_noise_ = {};
+  late_wheel_ = {};
+  immobilised_ = {};
+  bias_watch_ = {};
+}
+
 Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
   const auto samples = imu_.between(from, imu_now_);
   const WheelAtStart wheel = wheel_at_start(from);

@@ -41,6 +41,13 @@ bool ImuHistory::insert(const ImuSample& sample) {
   return true;
 }
 
+void ImuHistory::turn(const Eigen::Matrix3d& R) {
+  for (ImuSample& sample : samples_) {
+    sample.acceleration = R * sample.acceleration;
+    sample.angular_velocity = R * sample.angular_velocity;
+  }
+}
+
 void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }
 
 std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {

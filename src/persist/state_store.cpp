@@ -31,6 +31,7 @@ constexpr double kNewestEvery = 10.0;
 const char* const kWheelFile = "/wheel.state";
 const char* const kSlipFile = "/slip.state";
 const char* const kPairFile = "/wheels.state";
+const char* const kMountingFile = "/imu.state";
 const char* const kStateFile = "/pose.state";
 
 const char* const kOtherWheel =
@@ -150,6 +151,24 @@ std::string StateStore::why_not(const SavedPair& pair) const {
   return said;
 }
 
+std::optional<FoundMounting> StateStore::mounting(std::vector<std::string>& notices) const {
+  if (!keeps_state() || config_.imu.rpy_body_imu) return std::nullopt;
+  const std::string path = directory_ + kMountingFile;
+  const auto mounting = read(path, notices, saved_mounting_from);
+  if (!mounting) return std::nullopt;
+  if (mounting->channel != config_.channels.imu) {
+    notices.push_back(path + ": not used: channels.imu was changed in the configuration since");
+    return std::nullopt;
+  }
+  const Eigen::Vector3d& rpy = mounting->found.rpy_body_imu;
+  char said[120];
+  std::snprintf(said, sizeof said,
+                "IMU mounting of an earlier run taken up: imu.rpy_body_imu [%.4f, %.4f, %.4f]",
+                rpy.x(), rpy.y(), rpy.z());
+  notices.emplace_back(said);
+  return mounting->found;
+}
+
 std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) const {
   if (!keeps_state()) return std::nullopt;
   auto saved = read(directory_ + kStateFile, notices, saved_state_from);
@@ -221,6 +240,12 @@ void StateStore::save(const LearntTurn& pair) {
 void StateStore::save(const slip::Learnt& slip) {
   if (keeps_state() && is_locked() && slip.counts.rolled_s > 0)
     writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
+}
+
+void StateStore::save(const FoundMounting& mounting) {
+  if (keeps_state() && is_locked())
+    writer_.write(directory_ + kMountingFile,
+                  to_bytes(SavedMounting{mounting, config_.channels.imu}));
 }
 
 void StateStore::save_ground(const std::string& path, SavedGround ground, bool asked) {

@@ -42,7 +42,10 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
                       store_->state(notices_),
                       store_->pair(notices_),
                       store_->slip(notices_),
+                      store_->mounting(notices_),
                       {}};
+  // A pose says nothing where the body's axes are not known.
+  if (!config.imu.rpy_body_imu && !start.mounting) start.state.reset();
   if (start.state && start.ground && !start.ground->goes_on_from(start.state->ground)) {
     start.state->correction.reset();
     start.state->map = -1;
@@ -118,6 +121,7 @@ void Odometry::save_state() {
   store_->save(newest_, state);
   if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
   store_->save(pipeline_->learnt_slip());
+  if (const auto& mounting = pipeline_->mounting()) store_->save(*mounting);
 }
 
 void Odometry::begin_saving(const std::string& path, bool asked) {
@@ -251,6 +255,7 @@ void Odometry::reset() {
            std::nullopt,
            pipeline_->learnt_pair(),
            pipeline_->learnt_slip(),
+           pipeline_->mounting(),
            {}});
 }
 
@@ -258,7 +263,9 @@ void Odometry::forget() {
   save_ground();
   set_ground_aside();
   store_->use_main_ground();
-  restart({});
+  StartingPoint start;
+  start.mounting = pipeline_->mounting();
+  restart(std::move(start));
 }
 
 // The next run does not find it either.

@@ -5,6 +5,7 @@
 
 #include "gprodom/error.h"
 #include "input/plausibility.h"
+#include "pipeline/mounting.h"
 
 namespace gprodom {
 
@@ -73,15 +74,14 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       reorder_window_(from_seconds(config.time.reorder_window)),
       state_period_(from_seconds(1 / config.smoother.state_rate)),
       tick_period_(from_seconds(config.gpr.tick)),
-      R_body_imu_((Eigen::AngleAxisd(config.imu.rpy_body_imu.z(), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.y(), Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(config.imu.rpy_body_imu.x(), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix()),
       health_(config.logging.warning_period),
       input_(config_, health_),
-      motion_(config),
+      motion_(config.imu.rpy_body_imu || start.mounting ? config : without_accelerations(config)),
       ground_format_(start.ground ? start.ground->known_format() : std::nullopt),
       ground_of_(std::move(start.ground_of)),
+      R_body_imu_(rotation_of(mounting_at_first(config, start.mounting))),
+      found_mounting_(config.imu.rpy_body_imu ? std::nullopt : start.mounting),
+      mounting_known_(config.imu.rpy_body_imu || start.mounting),
       slip_drift_(config),
       radar_(config.gpr, front_end),
       solver_(execution),
@@ -174,6 +174,7 @@ void Pipeline::start() {
     return;
   }
   next_start_try_ = imu_now_ + kSecond / 10;
+  if (!mounting_known_) level_imu();
   auto [initial, refusal] = motion_.initialize();
   health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
   if (initial) begin(*initial, initial_result(*initial));
@@ -187,7 +188,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
     map_->record();
   }
   motion_.begin(first, initial);
-  prediction_.rebase(first, initial.noise, motion_.wheel_contact(), motion_.imu());
+  prediction_.rebase(first, trusted(initial.noise), motion_.wheel_contact(), motion_.imu());
   // The first interval is 0.5 to 1.5 periods long, or ends now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
   next_state_ = next_multiple(newest + state_period_ / 2, state_period_);
@@ -246,7 +247,7 @@ void Pipeline::take_map_answers() {
 }
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
-  const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
+  const ImuNoise noise = trusted(motion_.noise(result.state.time, imu_now_));
   if (motion_.measured_by_pair())
     slip_drift_.measured(result.state);
   else
@@ -308,6 +309,8 @@ void Pipeline::make_states() {
       health_.count("smoother", "state left out: the solver is slower than smoother.state_rate");
       continue;
     }
+    use_mounting();
+    motion_.set_turned_error(turned_error());
     StateInput input = motion_.judge(next_state_);
     if (input.speed_correction)
       health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
@@ -319,9 +322,7 @@ void Pipeline::make_states() {
                     ? "a steady turn while all other sensors show a standstill: its bias has "
                       "changed, or the robot is turned on the spot"
                     : "");
-    mounting_.add(input.steps, motion_.wheel().distance(next_state_),
-                  prediction_.base().state.gyro_bias);
-    health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());
+    watch_mounting(input);
     input.factors = factors_.take(next_state_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });

@@ -33,9 +33,10 @@ namespace gprodom {
 // What a pipeline takes over from the one before it, or from a saved run.
 struct StartingPoint {
   std::optional<GroundMap> ground;
-  std::optional<SavedState> state;   // used if it is at most state.resume_within old
-  std::optional<LearntTurn> pair;    // calibration of left and right wheels
-  std::optional<slip::Learnt> slip;  // of the wheel
+  std::optional<SavedState> state;        // used if it is at most state.resume_within old
+  std::optional<LearntTurn> pair;         // calibration of left and right wheels
+  std::optional<slip::Learnt> slip;       // of the wheel
+  std::optional<FoundMounting> mounting;  // used with imu.rpy_body_imu: auto
   // The radar has another setting than the ground: saves the ground, and returns that of the new
   // setting, if there is any.
   std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
@@ -72,7 +73,7 @@ class Pipeline {
   Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
   // The current state, for the next pipeline or run. Nothing before the start, or if the last solve
-  // failed. correction: the one in effect.
+  // failed, or while the IMU's mounting is not known. correction: the one in effect.
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
   // Likewise the calibration of left and right wheels (WheelPair::learnt).
   std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
@@ -81,6 +82,8 @@ class Pipeline {
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
   }
+  // With imu.rpy_body_imu: auto, once it is known.
+  const std::optional<FoundMounting>& mounting() const { return found_mounting_; }
   TimeNs now() const { return imu_now_; }  // data time
   // save_ground() needs a map.
   bool has_map() const { return map_->enabled(); }
@@ -128,6 +131,11 @@ class Pipeline {
   std::optional<Eigen::Vector3d> place_of(int antenna) const;
   void report_antennas(gpr::PairState state);
   void keep_way(const StateResult& result);
+  void level_imu();
+  void watch_mounting(const StateInput& input);
+  void use_mounting();
+  double turned_error() const;
+  ImuNoise trusted(ImuNoise noise) const;
   gpr::Travel travel() const;
   void take_states();
   void take_map_answers();
@@ -153,7 +161,6 @@ class Pipeline {
   const Config config_;
   const Execution execution_;
   const TimeNs reorder_window_, state_period_, tick_period_;
-  const Eigen::Matrix3d R_body_imu_;
   std::deque<Message> inbox_;
   Outputs out_;
   Health health_;
@@ -168,6 +175,11 @@ class Pipeline {
   const std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of_;
   FactorQueue factors_;
   MountingWatch mounting_;
+  // From the configuration or, with auto, as far as it is known.
+  Eigen::Matrix3d R_body_imu_;
+  std::optional<FoundMounting> found_mounting_;
+  bool mounting_known_;
+  double turned_acceleration_ = 0.0;  // m/s^2, while it is not known: error of an acceleration
 
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to resume from; empty after the first attempt

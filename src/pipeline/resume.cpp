@@ -56,7 +56,7 @@ bool Pipeline::resume() {
 
 std::optional<SavedState> Pipeline::state(const std::optional<Correction>& correction) const {
   const StateResult& base = prediction_.base();
-  if (!started_ || !base.solve.usable) return std::nullopt;
+  if (!started_ || !base.solve.usable || !mounting_known_) return std::nullopt;
   SavedState saved;
   saved.state = base.state;
   saved.state.time =

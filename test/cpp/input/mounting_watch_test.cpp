@@ -31,7 +31,7 @@ Matrix3d about(const Vector3d& axis, double degrees) {
 }
 
 // What is told after so many seconds; states every 0.2 s, IMU at 100 Hz.
-std::string told(const Robot& robot, double seconds = 120.0) {
+MountingWatch watched(const Robot& robot, double seconds) {
   MountingWatch watch;
   std::mt19937 random(7);
   std::normal_distribution<double> noise;
@@ -62,7 +62,11 @@ std::string told(const Robot& robot, double seconds = 120.0) {
     }
     watch.add(steps, robot.wheel ? std::optional(robot.wheel_sign * way) : std::nullopt, bias);
   }
-  return watch.trouble();
+  return watch;
+}
+
+std::string told(const Robot& robot, double seconds = 120.0) {
+  return watched(robot, seconds).trouble();
 }
 
 testing::AssertionResult says(const std::string& text, const std::string& part) {
@@ -124,6 +128,40 @@ TEST(MountingWatch, AccelerationsTellAnImuThatLooksElsewhere) {
   Robot robot;
   robot.wheel_sign = -1.0;
   EXPECT_TRUE(says(told(robot), "wheel counts backwards"));
+}
+
+// Angles at random, found within their own standard deviation. Turning the blocks with the axes is
+// as good as having had the right axes all the time.
+TEST(MountingWatch, FindsAnyYaw) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-180.0, 180.0);
+  for (int i = 0; i < 20; ++i) {
+    Robot robot;
+    robot.vibration = 0.5;
+    robot.turned = about(Vector3d::UnitZ(), any(random));
+    MountingWatch watch = watched(robot, 60.0);
+    const auto turn = watch.turn();
+    ASSERT_TRUE(turn && turn->usable);
+    const double off = Eigen::AngleAxisd(turn->R * robot.turned).angle();
+    EXPECT_LT(off, 3 * turn->yaw_sigma);
+    EXPECT_LT(off, 3 * kDegree);
+    watch.turned(turn->R);
+    EXPECT_LT(Eigen::AngleAxisd(watch.turn()->R).angle(), 1e-9);
+    EXPECT_NEAR(watch.turn()->yaw_sigma, turn->yaw_sigma, 1e-9);
+  }
+}
+
+TEST(MountingWatch, NoYawIsUsableWhereNoneShows) {
+  Robot robot;
+  robot.speed = 0.0;
+  EXPECT_FALSE(watched(robot, 120.0).turn());
+  robot = {};
+  robot.wheel = false;
+  EXPECT_FALSE(watched(robot, 120.0).turn());
+  robot = {};
+  robot.vibration = 30.0;
+  const auto shaken = watched(robot, 20.0).turn();
+  EXPECT_FALSE(shaken && shaken->usable);
 }
 
 TEST(MountingWatch, AGapOfTheImuIsNoAcceleration) {
