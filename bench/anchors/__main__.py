@@ -13,7 +13,7 @@ Errors are root mean squares in the plane, in metres: aligned by se2 over the sa
 the points where there are any; `site`: of the estimate with fixes, as it is.
 
     python bench/anchors ends ../shared/data/robots --only wid02
-    python bench/anchors scale --seeds 20 --json
+    python bench/anchors --json scale --seeds 20
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="anchors", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    add_json_flag(made)
     parts = made.add_subparsers(metavar="PART", dest="part", required=True)
     for name in PARTS:
         part = parts.add_parser(name)
@@ -64,7 +65,6 @@ def parser() -> argparse.ArgumentParser:
         part.add_argument(
             "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides"
         )
-        add_json_flag(part)
     return made
 
 

@@ -63,7 +63,7 @@ def test_every_job_names_its_data_and_rows_become_figures() -> None:
 
 def test_the_scale_of_two_fixes(programs: Path) -> None:
     """Two seeds, so that there is a mean; without fixes the scale stays as it was before."""
-    one, two, mean = json.loads(run(BENCH / "anchors", "scale", "--seeds", 2, "--json"))
+    one, two, mean = json.loads(run(BENCH / "anchors", "--json", "scale", "--seeds", 2))
     assert mean["seed"] == "mean"
     for row in (one, two):
         # Two fixes of 2 cm and 5 mm/sqrt(m) of the wheel, over 90 m.
