@@ -244,13 +244,13 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (pair_slip_.knows(to)) input.speed_correction.reset();  // the speed is measured
   if (input.speed_correction) speed_known_after_ = to + lag_;
   forget_old_standing();
-  StandstillVerdict verdict =
-      judge_standstill(config_, at_rest(), imu_, wheel_, radar_standing_, from, to);
-  const bool hidden =
+  AtRest known = at_rest();
+  known.wheel_hides =
       wheel_tick_.hides_motion(newest_, imu_.between(from, to), rest_.noise().accel_density, to);
-  if (hidden) verdict = {};
+  StandstillVerdict verdict =
+      judge_standstill(config_, known, imu_, wheel_, radar_standing_, from, to);
   const bool with_engine =
-      !verdict.standing && !verdict.steady_rate && !hidden && stands_with_engine(to);
+      !verdict.standing && !verdict.steady_rate && !known.wheel_hides && stands_with_engine(to);
   verdict.standing |= with_engine;
   if (verdict.standing) learn_rest(to, with_engine);
   input.gyro_bias = bias_watch_.new_bias(verdict, newest_.state.gyro_bias, to_seconds(to - from));

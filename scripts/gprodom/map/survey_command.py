@@ -32,7 +32,7 @@ from and to are the times between which the robot stood there: seconds since 197
 2026-05-12T10:30:00 (UTC). A marker that was visited twice has two lines.
 
   --fixes    writes a copy of LOG with a fix of quality `surveyed` for each visit, in its middle;
-             run that for an estimate that is tied to the markers
+             for an estimate that is tied to the markers (the estimator does not use fixes yet)
   otherwise  LOG has an estimate: prints how far it is from each marker (estimate less marker; mean
              over the visit), and --picture draws it. It is compared in site, as a map is that
              fixes have tied; --align se2 turns and moves it first, for one that is not

@@ -84,8 +84,9 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   const TimeNs since = std::min(from - margin, to - at_rest.wheel_tick);
   const double rolled_m = wheel.path(since, to + margin);
   const double seconds = to_seconds(to + margin - since);
-  const bool wheel_still = has_wheel && rolled_m <= 2 * config.wheel.noise_floor +
-                                                        kRestSpread * at_rest.wheel_mps * seconds;
+  const bool wheel_still =
+      has_wheel && !at_rest.wheel_hides &&
+      rolled_m <= 2 * config.wheel.noise_floor + kRestSpread * at_rest.wheel_mps * seconds;
   const bool below_sight = has_wheel && !wheel_still && rolled_m <= at_rest.unseen_mps * seconds;
   const bool radar_still = !below_sight && std::any_of(radar_standing.begin(), radar_standing.end(),
                                                        [&](const gpr::Standstill& s) {

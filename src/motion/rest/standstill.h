@@ -32,11 +32,12 @@ struct AtRest {
   ImuNoise noise;
   double wheel_mps = 0.0;  // unsigned speed that the wheel shows at rest
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
-  double bias_sigma = 0.0;  // rad/s, per axis
-  double unseen_mps = 0.0;  // the radar may miss motion slower than this
-  bool known = true;        // noise and wheel_mps were measured at a standstill
-  bool radar_heard = true;  // of late
-  TimeNs wheel_tick = 0;    // WheelTick::longest()
+  double bias_sigma = 0.0;   // rad/s, per axis
+  double unseen_mps = 0.0;   // the radar may miss motion slower than this
+  bool known = true;         // noise and wheel_mps were measured at a standstill
+  bool radar_heard = true;   // of late
+  TimeNs wheel_tick = 0;     // WheelTick::longest()
+  bool wheel_hides = false;  // WheelTick::hides_motion(): its standing shows nothing
 };
 
 // s. IMU and wheel must be still for so long: a robot that glides evenly is, for moments.
