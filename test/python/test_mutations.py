@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dzt_file import dzt_file
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.survey_files import read_line
 from gprodom.errors import Error
@@ -129,13 +130,23 @@ DZT = {
 }
 
 
+PAIR = {"pair.dzt": dzt_file(np.zeros((2, 5, 32)), (40.0, 40.0))}
 IDS = {"line.dt": ids_file(np.zeros((5, 128)))}
 
 
 @pytest.mark.parametrize(
     "read",
-    [as_folder, as_zip, survey(DT1), survey(RD3), survey(IPRB), survey(DZT), survey(IDS)],
-    ids=["csv", "zip", "dt1", "rd3", "iprb", "dzt", "dt"],
+    [
+        as_folder,
+        as_zip,
+        survey(DT1),
+        survey(RD3),
+        survey(IPRB),
+        survey(DZT),
+        survey(PAIR),
+        survey(IDS),
+    ],
+    ids=["csv", "zip", "dt1", "rd3", "iprb", "dzt", "dzt of two", "dt"],
 )
 def test_damaged_files_are_read_or_refused(
     read: Callable[[Path, np.random.Generator], None], tmp_path: Path

@@ -10,7 +10,14 @@ import numpy as np
 from gprodom.arrays import Ints
 from gprodom.console import add_json_flag, format_table, print_json, warn
 from gprodom.convert.sampling import sample_interval
-from gprodom.convert.survey_files import Line, decide, mean_frequency, read_line
+from gprodom.convert.survey_files import (
+    Line,
+    channel_numbers,
+    chosen,
+    decide,
+    mean_frequency,
+    read_channels,
+)
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
@@ -22,6 +29,7 @@ EXAMPLES = """\
   gprodom convert survey beach_0001_0.iprb -o beach.npz
   gprodom convert survey line1.DT1 line2.DT1 --aside 0.2 --samples 201 -o field.npz
   gprodom convert survey wall.dt --spacing 0.004 --sample-interval 2.34e-11 -o wall.npz
+  gprodom convert survey array.dzt --channels 0,1 --aside 0.08 -o array.npz
   gprodom simulate --ground field.npz --route line --distance 40 -o 1700000000-0-field-cmu-gpr.zip
 """
 
@@ -30,8 +38,9 @@ Reads lines of a radar survey: Sensors & Software DT1 (with HD), GSSI DZT, MALA 
 RAD), Impulse IPRB (with IPRH), IDS DT of one channel. Writes them as ground, over which `gprodom
 simulate --ground FILE` simulates a drive of any kind that fits on a line. Several files are
 parallel lines, each --aside metres to the left of the one before. They are cut to the shortest, and
-must have the same spacing and sampling. Where a header contradicts itself, --spacing or
---sample-interval must decide.
+must have the same spacing and sampling. Of a DZT of several channels the first is taken, or those
+of --channels, each as a line of its own in the order given. Where a header contradicts itself,
+--spacing or --sample-interval must decide.
 """
 
 
@@ -57,6 +66,12 @@ def add_parser(formats: Subparsers) -> None:
         type=float,
         default=0.2,
         help="distance from line to line (default %(default)s)",
+    )
+    parser.add_argument(
+        "--channels",
+        metavar="N,..",
+        type=channel_numbers,
+        help="of each file, counted from 0: antennas side by side (default 0)",
     )
     parser.add_argument(
         "--samples",
@@ -85,7 +100,9 @@ def run(args: argparse.Namespace) -> int:
     if args.spacing is not None and not args.spacing > 0:
         raise UsageError(f"--spacing {args.spacing:g}: expected a distance above 0")
     given = {"spacing": args.spacing, "sample_interval": args.sample_interval}
-    lines = [decide(read_line(path), path, **given) for path in args.files]
+    lines = [
+        decide(line, path, **given) for path in args.files for line in read(path, args.channels)
+    ]
     survey = join(lines, args.output.stem, args.aside, args.samples)
     write_survey(args.output, survey)
     apart, wavelength = survey.spacing, wavelength_m(survey.lines, survey.sample_interval)
@@ -108,6 +125,16 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(format_table([str(args.output), ""], [[k, f"{v:.6g}"] for k, v in facts.items()]))
     return 0
+
+
+def read(path: Path, channels: list[int] | None) -> list[Line]:
+    """The lines of a file; None: of its first channel, and what is left out is told."""
+    if channels is not None:
+        return list(chosen(path, channels).values())
+    lines = read_channels(path)
+    if len(lines) > 1:
+        warn(f"{path}: holds {len(lines)} channels; 0 is taken, --channels takes others")
+    return lines[:1]
 
 
 def join(lines: list[Line], name: str, aside: float, samples: int = 0) -> Survey:

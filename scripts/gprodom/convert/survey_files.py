@@ -5,14 +5,18 @@ Read here: Sensors & Software (DT1 with HD), GSSI (DZT), MALA (RD3 or RD7 with R
 off files. Headers are trusted where they do not contradict themselves. A file with fewer traces
 than its header states, or with a part of one, was cut short and is refused. One with more was
 extended after its header was written, and is read completely.
+
+A DZT may hold several channels, whose traces lie in turn, each with a header of its own. Those who
+give each antenna a file of its own (Sensors & Software, MALA, Impulse) need nothing here.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import re
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -67,20 +71,50 @@ def mean_frequency(lines: Ints, sample_interval: float) -> float:
 
 
 def read_line(path: Path) -> Line:
-    """Reads a line in the format of its file name's ending; the header is expected beside it."""
+    """Reads a line, the first of its file's channels, as `read_channels` does."""
+    return read_channels(path)[0]
+
+
+def chosen(path: Path, channels: Sequence[int]) -> dict[int, Line]:
+    """The lines of these channels of a file, by channel, in the order given."""
+    lines = read_channels(path)
+    if max(channels) >= len(lines):
+        counted = f"{len(lines)} channels" if len(lines) > 1 else "one channel"
+        raise Error(
+            f"{path}: holds {counted}, 0 to {len(lines) - 1}; --channels asks for {max(channels)}"
+        )
+    return {channel: lines[channel] for channel in channels}
+
+
+def channel_numbers(text: str) -> list[int]:
+    """The argument of --channels: numbers from 0, each once."""
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        numbers = [-1]
+    if min(numbers) < 0 or len(set(numbers)) < len(numbers):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected channels from 0, each once: 0,1")
+    return numbers
+
+
+def read_channels(path: Path) -> list[Line]:
+    """Reads the lines of all channels in the format of the file name's ending; the header is
+    expected beside the file."""
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         known = ", ".join(sorted(_READERS)).upper()
         raise Error(f"{path}: unknown kind {path.suffix or '(none)'}; expected one of {known}")
     if not path.is_file():
         raise Error(f"{path}: no such file")
-    line = reader(path)
-    if len(line.traces) < 2:
-        raise Error(f"{path}: expected at least two traces, got {len(line.traces)}")
-    for name in ("spacing", "sample_interval"):
-        if not 0 < getattr(line, name) < math.inf:
-            raise Error(f"{path}: the header gives no {name.replace('_', ' ')}")
-    return line
+    read = reader(path)
+    lines = read if isinstance(read, list) else [read]
+    for line in lines:
+        if len(line.traces) < 2:
+            raise Error(f"{path}: expected at least two traces, got {len(line.traces)}")
+        for name in ("spacing", "sample_interval"):
+            if not 0 < getattr(line, name) < math.inf:
+                raise Error(f"{path}: the header gives no {name.replace('_', ' ')}")
+    return lines
 
 
 def _beside(path: Path, suffix: str) -> Path:
@@ -193,9 +227,12 @@ def _read_impulse(path: Path) -> Line:
     return Line(traces, spacing, interval, zero)
 
 
-def _read_dzt(path: Path) -> Line:
+_GSSI_HEADER = 1024  # bytes, of each channel
+
+
+def _read_dzt(path: Path) -> list[Line]:
     data = path.read_bytes()
-    if len(data) < 1024:
+    if len(data) < _GSSI_HEADER:
         raise Error(f"{path}: expected a GSSI header of 1024 bytes, got {len(data)} bytes")
     _, offset, samples, bits, _ = struct.unpack_from("<4Hh", data, 0)
     _, per_metre, _, _, window = struct.unpack_from("<5f", data, 10)
@@ -204,20 +241,45 @@ def _read_dzt(path: Path) -> Line:
     if bits not in kinds or not 2 <= samples <= _MAX_SAMPLES:
         raise Error(f"{path}: not a GSSI file: {bits} bits, {samples} samples a trace")
     channels = max(channels, 1)
-    start = offset if offset >= 1024 else 1024 * max(offset, 1)
+    start = offset if offset >= _GSSI_HEADER else _GSSI_HEADER * max(offset, 1)
     # Files with several channels have as many headers, then their traces in turn.
-    start = max(start, 1024 * channels)
+    start = max(start, _GSSI_HEADER * channels)
     if start > len(data):
         raise Error(f"{path}: the header says that traces begin beyond the end of the file")
     width = samples * bits // 8 * channels
     count = _whole_traces(path, len(data) - start, width)
     body = np.frombuffer(data, kinds[bits], count * width * 8 // bits, start)
-    traces = body.reshape(count, channels, samples)[:, 0].astype(np.int64)
-    if bits < 32:
-        traces = traces - (1 << (bits - 1))
-    traces[:, :2] = traces[:, 2:3]  # the first two are marks, not samples
     spacing = 1 / per_metre if per_metre > 0 else 0.0
-    return Line(traces.astype(np.int32), spacing, window * 1e-9 / samples, 0.0)
+    lines = []
+    for channel in range(channels):
+        traces = body.reshape(count, channels, samples)[:, channel].astype(np.int64)
+        if bits < 32:
+            traces = traces - (1 << (bits - 1))
+        traces[:, :2] = traces[:, 2:3]  # the first two are marks, not samples
+        if channel:
+            window = _dzt_window(path, data, channel, samples, bits, window)
+        lines.append(Line(traces.astype(np.int32), spacing, window * 1e-9 / samples, 0.0))
+    return lines
+
+
+def _dzt_window(
+    path: Path, data: bytes, channel: int, samples: int, bits: int, before: float
+) -> float:
+    """Of a further channel, ns, by its own header; that of the channel before, where it is empty.
+
+    Antennas of two frequencies in one case have a window each.
+    """
+    start = _GSSI_HEADER * channel
+    _, _, own_samples, own_bits, _ = struct.unpack_from("<4Hh", data, start)
+    if not own_samples:
+        return before
+    if (own_samples, own_bits) != (samples, bits):
+        raise Error(
+            f"{path}: channel {channel} has {own_samples} samples of {own_bits} bits a trace, "
+            f"channel 0 {samples} of {bits}: they cannot lie in turn"
+        )
+    (window,) = struct.unpack_from("<f", data, start + 26)
+    return float(window)
 
 
 # Of an IDS file's row H: where the numbers begin, and the characters of each; which they are, read
@@ -304,7 +366,7 @@ def _differing(stated: Mapping[str, float], more: str = "") -> str:
     return "" if max(values) < 1.001 * min(values) else " beside ".join(stated) + more
 
 
-_READERS: dict[str, Callable[[Path], Line]] = {
+_READERS: dict[str, Callable[[Path], Line | list[Line]]] = {
     ".dt1": _read_dt1,
     ".dzt": _read_dzt,
     ".rd3": _read_mala,
@@ -312,4 +374,4 @@ _READERS: dict[str, Callable[[Path], Line]] = {
     ".iprb": _read_impulse,
     ".dt": _read_ids,
 }
-SUFFIXES = frozenset(_READERS)  # of files that `read_line` reads
+SUFFIXES = frozenset(_READERS)  # of files that `read_channels` reads
