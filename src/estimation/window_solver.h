@@ -10,7 +10,7 @@
 namespace gprodom {
 
 struct SolverOptions {
-  int max_iterations = 4;     // with 50 the errors are the same (docs/results.md, "Two solvers")
+  int max_iterations = 4;     // with 50 the errors are the same (docs/lessons.md)
   double convergence = 1e-3;  // stop once a step is expected to lower the cost by less
 };
 

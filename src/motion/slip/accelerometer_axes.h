@@ -1,7 +1,7 @@
 // Whether the accelerometer's horizontal axes are those that are configured. The IMU may be turned
 // about the up axis, or the sign of an axis may be wrong. Its accelerations then contradict a wheel
-// that grips, and without this hypothesis that looks like slip. docs/estimation.md, "Slip as it
-// goes".
+// that grips, and without this hypothesis that looks like slip. docs/estimation.md, "Online
+// slip estimation".
 #pragma once
 
 #include <Eigen/Core>

@@ -6,7 +6,7 @@
 // length. Its measurements: accelerations along the track, centripetal acceleration in bends
 // (speed times turn rate), standstills, and the radar's coherence. A slip is detected seconds after
 // it begins, so the estimates of the last intervals are revised each time. The hypotheses outlast
-// gaps of the IMU. docs/estimation.md, "Slip as it goes".
+// gaps of the IMU. docs/estimation.md, "Online slip estimation".
 #pragma once
 
 #include <deque>

@@ -1,5 +1,5 @@
 // One hypothesis of how a wheel has slipped so far, with the Kalman filter that belongs to it.
-// docs/estimation.md, "Slip as it goes".
+// docs/estimation.md, "Online slip estimation".
 #pragma once
 
 #include <Eigen/Core>
