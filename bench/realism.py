@@ -37,7 +37,7 @@ from gprodom.simulate.robot import robot
 
 Array = NDArray[np.float64]
 LIMITS = {"radar": 2.5, "IMU": 3.0, "wheel": 2.0}  # ratio from which a difference is named
-HUSKY = Topics("/imu/data", "/husky_velocity_controller/odom", None, "/fix")
+HUSKY = Topics("/imu/data", "/husky_velocity_controller/odom", truth="/fix")
 
 
 def radar(traces: Array, spacing: float, interval: float) -> dict[str, float]:

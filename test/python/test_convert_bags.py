@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -55,14 +55,16 @@ def bag(path: Path, kind: str) -> Iterator[tuple[Any, Put]]:
         yield types.types, put
 
 
-def write(path: Path, kind: str, radars: tuple[str, ...] = ("/radar",)) -> Path:
-    """A bag with a drive."""
+def write(path: Path, kind: str, radars: tuple[str, ...] = ("/radar",), **antennas: int) -> Path:
+    """A bag with a drive. antennas: what the messages of a topic (less its /) say; default 0."""
     with bag(path, kind) as (types, put):
-        write_drive(types, put, kind, radars)
+        write_drive(types, put, kind, radars, {f"/{name}": id_ for name, id_ in antennas.items()})
     return path
 
 
-def write_drive(types: Any, put: Put, kind: str, radars: tuple[str, ...]) -> Callable[[int], Any]:
+def write_drive(
+    types: Any, put: Put, kind: str, radars: tuple[str, ...], antennas: Mapping[str, int] = {}
+) -> Callable[[int], Any]:
     """A drive straight on: IMU, joint states, radar traces of 64 samples. Returns what makes the
     header of a time (ns)."""
     rng = np.random.default_rng(1)
@@ -92,7 +94,7 @@ def write_drive(types: Any, put: Put, kind: str, radars: tuple[str, ...]) -> Cal
             for topic in radars:
                 samples = rng.integers(-900, 900, 64).astype(np.int32)
                 trace = types["gprodom/msg/GprTrace"](
-                    header(time), i, 0, 3.125e-10, 1e-9, 0.5, samples
+                    header(time), i, antennas.get(topic, 0), 3.125e-10, 1e-9, 0.5, samples
                 )
                 put(topic, "gprodom/msg/GprTrace", trace, time)
     return header
@@ -152,6 +154,48 @@ def test_two_radars_want_a_choice(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "which topic is --gpr? It has /left, /right" in capsys.readouterr().err
     assert "GPR_TRACE" in convert(path, *radius, "--gpr", "/right")
     assert "GPR_TRACE" not in convert(path, *radius, "--gpr", "none")
+    command = ["convert", "bag", str(path), "-o", str(tmp_path / "l"), *radius]
+    assert main([*command, "--gpr", "none", "--gpr", "/left"]) == 2
+    assert main([*command, "--gpr", "/left", "--gpr", "/rigth"]) == 1
+    assert "no topic /rigth" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [({}, {"/right": 0, "/left": 1}), ({"left": 4, "right": 2}, {"/right": 2, "/left": 4})],
+    ids=["by order", "by message"],
+)
+def test_topics_of_two_antennas(
+    told: dict[str, int], expected: dict[str, int], tmp_path: Path
+) -> None:
+    """By what their messages say, if they differ in that; otherwise in the order of the options."""
+    path = write(tmp_path / "drive.bag", "ros1", ("/left", "/right"), **told)
+    radius = ("--wheel-radius", "0.1")
+    both = convert(path, *radius, "--gpr", "/right", "--gpr", "/left")["GPR_TRACE"]
+    assert sorted(set(both["antenna_id"])) == sorted(expected.values())
+    for topic, antenna in expected.items():
+        alone = convert(path, *radius, "--gpr", topic)["GPR_TRACE"]
+        mine = both["antenna_id"] == antenna
+        np.testing.assert_array_equal(both["samples"][mine], alone["samples"])
+        np.testing.assert_array_equal(both["seq"][mine], np.arange(COUNT // 5))
+        assert set(alone["antenna_id"]) == {told.get(topic[1:], 0)}
+
+
+def test_topics_that_share_an_antenna(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One of two with antennas 0 and 1, the other with 0: whose are they?"""
+    path = tmp_path / "drive.bag"
+    with bag(path, "ros1") as (types, put):
+        header = write_drive(types, put, "ros1", ("/left",))(START_NS)
+        for antenna in (0, 1):
+            trace = types["gprodom/msg/GprTrace"](
+                header, 0, antenna, 3.125e-10, 1e-9, 0.5, np.arange(64, dtype=np.int32)
+            )
+            put("/pair", "gprodom/msg/GprTrace", trace, START_NS)
+    command = ["convert", "bag", str(path), "-o", str(tmp_path / "l"), "--wheel-radius", "0.1"]
+    assert main([*command, "--gpr", "/left", "--gpr", "/pair"]) == 1
+    assert "/pair holds traces of the antennas 0, 1, of which another" in capsys.readouterr().err
+    log = convert(path, "--wheel-radius", "0.1", "--gpr", "/pair")
+    assert log["GPR_TRACE"]["antenna_id"].tolist() == [0, 1]
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])

@@ -7,11 +7,12 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gprodom.console import warn
-from gprodom.convert.layout import TIME_UNITS, Source
+from gprodom.convert.layout import SOURCES, TIME_UNITS, Layout, Source
 from gprodom.convert.rows import (
     COMMENTS,
     Picked,
@@ -36,11 +37,13 @@ def read_source(
     integers: bool = False,
     strict: bool = False,
     scale: float | None = None,
+    keys: int = 0,
 ) -> Table:
     """The source's columns, in order of time, and warnings of what was found on the way.
 
     widths: possible numbers of columns, time included; `what` they are. integers: whole numbers of
-    32 bits. scale: counts per unit of the values, which are then rounded.
+    32 bits. scale: counts per unit of the values, which are then rounded; but not the
+    first `keys` of them.
     """
     path = source.file
     assert path is not None
@@ -52,12 +55,20 @@ def read_source(
             file = Path(name) / "table"
             with path.open("rb") as pipe, file.open("wb") as spool:
                 shutil.copyfileobj(pipe, spool)
-        picked = _pick(path, file, source, widths, what, integers, scale)
+        picked = _pick(path, file, source, widths, what, integers, scale, keys)
         rows = read_rows(picked, strict)
     _tell_faults(path, what, rows)
     if len(rows.utime) < 2:
         raise Error(f"{path}: expected rows of {what}")
     return _in_order(path, what, rows)
+
+
+def read_named(
+    layout: Layout, name: str, widths: Sequence[int], strict: bool, **options: Any
+) -> Table:
+    """The table of a source, by its name."""
+    what = ", ".join(filter(None, ("time", SOURCES[name])))
+    return read_source(layout.sources[name], widths, what, strict=strict, **options)
 
 
 def _pick(
@@ -68,6 +79,7 @@ def _pick(
     what: str,
     integers: bool,
     scale: float | None,
+    keys: int,
 ) -> Picked:
     iso = source.time_unit == "iso"
     number, header, cells, delimiter = _first_row(path, file, source.delimiter.encode(), iso)
@@ -79,8 +91,9 @@ def _pick(
         raise Error(f"{where}: expected {either(widths)} columns ({what}), got {len(columns)}")
     per_second = TIME_UNITS[source.time_unit]
     return Picked(
-        path, file, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers
-    )
+        path, file, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers,
+        keys,
+    )  # fmt: skip
 
 
 def _first_row(

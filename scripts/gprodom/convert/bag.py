@@ -19,6 +19,7 @@ from gprodom.convert.bag_reader import (
     TRACE_FIELDS,
     Bag,
     check_fixes,
+    check_radars,
     choose_topics,
     open_bag,
 )
@@ -36,11 +37,12 @@ _RADAR_FACTS = ("sample_interval", "time_zero", "volts_per_count")
 
 @dataclass(frozen=True)
 class Topics:
-    """Which topic is what; None: the bag's only one of a fitting type. See `choose_topics`."""
+    """Which topic is what; None, of radars (): the bag's only one of a fitting type. See
+    `choose_topics`."""
 
     imu: str | None = None
     wheel: str | None = None
-    gpr: str | None = None
+    radars: tuple[str, ...] = ()  # of an antenna each; ("none",): no radar
     truth: str | None = None
     wheels: WheelSpec = field(default_factory=WheelSpec)
     fixes: tuple[str, ...] = ()  # positions for the estimator; their antenna_id: 0, 1, ...
@@ -64,15 +66,17 @@ class _Rows:
 def read_streams(path: Path, topics: Topics) -> list[Stream]:
     """The bag's messages as those of our logs, in order of stamps within each channel."""
     with open_bag(path) as bag:
-        asked = {what: getattr(topics, what) for what in ("imu", "wheel", "truth", "gpr")}
-        found = choose_topics(path, bag, asked)
+        asked = {what: getattr(topics, what) for what in ("imu", "wheel", "truth")}
+        found = choose_topics(path, bag, {**asked, "gpr": next(iter(topics.radars), None)})
+        radars = (found.pop("gpr"), *topics.radars[1:]) if "gpr" in found else ()
+        check_radars(path, bag, radars)
         if bag.topics[found["wheel"]] == JOINTS and not topics.wheels.radius > 0:
             raise Error(
                 f"{path}: {found['wheel']} tells the angle of a joint: give the wheel's radius in "
                 "metres, --wheel-radius M"
             )
         check_fixes(path, bag, topics.fixes)
-        rows, fixes = _read_rows(bag, found, topics)
+        rows, radar, fixes = _read_rows(bag, found, radars, topics)
         kinds = {topic: bag.topics[topic] for topic in topics.fixes}
     for what in NEEDED:
         if not rows[what].time:
@@ -84,27 +88,31 @@ def read_streams(path: Path, topics: Topics) -> list[Stream]:
             made += [
                 replace(one, out_of_order=late) for one in _streams(what, time, values, topics)
             ]
-    return made + _fix_streams(fixes, kinds, topics)
+    return made + _radar_streams(path, radar, topics) + _fix_streams(fixes, kinds, topics)
 
 
 def _read_rows(
-    bag: Bag, found: dict[str, str], topics: Topics
-) -> tuple[dict[str, _Rows], dict[str, _Rows]]:
-    """What is kept of each message, by sensor, and of the fixes by topic. A topic may be both."""
+    bag: Bag, found: dict[str, str], radars: tuple[str, ...], topics: Topics
+) -> tuple[dict[str, _Rows], dict[str, _Rows], dict[str, _Rows]]:
+    """What is kept of each message, by sensor, and of radars and fixes by topic. A topic may be
+    both a sensor's and of fixes."""
     rows: dict[str, _Rows] = {what: _Rows() for what in found}
     fixes: dict[str, _Rows] = {topic: _Rows() for topic in topics.fixes}
     by_topic = {topic: what for what, topic in found.items()}
-    wanted = {*by_topic, *fixes}
+    radar: dict[str, _Rows] = {topic: _Rows() for topic in radars}
+    wanted = {*by_topic, *radar, *fixes}
     with Progress("reading", bag.count(wanted)) as progress:
         for message in bag.messages(wanted):
             stamp = _stamp(message.content, message.logged)
             if message.topic in by_topic:
                 what = by_topic[message.topic]
                 rows[what].add(stamp, _VALUES[what](message.content, message.kind, topics))
+            if message.topic in radar:
+                radar[message.topic].add(stamp, _trace(message.content))
             if message.topic in fixes:
                 fixes[message.topic].add(stamp, read_fix(message.content, message.kind))
             progress.advance()
-    return rows, fixes
+    return rows, radar, fixes
 
 
 def _fix_streams(fixes: dict[str, _Rows], kinds: dict[str, str], topics: Topics) -> list[Stream]:
@@ -167,12 +175,14 @@ def _truth(message: Any, kind: str, _topics: Topics) -> Any:
     return ("point", *_xyz(point))
 
 
-def _gpr(message: Any, _kind: str, _topics: Topics) -> Any:
-    """Samples, and the fields of our GprTrace.msg that the message has; NaN: not in the message."""
+def _trace(message: Any) -> tuple[int, Floats, list[float]]:
+    """Antenna, samples, and the fields of our GprTrace.msg that the message has; NaN: not in the
+    message."""
     facts = [float(getattr(message, name, np.nan)) for name in _RADAR_FACTS]
+    antenna = int(getattr(message, "antenna_id", 0))
     for name in TRACE_FIELDS:
         if hasattr(message, name):
-            return np.asarray(getattr(message, name), np.float64), facts
+            return antenna, np.asarray(getattr(message, name), np.float64), facts
     raise Error(f"--gpr: expected messages with an array {' or '.join(TRACE_FIELDS)}")
 
 
@@ -180,7 +190,6 @@ _VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
     "imu": _imu,
     "wheel": lambda message, kind, topics: read_wheel(message, kind, topics.wheels),
     "truth": _truth,
-    "gpr": _gpr,
 }
 
 
@@ -211,20 +220,22 @@ def gpr_stream(
     sample_interval: npt.ArrayLike,
     time_zero: npt.ArrayLike,
     volts_per_count: npt.ArrayLike = 0.0,
+    antenna_id: int = 0,
 ) -> Stream:
-    """Radar messages from traces (n, samples), counts; the other values (n,) or one for all, s and
-    V.
+    """An antenna's radar messages from traces (n, samples), counts; the other values (n,) or one
+    for all, s and V.
     """
     fields: dict[str, npt.ArrayLike] = {
         "utime": time,
         "seq": np.arange(len(time)),
-        "antenna_id": 0,
+        "antenna_id": antenna_id,
         "sample_interval": sample_interval,
         "time_zero": time_zero,
         "volts_per_count": volts_per_count,
         "samples": np.rint(traces).astype(np.int32),
     }
-    return Stream(channel, time, encode("gpr_trace_t", fields, len(time)))
+    payloads = encode("gpr_trace_t", fields, len(time))
+    return Stream(channel, time, payloads, antenna_id=antenna_id)
 
 
 def truth_stream(time: Ints, position: Floats) -> Stream:
@@ -241,21 +252,43 @@ def _streams(what: str, time: Ints, values: list[Any], topics: Topics) -> list[S
         return [_imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])]
     if what == "wheel":
         return wheel_streams(time, values, topics.wheels, topics.channels)
-    if what == "truth":
-        table = np.array([value[1:] for value in values], np.float64)
-        positions = local_positions(table) if values[0][0] == "fix" else table
-        return [truth_stream(time, positions)]
-    return [_gpr_stream(time, values, topics)]
+    table = np.array([value[1:] for value in values], np.float64)
+    positions = local_positions(table) if values[0][0] == "fix" else table
+    return [truth_stream(time, positions)]
 
 
-def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:
+def _radar_streams(path: Path, radar: dict[str, _Rows], topics: Topics) -> list[Stream]:
+    """Of each antenna. Topics have the antenna_id of their messages, where no two share one;
+    otherwise their numbers, in order: messages often say 0, whose antenna they may be."""
+    ids = {topic: {antenna for antenna, *_ in rows.values} for topic, rows in radar.items()}
+    told = sum(map(len, ids.values())) == len(set().union(*ids.values()))
+    antennas: dict[int, tuple[str, _Rows]] = {}
+    for number, (topic, rows) in enumerate(radar.items()):
+        if not told and len(ids[topic]) > 1:
+            antennas_of = ", ".join(map(str, sorted(ids[topic])))
+            raise Error(
+                f"{path}: {topic} holds traces of the antennas {antennas_of}, "
+                "of which another topic has one, too: give one of them to --gpr"
+            )
+        for stamp, (antenna, *value) in zip(rows.time, rows.values, strict=True):
+            into = antennas.setdefault(antenna if told else number, (topic, _Rows()))
+            into[1].add(stamp, value)
+    made = []
+    for id_, (topic, rows) in sorted(antennas.items()):
+        time, values, late = _ordered(rows)
+        stream = _gpr_stream(topic, id_, time, values, topics)
+        made.append(replace(stream, out_of_order=late))
+    return made
+
+
+def _gpr_stream(topic: str, antenna: int, time: Ints, values: list[Any], topics: Topics) -> Stream:
     lengths = {len(samples) for samples, _ in values}
     if len(lengths) > 1:
-        raise Error(f"--gpr: traces of {len(lengths)} different lengths")
+        raise Error(f"{topic}: traces of {len(lengths)} different lengths")
     told, zero, volts = np.array([facts for _, facts in values], np.float64).T
     if topics.sample_interval is None and not np.all(told > 0):
         raise Error(
-            f"{topics.gpr or 'the radar'}: its messages do not tell the time between samples: give "
+            f"{topic}: its messages do not tell the time between samples: give "
             "--sample-interval S (s), or --gpr none to leave it out"
         )
     return gpr_stream(
@@ -265,4 +298,5 @@ def _gpr_stream(time: Ints, values: list[Any], topics: Topics) -> Stream:
         topics.sample_interval or told,
         np.where(np.isnan(zero), 0.0, zero),
         np.where(np.isnan(volts), VOLTS_PER_COUNT, volts),
+        antenna,
     )

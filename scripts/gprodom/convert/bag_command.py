@@ -8,6 +8,7 @@ from pathlib import Path
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
+from gprodom.convert.bag_reader import NONE
 from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import sample_interval
 from gprodom.convert.summary import TIME_FACTS, describe_times
@@ -37,7 +38,9 @@ of a fitting type is used:
            sides. With --track, the yaw rate of an odometry's or stamped twist makes two sides, too
   --truth  sensor_msgs/NavSatFix (to local metres), or a PointStamped, PoseStamped or
            PoseWithCovarianceStamped of geometry_msgs
-  --gpr    any message with an array `samples` or `data`: a trace
+  --gpr    any message with an array `samples` or `data`: a trace. Given several times, each topic
+           is an antenna; its id is that in the messages' antenna_id, where every topic has its own,
+           else 0, 1, ... in the order given
   --fix    sensor_msgs/NavSatFix, or PoseWithCovarianceStamped of geometry_msgs (its frame is taken
            for site): positions from outside, which the estimator checks and counts so far. Only
            what is named; several make antennas 0, 1, ... of anchor.antennas
@@ -61,8 +64,11 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
     )
-    for what in ("imu", "wheel", "truth", "gpr"):
+    for what in ("imu", "wheel", "truth"):
         parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
+    parser.add_argument(
+        "--gpr", metavar="TOPIC", action="append", default=[], dest="radars", help="see above"
+    )
     parser.add_argument(
         "--fix", metavar="TOPIC", action="append", default=[], dest="fixes", help="see above"
     )
@@ -108,10 +114,12 @@ def run(args: argparse.Namespace) -> int:
     left, right = (tuple(filter(None, side.split(","))) for side in (args.left, args.right))
     if bool(left) != bool(right):
         raise UsageError("--left and --right: expected both, or neither")
+    if NONE in args.radars and len(args.radars) > 1:
+        raise UsageError(f"--gpr {NONE}: leaves the radar out, and another --gpr names one")
     topics = Topics(
         imu=args.imu,
         wheel=args.wheel,
-        gpr=args.gpr,
+        radars=tuple(dict.fromkeys(args.radars)),
         truth=args.truth,
         wheels=WheelSpec(args.wheel_radius, args.joint, left, right, args.track),
         fixes=tuple(dict.fromkeys(args.fixes)),
@@ -127,7 +135,7 @@ def write_and_tell(streams: list[Stream], output: Path, as_json: bool) -> None:
     """Checks, writes the log and prints counts, rates and gaps of its channels."""
     check_streams(streams)
     write_log(output, streams)
-    facts = {each.channel: describe_times(each.utime, each.out_of_order) for each in streams}
+    facts = {each.name: describe_times(each.utime, each.out_of_order) for each in streams}
     if as_json:
         print_json({"log": str(output), "channels": facts})
         return

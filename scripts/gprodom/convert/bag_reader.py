@@ -132,11 +132,18 @@ def choose_topics(path: Path, bag: Bag, asked: dict[str, str | None]) -> dict[st
             chosen[what] = fitting[0]
         elif fitting or what in NEEDED:
             having = ", ".join(fitting) or f"none of {', '.join(KINDS[what])}"
+            several = "; several --gpr: an antenna each" if what == "gpr" else ""
             without = "" if what in NEEDED else f" (--{what} {NONE} leaves it out)"
-            open_questions.append(f"which topic is --{what}? It has {having}{without}")
+            open_questions.append(f"which topic is --{what}? It has {having}{without}{several}")
     if open_questions:
         raise Error(f"{path}: {'; '.join(open_questions)}")
     return chosen
+
+
+def check_radars(path: Path, bag: Bag, topics: Sequence[str]) -> None:
+    """Raises an error if one of several topics of --gpr is not there."""
+    for topic in topics:
+        _check(path, bag, "gpr", topic)
 
 
 def check_fixes(path: Path, bag: Bag, topics: Sequence[str]) -> None:

@@ -20,7 +20,7 @@ SOURCES = {
     "wheel_speed": "speed, a column a wheel",
     "wheel_distance": "distance driven, a column a wheel, m",
     "wheel_counts": "encoder counts, a column a wheel",
-    "gpr": "samples of a trace",
+    "gpr": "samples of a trace; several tables: an antenna each",
     "gpr_times": "nothing more; a row for each trace of the survey file given as gpr",
     "position": "the truth: x, y, z, or latitude, longitude, height",
     "fix": "positions for the estimator (see below)",
@@ -45,6 +45,9 @@ class Source:
     columns: tuple[str, ...] = ()
     time_unit: str = "s"
     delimiter: str = ""  # "": comma, semicolon or tab, whichever the first line has
+    more: tuple[Path, ...] = ()  # of the radar: tables of further antennas
+    antenna: str = ""  # of the radar: the column of antenna_id, by name or number; "": none
+    channels: tuple[int, ...] = ()  # of the radar's survey file; (): all
 
 
 @dataclass
@@ -126,7 +129,8 @@ def _source(
     table: Path | None,
 ) -> Source:
     for key in content:
-        if key not in ("file", "columns", "time_unit", "delimiter"):
+        known = ("file", "columns", "time_unit", "delimiter")
+        if key not in (*known, *(("antenna", "channels") if name == "gpr" else ())):
             raise Error(f"{where}: {name}: unknown key {key}")
     own = {key: content[key] for key in ("time_unit", "delimiter") if key in content}
     for key, value in own.items():
@@ -134,17 +138,29 @@ def _source(
     columns = content.get("columns", [])
     if not isinstance(columns, (list, tuple)):
         raise Error(f"{where}: {name}: columns: expected a list, the time first")
+    channels = content.get("channels", [])
+    if not isinstance(channels, list) or not all(type(n) is int and n >= 0 for n in channels):
+        raise Error(f"{where}: {name}: channels: expected a list of numbers from 0")
     named = content.get("file")
-    if isinstance(named, str) and layout is not None:
-        file: Path | None = layout.parent / named
-    else:
-        file = table if named is None else Path(named)
-    if file is None:
+    several = named if name == "gpr" and isinstance(named, list) and named else [named]
+    files = [_file(each, layout, table) for each in several]
+    if None in files:
         raise Error(f"{where}: {name}: which table? Give its file")
-    also_read(file)
+    file, *more = [each for each in files if each is not None]
+    also_read(file, *more)
     return Source(
         file,
         tuple(str(column).strip() for column in columns),
         str(own.get("time_unit", settings.get("time_unit", "s"))),
         str(own.get("delimiter", settings.get("delimiter", ""))),
+        tuple(more),
+        str(content.get("antenna", "")).strip(),
+        tuple(channels),
     )
+
+
+def _file(named: Any, layout: Path | None, table: Path | None) -> Path | None:
+    """One that a source names; of a layout relative to it."""
+    if isinstance(named, str) and layout is not None:
+        return layout.parent / named
+    return table if named is None else Path(named)

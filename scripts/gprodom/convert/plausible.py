@@ -58,7 +58,8 @@ def check_streams(streams: Sequence[Stream]) -> None:
         name = by_fingerprint()[stream.payloads[0][:8]] if len(stream.payloads) else ""
         kind = "wheel_t" if name == "wheels_t" else name
         if kind in _NAMES:
-            times[kind] = stream.utime
+            further = f" {stream.antenna_id}" if kind in times else ""
+            times[kind + further] = stream.utime
         if kind in ("imu_t", "wheel_t"):
             content[kind] = wire.decode(name, stream.payloads, stream.channel)
         if name == "wheels_t":  # their mean is the wheel
@@ -72,7 +73,8 @@ def check_streams(streams: Sequence[Stream]) -> None:
 
 
 def examine(times: Mapping[str, Ints], content: Mapping[str, Mapping[str, Any]]) -> Findings:
-    """times: stamps (n,), microseconds, by type (imu_t, wheel_t, gpr_trace_t); content: fields of
+    """times: stamps (n,), microseconds, by type (imu_t, wheel_t, gpr_trace_t, with a space and its
+    antenna_id that of a further antenna); content: fields of
     imu_t and wheel_t, a pair of wheels as their mean."""
     found = Findings()
     for kind, utime in times.items():
@@ -90,7 +92,7 @@ def examine(times: Mapping[str, Ints], content: Mapping[str, Mapping[str, Any]])
 def _check_stamps(kind: str, utime: Ints, found: Findings) -> None:
     if len(utime) < 10:
         return
-    name, steps = _NAMES[kind], np.diff(utime) * 1e-6
+    name, steps = _name(kind), np.diff(utime) * 1e-6
     median = float(np.median(steps))
     rate = 1 / median if median > 0 else np.inf
     longest = int(np.argmax(steps))
@@ -117,6 +119,11 @@ def _check_stamps(kind: str, utime: Ints, found: Findings) -> None:
         )
 
 
+def _name(kind: str) -> str:
+    kind, _, antenna = kind.partition(" ")
+    return f"{_NAMES[kind]} {antenna}".rstrip()
+
+
 def _check_spans(times: Mapping[str, Ints], found: Findings) -> None:
     """IMU and wheel must overlap in time; a radar may be switched on later."""
     spans = {kind: (int(t[0]) * 1e-6, int(t[-1]) * 1e-6) for kind, t in times.items() if len(t)}
@@ -126,8 +133,8 @@ def _check_spans(times: Mapping[str, Ints], found: Findings) -> None:
     longest = max(lengths["imu_t"], lengths["wheel_t"])
     if longest < LEAST_S:
         return
-    for kind in ("wheel_t", "gpr_trace_t"):
-        if kind not in spans:
+    for kind in spans:
+        if kind == "imu_t":
             continue
         start, end = (
             max(spans["imu_t"][0], spans[kind][0]),
@@ -135,7 +142,7 @@ def _check_spans(times: Mapping[str, Ints], found: Findings) -> None:
         )
         common = max(end - start, 0.0)
         share = common / longest
-        text = f"IMU and {_NAMES[kind]} have {common:.1f} s in common, of {longest:.1f} s"
+        text = f"IMU and {_name(kind)} have {common:.1f} s in common, of {longest:.1f} s"
         apart = share == 0 or (kind == "wheel_t" and share < LEAST_COMMON)
         if apart and min(lengths["imu_t"], lengths[kind]) >= LEAST_S:
             found.wrong.append(

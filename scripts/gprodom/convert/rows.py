@@ -44,6 +44,7 @@ class Picked:
     per_second: int = 1  # of the time's unit
     scale: float | None = None  # counts per unit of the values; None: they are as they are
     integers: bool = False  # values must be whole numbers of 32 bits, once scaled
+    keys: int = 0  # so many of the first values are no measurements: they are not scaled
 
 
 @dataclass
@@ -186,11 +187,12 @@ class _Blocks:
         if len(chosen) > 1 and not any(chosen[1:]):
             return None
         utime = self._utime_of(chosen[0])
-        values = []
+        values: list[float] = []
         for column, cell in zip(picked.columns[1:], chosen[1:], strict=True):
             value = float(cell) if is_number(cell) and b"_" not in cell else math.nan
             wrong = "" if math.isfinite(value) else "a finite number"
-            if not wrong and picked.integers and not _is_count(value, picked.scale):
+            scale = picked.scale if len(values) >= picked.keys else None
+            if not wrong and picked.integers and not _is_count(value, scale):
                 wrong = "a whole number of 32 bits"
             if wrong:
                 where = f"in column {column + 1}"
@@ -220,7 +222,8 @@ class _Blocks:
         """Values as they are wanted. Raises an error where one is not."""
         picked = self._picked
         if picked.scale is not None:
-            values = np.rint(values * picked.scale)
+            keys = values[:, : picked.keys]
+            values = np.hstack([keys, np.rint(values[:, picked.keys :] * picked.scale)])
         if not np.all(np.isfinite(values)):
             raise ValueError("not finite")
         if not picked.integers:

@@ -16,7 +16,7 @@ from gprodom.convert.survey_files import (
     chosen,
     decide,
     mean_frequency,
-    read_channels,
+    read_lines,
 )
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
@@ -131,7 +131,7 @@ def read(path: Path, channels: list[int] | None) -> list[Line]:
     """The lines of a file; None: of its first channel, and what is left out is told."""
     if channels is not None:
         return list(chosen(path, channels).values())
-    lines = read_channels(path)
+    lines = read_lines(path)
     if len(lines) > 1:
         warn(f"{path}: holds {len(lines)} channels; 0 is taken, --channels takes others")
     return lines[:1]

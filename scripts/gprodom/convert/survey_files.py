@@ -71,13 +71,13 @@ def mean_frequency(lines: Ints, sample_interval: float) -> float:
 
 
 def read_line(path: Path) -> Line:
-    """Reads a line, the first of its file's channels, as `read_channels` does."""
-    return read_channels(path)[0]
+    """Reads a line, the first of its file's channels, as `read_lines` does."""
+    return read_lines(path)[0]
 
 
 def chosen(path: Path, channels: Sequence[int]) -> dict[int, Line]:
     """The lines of these channels of a file, by channel, in the order given."""
-    lines = read_channels(path)
+    lines = read_lines(path)
     if max(channels) >= len(lines):
         counted = f"{len(lines)} channels" if len(lines) > 1 else "one channel"
         raise Error(
@@ -97,7 +97,7 @@ def channel_numbers(text: str) -> list[int]:
     return numbers
 
 
-def read_channels(path: Path) -> list[Line]:
+def read_lines(path: Path) -> list[Line]:
     """Reads the lines of all channels in the format of the file name's ending; the header is
     expected beside the file."""
     reader = _READERS.get(path.suffix.lower())
@@ -374,4 +374,4 @@ _READERS: dict[str, Callable[[Path], Line | list[Line]]] = {
     ".iprb": _read_impulse,
     ".dt": _read_ids,
 }
-SUFFIXES = frozenset(_READERS)  # of files that `read_channels` reads
+SUFFIXES = frozenset(_READERS)  # of files that `read_lines` reads

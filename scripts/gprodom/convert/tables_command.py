@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from gprodom.arrays import Floats, Ints
 from gprodom.config import Channels, read_channels
 from gprodom.console import add_json_flag, warn
-from gprodom.convert.any_table import read_source
+from gprodom.convert.any_table import read_named, read_source
 from gprodom.convert.bag import (
     gpr_stream,
     imu_stream,
@@ -30,9 +29,14 @@ from gprodom.convert.layout import (
     read_layout,
 )
 from gprodom.convert.sampling import sample_interval
-from gprodom.convert.survey_files import SUFFIXES, decide, read_line
-from gprodom.convert.table import Table
-from gprodom.convert.wheels import added_up, continued, pair_stream, wheel_stream
+from gprodom.convert.survey_files import (
+    SUFFIXES,
+    channel_numbers,
+    chosen,
+    decide,
+    read_lines,
+)
+from gprodom.convert.wheels import wheels_of_tables
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile
 from gprodom.fixes.table import WIDTHS, fixes_of_table
@@ -61,7 +65,9 @@ time first; 2-202 is a range of numbers. Where nothing is said they are the firs
 A wheel and either --imu or both --accelerometer and --gyroscope are wanted; acceleration is then
 brought to the gyroscope's times, where both are there. Of several wheels the mean is taken, or that
 of each side where --left and --right say which wheels, counted from 1, are on it. The radar (--gpr)
-is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with --gpr-times.
+is a table, or a survey file (DT1, DZT, RD3, RD7, IPRB with their headers) with --gpr-times. Several
+antennas are several --gpr, with antenna_id 0, 1, ... in the order given; or a column of ids, named
+by --gpr-antenna; or the channels of a DZT, each with its number, all or those of --channels.
 Positions in degrees (--position-unit degrees) become metres from the first.
 
 Fixes (--fix) have three columns of the position: x, y, z in site, or with --fix-unit degrees
@@ -87,7 +93,6 @@ sensors without a time in common) is refused; what is doubtful is said.
 """
 )
 _MAX_GAP = 5.0  # times its median interval, across which the accelerometer is not interpolated
-_WHEELS = ("wheel_speed", "wheel_distance", "wheel_counts")
 
 
 def add_parser(formats: Subparsers) -> None:
@@ -100,7 +105,8 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument("--layout", metavar="YAML", type=Path, help="see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")
-        parser.add_argument(option, metavar="FILE", type=Path, help="see above")
+        several: dict[str, Any] = {"action": "append"} if name == "gpr" else {}
+        parser.add_argument(option, metavar="FILE", type=Path, help="see above", **several)
         parser.add_argument(f"{option}-columns", metavar="TIME,A,..", help=argparse.SUPPRESS)
     parser.add_argument(
         "--time-unit", choices=list(TIME_UNITS), help="unit of the times (default s)"
@@ -134,6 +140,17 @@ def add_parser(formats: Subparsers) -> None:
         help="counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
     )
     parser.add_argument(
+        "--gpr-antenna",
+        metavar="COLUMN",
+        help="that of --gpr which tells the antenna_id of each trace, with --gpr-columns",
+    )
+    parser.add_argument(
+        "--channels",
+        metavar="N,..",
+        type=channel_numbers,
+        help="of a survey file given to --gpr (default: all)",
+    )
+    parser.add_argument(
         "--fix-sigma",
         metavar="M",
         type=float,
@@ -159,10 +176,10 @@ def run(args: argparse.Namespace) -> int:
     strict: bool = args.strict
     streams = [
         _imu(layout, channels, strict),
-        _wheel(layout, channels, args.left, args.right, strict),
+        wheels_of_tables(layout, channels, args.left, args.right, strict),
     ]
     if "gpr" in layout.sources:
-        streams.append(_gpr(layout, channels, strict))
+        streams += _gpr(layout, channels, strict)
     if "position" in layout.sources:
         streams.append(_position(layout, strict))
     if "fix" in layout.sources:
@@ -180,26 +197,23 @@ def _options(args: argparse.Namespace) -> dict[str, Any]:
         given: dict[str, Any] = {} if file is None else {"file": file}
         if columns is not None:
             given["columns"] = columns.split(",")
+        if name == "gpr":
+            chosen = {"antenna": args.gpr_antenna, "channels": args.channels}
+            given |= {key: value for key, value in chosen.items() if value is not None}
         if given:
             options[name] = given
     return options
 
 
-def _read(layout: Layout, name: str, widths: Sequence[int], strict: bool, **options: Any) -> Table:
-    """The table of a source, by its name."""
-    what = ", ".join(filter(None, ("time", SOURCES[name])))
-    return read_source(layout.sources[name], widths, what, strict=strict, **options)
-
-
 def _imu(layout: Layout, channels: Channels, strict: bool) -> Stream:
     sources = layout.sources
     if "imu" in sources:
-        table = _read(layout, "imu", (7,), strict)
+        table = read_named(layout, "imu", (7,), strict)
         time, force, rate = table.utime, table.values[:, :3], table.values[:, 3:]
         late = table.out_of_order
     elif "accelerometer" in sources and "gyroscope" in sources:
-        felt = _read(layout, "accelerometer", (4,), strict)
-        turned = _read(layout, "gyroscope", (4,), strict)
+        felt = read_named(layout, "accelerometer", (4,), strict)
+        turned = read_named(layout, "gyroscope", (4,), strict)
         late = felt.out_of_order + turned.out_of_order
         kept = covered(turned.utime, felt.utime)
         if not kept.any():
@@ -230,51 +244,6 @@ def covered(time: Ints, by: Ints) -> Floats:
     return np.asarray(exact | (inside & (step <= _MAX_GAP * max(np.median(np.diff(by)), 1))))
 
 
-def _wheel(
-    layout: Layout, channels: Channels, left: list[int], right: list[int], strict: bool
-) -> Stream:
-    given = [name for name in _WHEELS if name in layout.sources]
-    if len(given) != 1:
-        options = ", ".join("--" + name.replace("_", "-") for name in _WHEELS)
-        raise UsageError(f"one of {options} is wanted, got {len(given)}")
-    (name,) = given
-    source = layout.sources[name]
-    table = _read(layout, name, range(2, 20), strict)
-    travelled = table.values
-    if name != "wheel_speed":
-        travelled = _continued(source, table)
-    if name == "wheel_speed":
-        _check_speed(source, table)
-        travelled = added_up(table.utime, travelled * layout.factor("speed_unit"))
-    elif name == "wheel_counts":
-        if "counts_per_metre" not in layout.settings:
-            raise UsageError("--wheel-counts: how many make a metre? Give --counts-per-metre N")
-        travelled = travelled / float(layout.settings["counts_per_metre"])
-    travelled = travelled - travelled[0]
-    if not left and not right:
-        stream = wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
-        return replace(stream, out_of_order=table.out_of_order)
-    wheels = travelled.shape[1]
-    if not left or not right or max(left + right) > wheels:
-        raise UsageError(f"--left and --right: expected wheels 1 to {wheels} for both sides")
-    sides = (travelled[:, [wheel - 1 for wheel in side]].mean(axis=1) for side in (left, right))
-    stream = pair_stream(channels.wheels, table.utime, *sides)
-    return replace(stream, out_of_order=table.out_of_order)
-
-
-def _continued(source: Source, table: Table) -> Floats:
-    """The values (n, wheels) of counters that went on where they began again; that is told."""
-    columns = [continued(table.utime, column) for column in table.values.T]
-    for wheel, column in enumerate(columns, start=1):
-        for count, how in ((column.restarts, "starts again at zero"), (column.wraps, "overflows")):
-            if count:
-                warn(
-                    f"{source.file}: the counter of wheel {wheel} {how} {count} times, first "
-                    f"{column.first_s:.1f} s after its first row: it is carried on there"
-                )
-    return np.column_stack([column.values for column in columns])
-
-
 def _wheel_numbers(text: str) -> list[int]:
     try:
         numbers = [int(part) for part in text.split(",")]
@@ -285,48 +254,86 @@ def _wheel_numbers(text: str) -> list[int]:
     return numbers
 
 
-def _check_speed(source: Source, table: Table) -> None:
-    """Detects a column of speed that is a distance or a count: it never falls."""
-    lasts = float(table.utime[-1] - table.utime[0]) * 1e-6
-    for column in table.values.T:
-        steps = np.diff(column)
-        if lasts > 10 and np.all(steps >= 0) and np.count_nonzero(steps) > 0.2 * len(steps):
-            raise Error(
-                f"{source.file}: the wheel's speed grows for {lasts:.0f} s and never falls: is it "
-                "a distance or a count (--wheel-distance, --wheel-counts with --counts-per-metre)?"
-            )
-
-
-def _gpr(layout: Layout, channels: Channels, strict: bool) -> Stream:
+def _gpr(layout: Layout, channels: Channels, strict: bool) -> list[Stream]:
+    """Of each antenna."""
     source = layout.sources["gpr"]
-    interval = layout.settings.get("sample_interval")
     assert source.file is not None
-    if source.file.suffix.lower() not in SUFFIXES:
-        if interval is None:
-            raise UsageError(
-                "--gpr: what is the time between its samples? Give --sample-interval S, such as "
-                "2e-10 (s)"
-            )
-        scale = layout.settings.get("gpr_scale")
-        table = _read(layout, "gpr", range(9, 16_385), strict, integers=True, scale=scale)
-        stream = gpr_stream(channels.gpr_trace, table.utime, table.values, interval, 0.0)
-        return replace(stream, out_of_order=table.out_of_order)
-    line = decide(read_line(source.file), source.file, sample_interval=interval)
+    if source.antenna and source.more:
+        raise UsageError("--gpr-antenna: a column tells the antennas of one --gpr, not of several")
+    made: list[Stream] = []
+    antenna = 0
+    for file in (source.file, *source.more):
+        of_one = replace(source, file=file)
+        if file.suffix.lower() in SUFFIXES:
+            antenna += _add_lines(made, of_one, layout, channels, antenna)
+        elif source.channels:
+            raise UsageError(f"{file}: --channels are those of a survey file; this is a table")
+        else:
+            made += _table_traces(of_one, layout, channels, antenna, strict)
+            antenna += 1
+    return made
+
+
+def _table_traces(
+    source: Source, layout: Layout, channels: Channels, antenna: int, strict: bool
+) -> list[Stream]:
+    """Of the one antenna, or of those that a column tells."""
+    interval = layout.settings.get("sample_interval")
+    if interval is None:
+        raise UsageError(
+            "--gpr: what is the time between its samples? Give --sample-interval S, such as "
+            "2e-10 (s)"
+        )
+    keys = 1 if source.antenna else 0
+    if keys and not source.columns:
+        raise UsageError("--gpr-antenna: which columns are time and samples? Give --gpr-columns")
+    columns = (*source.columns[:1], *([source.antenna] if keys else []), *source.columns[1:])
+    table = read_source(
+        replace(source, columns=columns), range(9 + keys, 16_385 + keys),
+        f"time, {'antenna, ' if keys else ''}{SOURCES['gpr'].partition(';')[0]}",
+        integers=True, strict=strict, scale=layout.settings.get("gpr_scale"), keys=keys,
+    )  # fmt: skip
+    of = table.values[:, 0].astype(int) if keys else np.full(len(table.utime), antenna)
+    return [
+        replace(
+            gpr_stream(
+                channels.gpr_trace, table.utime[of == id_], table.values[of == id_, keys:],
+                interval, 0.0, antenna_id=id_,
+            ),
+            out_of_order=table.out_of_order,
+        )
+        for id_ in np.unique(of).tolist()
+    ]  # fmt: skip
+
+
+def _add_lines(
+    made: list[Stream], source: Source, layout: Layout, channels: Channels, antenna: int
+) -> int:
+    """The antennas of a survey file, the first of which has the id `antenna`; how many it has."""
+    assert source.file is not None
+    lines = read_lines(source.file)
     if "gpr_times" not in layout.sources:
         raise UsageError(f"{source.file}: holds no times: give --gpr-times, a row for each trace")
-    times = _read(layout, "gpr_times", (1,), strict=True)  # a row for each trace, none left out
-    if len(times.utime) != len(line.traces):
+    times = read_named(layout, "gpr_times", (1,), strict=True)  # none left out
+    if len(times.utime) != len(lines[0].traces):
         raise Error(
-            f"{source.file}: {len(line.traces)} traces, but {len(times.utime)} rows in "
+            f"{source.file}: {len(lines[0].traces)} traces, but {len(times.utime)} rows in "
             f"{layout.sources['gpr_times'].file}"
         )
-    return gpr_stream(
-        channels.gpr_trace, times.utime, line.traces, line.sample_interval, line.time_zero
-    )
+    interval = layout.settings.get("sample_interval")
+    for channel, line in chosen(source.file, source.channels or range(len(lines))).items():
+        known = decide(line, source.file, sample_interval=interval)
+        made.append(
+            gpr_stream(
+                channels.gpr_trace, times.utime, known.traces, known.sample_interval,
+                known.time_zero, antenna_id=antenna + channel,
+            )
+        )  # fmt: skip
+    return len(lines)
 
 
 def _position(layout: Layout, strict: bool) -> Stream:
-    table = _read(layout, "position", (4, 3), strict)
+    table = read_named(layout, "position", (4, 3), strict)
     position = table.values
     if position.shape[1] == 2:
         position = np.column_stack([position, np.zeros(len(position))])
@@ -341,7 +348,7 @@ def _position(layout: Layout, strict: bool) -> Stream:
 
 
 def _fixes(layout: Layout, channels: Channels, strict: bool) -> Stream:
-    table = _read(layout, "fix", [1 + width for width in WIDTHS], strict)
+    table = read_named(layout, "fix", [1 + width for width in WIDTHS], strict)
     code = str(layout.settings.get("fix_quality_code", next(iter(CHOICES["fix_quality_code"]))))
     found = fixes_of_table(
         str(layout.sources["fix"].file),

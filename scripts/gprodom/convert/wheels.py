@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,17 @@ import numpy.typing as npt
 
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD, Channels
+from gprodom.console import warn
+from gprodom.convert.any_table import read_named
+from gprodom.convert.layout import Layout, Source
+from gprodom.convert.table import Table
+from gprodom.errors import Error, UsageError
 from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.wire import encode
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
 BEYOND_USUAL = 3.0  # times as fast as a wheel usually turns at most; no robot does it in one step
+_SOURCES = ("wheel_speed", "wheel_distance", "wheel_counts")  # of tables
 OVERFLOWS = (1 << 16, 1 << 32)  # counts after which a counter begins anew
 
 Row = tuple[str, float, float, float, float]  # what it is of, and its numbers
@@ -159,3 +165,61 @@ def pair_stream(channel: str, time: Ints, left: Floats, right: Floats) -> Stream
 
 def _ticks(distance: Floats) -> Ints:
     return np.rint(distance / QUANTUM).astype(np.int64)
+
+
+def wheels_of_tables(
+    layout: Layout, channels: Channels, left: list[int], right: list[int], strict: bool
+) -> Stream:
+    """Of the one source of a wheel, or of several; of two sides where both are told."""
+    given = [name for name in _SOURCES if name in layout.sources]
+    if len(given) != 1:
+        options = ", ".join("--" + name.replace("_", "-") for name in _SOURCES)
+        raise UsageError(f"one of {options} is wanted, got {len(given)}")
+    (name,) = given
+    source = layout.sources[name]
+    table = read_named(layout, name, range(2, 20), strict)
+    travelled = table.values
+    if name != "wheel_speed":
+        travelled = _continued(source, table)
+    if name == "wheel_speed":
+        _check_speed(source, table)
+        travelled = added_up(table.utime, travelled * layout.factor("speed_unit"))
+    elif name == "wheel_counts":
+        if "counts_per_metre" not in layout.settings:
+            raise UsageError("--wheel-counts: how many make a metre? Give --counts-per-metre N")
+        travelled = travelled / float(layout.settings["counts_per_metre"])
+    travelled = travelled - travelled[0]
+    if not left and not right:
+        stream = wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
+        return replace(stream, out_of_order=table.out_of_order)
+    wheels = travelled.shape[1]
+    if not left or not right or max(left + right) > wheels:
+        raise UsageError(f"--left and --right: expected wheels 1 to {wheels} for both sides")
+    sides = (travelled[:, [wheel - 1 for wheel in side]].mean(axis=1) for side in (left, right))
+    stream = pair_stream(channels.wheels, table.utime, *sides)
+    return replace(stream, out_of_order=table.out_of_order)
+
+
+def _continued(source: Source, table: Table) -> Floats:
+    """The values (n, wheels) of counters that went on where they began again; that is told."""
+    columns = [continued(table.utime, column) for column in table.values.T]
+    for wheel, column in enumerate(columns, start=1):
+        for count, how in ((column.restarts, "starts again at zero"), (column.wraps, "overflows")):
+            if count:
+                warn(
+                    f"{source.file}: the counter of wheel {wheel} {how} {count} times, first "
+                    f"{column.first_s:.1f} s after its first row: it is carried on there"
+                )
+    return np.column_stack([column.values for column in columns])
+
+
+def _check_speed(source: Source, table: Table) -> None:
+    """Detects a column of speed that is a distance or a count: it never falls."""
+    lasts = float(table.utime[-1] - table.utime[0]) * 1e-6
+    for column in table.values.T:
+        steps = np.diff(column)
+        if lasts > 10 and np.all(steps >= 0) and np.count_nonzero(steps) > 0.2 * len(steps):
+            raise Error(
+                f"{source.file}: the wheel's speed grows for {lasts:.0f} s and never falls: is it "
+                "a distance or a count (--wheel-distance, --wheel-counts with --counts-per-metre)?"
+            )

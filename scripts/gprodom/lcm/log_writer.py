@@ -25,6 +25,12 @@ class Stream:
     utime: Ints  # (n,), us
     payloads: Sequence[bytes]  # n
     out_of_order: int = 0  # messages that stood after later ones where they were read
+    antenna_id: int = 0  # whose traces they are; a channel has a stream for each antenna
+
+    @property
+    def name(self) -> str:
+        """By which it is told: its channel, with the id of an antenna other than 0."""
+        return f"{self.channel} {self.antenna_id}" if self.antenna_id else self.channel
 
 
 def write_log(path: Path, streams: Sequence[Stream]) -> int:
