@@ -114,6 +114,18 @@ def read_antennas(
         raise Error(f"{key}: expected {{ID: [x, y, z], ...}} in metres, found {value!r}") from None
 
 
+def read_lever_arm(
+    configs: Configs = (), overrides: Sequence[str] = (), key: str = "gpr.lever_arm"
+) -> tuple[float, float, float]:
+    """`gpr.lever_arm`, m in body; at its origin where nothing says it."""
+    value = _setting(configs, overrides, key, [0.0, 0.0, 0.0])
+    try:
+        x, y, z = (float(part) for part in value)
+    except (TypeError, ValueError):
+        raise Error(f"{key}: expected [x, y, z] in metres, found {value!r}") from None
+    return x, y, z
+
+
 def read_datum(
     configs: Configs = (), overrides: Sequence[str] = ()
 ) -> tuple[float, float, float] | None:

@@ -77,9 +77,53 @@ def test_a_mounting_that_is_configured_is_not_found() -> None:
     assert [each.code for each in examine(turned, (0.0, 0.0, -np.pi / 2), BAND)] == []
 
 
+def of_two_antennas(seed: int) -> Log:
+    """A good recording, whose traces antenna 4 has, too, 4 ms later."""
+    log = dict(good(seed))
+    radar = log["gpr_trace"]
+    rows = {name: values for name, values in radar.items() if isinstance(values, np.ndarray)}
+    order = np.arange(2 * len(radar["utime"])).reshape(2, -1).T.ravel()
+    both = {name: np.concatenate([values, values])[order] for name, values in rows.items()}
+    both["antenna_id"] = np.tile([0, 4], len(radar["utime"]))
+    both["utime"] = both["utime"] + np.where(both["antenna_id"] == 4, 4000, 0)
+    return log | {"gpr_trace": {**radar, **both}}
+
+
+@pytest.mark.parametrize(
+    ("places", "codes", "said"),
+    [
+        ({0: (0.1, 0, 0), 4: (-0.1, 0, 0)}, [], ""),
+        ({}, ["antenna"], "of antenna 4: gpr.antennas is empty"),
+        ({4: (0.1, 0, 0)}, ["antenna"], "of antenna 0: gpr.antennas has not their place"),
+        (dict.fromkeys((0, 4, 5)), ["antenna missing"], "no traces of antenna 5"),
+    ],
+    ids=["placed", "no places", "one placed", "one silent"],
+)
+def test_antennas_that_the_estimator_refuses_or_misses(
+    places: dict[int, object], codes: list[str], said: str
+) -> None:
+    found = examine(of_two_antennas(3), (0.0, 0.0, 0.0), BAND, places)
+    assert [each.code for each in found] == codes
+    assert all(said in each.what for each in found)
+
+
+def test_each_antenna_is_judged() -> None:
+    """Half of the traces of the second are empty."""
+    log = of_two_antennas(4)
+    radar = log["gpr_trace"]
+    second = radar["antenna_id"] == 4
+    radar["samples"] = radar["samples"].copy()
+    radar["samples"][np.flatnonzero(second)[::2]] = 0
+    places = {0: (0.1, 0, 0), 4: (-0.1, 0, 0)}
+    (found,) = examine(log, (0.0, 0.0, 0.0), BAND, places)
+    assert found.code == "empty" and found.what.startswith("radar, antenna 4: 50 %")
+
+
 def write(log: Log, path: Path) -> Path:
-    """A log of IMU and left and right wheels."""
+    """A log of IMU and left and right wheels, and of the radar where it has several antennas."""
     kinds = {"imu": ("IMU", "imu_t"), "wheels": ("WHEELS", "wheels_t")}
+    if "gpr_trace" in log and log["gpr_trace"]["antenna_id"].any():
+        kinds["gpr_trace"] = ("GPR_TRACE", "gpr_trace_t")
     write_log(
         path,
         [
@@ -100,5 +144,14 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: o
     assert found["code"] == "axes" and "gprodom calibrate mount" in found["mend"]
     mended = ["--set", f"imu.rpy_body_imu=[0, 0, {-np.pi / 2}]"]
     assert main(["doctor", log, *mended]) == 0
+    two = of_two_antennas(3)
+    log = str(write(two, tmp_path / "two.lcmlog"))
+    count = len(two["gpr_trace"]["utime"]) // 2
+    capsys.readouterr()
+    assert main(["doctor", log]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith(f"antennas: 0 ({count} traces), 4 ({count} traces)\nantenna: radar: of")
+    assert main(["doctor", log, "--set", "gpr.antennas={0: [0, 0, 0], 4: [0.3, 0, 0]}"]) == 0
+    capsys.readouterr()
     assert main(["doctor", log, "--set", "imu.no_such=1"]) == 1
     assert "no_such" in capsys.readouterr().err

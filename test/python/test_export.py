@@ -158,6 +158,7 @@ def test_a_row_for_each_trace(log: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "40 traces, 20 traces without pose" in capsys.readouterr().out
     np.testing.assert_allclose([float(row["x"]) for row in rows], 0.1 * np.arange(40), atol=1e-9)
     assert rows[1]["time"] == "1700000000.050000"
+    assert {row["antenna_id"] for row in rows} == {"0"}
 
 
 def test_segy(log: Path) -> None:

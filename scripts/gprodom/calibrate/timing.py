@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
+from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
+from gprodom.drive.antennas import choose
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
@@ -28,6 +30,7 @@ SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the whee
 
 EXAMPLES = """\
   gprodom calibrate time drive.lcmlog -o time.yaml
+  gprodom calibrate time pair.lcmlog --antenna 1
 """
 
 DESCRIPTION = """\
@@ -36,6 +39,9 @@ against the wheel. At each of many lags, the wheel's acceleration is regressed o
 the accelerometer, and the change from trace to trace on the wheel's speed. The result is the lag
 with the best fit. Use a drive with many starts and stops. With imu.time_offset and gpr.time_offset
 the sensors agree with the wheel; the uncertainty is the spread over parts of the recording.
+
+Of several antennas that of --antenna is compared; without it the first in the recording that
+gpr.antennas has, or the first. gpr.time_offset is that of all.
 """
 
 
@@ -108,6 +114,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.add_argument("--antenna", metavar="ID", type=int, help="whose traces (see above)")
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
@@ -119,7 +126,15 @@ def run(args: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     offsets = {"imu": find_offset(log)}
+    if args.antenna is not None and "gpr_trace" not in log:
+        raise Error(f"--antenna {args.antenna}: the recording has no traces")
+    antenna = None
     if "gpr_trace" in log:
+        radar = logs.need(log, "gpr_trace")
+        mine = choose(radar, args.antenna, read_antennas(args.configs, args.overrides))
+        if mine is not radar:
+            antenna = int(mine["antenna_id"][0])
+            log["gpr_trace"] = mine
         try:
             offsets["gpr"] = find_radar_offset(log)
         except Error as error:  # what the IMU said holds all the same
@@ -128,7 +143,8 @@ def run(args: argparse.Namespace) -> int:
         Found(
             f"{sensor}.time_offset",
             f"{offset.offset_s:.4f}",
-            f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained",
+            f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained"
+            + (f", by antenna {antenna}" if sensor == "gpr" and antenna is not None else ""),
             offset.significant,
         )
         for sensor, offset in offsets.items()

@@ -29,6 +29,7 @@ from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Finding, Log
 from gprodom.doctor.motion import TURNED
 from gprodom.doctor.stamps import LATE_S
+from gprodom.drive.antennas import choose
 from gprodom.drive.imu_speed import matrix_of
 from gprodom.errors import Error
 from gprodom.trajectory import Trajectory
@@ -66,6 +67,8 @@ def commission(
     """Of a log read by roles. configured: the whole configuration. stretch_m: a straight way that
     was measured. truth: positions for the wheel's scale."""
     log = copied(log)
+    if "gpr_trace" in log:
+        log["gpr_trace"] = choose(log["gpr_trace"], None, configured["gpr"]["antennas"])
     for role in log:
         section = {"imu": "imu", "gpr_trace": "gpr"}.get(role, "wheel")
         shift(log, role, float(configured[section]["time_offset"]))

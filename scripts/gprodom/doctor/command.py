@@ -7,8 +7,10 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
+from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.sampling import sample_interval
+from gprodom.drive.antennas import counts, named
 from gprodom.options import Subparsers, add_command, add_config_options
 
 DESCRIPTION = """\
@@ -16,7 +18,9 @@ Reads a recording and names what is wrong with it, each with the setting or comm
 units, signs and axes, left and right swapped, rates, gaps, clocks, the size of a tick, counters
 that begin anew, traces triggered by the wheel, saturated, empty or repeated traces, a wrong sample
 interval. What the drive does not show is not judged: bends show the gyro's sign, starts and stops
-the mounting, clocks and the tick's size. Exit code 0 where nothing is found, else 1.
+the mounting, clocks and the tick's size. Of several antennas the traces of each are counted and
+judged, and those that the estimator refuses, because gpr.antennas has not their place, are told.
+Exit code 0 where nothing is found, else 1.
 """
 
 EXAMPLES = """\
@@ -53,12 +57,14 @@ def run(args: argparse.Namespace) -> int:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     band = settings["gpr"]["filter"]
     rpy = settings["imu"]["rpy_body_imu"]
-    found = examine(
-        log, (rpy[0], rpy[1], rpy[2]), (float(band["band_low"]), float(band["band_high"]))
-    )
+    places = read_antennas(args.configs, args.overrides)
+    limits = float(band["band_low"]), float(band["band_high"])
+    found = examine(log, (rpy[0], rpy[1], rpy[2]), limits, places)
     if args.json:
         print_json([asdict(each) for each in found])
     else:
+        if "gpr_trace" in log and len(counts(log["gpr_trace"])) > 1:
+            print(f"antennas: {named(log['gpr_trace'])}")
         for each in found:
             print(f"{each.code}: {each.what}\n    mend: {each.mend}")
         if not found:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from gprodom.arrays import Ints
 from gprodom.convert.plausible import examine as plausible
 from gprodom.doctor import motion, radar, stamps
 from gprodom.doctor.finding import Finding, Log
+from gprodom.drive.antennas import apart
 from gprodom.odometry.dead_reckoning import has_wheel
 
 UNITS = "`gprodom convert`'s options for units, or the driver"
@@ -27,12 +30,34 @@ _CODES = {
 }
 
 
-def examine(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -> list[Finding]:
-    """What is wrong with a log read by roles, one finding of a kind. rpy: imu.rpy_body_imu, rad;
-    band: of the radar, Hz."""
-    found = [*_all(log, rpy, band)]
-    first = {each.code: each for each in reversed(found)}  # the first of each kind
-    return [each for each in found if first[each.code] is each]
+def examine(
+    log: Log,
+    rpy: tuple[float, float, float],
+    band: tuple[float, float],
+    places: Mapping[int, object] = MappingProxyType({}),
+) -> list[Finding]:
+    """What is wrong with a log read by roles, one finding of a kind; of several antennas, one of
+    each. rpy: imu.rpy_body_imu, rad; band: of the radar, Hz; places: gpr.antennas."""
+    antennas = apart(log["gpr_trace"]) if "gpr_trace" in log else {}
+    if len(antennas) < 2:
+        return [*_first(_all(log, rpy, band)), *radar.check_antennas(antennas, places)]
+    found: list[Finding] = []
+    for antenna, traces in antennas.items():
+        for each in _first(_all({**log, "gpr_trace": traces}, rpy, band)):
+            whose = each.what.replace("radar", f"radar, antenna {antenna}", 1)
+            if whose != each.what:
+                found.append(replace(each, what=whose))
+            elif antenna == next(iter(antennas)):  # of IMU and wheel: told once
+                found.append(each)
+    return [*found, *radar.check_antennas(antennas, places)]
+
+
+def _first(found: Iterable[Finding]) -> list[Finding]:
+    """Those that are the first of their kind."""
+    first: dict[str, Finding] = {}
+    for each in found:
+        first.setdefault(each.code, each)
+    return list(first.values())
 
 
 def _all(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -> Iterator[Finding]:

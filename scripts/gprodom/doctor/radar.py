@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.convert.survey_files import mean_frequency
 from gprodom.doctor.finding import Finding, Log
+from gprodom.lcm.logs import Channel
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
 
 SOME = 0.01  # share of traces; fewer are what the estimator drops and counts
@@ -67,6 +68,31 @@ def check_traces(log: Log, band: tuple[float, float]) -> Iterator[Finding]:
                 "sample_interval in the driver (`gprodom convert ... --sample-interval`), or, of "
                 "another antenna, gpr.filter.band_low and band_high",
             )
+
+
+def check_antennas(
+    antennas: Mapping[int, Channel], places: Mapping[int, object]
+) -> Iterator[Finding]:
+    """For traces that the estimator refuses. antennas: by antenna_id, in the order in which they
+    were heard; places: gpr.antennas."""
+    counts = {antenna: len(traces["utime"]) for antenna, traces in antennas.items()}
+    used = set(places) or set(list(counts)[:1])
+    refused = {antenna: count for antenna, count in counts.items() if antenna not in used}
+    if refused:
+        words = ", ".join(f"{count} of antenna {antenna}" for antenna, count in refused.items())
+        yield Finding(
+            "antenna",
+            f"radar: of {sum(counts.values())} traces the estimator refuses {words}: "
+            + ("gpr.antennas has not their place" if places else "gpr.antennas is empty"),
+            "gpr.antennas: {ID: [x, y, z], ...}, the place of each antenna on the robot",
+        )
+    silent = [str(antenna) for antenna in places if antenna not in counts]
+    if counts and silent:
+        yield Finding(
+            "antenna missing",
+            f"radar: no traces of antenna {', '.join(silent)}, which gpr.antennas has",
+            "the antenna's cable and driver, and the antenna_id that it sends",
+        )
 
 
 def _clipped(traces: Floats) -> float:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from gprodom.arrays import Bools
-from gprodom.config import Channels, read_channels, read_datum
+from gprodom.arrays import Bools, Ints
+from gprodom.config import Channels, read_antennas, read_channels, read_datum, read_lever_arm
 from gprodom.console import add_json_flag, print_json
+from gprodom.drive.antennas import counts, named, of_antenna
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
 from gprodom.fixes.site import datum_of_log
@@ -31,8 +34,8 @@ Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
   --geojson  the path as a line of longitude, latitude and height
   --gpx      the path as a track
   --csv      a row for each pose; with --datum latitude, longitude and height, too
-  --traces   a row for each radar trace: time, x, y, z, sigma
-  --segy     the traces with their coordinates
+  --traces   a row for each radar trace: time, x, y, z, sigma, antenna_id
+  --segy     the traces with their coordinates, the antenna_id as the trace's number in its record
   --mcap     all of it for ROS 2 tools and Foxglove: odometry, path, transforms, status, radar
   --rosbag2  the same as the folder of a ROS 2 bag with SQLite, a new one
   --rosbag   the same as a ROS 1 bag
@@ -43,11 +46,15 @@ angle from east to its x axis, in degrees. Where fixes have tied map to site, po
 in site, and its datum is what the estimator's status, anchor.datum of the configuration or the
 first fix in degrees (in OUT or the log of --radar) tells; --datum goes before that.
 
-Traces outside the estimate's time are left out and counted. If OUT has no traces, --radar names the
-log that has them (and the other sensors, for speeds and dead reckoning). GeoJSON, GPX and SEG-Y
-need pyproj, gpxpy and segyio (the extra `export`; Debian has them), MCAP and bags need rosbags (the
-extra `bag`).
+The place of a trace is that of its antenna, by gpr.antennas; where that is empty, of the first one
+heard, at gpr.lever_arm (-c, --set). Traces of other antennas, and those outside the estimate's
+time, are left out and counted; --antenna leaves out all but one. If OUT has no traces, --radar
+names the log that has them (and the other sensors, for speeds and dead reckoning). GeoJSON, GPX
+and SEG-Y need pyproj, gpxpy and segyio (the extra `export`; Debian has them), MCAP and bags need
+rosbags (the extra `bag`).
 """
+
+Place = tuple[float, float, float]  # m, in body
 
 RECORDINGS = ("mcap", "rosbag2", "rosbag")
 FOLDERS = ("rosbag2",)
@@ -83,6 +90,9 @@ def add_parser(subparsers: Subparsers) -> None:
         "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
     )
     parser.add_argument("--radar", metavar="LOG", type=Path, help="log with the radar's traces")
+    parser.add_argument(
+        "--antenna", metavar="ID", type=int, help="of --traces and --segy: its traces alone"
+    )
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
@@ -126,13 +136,20 @@ def run(args: argparse.Namespace) -> int:
         radar = logs.need(
             logs.read_roles(args.radar or args.log, channels.of("gpr_trace")), "gpr_trace"
         )
-        poses, kept = poses_of_traces(trajectory, radar)
-        facts |= {"traces": len(poses), "traces_without_pose": int(np.count_nonzero(~kept))}
+        if args.antenna is not None:
+            radar = of_antenna(radar, args.antenna)
+        places = places_of(args, radar)
+        known = np.isin(radar["antenna_id"], list(places))
+        poses, kept = poses_of_traces(trajectory, radar, places)
+        facts["traces"] = len(poses)
+        facts["traces_without_pose"] = int(np.count_nonzero(known & ~kept))
+        if not known.all():
+            facts["traces_of_other_antennas"] = int(np.count_nonzero(~known))
+        antennas = radar["antenna_id"][kept]
         if args.traces:
-            write_traces(args.traces, poses)
+            write_traces(args.traces, poses, antennas)
         if args.segy:
-            interval = float(radar["sample_interval"][0])
-            write_segy(args.segy, poses, np.stack(list(radar["samples"][kept])), interval)
+            write_segy(args.segy, poses, *alike(radar, kept), antennas)
     if args.json:
         print_json(facts)
     else:
@@ -154,12 +171,47 @@ def _write_recordings(args: argparse.Namespace, channels: Channels) -> int:
     return max(write_ros(path, found, form, drive) for form, path in paths.items() if path)
 
 
-def poses_of_traces(trajectory: Trajectory, radar: logs.Channel) -> tuple[Trajectory, Bools]:
-    """Poses at the traces' times, and which traces have one (those within the time of the
-    estimate).
+def places_of(args: argparse.Namespace, radar: logs.Channel) -> dict[int, Place]:
+    """Of the antennas in body, by the configuration as the estimator takes it."""
+    first = next(iter(counts(radar)))
+    alone = {first: read_lever_arm(args.configs, args.overrides)}
+    return read_antennas(args.configs, args.overrides) or alone
+
+
+def poses_of_traces(
+    trajectory: Trajectory, radar: logs.Channel, places: Mapping[int, Place]
+) -> tuple[Trajectory, Bools]:
+    """Poses of the antennas at their traces' times, and which traces have one: those within the
+    time of the estimate, of an antenna whose place in body is known.
     """
-    time = radar["utime"]
-    kept = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
+    time, antennas = radar["utime"], radar["antenna_id"]
+    within = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
+    kept = within & np.isin(antennas, list(places))
     if not kept.any():
-        raise Error("none of the traces was taken while there was an estimate")
-    return interpolate(trajectory, time[kept]), kept
+        raise Error(
+            "none of the traces was taken while there was an estimate"
+            if not within.any()
+            else f"gpr.antennas has the place of none of the antennas heard: {named(radar)}"
+        )
+    poses = interpolate(trajectory, time[kept])
+    position = poses.position.copy()
+    for antenna, place in places.items():
+        mine = antennas[kept] == antenna
+        if any(place) and mine.any():
+            position[mine] = poses.select(mine).moved(np.array(place)).position
+    return replace(poses, position=position), kept
+
+
+def alike(radar: logs.Channel, kept: Bools) -> tuple[Ints, float]:
+    """The samples (n, samples) of the traces that are kept, and the time between them, s: of SEG-Y
+    the same for all."""
+    intervals = np.unique(radar["sample_interval"][kept])
+    samples = [radar["samples"][row] for row in np.flatnonzero(kept)]
+    lengths = {len(trace) for trace in samples}
+    if len(lengths) > 1 or len(intervals) > 1:
+        raise Error(
+            f"SEG-Y: traces of {len(lengths)} lengths and {len(intervals)} sample intervals do not "
+            f"fit into one file; there are those of the antennas {named(radar)}: choose with "
+            "--antenna"
+        )
+    return np.stack(samples), float(intervals[0])

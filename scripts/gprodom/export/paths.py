@@ -90,10 +90,11 @@ def write_csv(
     _write_rows(path, header, trajectory.time, np.hstack(columns))
 
 
-def write_traces(path: Path, poses: Trajectory) -> None:
-    """A row for each radar trace: time (s), x, y, z and sigma (m), to grid a survey by."""
-    rows = np.column_stack([poses.position, position_sigma(poses)])
-    _write_rows(path, "time,x,y,z,sigma", poses.time, rows)
+def write_traces(path: Path, poses: Trajectory, antennas: Ints) -> None:
+    """A row for each radar trace: time (s), x, y, z and sigma (m), and the antenna_id (n,), to grid
+    a survey by."""
+    rows = np.column_stack([poses.position, position_sigma(poses), antennas])
+    _write_rows(path, "time,x,y,z,sigma,antenna_id", poses.time, rows)
 
 
 def _write_rows(path: Path, header: str, time: Ints, rows: Floats) -> None:

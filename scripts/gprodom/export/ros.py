@@ -3,7 +3,8 @@ bag with SQLite, or a ROS 1 bag.
 
 Topics, as the ROS 1 node has them where it has them: gprodom/odometry and gprodom/odometry_map with
 covariances, gprodom/path, tf (map to odom to base_link), diagnostics, and gprodom/bscan, the last
-traces of the radar as a picture; and those of `gprodom.export.panels`.
+traces of the radar as a picture, of a further antenna gprodom/bscan_ID; and those of
+`gprodom.export.panels`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Ints
+from gprodom.drive.antennas import apart
 from gprodom.drive.log import Drive
 from gprodom.errors import Error
 from gprodom.export.panels import panels
@@ -26,6 +28,7 @@ from gprodom.trajectory import Trajectory
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 BODY, MAP, ODOM = "base_link", "map", "odom"
+SCAN = "/gprodom/bscan"  # of the antenna that is heard first
 SCAN_TRACES = 200  # of a picture of the radar
 SCAN_EVERY = 40  # traces from one picture to the next
 
@@ -150,7 +153,7 @@ class _Messages:
                 self.make(array, header=header, status=[one]),
             )
 
-    def scans(self, radar: Channel) -> Iterator[Entry]:
+    def scans(self, radar: Channel, topic: str) -> Iterator[Entry]:
         """sensor_msgs/Image, mono8: a column for each trace, less the mean trace of the picture."""
         samples = np.stack(list(radar["samples"])).astype(np.float64)
         for end in range(SCAN_TRACES, len(samples) + 1, SCAN_EVERY):
@@ -166,7 +169,7 @@ class _Messages:
                 step=grey.shape[1],
                 data=grey.ravel(),
             )
-            yield utime, "/gprodom/bscan", "sensor_msgs/msg/Image", message
+            yield utime, topic, "sensor_msgs/msg/Image", message
 
 
 def as_grey(traces: Any) -> Ints:
@@ -222,7 +225,8 @@ def _entries(make: _Messages, channels: dict[str, Channel]) -> Iterator[Entry]:
     if "status" in channels:
         yield from make.diagnostics(channels["status"])
     if "gpr_trace" in channels:
-        yield from make.scans(channels["gpr_trace"])
+        for number, (antenna, radar) in enumerate(apart(channels["gpr_trace"]).items()):
+            yield from make.scans(radar, f"/gprodom/bscan_{antenna}" if number else SCAN)
 
 
 def _write(path: Path, store: Any, entries: list[Entry], form: str) -> None:

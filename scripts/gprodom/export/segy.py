@@ -3,6 +3,7 @@
 SEG-Y was made for seismics: its sample interval is a 16-bit whole number of microseconds, its
 coordinates are 32-bit whole numbers with a scalar. As is usual for radar the interval stands in
 picoseconds, here rounded, and exactly in the text header; coordinates are centimetres, scalar -100.
+The number of a trace within its record is the antenna_id.
 """
 
 from __future__ import annotations
@@ -20,8 +21,11 @@ from gprodom.trajectory import Trajectory
 _MOST_PS = 32_767
 
 
-def write_segy(path: Path, poses: Trajectory, traces: Ints, sample_interval: float) -> None:
-    """traces: (n, samples) int32, counts, taken at `poses` (n). sample_interval: s."""
+def write_segy(
+    path: Path, poses: Trajectory, traces: Ints, sample_interval: float, antennas: Ints
+) -> None:
+    """traces: (n, samples) int32, counts, taken at `poses` (n) by `antennas` (n). sample_interval:
+    s."""
     try:
         import segyio
     except ImportError:
@@ -43,15 +47,18 @@ def write_segy(path: Path, poses: Trajectory, traces: Ints, sample_interval: flo
                 1: "GPR traces, positions by gprodom",
                 2: f"sample interval {sample_interval!r} s; headers: ps, rounded",
                 3: "coordinates: cm (scalar -100), x y of the estimate's frame",
+                4: "bytes 13-16: antenna_id, whose place the coordinates are",
             }
         )
         file.bin[segyio.BinField.Interval] = picoseconds
-        for i, (time, place) in enumerate(
-            zip(poses.time.tolist(), centimetres.astype(np.int64).tolist(), strict=True)
+        places = centimetres.astype(np.int64).tolist()
+        for i, (time, place, antenna) in enumerate(
+            zip(poses.time.tolist(), places, antennas.tolist(), strict=True)
         ):
             when = moment(time)
             file.header[i] = {
                 field.TRACE_SEQUENCE_FILE: i + 1,
+                field.TraceNumber: antenna,
                 field.SourceGroupScalar: -100,
                 field.ElevationScalar: -100,
                 field.SourceX: place[0],

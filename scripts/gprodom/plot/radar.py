@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.convert.sampling import sample_interval
+from gprodom.drive.antennas import choose
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.lcm.constants import constants
@@ -194,6 +195,9 @@ def add_parser(subjects: Subparsers) -> None:
         "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"
     )
     parser.add_argument(
+        "--antenna", metavar="ID", type=int, help="of several (default: the first heard)"
+    )
+    parser.add_argument(
         "--sample-interval",
         metavar="S",
         type=sample_interval,
@@ -207,7 +211,7 @@ def run(args: argparse.Namespace) -> int:
     """Runs ``plot radar``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "gpr_trace")
-    radar = logs.need(log, "gpr_trace")
+    radar = choose(logs.need(log, "gpr_trace"), args.antenna)
     seconds = (radar["utime"] - radar["utime"][0]) * 1e-6
     first = int(np.searchsorted(seconds, args.at))
     if args.window < 10 or args.step < 1:

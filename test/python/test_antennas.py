@@ -1,0 +1,168 @@
+"""Traces of several antennas in what reads a log: each antenna by itself, at its own place."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gprodom import rotation
+from gprodom.cli import main
+from gprodom.convert.bag import gpr_stream
+from gprodom.convert.cmu import Traces
+from gprodom.convert.streams import streams
+from gprodom.drive.antennas import apart, choose, counts
+from gprodom.errors import Error
+from gprodom.lcm.log_writer import write_log
+from gprodom.lcm.logs import read
+from gprodom.simulate import make_route, simulate, stream
+from gprodom.simulate.ground import GroundSpec
+from gprodom.simulate.recording import as_recording
+from gprodom.simulate.robot import robot
+from test_export import INTERVAL, START, export, orientation, position
+from test_export import log as log
+
+PLACES = ("--set", "gpr.antennas={0: [0.2, 0.1, 0], 1: [-0.3, 0, 0.05]}")
+LATER = 25_000  # us, of antenna 1
+
+
+@pytest.fixture
+def radar(tmp_path: Path) -> Path:
+    """Traces of antenna 1 of 16 samples, of antenna 0 25 ms earlier, and a few of antenna 7, of
+    another length."""
+    time = START + 50_000 * np.arange(40)
+    samples = np.random.default_rng(2).integers(-30000, 30000, (2, 40, 16))
+    write_log(
+        tmp_path / "radar.lcmlog",
+        [
+            gpr_stream("GPR_TRACE", time, samples[0], INTERVAL, 0.0, antenna_id=0),
+            gpr_stream("GPR_TRACE", time + LATER, samples[1], INTERVAL, 0.0, antenna_id=1),
+            gpr_stream("GPR_TRACE", time[:3] + 1, np.ones((3, 9)), 2 * INTERVAL, 0.0, antenna_id=7),
+        ],
+    )
+    return tmp_path / "radar.lcmlog"
+
+
+def test_traces_apart(radar: Path) -> None:
+    traces = read(radar)["GPR_TRACE"]
+    assert counts(traces) == {0: 40, 7: 3, 1: 40}
+    found = apart(traces)
+    assert list(found) == [0, 7, 1]
+    assert found[7]["samples"].shape == (3, 9)
+    assert found[1]["samples"].shape == (40, 16)
+    np.testing.assert_array_equal(found[1]["utime"] - found[0]["utime"], LATER)
+    assert set(choose(traces, None)["antenna_id"]) == {0}
+    assert set(choose(traces, None, {1: (0, 0, 0), 7: (0, 0, 0)})["antenna_id"]) == {7}
+    assert set(choose(traces, 1)["antenna_id"]) == {1}
+    assert choose(found[7], None) is found[7]
+    with pytest.raises(Error, match=r"no traces of antenna 5; there are those of 0 \(40 traces\)"):
+        choose(traces, 5)
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def places_of(rows: list[dict[str, str]]) -> np.ndarray:
+    return np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
+
+
+def test_each_trace_at_its_antenna(
+    log: Path, radar: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The path is straight and the robot turns on it, so that an antenna's way is a screw."""
+    rows = rows_of(export(log, "traces", "--radar", str(radar), *PLACES))
+    assert "80 traces, 0 traces without pose, 3 traces of other antennas" in capsys.readouterr().out
+    for antenna, place in ((0, [0.2, 0.1, 0]), (1, [-0.3, 0, 0.05])):
+        mine = [row for row in rows if int(row["antenna_id"]) == antenna]
+        seconds = 0.05 * np.arange(40) + antenna * LATER * 1e-6
+        turned = rotation.to_matrix(orientation(seconds)) @ place
+        np.testing.assert_allclose(places_of(mine), position(seconds) + turned, atol=2e-5)
+
+
+def test_without_places_the_first_one_heard(log: Path, radar: Path) -> None:
+    """At gpr.lever_arm, as the estimator has it."""
+    arm = ("--set", "gpr.lever_arm=[0.5, 0, 0]")
+    rows = rows_of(export(log, "traces", "--radar", str(radar), *arm))
+    assert [row["antenna_id"] for row in rows] == ["0"] * 40
+    seconds = 0.05 * np.arange(40)
+    expected = position(seconds) + rotation.to_matrix(orientation(seconds)) @ [0.5, 0, 0]
+    np.testing.assert_allclose(places_of(rows), expected, atol=2e-5)
+    bare = rows_of(export(log, "traces", "--radar", str(radar)))
+    np.testing.assert_allclose(places_of(bare), position(seconds), atol=1e-9)
+
+
+def test_one_antenna_of_several(log: Path, radar: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chosen = ("--radar", str(radar), *PLACES, "--antenna")
+    rows = rows_of(export(log, "traces", *chosen, "1"))
+    assert {row["antenna_id"] for row in rows} == {"1"}
+    for antenna, said in (("7", "place of none of the antennas heard"), ("5", "no traces of")):
+        out = str(log.parent / "t")
+        assert main(["export", str(log), "--traces", out, *chosen, antenna]) == 1
+        assert said in capsys.readouterr().err
+
+
+def test_antennas_in_segy(log: Path, radar: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    segyio = pytest.importorskip("segyio")
+    made = export(log, "segy", "--radar", str(radar), *PLACES)
+    with segyio.open(str(made), ignore_geometry=True) as file:
+        numbers = file.attributes(segyio.TraceField.TraceNumber)[:]
+        assert numbers.tolist() == [0, 1] * 40
+        traces = read(radar)["GPR_TRACE"]
+        np.testing.assert_array_equal(file.trace.raw[:][1::2], apart(traces)[1]["samples"])
+    other = ("--set", "gpr.antennas={0: [0, 0, 0], 7: [0, 0, 0]}")
+    command = ["export", str(log), "--radar", str(radar), "--segy", str(log.parent / "s"), *other]
+    assert main(command) == 1
+    assert "choose with --antenna" in capsys.readouterr().err
+    assert main([*command, "--antenna", "7"]) == 0
+
+
+def test_a_picture_of_each_antenna(log: Path, radar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    monkeypatch.setattr("gprodom.export.ros.SCAN_TRACES", 20)
+    with highlevel.AnyReader([export(log, "mcap", "--radar", str(radar))]) as reader:
+        pictures = [c.topic for c, _, _ in reader.messages() if "bscan" in c.topic]
+    assert pictures == ["/gprodom/bscan", "/gprodom/bscan_1"]
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drive with stops; antenna 1 has the same traces, with stamps 60 ms late."""
+    route = make_route("stops", 30.0, 0.6, 4.0, stream(5, "route"))
+    alone = as_recording(simulate(robot(route, GroundSpec(), slips=2), 5))
+    late = Traces(alone.gpr_utime + 60_000, alone.traces)
+    path = tmp_path_factory.mktemp("pair") / "pair.lcmlog"
+    both = replace(alone, more_antennas={1: late}, out_of_order={**alone.out_of_order, "gpr 1": 0})
+    write_log(path, streams(both, 2e-10))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("options", "antenna"),
+    [((), 0), (("--antenna", "1"), 1), (("--set", "gpr.antennas={1: [0, 0, 0]}"), 1)],
+    ids=["first heard", "asked for", "placed"],
+)
+def test_time_offset_of_an_antenna(
+    options: tuple[str, ...], antenna: int, pair: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["calibrate", "time", str(pair), "--json", *options]) == 0
+    found = json.loads(capsys.readouterr().out)["gpr"]
+    assert found["offset_s"] == pytest.approx(-0.06 * antenna, abs=0.02)
+    assert main(["calibrate", "time", str(pair), *options]) == 0
+    said = capsys.readouterr().out
+    assert f"by antenna {antenna}" in said
+    yaml.safe_load(said)
+
+
+def test_time_offset_of_an_antenna_that_is_not_there(
+    pair: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", "time", str(pair), "--antenna", "3"]) == 1
+    assert "no traces of antenna 3" in capsys.readouterr().err
