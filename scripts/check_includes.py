@@ -96,7 +96,7 @@ ROOMS = {
         BEFORE_MOTION,
     ),
     "motion/slip": Room(
-        "what is believed of slip that comes on over seconds, and the witnesses of it",
+        "online slip estimation: slip that sets in over seconds, and what measures it",
         "sudden slip, standstill, noise",
         BEFORE_MOTION,
     ),
@@ -111,7 +111,7 @@ ROOMS = {
         [*BEFORE_MOTION, "motion/history"],
     ),
     "motion": Room(
-        "one judge: does the robot stand, does the wheel slip, which noise holds",
+        "detectors: does the robot stand, does the wheel slip, which noise holds",
         "input, map",
         [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest"],
     ),

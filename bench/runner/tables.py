@@ -27,8 +27,8 @@ def head(f: Figures) -> str:
     sets = [
         ("twelve", "gentle, simulated ground", [d for d in twelve if d not in REAL_GROUND]),
         ("twelve", "gentle, real ground (a beach)", [d for d in twelve if d in REAL_GROUND]),
-        ("rough", "rough: IMU vibration, slip for half of the way", f.parts("rough")),
-        ("pairs", "two antennas, rough, slip for most of the way", f.parts("pairs")),
+        ("rough", "rough: IMU vibration, slip on half of the path", f.parts("rough")),
+        ("pairs", "two antennas, rough, slip on most of the path", f.parts("pairs")),
     ]
     for bench, name, drives in sets:
         rows = [f"{drive}/{ALL}" for drive in drives]
