@@ -62,7 +62,7 @@ Ros2Node::Ros2Node(const Config& config, const Settings& settings, NodeHooks hoo
   if (settings.publish_tf) tf_ = link_.publish<TFMessage>(settings.tf, out());
   if (!settings.gpr_frame.empty()) {
     tf_static_ = link_.publish<TFMessage>(settings.tf_static, {true, 1, true});
-    publish_antenna(config.gpr.lever_arm);
+    publish_antennas(config.gpr);
   }
   LiveOptions options;
   options.alive = hooks_.alive;
@@ -202,13 +202,19 @@ void Ros2Node::publish(const Outputs& outputs) {
   }
 }
 
-// base_link -> antenna, once and for all.
-void Ros2Node::publish_antenna(const Eigen::Vector3d& lever_arm) {
+// base_link -> antennas, once and for all. A further one's frame has its id: gpr_antenna_1.
+void Ros2Node::publish_antennas(const GprConfig& gpr) {
   TFMessage m;
-  m.transforms.emplace_back();
-  m.transforms.back().header.stamp = to_stamp(now());
-  ros_shared::fill(m.transforms.back(), settings_.frames.body, settings_.gpr_frame, lever_arm,
-                   Eigen::Quaterniond::Identity());
+  const auto add = [&](const std::string& frame, const Eigen::Vector3d& place) {
+    m.transforms.emplace_back();
+    m.transforms.back().header.stamp = to_stamp(now());
+    ros_shared::fill(m.transforms.back(), settings_.frames.body, frame, place,
+                     Eigen::Quaterniond::Identity());
+  };
+  add(settings_.gpr_frame, gpr.lever_arm);  // of the first in gpr.antennas, where there are any
+  for (const auto& [id, place] : gpr.antennas)
+    if (id != gpr.antennas.begin()->first)
+      add(settings_.gpr_frame + "_" + std::to_string(id), place);
   tf_static_(m);
 }
 

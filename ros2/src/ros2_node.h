@@ -35,7 +35,7 @@ class Ros2Node {
   void subscribe_wheel();
   void push_wheel(const WheelSample& middle, double yaw_rate);
   void publish(const Outputs& outputs);
-  void publish_antenna(const Eigen::Vector3d& lever_arm);
+  void publish_antennas(const GprConfig& gpr);
   void publish_counts();
   TimeNs now() const;  // on the clock of use_sim_time
   Quality out() const { return {true, settings_.depth, false}; }

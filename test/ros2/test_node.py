@@ -165,6 +165,20 @@ def test_late_subscribers_get_the_static_frames(drive: Path, tmp_path: Path) -> 
             assert len(received(peer.matched().end(), "/tf_static")) == 1
 
 
+def test_each_antenna_has_a_frame(drive: Path, tmp_path: Path) -> None:
+    """The first of gpr.antennas as the only one has; further ones by their id."""
+    more = tmp_path / "pair.yaml"
+    more.write_text("gpr: {antennas: {2: [0.3, 0, 0], 5: [-0.3, 0.1, 0.05]}}\n")
+    with Node(tmp_path, *config(drive), "-c", str(more)):
+        peer = Peer(tmp_path, "frames", [], {"/tf_static": (TF, "t")}, "--quiet-s", "1")
+        [antennas] = received(peer.matched().end(), "/tf_static")
+    assert {
+        t.child_frame_id: (t.transform.translation.x, t.transform.translation.y)
+        for t in antennas.transforms
+    } == {"gpr_antenna": (0.3, 0.0), "gpr_antenna_5": (-0.3, 0.1)}
+    assert {t.header.frame_id for t in antennas.transforms} == {"base_link"}
+
+
 def test_either_side_can_start_again(drive: Path, tmp_path: Path) -> None:
     """The publisher ends in the middle and another goes on; then the node is killed."""
     plan = plan_of(drive / "in.lcmlog", SPEED)
