@@ -58,7 +58,7 @@ const std::vector<RemovedKey>& removed_keys() {
        "it differs by 0.03 m/s^2 at most from place to place, which the accelerometer's bias takes "
        "up"},
       {"smoother.max_iterations", "4",
-       "the solution has converged by then: with 50 the errors are the same (docs/results.md)"},
+       "the solution has converged by then: with 50 the errors are the same (docs/lessons.md)"},
       {"gpr.max_gap", "1",
        "a robot may drive further in it than traces stay similar, so nothing can be compared "
        "across a longer gap"},
@@ -104,7 +104,7 @@ const std::vector<RemovedKey>& removed_keys() {
        "a shorter overlap matches by chance on any ground (docs/sfm.md)"},
       {"gpr.sequential.scale_duration", "20",
        "the paper does not say when its amplitude scale is known; a shorter time only gives more "
-       "displacements, with the errors of the methods compared with (docs/results.md)"},
+       "displacements, with the errors of the methods compared with (docs/lessons.md)"},
       {"gpr.sequential.scale_quantile", "0.99",
        "the greatest amplitude would hang on one glitch; another quantile moves all levels alike"},
       {"gpr.dec.energy_window", "2e-09",
