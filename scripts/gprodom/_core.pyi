@@ -890,9 +890,10 @@ class Odometry:
         sample_interval: typing.SupportsFloat | typing.SupportsIndex,
         time_zero: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         seq: typing.SupportsInt | typing.SupportsIndex = 0,
+        antenna_id: typing.SupportsInt | typing.SupportsIndex = 0,
     ) -> None:
         """
-        samples: (n,) counts; sample_interval and time_zero: s.
+        samples: (n,) counts; sample_interval and time_zero: s; antenna_id: of gpr.antennas.
         """
     def add_imu(
         self,
@@ -974,12 +975,13 @@ class Odometry:
         sample_interval: typing.SupportsFloat | typing.SupportsIndex = 2e-10,
         progress: collections.abc.Callable[[float], None] | None = None,
         wheel_resolution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        gpr_antenna: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None,
     ) -> Outputs:
         """
         Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times
         are integers, nanoseconds; others raise ValueError.
         wheel_distance: (n,), or (n, 2) of left and right wheels; wheel_resolution: as of
-        add_wheel.
+        add_wheel; gpr_antenna: (n,) the antenna_id of each trace, None: 0.
         """
     def save_map(self, path: str) -> None:
         """

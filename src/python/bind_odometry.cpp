@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -103,12 +104,15 @@ void require_overlap(const Times& imu, const Times& other, const std::string& na
 
 // Runs a whole sequence, merged by stamp (at equal stamps IMU first, then wheel, then radar). Much
 // faster than one call per message.
-Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& acceleration,
-            const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
-            const py::object& gpr_times,
-            const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
-            double sample_interval, const std::optional<std::function<void(double)>>& progress,
-            double wheel_resolution) {
+Outputs run(
+    PythonOdometry& odometry, const py::object& imu_times, const Array& acceleration,
+    const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
+    const py::object& gpr_times,
+    const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
+    double sample_interval, const std::optional<std::function<void(double)>>& progress,
+    double wheel_resolution,
+    const std::optional<py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>>&
+        antennas) {
   const Times imu_time = nanoseconds(imu_times, "imu_time"),
               wheel_time = nanoseconds(wheel_times, "wheel_time"),
               gpr_time = nanoseconds(gpr_times, "gpr_time");
@@ -125,6 +129,9 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
           "(n,)");
   require(gpr_time.shape(0) == 0 || (traces.ndim() == 2 && traces.shape(0) == gpr_time.shape(0)),
           "traces: expected an array (n, samples) beside gpr_time (n,)");
+  require(!antennas || (antennas->ndim() == 1 && antennas->shape(0) == gpr_time.shape(0)),
+          "gpr_antenna: expected an array (n,) beside gpr_time (n,)");
+  std::map<std::int32_t, std::int64_t> seen;  // traces so far, by antenna
   Outputs all;
   py::ssize_t i = 0, w = 0, g = 0;
   const py::ssize_t n = imu_time.shape(0), nw = wheel_time.shape(0), ng = gpr_time.shape(0);
@@ -159,7 +166,8 @@ Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Array& 
     } else {
       GprTrace trace;
       trace.time = tg;
-      trace.seq = g;
+      trace.antenna_id = antennas ? antennas->at(g) : 0;
+      trace.seq = seen[trace.antenna_id]++;
       trace.sample_interval_s = sample_interval;
       trace.samples.assign(traces.data(g, 0), traces.data(g, 0) + traces.shape(1));
       ++g;
@@ -238,15 +246,15 @@ void bind_odometry(py::module_& m) {
       .def(
           "add_gpr",
           [](PythonOdometry& o, std::int64_t time, const std::vector<float>& samples,
-             double sample_interval, double time_zero, std::int64_t seq) {
+             double sample_interval, double time_zero, std::int64_t seq, int antenna_id) {
             GprTrace t;
             t.time = time, t.seq = seq, t.sample_interval_s = sample_interval;
-            t.time_zero_s = time_zero, t.samples = samples;
+            t.time_zero_s = time_zero, t.samples = samples, t.antenna_id = antenna_id;
             o.add(t);
           },
           py::arg("time"), py::arg("samples"), py::arg("sample_interval"),
-          py::arg("time_zero") = 0.0, py::arg("seq") = 0,
-          "samples: (n,) counts; sample_interval and time_zero: s.")
+          py::arg("time_zero") = 0.0, py::arg("seq") = 0, py::arg("antenna_id") = 0,
+          "samples: (n,) counts; sample_interval and time_zero: s; antenna_id: of gpr.antennas.")
       .def(
           "add_displacement",
           [](PythonOdometry& o, std::int64_t time, std::int64_t from, std::int64_t to,
@@ -315,9 +323,9 @@ void bind_odometry(py::module_& m) {
       .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
            py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
            py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
-           py::arg("wheel_resolution") = 0.0,
+           py::arg("wheel_resolution") = 0.0, py::arg("gpr_antenna") = py::none(),
            "Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times\n"
            "are integers, nanoseconds; others raise ValueError.\n"
            "wheel_distance: (n,), or (n, 2) of left and right wheels; wheel_resolution: as of\n"
-           "add_wheel.");
+           "add_wheel; gpr_antenna: (n,) the antenna_id of each trace, None: 0.");
 }

@@ -5,25 +5,32 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+import gprodom
 from gprodom import rotation
 from gprodom.cli import main
+from gprodom.config import STANDARD
 from gprodom.convert.bag import gpr_stream
 from gprodom.convert.cmu import Traces
 from gprodom.convert.streams import streams
-from gprodom.drive.antennas import apart, choose, counts
 from gprodom.errors import Error
+from gprodom.lcm import EventLog
+from gprodom.lcm.answers import Answer, answers_to
+from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.lcm.log_writer import write_log
 from gprodom.lcm.logs import read
+from gprodom.learned.live import Inference
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
+from test_calibrate_antennas import drive_of_two
 from test_export import INTERVAL, START, export, orientation, position
 from test_export import log as log
 
@@ -131,6 +138,51 @@ def test_a_picture_of_each_antenna(log: Path, radar: Path, monkeypatch: pytest.M
     assert pictures == ["/gprodom/bscan", "/gprodom/bscan_1"]
 
 
+def distances(found: list[gprodom.Outputs]) -> list[tuple[int, int, float]]:
+    """What the pair of antennas measured: from, to (ns), m."""
+    return [
+        (each["from"], each["to"], each["distance"])
+        for outputs in found
+        for each in outputs.displacements
+        if each["source"] == "pair"
+    ]
+
+
+def test_two_antennas_in_process() -> None:
+    """At once and one by one the same distances, which one antenna alone does not have."""
+    recording = as_recording(drive_of_two(3.0))
+    told = recording.messages()
+    assert set(told["gpr_antenna"]) == {0, 1}
+    assert np.all(np.diff(told["gpr_time"]) >= 0)
+    settings = ["graph.enabled=false", "gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"]
+    settings.append("wheel.enabled=false")
+    at_once = distances([gprodom.Odometry(set=settings).run(**told)])
+    assert len(at_once) > 3
+    one = gprodom.Odometry(set=settings)
+    messages = [
+        (time, 0, partial(one.add_imu, time, force, rate))
+        for time, force, rate in zip(
+            told["imu_time"].tolist(), told["acceleration"], told["angular_velocity"], strict=True
+        )
+    ]
+    messages += [
+        (time, 1, partial(one.add_gpr, time, trace, told["sample_interval"], antenna_id=antenna))
+        for time, trace, antenna in zip(
+            told["gpr_time"].tolist(), told["traces"], told["gpr_antenna"].tolist(), strict=True
+        )
+    ]
+    found = []
+    for _, _, add in sorted(messages, key=lambda message: message[:2]):
+        add()
+        found.append(one.step())
+    assert distances([*found, one.finish()]) == at_once
+    alone = replace(recording, more_antennas={}).messages()
+    assert "gpr_antenna" not in alone
+    assert not distances([gprodom.Odometry(set=settings).run(**alone)])
+    with pytest.raises(ValueError, match="gpr_antenna"):
+        gprodom.Odometry().run(**told | {"gpr_antenna": told["gpr_antenna"][1:]})
+
+
 @pytest.fixture(scope="module")
 def pair(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A drive with stops; antenna 1 has the same traces, with stamps 60 ms late."""
@@ -166,3 +218,29 @@ def test_time_offset_of_an_antenna_that_is_not_there(
 ) -> None:
     assert main(["calibrate", "time", str(pair), "--antenna", "3"]) == 1
     assert "no traces of antenna 3" in capsys.readouterr().err
+
+
+class Counted:
+    """A teller that keeps what it hears, and tells nothing."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[int, int]] = []  # utime, samples
+
+    def trace(self, utime: int, samples: np.ndarray, _interval: float) -> list[Answer]:
+        self.heard.append((utime, len(samples)))
+        return []
+
+    def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Answer]:
+        return []
+
+
+def test_a_network_hears_one_antenna(radar: Path) -> None:
+    """The first, from a log and live: motion is told by neighbouring traces of one."""
+    first = apart(read(radar)["GPR_TRACE"])[0]["utime"]
+    expected = [(utime, 16) for utime in first.tolist()]
+    replayed, live = Counted(), Counted()
+    assert answers_to(radar, replayed, STANDARD, None) == []
+    inference = Inference(live, None, "DISPLACEMENT_IN")
+    for event in EventLog(str(radar)):
+        inference.take_trace(event.channel, event.data)
+    assert replayed.heard == live.heard == expected

@@ -18,26 +18,25 @@ from gprodom.simulate.antennas import draw_antennas
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import RADAR
-from gprodom.simulate.sequence import Spec, simulate
+from gprodom.simulate.sequence import Simulated, Spec, simulate
 
 TRUE_M, WAY_M = 0.3, 12.0
 
 
-def log_of_drive(path: Path) -> None:
+def drive_of_two(way_m: float = WAY_M) -> Simulated:
     """12 m straight on, with antennas that are truly 0.3 m apart."""
     drawn = draw_antennas(
         [(TRUE_M / 2, 0.0), (-TRUE_M / 2, 0.0)], RADAR, stream(1, "antennas in a test")
     )
     antennas = tuple(replace(a, radar=replace(a.radar, lever_arm=a.told)) for a in drawn)
-    track = DriveSpec(Track((Bend(1000.0),)), (Stop(4.0), Move(WAY_M, 0.4), Stop(2.0)))
-    made = simulate(Spec(track, radar=antennas[0].radar, antennas=antennas), 1)
-    write_log(path, log_streams(made))
+    track = DriveSpec(Track((Bend(1000.0),)), (Stop(4.0), Move(way_m, 0.4), Stop(2.0)))
+    return simulate(Spec(track, radar=antennas[0].radar, antennas=antennas), 1)
 
 
 def test_a_wrong_distance_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Told 2 cm too much, the distance is found within what the command says of itself."""
     log, output = tmp_path / "in.lcmlog", tmp_path / "antennas.yaml"
-    log_of_drive(log)
+    write_log(log, log_streams(drive_of_two()))
     told = "gpr.antennas={0: [0.16, 0, 0], 1: [-0.16, 0.01, 0]}"
     words = ["calibrate", "antennas", str(log), "--distance", str(WAY_M), "--set", told]
     assert cli.main([*words, "-o", str(output), "--json"]) == 0

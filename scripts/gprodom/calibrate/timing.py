@@ -16,9 +16,9 @@ from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
-from gprodom.drive.antennas import choose
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from gprodom.lcm.antennas import choose
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options

@@ -29,9 +29,9 @@ from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Finding, Log
 from gprodom.doctor.motion import TURNED
 from gprodom.doctor.stamps import LATE_S
-from gprodom.drive.antennas import choose
 from gprodom.drive.imu_speed import matrix_of
 from gprodom.errors import Error
+from gprodom.lcm.antennas import choose
 from gprodom.trajectory import Trajectory
 
 # rad: by the bias that an accelerometer has before it is known (0.03 m/s^2, kAccelBiasSigma), which

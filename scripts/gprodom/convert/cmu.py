@@ -72,13 +72,14 @@ class Recording:
     more_antennas: dict[int, Traces] = field(default_factory=dict)  # by antenna_id, from 1 on
 
     def messages(self, since: int = 0, until: int = 2**63 - 1) -> dict[str, Any]:
-        """Arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us)."""
+        """Arguments of `gprodom.Odometry.run`, of the messages with since < time <= until (us), the
+        traces of all antennas by time."""
 
         def part(time: Ints) -> slice:
             return slice(*np.searchsorted(time, [since, until], side="right"))
 
         imu, wheel, gpr = (part(t) for t in (self.imu_utime, self.wheel_utime, self.gpr_utime))
-        return {
+        found = {
             "imu_time": self.imu_utime[imu] * 1000,
             "acceleration": self.acceleration[imu],
             "angular_velocity": self.angular_velocity[imu],
@@ -88,6 +89,20 @@ class Recording:
             "traces": self.traces[gpr],
             "sample_interval": self.sample_interval,
         }
+        if not self.more_antennas:
+            return found
+        radar = {0: Traces(self.gpr_utime, self.traces), **self.more_antennas}
+        parts = {
+            id_: (of.utime[part(of.utime)], of.counts[part(of.utime)]) for id_, of in radar.items()
+        }
+        if len({of.counts.shape[1] for of in radar.values()}) > 1:
+            raise Error("antennas with traces of different lengths: convert the recording to a log")
+        time = np.concatenate([utime for utime, _ in parts.values()])
+        order = np.argsort(time, kind="stable")
+        ids = np.repeat(list(parts), [len(utime) for utime, _ in parts.values()])
+        traces = np.concatenate([counts for _, counts in parts.values()])
+        together = {"gpr_time": time * 1000, "traces": traces, "gpr_antenna": ids}
+        return found | {name: values[order] for name, values in together.items()}
 
 
 def radar_name(antenna_id: int) -> str:

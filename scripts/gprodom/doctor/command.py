@@ -10,7 +10,7 @@ from pathlib import Path
 from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.sampling import sample_interval
-from gprodom.drive.antennas import counts, named
+from gprodom.lcm.antennas import counts, named
 from gprodom.options import Subparsers, add_command, add_config_options
 
 DESCRIPTION = """\

@@ -13,7 +13,7 @@ from gprodom.arrays import Ints
 from gprodom.convert.plausible import examine as plausible
 from gprodom.doctor import motion, radar, stamps
 from gprodom.doctor.finding import Finding, Log
-from gprodom.drive.antennas import apart
+from gprodom.lcm.antennas import apart
 from gprodom.odometry.dead_reckoning import has_wheel
 
 UNITS = "`gprodom convert`'s options for units, or the driver"

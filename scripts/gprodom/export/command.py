@@ -12,12 +12,12 @@ import numpy as np
 from gprodom.arrays import Bools, Ints
 from gprodom.config import Channels, read_antennas, read_channels, read_datum, read_lever_arm
 from gprodom.console import add_json_flag, print_json
-from gprodom.drive.antennas import counts, named, of_antenna
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
 from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
+from gprodom.lcm.antennas import counts, named, of_antenna
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.sources import FRAMES, read_estimate
 from gprodom.trajectory import Trajectory, interpolate

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Ints
-from gprodom.drive.antennas import apart
 from gprodom.drive.log import Drive
 from gprodom.errors import Error
 from gprodom.export.panels import panels
 from gprodom.files import replacing
+from gprodom.lcm.antennas import apart
 from gprodom.lcm.logs import Channel
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory

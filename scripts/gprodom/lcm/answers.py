@@ -13,6 +13,7 @@ import numpy as np
 from gprodom.arrays import Floats
 from gprodom.config import Channels
 from gprodom.lcm import EventLog, logs
+from gprodom.lcm.antennas import choose
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.messages import message
 
@@ -53,8 +54,9 @@ class Teller(Protocol):
 
 
 def answers_to(log: Path, teller: Teller, channels: Channels, poses: Path | None) -> list[Answer]:
-    """What the teller says of a log; `poses`: a replay of it, for the track."""
-    heard = logs.need(logs.read_roles(log, channels.of("gpr_trace")), "gpr_trace")
+    """What the teller says of a log, by the antenna that is heard first; `poses`: a replay of it,
+    for the track."""
+    heard = choose(logs.need(logs.read_roles(log, channels.of("gpr_trace")), "gpr_trace"), None)
     times: list[tuple[int, int, int]] = [(int(t), 1, i) for i, t in enumerate(heard["utime"])]
     track = None
     if poses is not None:

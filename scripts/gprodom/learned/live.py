@@ -55,6 +55,7 @@ class Inference:
 
     def __init__(self, teller: Teller, lcm: Any, channel: str) -> None:
         self._teller, self._lcm, self._channel = teller, lcm, channel
+        self._antenna: int | None = None  # that is heard first: others would mix with it
         self.took_s: list[float] = []
         self.answers = 0
 
@@ -64,6 +65,10 @@ class Inference:
 
         begun = time.monotonic()
         trace = message("gpr_trace_t").decode(data)
+        if self._antenna is None:
+            self._antenna = trace.antenna_id
+        if trace.antenna_id != self._antenna:
+            return
         samples = np.array(trace.samples, np.float64)
         self._send(self._teller.trace(trace.utime, samples, trace.sample_interval), begun)
 

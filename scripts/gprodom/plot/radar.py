@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.convert.sampling import sample_interval
-from gprodom.drive.antennas import choose
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
+from gprodom.lcm.antennas import choose
 from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
