@@ -33,6 +33,18 @@ std::string refuse(const char* format, double value, double limit) {
   return text;
 }
 
+// How far the specific force may be off gravity, of it: at rest by the accelerometer's bias; on the
+// move by accelerations and rectified vibration as well; and at most by a scale. Beyond that it is
+// another unit (g), or no accelerometer.
+constexpr double kOffByBias = 0.05, kOffOnTheMove = 0.1, kOffByScale = 0.5;
+
+double off_gravity(double force) { return std::abs(force - kStandardGravity) / kStandardGravity; }
+
+double scale_by(double force, double off_without_it) {
+  const double off = off_gravity(force);
+  return off <= off_without_it || off > kOffByScale ? 1.0 : force / kStandardGravity;
+}
+
 constexpr size_t kParts = 4;  // of the samples' time
 
 // Standard deviation of the means over the parts, of the worst axis.
@@ -107,7 +119,7 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
         "mean rate %.4f rad/s (limit %.4f): turning, or a gyro out "
         "of calibration",
         gyro.mean.norm(), kMaxMeanRate);
-  if (std::abs(accel.mean.norm() - kStandardGravity) > 0.05 * kStandardGravity)
+  if (off_gravity(accel.mean.norm()) > kOffByBias)
     return refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU's units",
                   accel.mean.norm(), kStandardGravity);
   return {};
@@ -118,7 +130,20 @@ struct FirstSigmas {
   double velocity;  // m/s
   double rate;      // rad/s: of the gyro's bias
   double force;     // m/s^2: of the mean specific force, for tilt and accelerometer bias together
+  double bias = kAccelBiasSigma;  // m/s^2: of the accelerometer's
 };
+
+// m/s^2, of the bias of an accelerometer that is not calibrated, as one whose scale is wrong: 10
+// mg.
+constexpr double kUncalibratedBias = 0.1;
+
+// Across gravity a bias looks like a tilt. Its size along gravity tells how well the sensor is
+// calibrated: the three axes are draws of one normal distribution.
+double bias_sigma(const Vector3d& along_gravity, double accel_scale) {
+  if (accel_scale != 1.0) return kUncalibratedBias;
+  const double shown = along_gravity.norm();
+  return shown > kOutOfCalibration ? shown : kAccelBiasSigma;
+}
 
 // Rows in the chart at the first state x; docs/estimation.md, "Start".
 MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSigmas& sigmas) {
@@ -133,8 +158,8 @@ MarginalPrior first_prior(const Config& config, const NavState& x, const FirstSi
   prior.A.block<3, 3>(7, row::kBg).diagonal().setConstant(1 / sigmas.rate);
   // The accelerometer's bias has a prior mean of 0; x has the part of it that the norm of gravity
   // shows.
-  prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / kAccelBiasSigma);
-  prior.b.segment<3>(10) = x.accel_bias / kAccelBiasSigma;
+  prior.A.block<3, 3>(10, row::kBa).diagonal().setConstant(1 / sigmas.bias);
+  prior.b.segment<3>(10) = x.accel_bias / sigmas.bias;
   // Mean specific force = R^T up + bias: it measures only the sum of tilt and bias.
   const Eigen::Matrix3d RT = x.R_odom_body().transpose();
   const Vector3d up(0, 0, kStandardGravity);
@@ -158,6 +183,11 @@ NavState level_state(const Config& config, TimeNs time, const Vector3d& force) {
   x.accel_bias = force - up_body * kStandardGravity;
   x.wheel_scale = config.wheel.scale;
   return x;
+}
+
+std::vector<ImuSample> divided(std::vector<ImuSample> samples, double accel_scale) {
+  for (ImuSample& s : samples) s.acceleration /= accel_scale;
+  return samples;
 }
 
 std::string too_few(const std::vector<ImuSample>& samples, double needed_s) {
@@ -239,12 +269,15 @@ bool speeds_agree(const std::vector<ImuSample>& samples, const WheelSpeeds& whee
   return largest < std::max(kBeyondNoise * noise, kLeastJump + kJumpShare * fastest);
 }
 
-Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
+Initialization initialize(const Config& config, const std::vector<ImuSample>& measured,
                           const WheelAtStart& wheel, double share) {
-  if (std::string why = too_few(samples, share * config.initializer.duration); !why.empty())
+  if (std::string why = too_few(measured, share * config.initializer.duration); !why.empty())
     return {std::nullopt, why};
-  const Moments gyro = moments(samples, &ImuSample::angular_velocity);
+  const double accel_scale =
+      scale_by(moments(measured, &ImuSample::acceleration).mean.norm(), kOffByBias);
+  const std::vector<ImuSample> samples = divided(measured, accel_scale);
   const Moments accel = moments(samples, &ImuSample::acceleration);
+  const Moments gyro = moments(samples, &ImuSample::angular_velocity);
   if (std::string why = reason_against(config, samples, gyro, accel, wheel); !why.empty())
     return {std::nullopt, why};
 
@@ -255,6 +288,7 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
   initial.noise.accel_density = std::max(config.imu.accel_noise_density, accel.deviation * root_dt);
   initial.state = level_state(config, samples.back().time, accel.mean);
   initial.state.gyro_bias = gyro.mean;
+  initial.accel_scale = accel_scale;
   const double root = std::sqrt(duration);
   initial.prior = first_prior(
       config, initial.state,
@@ -262,16 +296,24 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
        sigma_of_mean(initial.noise.gyro_density / root,
                      unsteadiness(samples, &ImuSample::angular_velocity)),
        sigma_of_mean(initial.noise.accel_density / root,
-                     unsteadiness(samples, &ImuSample::acceleration))});
+                     unsteadiness(samples, &ImuSample::acceleration)),
+       bias_sigma(initial.state.accel_bias, accel_scale)});
   return {initial, {}};
 }
 
-Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel, double gyro_bias_sigma) {
+double accel_scale_on_the_move(const std::vector<ImuSample>& samples) {
+  if (samples.empty()) return 1.0;
+  return scale_by(moments(samples, &ImuSample::acceleration).mean.norm(), kOffOnTheMove);
+}
+
+Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& measured,
+                                 const WheelAtStart& wheel, double gyro_bias_sigma,
+                                 double accel_scale) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
-  if (std::string why = too_few(samples, config.initializer.duration); !why.empty())
+  if (std::string why = too_few(measured, config.initializer.duration); !why.empty())
     return {std::nullopt, why};
+  const std::vector<ImuSample> samples = divided(measured, accel_scale);
   if (!wheel.received) return {std::nullopt, "no wheel: hold the robot still to start"};
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);
   const Moments accel = moments(samples, &ImuSample::acceleration);
@@ -283,11 +325,12 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / (duration - over);
   const Vector3d force =
       accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
-  if (std::abs(force.norm() - kStandardGravity) > 0.1 * kStandardGravity)
+  if (off_gravity(force.norm()) > kOffOnTheMove)
     return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
                                  force.norm(), kStandardGravity)};
   InitialState initial;
   initial.on_the_move = true;
+  initial.accel_scale = accel_scale;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
   initial.state = level_state(config, samples.back().time, force);
   initial.state.accel_bias.setZero();  // the size of the force is not known so well
@@ -305,7 +348,8 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double share = wheel.agrees ? kShareIfAgreed : kSpeedShare;
   initial.prior = first_prior(config, initial.state,
                               {least_speed + share * std::abs(wheel.end_mps), gyro_bias_sigma,
-                               std::max(wheel.agrees ? kForceIfAgreed : kLeastForce, spread)});
+                               std::max(wheel.agrees ? kForceIfAgreed : kLeastForce, spread),
+                               bias_sigma(initial.state.accel_bias, accel_scale)});
   return {initial, {}};
 }
 

@@ -51,18 +51,23 @@ bool steady_means(const std::vector<ImuSample>& samples, double most_rate, doubl
 // even if its engine shakes it. Without a wheel the IMU must be quiet. The state stands at the last
 // sample: position 0, yaw 0, roll and pitch from gravity.
 // share: of initializer.duration that the samples must cover.
+// A force that is not gravity, but near it, shows the accelerometer's scale.
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
                           const WheelAtStart& wheel, double share = 1.0);
 
 // Standard deviation of the bias of an uncalibrated MEMS gyro of good quality.
 inline constexpr double kUsualGyroBias = 0.002;  // rad/s
 
+// The accelerometer's scale by its mean specific force over some time of driving: 1 unless it is
+// far from gravity, or too far from it to be a scale.
+double accel_scale_on_the_move(const std::vector<ImuSample>& samples);
+
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
 // gyro explain; speed from the wheel; a gyro bias of zero with the given standard deviation
 // (rad/s). The solutions of the first seconds improve this state. It is surer if the wheel agrees
-// with the accelerations.
+// with the accelerations. accel_scale: of the samples' forces.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel,
-                                 double gyro_bias_sigma = kUsualGyroBias);
+                                 const WheelAtStart& wheel, double gyro_bias_sigma = kUsualGyroBias,
+                                 double accel_scale = 1.0);
 
 }  // namespace gprodom

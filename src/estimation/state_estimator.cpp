@@ -32,11 +32,11 @@ StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
 }
 
-// Gravity shows more bias than kAccelBiasSigma allows. The scale of the accelerometer may then
-// be wrong as well, and a wheel's scale learnt from accelerations would have the same error.
-bool out_of_calibration(const Config& config, const NavState& x) {
-  constexpr double kRefuted = 3.0;  // standard deviations
-  return config.wheel.scale_sigma > 0 && x.accel_bias.norm() > kRefuted * kAccelBiasSigma;
+// Gravity shows that the scale of the accelerometer may be wrong, too: a wheel's scale learnt from
+// accelerations would have the same error.
+bool out_of_calibration(const Config& config, const InitialState& initial) {
+  return config.wheel.scale_sigma > 0 &&
+         (initial.state.accel_bias.norm() > kOutOfCalibration || initial.accel_scale != 1.0);
 }
 
 MarginalPrior with_fixed_scale(MarginalPrior prior) {
@@ -77,7 +77,7 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
     : config_(config),
       drive_(drive_traits(config.wheel)),
       gravity_odom_(0, 0, -kStandardGravity),
-      scale_held_(out_of_calibration(config, initial.state)),
+      scale_held_(out_of_calibration(config, initial)),
       first_scale_(initial.state.wheel_scale),
       first_scale_sigma_(std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))),
       start_(initial.state.p_odom),

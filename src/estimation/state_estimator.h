@@ -125,11 +125,16 @@ struct StateResult {
 };
 
 // The first state with its prior, from the initialiser.
+// m/s^2. An accelerometer whose gravity is off by more is not calibrated.
+inline constexpr double kOutOfCalibration = 3 * kAccelBiasSigma;
+
 struct InitialState {
   NavState state;
   MarginalPrior prior;
   ImuNoise noise;
   bool on_the_move = false;  // no standstill yet: the IMU's noise at rest is not known
+  // Of the accelerometer, by gravity: the state is that of samples whose forces are divided by it.
+  double accel_scale = 1.0;
 };
 
 // Prior on a state, with a covariance that must be positive definite.

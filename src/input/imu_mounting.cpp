@@ -22,7 +22,7 @@ ImuMounting::ImuMounting(const ImuConfig& config)
 
 ImuSample ImuMounting::in_body(const ImuSample& in_imu) {
   ImuSample result = in_imu;
-  result.acceleration = R_body_imu_ * in_imu.acceleration;
+  result.acceleration = R_body_imu_ * in_imu.acceleration / accel_scale_;
   result.angular_velocity = R_body_imu_ * in_imu.angular_velocity;
   if (!arm_.isZero(0.0)) result.acceleration -= added_by_arm(result);
   return result;

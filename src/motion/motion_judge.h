@@ -86,7 +86,8 @@ class MotionJudge {
 
   // The first state and its noise, from the last initializer.duration of standstill, or of driving
   // if the robot has been on the move for some seconds; otherwise the reason why there is none.
-  // Forgets the IMU's samples before that.
+  // Forgets the IMU's samples before that, and divides the others by the accelerometer's scale, if
+  // there is a state with one.
   Initialization initialize();
 
   // Starts from the first state, of the initialiser or of an earlier run, with the IMU's noise at
@@ -98,6 +99,8 @@ class MotionJudge {
   void resume_wheel(const WheelSample& sample) { wheel_.resume(sample); }
   void resume_pair(const LearntTurn& learnt) { pair_.resume(learnt); }
   void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
+  // The samples so far are divided by this; later ones come so.
+  void divide_forces(double accel_scale) { imu_.divide_forces(accel_scale); }
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.

@@ -66,19 +66,22 @@ Initialization MotionJudge::initialize() {
         gyro_bias_size(imu_.between(since, imu_now_), speeds(wheel_, since, wheel_to));
     if (!gyro_bias.known && waits)
       return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
-    Initialization moving =
-        initialize_moving(config_, imu_.between(from, imu_now_), wheel, gyro_bias.sigma);
+    const double accel_scale = waits ? 1.0 : accel_scale_on_the_move(imu_.between(since, imu_now_));
+    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel,
+                                              gyro_bias.sigma, accel_scale);
+    if (moving.initial) divide_forces(accel_scale);
     if (moving.initial) return moving;
   }
   return found;
 }
 
 Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {
-  const auto samples = imu_.between(from, imu_now_);
   const WheelAtStart wheel = wheel_at_start(from);
-  Initialization found = gprodom::initialize(config_, samples, wheel, share);
-  if (found.initial)
-    rest_.measure(samples, wheel.path_m / to_seconds(samples.back().time - samples.front().time));
+  Initialization found = gprodom::initialize(config_, imu_.between(from, imu_now_), wheel, share);
+  if (!found.initial) return found;
+  divide_forces(found.initial->accel_scale);
+  const auto samples = imu_.between(from, imu_now_);
+  rest_.measure(samples, wheel.path_m / to_seconds(samples.back().time - samples.front().time));
   return found;
 }
 

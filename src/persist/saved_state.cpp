@@ -8,7 +8,7 @@
 namespace gprodom {
 namespace {
 
-const char* const kTitle = "gprodom state 3";
+const char* const kTitle = "gprodom state 4";
 
 template <typename Matrix>
 void put_matrix(const Matrix& matrix, ByteWriter& out) {
@@ -39,6 +39,7 @@ std::string to_bytes(const SavedState& saved) {
   put_matrix(saved.covariance, out);
   out.put(saved.noise.gyro_density);
   out.put(saved.noise.accel_density);
+  out.put(saved.accel_scale);
   out.put(static_cast<std::uint8_t>(saved.wheel_m.has_value()));
   out.put(saved.wheel_m.value_or(0.0));
   out.put(saved.distance_m);
@@ -65,6 +66,7 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   get_matrix(in, saved.covariance);
   saved.noise.gyro_density = in.get<double>();
   saved.noise.accel_density = in.get<double>();
+  saved.accel_scale = in.get<double>();
   const bool has_wheel = in.get<std::uint8_t>() != 0;
   const auto wheel_m = in.get<double>();
   if (has_wheel) saved.wheel_m = wheel_m;
@@ -82,9 +84,10 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   in.expect_end();
   const bool sound =
       x.finite() && x.wheel_scale > 0 && saved.noise.gyro_density > 0 &&
-      saved.noise.accel_density > 0 && std::isfinite(wheel_m) && std::isfinite(saved.distance_m) &&
-      saved.covariance.allFinite() && saved.covariance.llt().info() == Eigen::Success &&
-      correction.p_map_odom.allFinite() && correction.covariance.allFinite() && saved.map >= 0;
+      saved.noise.accel_density > 0 && saved.accel_scale > 0 && std::isfinite(saved.accel_scale) &&
+      std::isfinite(wheel_m) && std::isfinite(saved.distance_m) && saved.covariance.allFinite() &&
+      saved.covariance.llt().info() == Eigen::Success && correction.p_map_odom.allFinite() &&
+      correction.covariance.allFinite() && saved.map >= 0;
   if (!sound) in.refuse("a figure of it is out of range");
   return saved;
 }

@@ -15,6 +15,7 @@ struct SavedState {
   NavState state;
   StateMatrix covariance = StateMatrix::Identity();  // positive definite
   ImuNoise noise;                                    // at standstill
+  double accel_scale = 1.0;                          // by which forces are divided
   std::optional<double> wheel_m;                     // the wheel's own count at the state's time
   double distance_m = 0.0;                           // driven since the start, as published
   // The map -> odom correction in force, with the covariance of the pose in map now; nothing while

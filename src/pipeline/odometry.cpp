@@ -42,6 +42,7 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
                       store_->state(notices_),
                       store_->pair(notices_),
                       store_->slip(notices_),
+                      1.0,
                       {}};
   if (start.state && start.ground && !start.ground->goes_on_from(start.state->ground)) {
     start.state->correction.reset();
@@ -252,6 +253,7 @@ void Odometry::reset() {
            std::nullopt,
            pipeline_->learnt_pair(),
            pipeline_->learnt_slip(),
+           pipeline_->accel_scale(),
            {}});
 }
 

@@ -87,6 +87,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       map_(std::make_unique<MapTask>(config, execution, std::move(start.ground))) {
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
+  imu_mounting_.divide_forces(start.accel_scale);
   if (start.pair) motion_.resume_pair(*start.pair);
   if (start.slip) motion_.resume_slip(*start.slip);
   saved_ = std::move(start.state);
@@ -174,7 +175,10 @@ void Pipeline::start() {
   next_start_try_ = imu_now_ + kSecond / 10;
   auto [initial, refusal] = motion_.initialize();
   health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
-  if (initial) begin(*initial, initial_result(*initial));
+  if (!initial) return;
+  imu_mounting_.divide_forces(initial->accel_scale);
+  initial->accel_scale = imu_mounting_.accel_scale();  // with that of an earlier start
+  begin(*initial, initial_result(*initial));
 }
 
 void Pipeline::begin(const InitialState& initial, const StateResult& first) {
@@ -332,6 +336,7 @@ void Pipeline::publish() {
   if (imu_now_ < next_status_) return;
   if (next_status_ > 0) {
     input_.watch_silence(radar_.enabled());
+    report_accelerometer();
     report_pair();
     report_trigger();
     report_sight();

@@ -37,6 +37,7 @@ struct StartingPoint {
   std::optional<SavedState> state;   // used if it is at most state.resume_within old
   std::optional<LearntTurn> pair;    // calibration of left and right wheels
   std::optional<slip::Learnt> slip;  // of the wheel
+  double accel_scale = 1.0;          // of the accelerometer
   // The radar has another setting than the ground: saves the ground, and returns that of the new
   // setting, if there is any.
   std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
@@ -78,6 +79,7 @@ class Pipeline {
   // Likewise the calibration of left and right wheels (WheelPair::learnt).
   std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
   slip::Learnt learnt_slip() const { return motion_.learnt_slip(); }
+  double accel_scale() const { return imu_mounting_.accel_scale(); }
   // The correction of the resumed state; returned once.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
@@ -135,6 +137,7 @@ class Pipeline {
   void ask_radar();
   void make_states();
   void publish();
+  void report_accelerometer();
   void report_pair();
   void report_place(const MapAnswer& answer);
   void report_trigger();

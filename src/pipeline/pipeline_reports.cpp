@@ -24,6 +24,17 @@ void Pipeline::report_place(const MapAnswer& answer) {
     health_.await("map", HealthLevel::kOk, "searching for earlier ground");
 }
 
+// One whose specific force was not gravity.
+void Pipeline::report_accelerometer() {
+  const auto percent = static_cast<int>(std::lround(100 * imu_mounting_.accel_scale()));
+  health_.set("accelerometer", HealthLevel::kDegraded,
+              imu_mounting_.accel_scale() == 1.0
+                  ? ""
+                  : "its specific force is " + std::to_string(percent) +
+                        " % of gravity: taken as its scale and divided out; check its units or its "
+                        "range setting");
+}
+
 void Pipeline::report_pair() {
   if (!motion_.pair().received()) return;
   const TurnCalibration& found = motion_.pair().calibration();

@@ -54,7 +54,12 @@ void Odometry::recover(const std::exception_ptr& failure) {
   }
   take_scale(newest_, config_.wheel);
   // Without the ground, which would be lost if this throws.
-  restart({std::nullopt, std::nullopt, pipeline_->learnt_pair(), pipeline_->learnt_slip(), {}});
+  restart({std::nullopt,
+           std::nullopt,
+           pipeline_->learnt_pair(),
+           pipeline_->learnt_slip(),
+           pipeline_->accel_scale(),
+           {}});
   if (rescue_->ground) pipeline_->set_ground(std::move(*rescue_->ground));
   rescue_->ground.reset();
   rescue_->begun = false;

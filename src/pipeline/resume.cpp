@@ -25,6 +25,8 @@ bool Pipeline::resume() {
   }
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
   out_.warnings.emplace_back(said);
+  imu_mounting_.divide_forces(saved.accel_scale);
+  motion_.divide_forces(saved.accel_scale);
   // IMU samples of a straight path at constant speed.
   const Eigen::Vector3d up_body =
       x.q_odom_body.conjugate() * Eigen::Vector3d(0, 0, kStandardGravity);
@@ -36,7 +38,7 @@ bool Pipeline::resume() {
   result.solve.usable = true;
   result.bridged = true;
   prediction_.resume(saved.distance_m);
-  begin({x, gaussian_prior(x, saved.covariance), saved.noise}, result);
+  begin({x, gaussian_prior(x, saved.covariance), saved.noise, false, saved.accel_scale}, result);
 
   if (saved.map < 0) return true;  // the map is another one: the robot has to find its place in it
   resumed_correction_ = saved.correction;
@@ -65,6 +67,7 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   // Slip that no sensor has shown moves the pose for good; the next run counts its own from zero.
   saved.covariance.block<2, 2>(row::kP, row::kP) += base.slip_covariance;
   saved.noise = motion_.noise_at_standstill();
+  saved.accel_scale = imu_mounting_.accel_scale();
   saved.wheel_m = motion_.wheel().reported(base.state.time);
   saved.distance_m = prediction_.distance_m();
   saved.correction = correction;

@@ -41,6 +41,10 @@ bool ImuHistory::insert(const ImuSample& sample) {
   return true;
 }
 
+void ImuHistory::divide_forces(double accel_scale) {
+  for (ImuSample& sample : samples_) sample.acceleration /= accel_scale;
+}
+
 void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }
 
 std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {

@@ -22,6 +22,7 @@ class ImuHistory {
   // Late samples are sorted in by their stamp. Body axes. false: there is already one of that
   // stamp.
   bool insert(const ImuSample& sample);
+  void divide_forces(double accel_scale);
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
   // The last `count` of those up to a time, or as many as there are.
