@@ -185,6 +185,31 @@ TEST_F(ResumeTest, IsNoSurerOfThePoseThanTheRunBefore) {
   EXPECT_GT(variance(last), 1e-4);
 }
 
+// The scale that gravity has shown holds on: in the next run, and after a reset.
+TEST_F(ResumeTest, TakesOverTheScaleOfTheAccelerometer) {
+  const auto measured = [](double seconds, TimeNs start) {
+    std::vector<Input> inputs = standing(seconds, start);
+    for (Input& input : inputs)
+      if (auto* imu = std::get_if<ImuSample>(&input)) imu->acceleration *= 0.8;
+    return inputs;
+  };
+  TimeNs end = 0;
+  {
+    Odometry before(kept());
+    end = run(before, measured(5.0, end_ + from_seconds(60.0))).odometry.back().time;
+  }
+  Odometry resumed(kept());
+  const Told told = run(resumed, measured(5.0, end + from_seconds(1.0)));
+  ASSERT_TRUE(told.has("resumed from the pose saved"));
+  EXPECT_TRUE(told.has("its specific force is 80 % of gravity"));
+  EXPECT_LT(told.odometry.back().v_body.norm(), 0.01);
+  EXPECT_LT(told.odometry.back().accel_bias.norm(), 0.05);
+  resumed.reset();
+  const Told again = run(resumed, measured(5.0, told.odometry.back().time + from_seconds(1.0)));
+  ASSERT_FALSE(again.odometry.empty());
+  EXPECT_TRUE(again.has("its specific force is 80 % of gravity"));
+}
+
 TEST_F(ResumeTest, DoesNotResumeFromAnExpiredPose) {
   const Told told = after(4.0, {"state.resume_within=4"});
   EXPECT_TRUE(told.has("s old (state.resume_within): starting at the initialiser"));
