@@ -38,6 +38,7 @@ GPR = [
     "gpr/pair",
 ]
 BEFORE_MOTION = ["base", "config", "gpr", *GPR, "estimation", "estimation/graph"]
+MAP = ["map/path", "map/fixes", "map"]
 ROOMS = {
     "base": Room(
         "plain values, errors, sealed bytes, whole files, work that takes effect at a data time",
@@ -115,20 +116,30 @@ ROOMS = {
         "input, map",
         [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest"],
     ),
+    "map/path": Room(
+        "the path driven, from settled states to steps of the pose graph",
+        "ground, fixes",
+        BEFORE_MOTION,
+    ),
+    "map/fixes": Room(
+        "positions from outside: brought to site, judged by the path between them",
+        "ground, the graph's solution",
+        [*BEFORE_MOTION, "map/path"],
+    ),
     "map": Room(
         "ground driven over: passes, search, merging, the map frame, the map's file",
         "input, motion",
-        BEFORE_MOTION,
+        [*BEFORE_MOTION, "map/path", "map/fixes"],
     ),
     "persist": Room(
         "what one run leaves to the next: pose, wheel scale, share of slip, ground",
         "when it is saved or taken up",
-        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest", "motion", "map"],
+        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest", "motion", *MAP],
     ),
     "pipeline": Room(
         "the facade: step() on one screen, prediction, radar task, going on from a saved pose",
         "threads of its own, clocks, LCM, ROS",
-        [*BEFORE_MOTION, "input", "motion/history", "motion", "map", "persist"],
+        [*BEFORE_MOTION, "input", "motion/history", "motion", *MAP, "persist"],
     ),
     "live": Room(
         "threads, queues, commands, latencies",
@@ -148,7 +159,7 @@ ROOMS = {
     "python": Room(
         "the Python module of the same classes and functions",
         "LCM, ROS",
-        ["base", "config", "gpr", *GPR, "estimation", "map", "pipeline"],
+        ["base", "config", "gpr", *GPR, "estimation", *MAP, "pipeline"],
     ),
 }
 

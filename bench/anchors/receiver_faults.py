@@ -40,7 +40,7 @@ def _of_drive(
     begin, end = (
         int(np.interp(share, [0, 1], drive.truth.time[[0, -1]])) for share in (BEGIN, END)
     )
-    everywhere = np.ones(len(drive.truth), bool)
+    since = drive.truth.time >= begin
     rows, usual = [], set[str]()
     for fault in ("healthy", *(args.fault or FAULTS)):
         given = in_degrees(fixes)
@@ -54,7 +54,7 @@ def _of_drive(
         row: dict[str, Any] = {"recording": drive.name, "fault": fault, "seed": seed}
         for mode in ("smoothed", "causal"):
             with_fixes, without = (
-                drives.error(getattr(each, mode), drive.truth, everywhere, everywhere)
+                drives.error(getattr(each, mode), drive.truth, since, since)
                 for each in (found, bare)
             )
             row |= {f"{mode}_m": with_fixes, f"{mode}_over": with_fixes / without}

@@ -17,11 +17,12 @@ from gprodom.simulate.sequence import Simulated, Spec, simulate
 APART_M = 90.0
 SIGMA_M = 0.02
 BESIDE_S = 2.0  # after the first fix the robot drives off; it has stood as long before the second
+AFTER_S = 8.0  # until the graph has been solved with the second, and STATUS tells it
 
 
 def drive(seed: int) -> Simulated:
     """A standstill, 90 m straight on with a weave, a standstill."""
-    steps = (Stop(6.0), Move(APART_M, 0.8), Stop(2 * BESIDE_S))
+    steps = (Stop(6.0), Move(APART_M, 0.8), Stop(BESIDE_S + AFTER_S))
     track = Track((Bend(APART_M + 2.0),), weave=0.04)
     return simulate(Spec(DriveSpec(track, steps), ground=None, station=None), seed)
 
@@ -39,7 +40,7 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
     run = drive(seed)
     recording, random = as_recording(run), stream(seed, "two fixes")
     begin = run.imu_utime[0] + round((6.0 - BESIDE_S) * 1e6)
-    end = run.imu_utime[-1] - round(BESIDE_S * 1e6)
+    end = run.imu_utime[-1] - round(AFTER_S * 1e6)
     found: dict[str, Any] = {"seed": seed, "limit": limit(run)}
     true = float(run.wheel.scale[-1])
     for fixes in (False, True):
@@ -54,9 +55,12 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
                 place += SIGMA_M * random.standard_normal(3)
                 estimator.add_fix(moment * 1000, place, SIGMA_M**2 * np.eye(3), quality=4)
             since = until
-        odometry = outputs[-1].odometry
         name = "" if fixes else "_without"
+        odometry = outputs[-1].odometry
         scale, sigma = (float(value) for value in odometry["wheel_scale"][-1])
+        if fixes:
+            values = [status["values"] for out in outputs for status in out.status]
+            scale, sigma = (values[-1][f"fixes.wheel_scale{each}"] for each in ("", "_sigma"))
         off = scale - true
         found |= {
             f"sigma{name}": sigma,

@@ -149,9 +149,9 @@ struct GraphConfig {
   double lateral_sigma = 0.15;  // m; the antenna's footprint
 };
 
-// Positions from outside, in site. The estimator checks and counts them and does not use them yet;
-// markers and exports do.
+// Positions from outside, which tie `map` to `site`.
 struct AnchorConfig {
+  bool enabled = true;
   Antennas antennas;  // m; in body, by the antenna_id of a fix; an id that is not here: at body
   std::optional<Eigen::Vector3d> datum;  // deg, deg, m; origin of site; empty: the first fix used
 };

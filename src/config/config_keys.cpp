@@ -162,8 +162,9 @@ void add_graph(Keys& keys, GraphConfig& c) {
 
 void add_anchor(Keys& keys, AnchorConfig& c) {
   keys.insert(keys.end(), {
+    {"anchor.enabled", &c.enabled, "", kAny, "positions from outside tie map to site"},
     {"anchor.antennas", &c.antennas, "m", kAny, "in body by the antenna_id of a fix, as {0: [x, y, z]}; of another id: at the origin of body"},
-    {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east, for markers and exports; []: the first geodetic fix"},
+    {"anchor.datum", &c.datum, "deg, deg, m", kAny, "latitude, longitude and height of the origin of site, whose x is east; []: the first geodetic fix"},
   });
 }
 

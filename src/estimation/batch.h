@@ -25,6 +25,9 @@ class Batch {
   // Adds a prior on the wheel's scale at the first state.
   void add_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
+  // Position (x, y) and heading of the first state are no longer held: fixes measure them.
+  void free_place() { prior_.free_place(); }
+
   // Multiplies the wheel's distance between the states a and a + 1 by e^l, with l = slips[a] where
   // there is one.
   void set_slips(const std::vector<std::optional<double>>& slips);

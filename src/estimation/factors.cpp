@@ -2,6 +2,7 @@
 
 #include <ceres/loss_function.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -288,6 +289,28 @@ void RevisitFactor::evaluate(const NavState& a, const NavState& b, Residual& r, 
   Ja->block<2, 3>(0, row::kP) = -W;
   Jb->block<2, 3>(0, row::kTheta) = W * cb.d_theta();
   Jb->block<2, 3>(0, row::kP) = W;
+}
+
+FixFactor::FixFactor(const Eigen::Vector2d& p, const Eigen::Matrix2d& covariance,
+                     const Vector3d& lever_arm, double share)
+    : p_(p), lever_arm_(lever_arm), share_(share) {
+  const Eigen::LLT<Eigen::Matrix2d> root(covariance);
+  if (root.info() != Eigen::Success)
+    throw std::invalid_argument("FixFactor: the covariance is not positive definite");
+  whitening_ = root.matrixL().solve(Eigen::Matrix2d::Identity());
+}
+
+void FixFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                         Jacobian* Jb) const {
+  resize(r, Ja, Jb, 2);
+  const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
+  r = whitening_ * ((1 - share_) * ca.c + share_ * cb.c).head<2>() - whitening_ * p_;
+  if (!Ja) return;
+  const Eigen::Matrix<double, 2, 3> W = whitening_ * Eigen::Matrix<double, 2, 3>::Identity();
+  Ja->block<2, 3>(0, row::kTheta) = (1 - share_) * W * ca.d_theta();
+  Ja->block<2, 3>(0, row::kP) = (1 - share_) * W;
+  Jb->block<2, 3>(0, row::kTheta) = share_ * W * cb.d_theta();
+  Jb->block<2, 3>(0, row::kP) = share_ * W;
 }
 
 }  // namespace gprodom

@@ -14,6 +14,21 @@ void MarginalPrior::add_scale(double scale, double sigma) {
   b[rows] = (x0.front().wheel_scale - scale) / sigma;
 }
 
+// Far beyond the error of the start that the solver is given, and near enough for its equations.
+void MarginalPrior::free_place() {
+  constexpr double kFreePlace = 1e3;  // m, rad
+  const int columns[] = {row::kTheta + 2, row::kP, row::kP + 1};
+  const Eigen::Index rows = A.rows();
+  A.conservativeResize(rows + 3, Eigen::NoChange);
+  b.conservativeResize(rows + 3);
+  A.bottomRows(3).setZero();
+  b.tail(3).setZero();
+  for (int i = 0; i < 3; ++i) {
+    A.col(columns[i]).setZero();
+    A(rows + i, columns[i]) = 1 / kFreePlace;
+  }
+}
+
 void MarginalPrior::evaluate(const NavState* x, Eigen::VectorXd& r, Eigen::MatrixXd* J) const {
   const int n = states();
   r = b;

@@ -19,6 +19,10 @@ struct MarginalPrior {
   // Adds a row on the first state's wheel scale, with this standard deviation.
   void add_scale(double scale, double sigma);
 
+  // Position (x, y) and heading of the first state are known to kFreePlace only. Of a prior of one
+  // state, whose place has no correlation with the rest of it.
+  void free_place();
+
   int states() const { return static_cast<int>(x0.size()); }
 
   // x points to the n states. Where J is not null it receives d residual / d (charts at x).

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/sealed_bytes.h"
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 namespace gprodom {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 namespace gprodom {
 namespace {

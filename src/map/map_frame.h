@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gprodom/outputs.h"
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 namespace gprodom {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 #include "map/track_joint.h"
 
 namespace gprodom {

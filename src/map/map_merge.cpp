@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 namespace gprodom {
 namespace {

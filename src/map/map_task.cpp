@@ -27,6 +27,7 @@ void append(MapInput later, MapInput& to) {
   append(std::move(later.states), to.states);
   append(std::move(later.traces), to.traces);
   append(std::move(later.revisits), to.revisits);
+  append(std::move(later.fixes), to.fixes);
   if (later.told) to.told = later.told;
   to.scale = later.scale;
   to.scale_sigma = later.scale_sigma;
@@ -38,7 +39,9 @@ void append(MapAnswer later, MapAnswer& to) {
   later.notes.swap(to.notes);
   append(std::move(to.notes), later.notes);
   later.located |= to.located;
+  later.tied |= to.tied;
   if (!later.pose) later.pose = to.pose;
+  if (!later.fixes) later.fixes = to.fixes;
   if (!later.map) later.map = to.map;
   to = std::move(later);
 }
@@ -78,6 +81,8 @@ Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {
 MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
                  std::optional<Mapper::Start> start)
     : enabled_(config.gpr.enabled && config.graph.enabled),
+      follows_(config.graph.enabled && (config.gpr.enabled || config.anchor.enabled)),
+      uses_fixes_(config.graph.enabled && config.anchor.enabled),
       taken_from_(before ? before->taken_from() : 0),
       latency_(from_seconds(config.graph.latency)),
       mapper_(config, std::move(before), std::move(start)),
@@ -99,8 +104,16 @@ void MapTask::add(const Displacement& revisit) {
     ++late_.dropped;
 }
 
+void MapTask::add(const PositionFix& fix) {
+  if (!uses_fixes_) return;
+  if (next_.fixes.size() < kMostWaiting)
+    next_.fixes.push_back(fix);
+  else
+    ++late_.dropped;
+}
+
 void MapTask::add(const StateResult& result, TimeNs effective) {
-  if (!enabled_) return;
+  if (!follows_) return;
   unsettled_.push_back(path_state(result));
   if (!result.settled) return;
   while (!unsettled_.empty() && unsettled_.front().time < result.settled->time) {

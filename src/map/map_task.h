@@ -40,6 +40,9 @@ class MapTask {
   MapTask(const MapTask&) = delete;
   MapTask& operator=(const MapTask&) = delete;
 
+  // If not, there is no correction: neither by ground nor by fixes.
+  bool follows() const { return follows_; }
+
   // If not, no ground is stored, and there is none to save or to search.
   bool enabled() const { return enabled_; }
 
@@ -48,6 +51,7 @@ class MapTask {
 
   void add(const GprTrace& trace);
   void add(const Displacement& revisit);
+  void add(const PositionFix& fix);
   // Adds a state in effect. Every half second a job is submitted.
   void add(const StateResult& result, TimeNs effective);
 
@@ -90,7 +94,11 @@ class MapTask {
 
   // Of the mapper. After drain(), with no job submitted since.
   std::vector<Revisit> revisits() const { return mapper_.revisits(); }
-  std::vector<TrackPiece> track() const { return mapper_.track(); }
+  // Empty where nothing could have deformed it.
+  std::vector<TrackPiece> track() const {
+    return enabled_ || mapper_.is_tied() ? mapper_.track() : std::vector<TrackPiece>();
+  }
+  std::vector<UsedFix> used_fixes() const { return mapper_.used_fixes(); }
   PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
 
  private:
@@ -104,7 +112,7 @@ class MapTask {
   Work joined(Work earlier, Work later);
   MapAnswer run(const Work& work);
 
-  const bool enabled_;
+  const bool enabled_, follows_, uses_fixes_;
   const std::uint64_t taken_from_;
   const TimeNs latency_;
   MapInput next_;

@@ -44,6 +44,7 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       end_of_before_(ground_.memory.kept().end),
       start_(std::move(start)),
       map_(ground_.unused_map()),
+      fixes_(config.anchor),
       locator_(antenna_) {
   origin_ = {config.gpr.lever_arm, kVersion, config.state.robot, {}};
   ground_.memory.begin_session();
@@ -59,6 +60,7 @@ MapAnswer Mapper::run(const MapInput& input) {
   note_errors(input.scale_sigma);
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
   take_external(answer);
+  take_fixes(input, answer);
   if (input.told) suppose(*input.told, answer);
   for (const GprTrace& trace : input.traces) {
     remember(trace, answer);
@@ -67,16 +69,17 @@ MapAnswer Mapper::run(const MapInput& input) {
   locate(answer);
   answer.located = located_ && !was_located;
   answer.map = map_;
-  const bool tied = graph_->revisits().size() > trusted_.size();
+  const bool more = graph_->revisits().size() > trusted_.size() || (tied_ && fixes_changed_);
   const bool moved = path_.travelled() > fresh_at_m_;  // else the last solution holds
-  if (!graph_->revisits().empty() && path_.newest().time >= (tied ? next_solve_ : solve_anyway_) &&
-      (tied || moved)) {
+  if ((tied_ || !graph_->revisits().empty()) && path_.nodes() > 1 &&
+      path_.newest().time >= (more ? next_solve_ : solve_anyway_) && (more || moved)) {
     solve(input.scale, input.scale_sigma, answer);
     merge();
   }
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
   const int refused = static_cast<int>(trusted_.size()) - trusted;
-  if (trusted + merged_trusted_ > 0) {
+  if (fixes_.any()) answer.fixes = fix_report();
+  if (solved_in_site_ || trusted + merged_trusted_ > 0) {
     answer.pose = MapPose{extend(newest_node_, path_.since_last_node(), slip_), path_.newest(),
                           trusted + merged_trusted_, refused + merged_refused_};
   }
@@ -245,11 +248,12 @@ bool Mapper::is_proved() {
 
 // The track is located: from now on `map` is the frame of the earlier ground.
 void Mapper::join_map(const Hypothesis& at) {
-  graph_->move(at.map_from_track);
-  newest_node_.pose = compose(at.map_from_track, newest_node_.pose);
-  Matrix5d turn = Matrix5d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(at.map_from_track.yaw).toRotationMatrix();
-  newest_node_.covariance = turn * newest_node_.covariance * turn.transpose();
+  if (tied_) {  // to site, and so is the ground now
+    move_ground(at.map, between(at.map_from_track, {}));
+  } else {
+    graph_->move(at.map_from_track);
+    move_newest(at.map_from_track);
+  }
   map_ = at.map;
   moved_ = located_ = true;
   next_solve_ = 0;
@@ -328,8 +332,11 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
       std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
   fresh_at_m_ = path_.travelled() + kNodeSpacing;
   try {
+    if (!tied_) graph_->set_fixes({});
+    fixes_changed_ = false;
     const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
     newest_node_ = solution.newest;
+    solved_in_site_ = tied_;
     trusted_ = solution.trusted;
     solve_work_ += solution.work;
     every = std::max(every, solution.work / kSolveWork);

@@ -11,14 +11,16 @@
 #include "estimation/graph/pose_graph.h"
 #include "gpr/revisit/revisit_search.h"
 #include "gprodom/config.h"
+#include "gprodom/position_fix.h"
 #include "gprodom/types.h"
 #include "map/change_follower.h"
+#include "map/fixes/fix_keeper.h"
 #include "map/ground_map.h"
 #include "map/ground_map_file.h"
 #include "map/locator.h"
-#include "map/map_path.h"
 #include "map/pass_finder.h"
 #include "map/pass_merger.h"
+#include "map/path/map_path.h"
 
 namespace gprodom {
 
@@ -41,6 +43,7 @@ struct MapInput {
   std::vector<PathState> states;        // settled states since the last job
   std::vector<GprTrace> traces;         // up to the newest state
   std::vector<Displacement> revisits;   // from another process
+  std::vector<PositionFix> fixes;       // since the last job
   std::optional<ToldPlace> told;        // since the last job
   double scale = 1.0, scale_sigma = 0;  // of the wheel, as estimated now
 };
@@ -53,11 +56,21 @@ struct MapPose {
   int refused = 0;   // left out by it
 };
 
+struct FixReport {
+  std::size_t used = 0, refused = 0;  // now; none is used before map is site
+  std::optional<Geodetic> datum;      // of site, where it is known
+  // Of the wheel's scale, by the last solution with them; sigma 0: none yet.
+  double scale = 1.0, scale_sigma = 0.0;
+  FixTrouble trouble = FixTrouble::kNone;
+};
+
 struct MapAnswer {
   std::optional<MapPose> pose;         // from the first revisit on
   std::vector<Displacement> revisits;  // found in this job
   std::vector<std::string> notes;      // what was dropped or refused, and why
   bool located = false;                // this job has tied the track to an earlier map
+  std::optional<FixReport> fixes;      // from the first fix on
+  bool tied = false;                   // this job has turned map into site
   std::optional<int> map;              // number of the map that the track belongs to
   double travelled_m = 0.0;            // of the track
   double sigma_m = 0.0;                // standard deviation of the newest position in map
@@ -67,6 +80,15 @@ struct MapAnswer {
 struct Revisit {
   TimeNs memory = 0, query = 0;
   RevisitEdge edge;  // its places are in the frames of the two states
+};
+
+// A fix that the solution uses: where the antenna was in map, free of the lasting error that the
+// solution has found.
+struct UsedFix {
+  TimeNs time = 0;
+  Eigen::Vector2d p;           // m
+  Eigen::Matrix2d covariance;  // m^2; of the white part
+  Eigen::Vector3d antenna;     // in body
 };
 
 // A piece of the track: from its time to that of the next piece.
@@ -95,6 +117,12 @@ class Mapper {
 
   // The trusted revisits of this track with itself; those of merged passes only if recorded.
   std::vector<Revisit> revisits() const;
+
+  // To site, which is `map` since.
+  bool is_tied() const { return tied_; }
+
+  // Of this track, in time order; none before they have tied it to site.
+  std::vector<UsedFix> used_fixes() const;
 
   // How the map deforms the track of odom: a piece for each node, in time order.
   std::vector<TrackPiece> track() const;
@@ -174,6 +202,12 @@ class Mapper {
   End end_at(const MapPath::Place& place) const;
   bool add_edge(const End& memory, const End& query, RevisitEdge edge);
   void take_external(MapAnswer& answer);
+  void take_fixes(const MapInput& input, MapAnswer& answer);
+  void place_fixes();
+  FixReport fix_report() const;
+  void tie_to_site(const MapInput& input, MapAnswer& answer);
+  void move_ground(int map, const PlanarPose& by);
+  void move_newest(const PlanarPose& by);
   void solve(double scale, double scale_sigma, MapAnswer& answer);
   void merge();
   Revisit told(std::size_t revisit) const;
@@ -211,6 +245,11 @@ class Mapper {
   int map_ = 0;                        // number of this track's map
   bool located_ = false;               // tied to an earlier map, whose frame is `map`
   bool moved_ = false;                 // to a map, at the start or since
+  FixKeeper fixes_;
+  std::deque<PositionFix> waiting_fixes_;  // for settled states, in time order
+  bool fixes_changed_ = false;             // since the last solution
+  bool solved_in_site_ = false;
+  bool tied_ = false;  // to site, which is `map` since
   std::optional<Candidate> candidate_;
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;

@@ -79,7 +79,12 @@ bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   if ((std::cos(yaw - seen.memory.yaw) < 0.0) != seen.edge.mirrored) return false;
   candidate_->supporting.push_back(seen);
   if (!is_proved()) return false;
-  const Candidate proved = *std::exchange(candidate_, std::nullopt);
+  Candidate proved = *std::exchange(candidate_, std::nullopt);
+  if (tied_) {
+    const PlanarPose by = between(proved.at.map_from_track, {});
+    for (Sighting& one : proved.supporting) one.memory.body = compose(by, one.memory.body);
+    for (Sighting& one : proved.supporting) one.memory.yaw = one.memory.body.yaw;
+  }
   join_map(proved.at);
   for (const Sighting& one : proved.supporting) use(one, answer);
   return true;

@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "map/map_path.h"
 #include "map/mapper.h"
 #include "map/pass_finder.h"
+#include "map/path/map_path.h"
 #include "map/search_window.h"
 
 namespace gprodom {

@@ -115,8 +115,9 @@ void Pipeline::store(Message& message) {
     if (trace->antenna_id == input_.antenna() && map_->enabled()) add_to_map(*trace);
     if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
       traces_.push_back(std::move(*trace));
-  } else if (std::holds_alternative<PositionFix>(message)) {
+  } else if (auto* fix = std::get_if<PositionFix>(&message)) {
     health_.add("fixes.received", 1);
+    map_->add(*fix);
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
@@ -227,7 +228,8 @@ void Pipeline::take_states() {
 void Pipeline::take_map_answers() {
   while (auto answer = map_->next_due(imu_now_)) {
     for (const std::string& note : answer->notes) health_.count("map", note);
-    health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
+    if (map_->enabled())
+      health_.add("revisits.found", static_cast<double>(answer->revisits.size()));
     for (Displacement& d : answer->revisits) out_.displacements.push_back(stamped(std::move(d)));
     if (answer->map) map_number_ = *answer->map;
     if (answer->located) {
@@ -235,8 +237,10 @@ void Pipeline::take_map_answers() {
       out_.warnings.emplace_back(
           "located on ground of an earlier track: map is its frame from now on");
     }
+    if (answer->fixes) report_fixes(*answer->fixes);
+    if (answer->tied) out_.warnings.emplace_back("tied to site by fixes: map is site from now on");
     report_place(*answer);
-    if (!answer->pose) continue;
+    if (!answer->pose || !map_->enabled()) continue;
     health_.value("revisits.trusted", answer->pose->revisits);
     health_.value("revisits.refused", answer->pose->refused);
   }

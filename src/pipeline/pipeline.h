@@ -140,6 +140,7 @@ class Pipeline {
   void report_accelerometer();
   void report_pair();
   void report_place(const MapAnswer& answer);
+  void report_fixes(const FixReport& fixes);
   void report_trigger();
   void report_sight();
   void report_slip();

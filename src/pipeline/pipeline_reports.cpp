@@ -35,6 +35,31 @@ void Pipeline::report_accelerometer() {
                         "range setting");
 }
 
+void Pipeline::report_fixes(const FixReport& fixes) {
+  health_.value("fixes.used", static_cast<double>(fixes.used));
+  health_.value("fixes.refused", static_cast<double>(fixes.refused));
+  if (fixes.scale_sigma > 0.0) {
+    health_.value("fixes.wheel_scale", fixes.scale);
+    health_.value("fixes.wheel_scale_sigma", fixes.scale_sigma);
+  }
+  if (fixes.datum) {
+    health_.value("site.latitude", fixes.datum->x());
+    health_.value("site.longitude", fixes.datum->y());
+    health_.value("site.height", fixes.datum->z());
+  }
+  const FixTrouble trouble = fixes.trouble;
+  health_.set(
+      "fixes", HealthLevel::kDegraded,
+      trouble == FixTrouble::kJump
+          ? "jump: they contradict the odometry and the fixes before; not used"
+      : trouble == FixTrouble::kDrag ? "drag: they move away from where the odometry is; not used"
+      : trouble == FixTrouble::kRepeated
+          ? "positions come again that came already: the receiver, or a log, repeats them"
+      : trouble == FixTrouble::kSwapped ? "latitude and longitude are swapped"
+      : trouble == FixTrouble::kFar     ? "more than 200 km from the datum: is anchor.datum right?"
+                                        : "");
+}
+
 void Pipeline::report_pair() {
   if (!motion_.pair().received()) return;
   const TurnCalibration& found = motion_.pair().calibration();

@@ -43,6 +43,25 @@ void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_fr
   batch.set_slips(slips);
 }
 
+// Fixes are in map. They measure the place of the first state, which nothing else does.
+void add_fixes(const std::vector<UsedFix>& fixes, const PlanarPose& map_from_odom, Batch& batch) {
+  const std::vector<NavState>& states = batch.states();
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-map_from_odom.yaw).toRotationMatrix();
+  for (const UsedFix& fix : fixes) {
+    const auto next = std::partition_point(states.begin(), states.end(),
+                                           [&](const NavState& x) { return x.time <= fix.time; });
+    if (next == states.begin() || next == states.end()) continue;
+    const NavState& a = *(next - 1);
+    const double share = to_seconds(fix.time - a.time) / to_seconds(next->time - a.time);
+    const auto i = static_cast<size_t>(next - states.begin());
+    batch.add_factor(
+        i - 1, i,
+        std::make_shared<FixFactor>(turn * (fix.p - map_from_odom.p),
+                                    turn * fix.covariance * turn.transpose(), fix.antenna, share));
+  }
+  if (!fixes.empty()) batch.free_place();
+}
+
 }  // namespace
 
 const Batch& Pipeline::batch() const {
@@ -67,6 +86,7 @@ std::vector<NavState> Pipeline::smoothed() const {
   }
   // The result is in map, which differs from odom if the track is tied to an earlier map.
   const PlanarPose map_from_odom = map_->map_from_odom();
+  add_fixes(map_->used_fixes(), map_from_odom, batch);
   start_at_map(map_->track(), map_from_odom, batch);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d p(map_from_odom.p.x(), map_from_odom.p.y(), 0.0);

@@ -16,8 +16,8 @@
 #include "map/ground_files.h"
 #include "map/ground_map_file.h"
 #include "map/map_merge.h"
-#include "map/map_path.h"
 #include "map/mapper.h"
+#include "map/path/map_path.h"
 
 namespace py = pybind11;
 using namespace py::literals;

@@ -28,13 +28,15 @@ using RowOfTwo = Eigen::Matrix<double, 1, 2>;
 }  // namespace
 
 GraphProblem::GraphProblem(const std::vector<WhitenedStep>& steps,
-                           const std::vector<RevisitEdge>& revisits, const Priors& priors,
+                           const std::vector<RevisitEdge>& revisits,
+                           const std::vector<FixEdge>& fixes, const Priors& priors,
                            const PoseGraphOptions& options)
     : steps_(steps),
       revisits_(revisits),
+      fixes_(fixes),
       priors_(priors),
       options_(options),
-      equations_(4 * (steps.size() + 1)) {
+      equations_(4 * (steps.size() + 1) + 2 * fixes.size()) {
   priors_.scale.sigma = std::max(priors_.scale.sigma, kHeldScaleSigma);
   for (std::size_t i = 0; i < steps.size(); ++i) slip_terms_.push_back(slip_terms(i));
 }
@@ -123,6 +125,49 @@ double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Ter
   return counts ? kernel.cost : 0.0;
 }
 
+// Residuals of the white part: the error that the place shows, less the lasting one.
+double GraphProblem::add_fix(std::size_t number, const Terms& terms, const Unknowns& at) {
+  const FixEdge& fix = fixes_[number];
+  const std::size_t none = steps_.size(), step = slip_step(fix.node, fix.way);
+  const FixResidual found(fix, at.nodes[fix.node], step == none ? 0.0 : at.slips[step]);
+  const double root = std::sqrt(fix.white);
+  const Eigen::Vector2d white = (found.value - at.lasting[number]) / root;
+  Eigen::Matrix<double, 2, 6> J;
+  J << found.J / root, -Eigen::Matrix2d::Identity() / root;
+  const double s = white.squaredNorm();
+  const Robust kernel = terms.kernel == RevisitKernel::kRedescending
+                            ? cauchy(s, options_.robust_threshold * terms.width)
+                            : huber(s, options_.full_weight_below);
+  const int n = node(fix.node), error = lasting(number);
+  equations_.add<2, 6>({n, n + 1, n + 2, step == none ? kNoUnknown : slip(step), error, error + 1},
+                       J, white, kernel.weight);
+  double cost = kernel.cost + add_lasting(number, at);
+  if (fix.yaw_sigma > 0.0) {
+    equations_.add<1, 1>({n + 2}, One(1 / fix.yaw_sigma), One(found.heading), 1.0);
+    cost += found.heading * found.heading;
+  }
+  return cost;
+}
+
+// Prior of a lasting error: it goes on from the one before.
+double GraphProblem::add_lasting(std::size_t number, const Unknowns& at) {
+  const FixEdge& fix = fixes_[number];
+  const int error = lasting(number);
+  if (fix.white >= 1.0) {
+    for (int k = 0; k < 2; ++k) equations_.hold(error + k, kHeld);
+    return 0.0;
+  }
+  const double weight = 1 / ((1 - fix.white) * (1 - fix.kept * fix.kept));
+  const Eigen::Vector2d change =
+      at.lasting[number] -
+      (fix.before ? fix.kept * at.lasting[*fix.before] : Eigen::Vector2d::Zero().eval());
+  const int last = fix.before ? lasting(*fix.before) : kNoUnknown;
+  for (int k = 0; k < 2; ++k)
+    equations_.add<1, 2>({fix.before ? last + k : kNoUnknown, error + k}, RowOfTwo(-fix.kept, 1.0),
+                         One(change[k]), weight);
+  return weight * change.squaredNorm();
+}
+
 double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknowns& at) {
   equations_.clear();
   const One scale_error(at.scale - priors_.scale.scale);
@@ -143,6 +188,7 @@ double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknow
     cost += add_revisit(revisits_[i], terms.trusted[i], terms, at);
     tied = tied || (terms.trusted[i] && revisits_[i].memory == kInMap);
   }
+  for (std::size_t i = 0; i < fixes_.size(); ++i) cost += add_fix(i, terms, at);
   cost += add_first(tied, at.nodes.front());
   return 0.5 * cost;
 }
@@ -168,6 +214,9 @@ GraphProblem::Unknowns GraphProblem::moved(const Unknowns& from, const Eigen::Ve
     if (slip_terms_[i].possible) to.slips[i] += by[slip(i)];
   }
   to.scale += by[scale()];
+  for (std::size_t i = 0; i < to.lasting.size(); ++i) {
+    if (fixes_[i].white < 1.0) to.lasting[i] += by.segment<2>(lasting(i));
+  }
   return to;
 }
 
@@ -207,7 +256,7 @@ Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const
   const int last = static_cast<int>(steps_.size());
   const int rows[] = {node(last), node(last) + 1, node(last) + 2, scale(), slip(last - 1)};
   const int size = slip_terms_.back().possible ? 5 : 4;
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(scale() + 1, size);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(lasting(fixes_.size()), size);
   for (int k = 0; k < size; ++k) unit(rows[k], k) = 1.0;
   const Eigen::MatrixXd columns = equations_.solve(unit);
   Matrix5d covariance = Matrix5d::Zero();

@@ -23,6 +23,7 @@ class GraphProblem {
     std::vector<PlanarPose> nodes;
     std::vector<double> slips;  // of the steps
     double scale;
+    std::vector<Eigen::Vector2d> lasting;  // errors of the fixes, in standard deviations
   };
   struct ScalePrior {
     double scale, sigma;  // sigma 0: held
@@ -38,9 +39,10 @@ class GraphProblem {
     double width;
   };
 
-  // The problem refers to steps and revisits.
+  // The problem refers to steps, revisits and fixes.
   GraphProblem(const std::vector<WhitenedStep>& steps, const std::vector<RevisitEdge>& revisits,
-               const Priors& priors, const PoseGraphOptions& options);
+               const std::vector<FixEdge>& fixes, const Priors& priors,
+               const PoseGraphOptions& options);
 
   // Throws std::runtime_error if no solution is found.
   void solve(const Terms& terms, Unknowns& at);
@@ -69,6 +71,7 @@ class GraphProblem {
   int node(std::size_t i) const { return static_cast<int>(4 * i); }  // number of its first unknown
   int slip(std::size_t step) const { return node(step) + 3; }
   int scale() const { return slip(steps_.size()); }
+  int lasting(std::size_t fix) const { return scale() + 1 + static_cast<int>(2 * fix); }
   std::size_t slip_step(std::size_t node, const WheelWay& way) const;
 
   // Half the sum of the squares, and its normal equations.
@@ -77,11 +80,14 @@ class GraphProblem {
   void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
                       double kept, double weight_of_change);
   double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);
+  double add_fix(std::size_t number, const Terms& terms, const Unknowns& at);
+  double add_lasting(std::size_t number, const Unknowns& at);
   double add_first(bool tied, const PlanarPose& at);
   Unknowns moved(const Unknowns& at, const Eigen::VectorXd& step) const;
 
   const std::vector<WhitenedStep>& steps_;
   const std::vector<RevisitEdge>& revisits_;
+  const std::vector<FixEdge>& fixes_;
   Priors priors_;
   PoseGraphOptions options_;
   std::vector<SlipTerms> slip_terms_;

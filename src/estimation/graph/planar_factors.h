@@ -1,6 +1,7 @@
 // Residuals of the pose graph, whitened, with analytic derivatives.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -97,5 +98,22 @@ inline PlanarResidual revisit_residual(const RevisitEdge& edge, double yaw_sigma
   residual.J = weight.asDiagonal() * residual.J;
   return residual;
 }
+
+// Of a fix: L^-1 (place of the antenna in map - p), with L L^T the covariance, in standard
+// deviations; and the heading less that of the fix over its standard deviation, if it has one.
+// Derivatives by the (x, y, yaw) of the node and by the slip of its step.
+struct FixResidual {
+  Eigen::Vector2d value;
+  Eigen::Matrix<double, 2, 4> J;
+  double heading = 0.0;
+  FixResidual(const FixEdge& fix, const PlanarPose& node, double slip) {
+    const PlaceAtNode antenna(node, slip, fix.at, fix.way);
+    const Eigen::LLT<Eigen::Matrix2d> root(fix.covariance);
+    value = root.matrixL().solve(antenna.place.p - fix.p);
+    J << antenna.d_node.topRows<2>(), antenna.d_slip.head<2>();
+    J = root.matrixL().solve(J).eval();
+    if (fix.yaw_sigma > 0.0) heading = wrapped(antenna.place.yaw - fix.yaw) / fix.yaw_sigma;
+  }
+};
 
 }  // namespace gprodom

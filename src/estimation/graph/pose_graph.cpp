@@ -120,6 +120,23 @@ void PoseGraph::add_revisit(const RevisitEdge& edge) {
   revisits_.push_back(edge);
 }
 
+void PoseGraph::set_fixes(std::vector<FixEdge> fixes) {
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const FixEdge& fix = fixes[i];
+    if (fix.node >= nodes_.size() || fix.before.value_or(0) > i)
+      throw std::invalid_argument(
+          "pose graph: a fix needs a node, and a fix before it, that exist");
+    if (Eigen::LLT<Eigen::Matrix2d>(fix.covariance).info() != Eigen::Success)
+      throw std::invalid_argument("pose graph: a covariance is not positive definite");
+  }
+  fixes_ = std::move(fixes);
+  lasting_.resize(fixes_.size(), Vector2d::Zero());
+}
+
+Eigen::Vector2d PoseGraph::lasting_error(std::size_t fix) const {
+  return Eigen::LLT<Eigen::Matrix2d>(fixes_[fix].covariance).matrixL() * lasting_[fix];
+}
+
 void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   if (nodes.size() != nodes_.size() || !nodes.front() || !nodes.back()) {
     throw std::invalid_argument("pose graph: the first and the newest node must stay");
@@ -159,6 +176,8 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   }
   trusted_ = std::move(trusted);
   revisits_.erase(std::remove_if(revisits_.begin(), revisits_.end(), is_removed), revisits_.end());
+  fixes_.clear();
+  lasting_.clear();
   for (RevisitEdge& edge : revisits_) {
     edge.query = number[edge.query];
     if (edge.memory != kInMap) edge.memory = number[edge.memory];
@@ -172,6 +191,8 @@ void PoseGraph::set_first_prior(const Matrix3d& covariance) {
 void PoseGraph::move(const PlanarPose& in_map_of_before) {
   first_prior_.reset();
   for (PlanarPose& node : nodes_) node = compose(in_map_of_before, node);
+  for (RevisitEdge& edge : revisits_)
+    if (edge.memory == kInMap) edge.memory_at = compose(in_map_of_before, edge.memory_at);
 }
 
 double PoseGraph::slip(std::size_t from) const {
@@ -227,8 +248,8 @@ std::optional<std::vector<bool>> PoseGraph::still_trusted(
 }
 
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
-  GraphProblem problem(steps_, revisits_, {{scale, scale_sigma}, first_prior_}, options_);
-  const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale)};
+  GraphProblem problem(steps_, revisits_, fixes_, {{scale, scale_sigma}, first_prior_}, options_);
+  const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale), lasting_};
   GraphProblem::Unknowns at = start;
   const std::vector<double> at_start = deviations(nodes_, slips_);
   // Wide kernels, which find out what is wrong among revisits that contradict each other, lead far
@@ -286,6 +307,7 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   nodes_ = at.nodes;
   slips_ = std::move(at.slips);
   scale_ = at.scale;
+  lasting_ = std::move(at.lasting);
   solution.nodes = std::move(at.nodes);
   return solution;
 }

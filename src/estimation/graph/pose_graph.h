@@ -40,6 +40,20 @@ struct PlanarStep {
   double believed_slip_sigma = 0.0;  // of the estimated slip that `measured` is already free of
 };
 
+// A position from outside: the antenna was at `p` in map. Its error is partly white, and partly a
+// Gauss-Markov process that goes on from that of another fix before it.
+struct FixEdge {
+  std::size_t node = 0;
+  PlanarPose at;  // in the node's frame: place of the antenna, heading of the robot
+  WheelWay way;   // of `at`
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();               // m
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  // m^2, map axes; of both parts
+  double white = 1.0;                                        // share of the variance
+  std::optional<std::size_t> before;  // number of the fix that its lasting error goes on from
+  double kept = 0.0;                  // correlation of the two lasting errors
+  double yaw = 0.0, yaw_sigma = 0.0;  // rad; sigma 0: no heading
+};
+
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
 struct PlanarEstimate {
@@ -96,10 +110,16 @@ class PoseGraph {
   // Throws std::invalid_argument if a node does not exist or a sigma is not positive.
   void add_revisit(const RevisitEdge& edge);
 
-  // Removes nodes together with their revisits; the other nodes keep their order. The steps to and
-  // from a removed node are combined into one, so no odometry is lost. If the yaw of a combined
-  // step is uncertain by some degrees, the step only keeps the graph connected and has no
-  // information. Throws std::invalid_argument if the first or the newest node is to be removed.
+  // Replaces all fixes. They tie the graph to their frame once its first node has a prior. Throws
+  // std::invalid_argument if a node or an earlier fix does not exist, or a covariance is not
+  // positive definite.
+  void set_fixes(std::vector<FixEdge> fixes);
+
+  // Removes all fixes, and nodes together with their revisits; the other nodes keep their order.
+  // The steps to and from a removed node are combined into one, so no odometry is lost. If the yaw
+  // of a combined step is uncertain by some degrees, the step only keeps the graph connected and
+  // has no information. Throws std::invalid_argument if the first or the newest node is to be
+  // removed.
   void keep_only(const std::vector<bool>& nodes);
 
   // Gauss-Newton from the last solution, first with a redescending kernel on the revisits, which
@@ -114,6 +134,9 @@ class PoseGraph {
   // In map, of the last solution; later nodes are dead reckoned from it.
   const std::vector<PlanarPose>& nodes() const { return nodes_; }
   const std::vector<RevisitEdge>& revisits() const { return revisits_; }
+  const std::vector<FixEdge>& fixes() const { return fixes_; }
+  // The lasting error of a fix in the last solution, map axes, m.
+  Eigen::Vector2d lasting_error(std::size_t fix) const;
 
   // Slip of the step that begins at a node, in the last solution; for the newest node that of the
   // last step.
@@ -129,8 +152,10 @@ class PoseGraph {
   std::vector<WhitenedStep> steps_;  // steps_[i] leads from node i to node i + 1
   std::vector<double> slips_;        // of the steps, in the last solution
   std::vector<RevisitEdge> revisits_;
-  std::vector<bool> trusted_;    // in the last solution, of the revisits that there were
-  std::optional<double> scale_;  // of the last solution
+  std::vector<bool> trusted_;  // in the last solution, of the revisits that there were
+  std::vector<FixEdge> fixes_;
+  std::vector<Eigen::Vector2d> lasting_;  // errors of the fixes, in their standard deviations
+  std::optional<double> scale_;           // of the last solution
   std::optional<FirstPrior> first_prior_;
 
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes,

@@ -89,7 +89,8 @@ void check(const Factor& factor, const NavState& a, const NavState& b) {
               numeric([&](const StateVector& d) { return residual(a, retract(b, d)); }, r.size()),
               "later state");
 
-  if (dynamic_cast<const CostFunctionFactor*>(&factor)) return;  // may be of the place itself
+  // These may be, or are, of the place itself.
+  if (dynamic_cast<const CostFunctionFactor*>(&factor) || factor.measures_place()) return;
   // Turning about gravity and shifting both states changes nothing: the global directions that
   // no factor may observe are the same vectors at every state.
   Eigen::Matrix<double, kStateDim, 4> global = Eigen::Matrix<double, kStateDim, 4>::Zero();
@@ -173,6 +174,16 @@ TEST(Factors, RevisitJacobians) {
     edge.offset_m = random.uniform(-1, 1);
     edge.lateral_m = random.uniform(-1, 1);
     check(RevisitFactor(edge), random.state(), random.state());
+  }
+}
+
+TEST(Factors, FixJacobians) {
+  Random random(9);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Matrix2d covariance = Eigen::Matrix2d{{0.04, 0.01}, {0.01, 0.09}};
+    check(
+        FixFactor(random.vector(50).head<2>(), covariance, random.vector(1), random.uniform(0, 1)),
+        random.state(), random.state());
   }
 }
 

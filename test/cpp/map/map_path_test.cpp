@@ -1,4 +1,4 @@
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 #include <gtest/gtest.h>
 

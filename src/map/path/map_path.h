@@ -96,6 +96,18 @@ class MapPath {
   // The same for a time whose distance is not known.
   Place place(TimeNs time) const;
 
+  // The robot at a time within the last seconds, to be compared with other times later on.
+  class Mark;
+  std::optional<Mark> mark(TimeNs time) const;
+  // Odometry from one to the other.
+  static PlanarStep way(const Mark& a, const Mark& b);
+  // The newest node at that time or before it (the first, if there is none), and the pose there.
+  struct MarkAtNode {
+    std::size_t node = 0;
+    PlanarPose at;
+  };
+  MarkAtNode at_node(const Mark& mark) const;
+
  private:
   struct Point {
     PathState state;
@@ -109,6 +121,21 @@ class MapPath {
   double node_spacing_m_;
   std::vector<Point> nodes_;
   std::deque<Point> recent_;  // all states of the last seconds
+};
+
+class MapPath::Mark {
+ public:
+  TimeNs time() const { return point_.state.time; }
+  double travelled() const { return point_.travelled_m; }
+  const Eigen::Vector2d& velocity() const { return velocity_; }  // of the body, body axes, m/s
+  double yaw_rate() const { return yaw_rate_; }                  // rad/s
+
+ private:
+  friend class MapPath;
+  Mark(const Point& point, const PlanarPose& way, double seconds);
+  Point point_;
+  Eigen::Vector2d velocity_;
+  double yaw_rate_;
 };
 
 }  // namespace gprodom

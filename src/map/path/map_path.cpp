@@ -1,4 +1,4 @@
-#include "map/map_path.h"
+#include "map/path/map_path.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -160,6 +160,42 @@ double MapPath::distance_at(TimeNs time) const {
   const double share = static_cast<double>(time - a.state.time) /
                        static_cast<double>(next->state.time - a.state.time);
   return a.distance_m + share * (next->distance_m - a.distance_m);
+}
+
+// way: driven in `seconds` about that time.
+MapPath::Mark::Mark(const Point& point, const PlanarPose& way, double seconds)
+    : point_(point), velocity_(way.p / seconds), yaw_rate_(way.yaw / seconds) {}
+
+std::optional<MapPath::Mark> MapPath::mark(TimeNs time) const {
+  if (recent_.size() < 2 || time < recent_.front().state.time || time > recent_.back().state.time)
+    return std::nullopt;
+  const auto next = std::partition_point(recent_.begin(), recent_.end() - 1,
+                                         [time](const Point& p) { return p.state.time <= time; });
+  const Point &a = *(next - 1), &b = *next;
+  const double seconds = to_seconds(b.state.time - a.state.time);
+  const double share = to_seconds(time - a.state.time) / seconds;
+  const auto mean = [share](const auto& from, const auto& to) {
+    return from + share * (to - from);
+  };
+  const PlanarPose way = way_between(a.state, b.state);
+  Point point = a;  // in odom as `a` has it
+  point.state.time = time;
+  point.state.pose = compose(a.state.pose, {share * way.p, share * way.yaw});
+  point.state.covariance = a.state.covariance + share * (b.state.covariance - a.state.covariance);
+  point.state.d_scale = a.state.d_scale + share * (b.state.d_scale - a.state.d_scale);
+  point.distance_m = mean(a.distance_m, b.distance_m);
+  point.travelled_m = mean(a.travelled_m, b.travelled_m);
+  point.slip_m = mean(a.slip_m, b.slip_m);
+  point.believed_slip_m = mean(a.believed_slip_m, b.believed_slip_m);
+  return Mark(point, way, seconds);
+}
+
+PlanarStep MapPath::way(const Mark& a, const Mark& b) { return step(a.point_, b.point_); }
+
+MapPath::MarkAtNode MapPath::at_node(const Mark& mark) const {
+  const std::size_t after = nodes_until(mark.time());
+  const std::size_t node = after == 0 ? 0 : after - 1;
+  return {node, way_between(nodes_[node].state, mark.point_.state)};
 }
 
 void MapPath::keep_only(const std::vector<bool>& nodes) {

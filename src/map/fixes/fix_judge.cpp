@@ -1,0 +1,173 @@
+#include "map/fixes/fix_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace gprodom {
+namespace {
+
+constexpr std::size_t kSessionsBack = 4;  // that a fix may go on
+// Fixes in a row over so many metres make a session, and two over so many seconds.
+constexpr std::size_t kWhole = 3;
+constexpr double kWholeMetres = 1.0, kWholeSeconds = 5.0;
+constexpr double kPairMetres = 10.0;  // so far apart, two fixes agree by no chance
+// Trusted fixes give way to others, which contradict them, of so many times their weight.
+constexpr double kOutweighs = 3.0;
+
+// The newest of a row, then half as far back from the end to the beginning, and so on: some of all
+// ages.
+std::vector<std::size_t> of_all_ages(std::size_t count) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t back = 1; back <= count; back *= 2) chosen.push_back(count - back);
+  if (count > 0 && chosen.back() != 0) chosen.push_back(0);
+  return chosen;
+}
+
+}  // namespace
+
+// With the newest ones; older ones show a drag.
+bool FixJudge::follows(const Session& session, std::size_t fix, const ScaleKnown& scale) const {
+  const std::vector<std::size_t>& members = session.members;
+  std::size_t tried = 0, agreeing = 0;
+  for (auto last = members.rbegin(); last != members.rend() && tried < 3; ++last, ++tried)
+    if (agree(all_[*last], all_[fix], scale)) ++agreeing;
+  return 2 * agreeing > tried;
+}
+
+bool FixJudge::drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const {
+  const std::vector<std::size_t>& members = session.members;
+  std::size_t against = 0;
+  for (const std::size_t i : of_all_ages(members.size())) {
+    const Anchor& older = all_[members[i]];
+    if (!agree(older, all_[fix], scale) ||
+        (i > 0 && !agree(all_[members[i / 2]], older, all_[fix], scale)))
+      ++against;
+  }
+  return against >= 2;
+}
+
+// Leaves what is older than the newest member that the fix contradicts. What follows that one was
+// dragged along, and begins a session of its own.
+void FixJudge::cut(std::size_t session, std::size_t fix, const ScaleKnown& scale) {
+  std::vector<std::size_t>& members = sessions_[session].members;
+  std::size_t left = 1;
+  for (std::size_t i = members.size(); i-- > 1;) {
+    if (agree(all_[members[i]], all_[fix], scale) &&
+        agree(all_[members[i / 2]], all_[members[i]], all_[fix], scale))
+      continue;
+    left = i + 1;
+    break;
+  }
+  Session dragged;
+  dragged.members.assign(members.begin() + static_cast<std::ptrdiff_t>(left), members.end());
+  dragged.members.push_back(fix);
+  members.resize(left);
+  sessions_.push_back(std::move(dragged));
+}
+
+bool FixJudge::is_whole(const Session& session) const {
+  const Anchor& first = all_[session.members.front()];
+  const Anchor& last = all_[session.members.back()];
+  if (first.quality == FixQuality::kSurveyed) return true;
+  const double metres = last.mark.travelled() - first.mark.travelled();
+  if (session.members.size() >= 2 && metres >= kPairMetres) return true;
+  const double seconds = to_seconds(last.mark.time() - first.mark.time());
+  if (session.members.size() >= 2 && seconds >= kWholeSeconds) return true;  // as at rest
+  return session.members.size() >= kWhole && metres >= kWholeMetres;
+}
+
+double FixJudge::weight(const Session& session) const {
+  const Anchor& first = all_[session.members.front()];
+  const Anchor& last = all_[session.members.back()];
+  return static_cast<double>(session.members.size()) + last.mark.travelled() -
+         first.mark.travelled();
+}
+
+bool FixJudge::consistent(const Session& a, const Session& b, const ScaleKnown& scale) const {
+  const Session& longer = weight(a) > weight(b) ? a : b;
+  const Session& other = &longer == &a ? b : a;
+  for (const std::size_t fix : {other.members.front(), other.members.back()}) {
+    // The longer one up to it, or, if it came first, that one as a whole.
+    const auto next = std::upper_bound(longer.members.begin(), longer.members.end(), fix);
+    const auto count = static_cast<std::size_t>(next - longer.members.begin());
+    for (const std::size_t i : of_all_ages(count)) {
+      const std::size_t older = longer.members[i];
+      if (!agree(all_[older], all_[fix], scale) ||
+          (i > 0 && !agree(all_[longer.members[i / 2]], all_[older], all_[fix], scale)))
+        return false;
+    }
+    if (count > 0) continue;
+    for (const std::size_t later : {longer.members.front(), longer.members.back()})
+      if (!agree(all_[fix], all_[later], scale)) return false;
+  }
+  return true;
+}
+
+void FixJudge::judge(std::size_t number, const ScaleKnown& scale) {
+  double against = 0.0;
+  bool any = false;
+  for (std::size_t i = 0; i < sessions_.size(); ++i) {
+    if (!sessions_[i].trusted || i == number) continue;
+    any = true;
+    if (!consistent(sessions_[number], sessions_[i], scale)) against += weight(sessions_[i]);
+  }
+  const bool whole = is_whole(sessions_[number]);
+  if (against == 0.0) {
+    sessions_[number].trusted = any || whole;
+  } else if (whole && weight(sessions_[number]) > kOutweighs * against) {
+    for (std::size_t i = 0; i < sessions_.size(); ++i)
+      if (i != number && sessions_[i].trusted &&
+          !consistent(sessions_[number], sessions_[i], scale))
+        sessions_[i].trusted = false;
+    sessions_[number].trusted = true;
+  }
+}
+
+void FixJudge::add(const Anchor& anchor, const ScaleKnown& scale) {
+  const std::size_t fix = all_.size();
+  all_.push_back(anchor);
+  // Those that went on last come first: from one fix to the next the odometry hardly errs.
+  std::vector<std::size_t> open(sessions_.size());
+  std::iota(open.begin(), open.end(), std::size_t{0});
+  std::sort(open.begin(), open.end(), [this](std::size_t a, std::size_t b) {
+    return sessions_[a].members.back() > sessions_[b].members.back();
+  });
+  if (open.size() > kSessionsBack) open.resize(kSessionsBack);
+  for (const std::size_t i : open) {
+    if (!follows(sessions_[i], fix, scale)) continue;
+    if (drags(sessions_[i], fix, scale)) {
+      if (sessions_[i].trusted) trouble_ = FixTrouble::kDrag;
+      cut(i, fix, scale);
+      return;
+    }
+    sessions_[i].members.push_back(fix);
+    if (!sessions_[i].trusted) judge(i, scale);
+    if (sessions_[i].trusted) trouble_ = FixTrouble::kNone;
+    return;
+  }
+  if (!sessions_.empty() && trouble_ == FixTrouble::kNone) trouble_ = FixTrouble::kJump;
+  sessions_.push_back({{fix}, false});
+  judge(sessions_.size() - 1, scale);
+  if (sessions_.back().trusted) trouble_ = FixTrouble::kNone;
+}
+
+std::vector<Anchor> FixJudge::trusted() const {
+  std::vector<std::size_t> numbers;
+  for (const Session& session : sessions_)
+    if (session.trusted)
+      numbers.insert(numbers.end(), session.members.begin(), session.members.end());
+  std::sort(numbers.begin(), numbers.end());
+  std::vector<Anchor> anchors;
+  for (const std::size_t i : numbers) anchors.push_back(all_[i]);
+  return anchors;
+}
+
+std::size_t FixJudge::refused() const {
+  std::size_t count = 0;
+  for (const Session& session : sessions_)
+    if (!session.trusted) count += session.members.size();
+  return count;
+}
+
+}  // namespace gprodom

@@ -1,0 +1,54 @@
+// Which fixes are trusted: those that lie to each other as the odometry says. docs/anchors.md.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "map/fixes/anchor.h"
+
+namespace gprodom {
+
+// What is wrong with the newest fixes.
+enum class FixTrouble {
+  kNone,
+  kJump,      // they contradict those before
+  kDrag,      // they move away little by little
+  kRepeated,  // positions come again
+  kSwapped,   // latitude and longitude
+  kFar        // from the datum
+};
+
+class FixJudge {
+ public:
+  // In time order.
+  void add(const Anchor& anchor, const ScaleKnown& scale);
+
+  // Trusted now, in time order. One that was trusted may be refused later, and the other way round.
+  std::vector<Anchor> trusted() const;
+  std::size_t refused() const;
+
+  // Of the newest fix.
+  FixTrouble trouble() const { return trouble_; }
+
+ private:
+  // Fixes in a row that agree with each other.
+  struct Session {
+    std::vector<std::size_t> members;
+    bool trusted = false;
+  };
+
+  bool follows(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
+  bool drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
+  void cut(std::size_t session, std::size_t fix, const ScaleKnown& scale);
+  void judge(std::size_t session, const ScaleKnown& scale);
+  bool consistent(const Session& a, const Session& b, const ScaleKnown& scale) const;
+  bool is_whole(const Session& session) const;
+  double weight(const Session& session) const;
+
+  std::vector<Anchor> all_;
+  std::vector<Session> sessions_;
+  FixTrouble trouble_ = FixTrouble::kNone;
+};
+
+}  // namespace gprodom
