@@ -53,6 +53,8 @@ void Pipeline::report_fixes(const FixReport& fixes) {
       trouble == FixTrouble::kJump
           ? "jump: they contradict the odometry and the fixes before; not used"
       : trouble == FixTrouble::kDrag ? "drag: they move away from where the odometry is; not used"
+      : trouble == FixTrouble::kConverged
+          ? "after an outage the first ones were off; they are taken back"
       : trouble == FixTrouble::kRepeated
           ? "positions come again that came already: the receiver, or a log, repeats them"
       : trouble == FixTrouble::kSwapped ? "latitude and longitude are swapped"

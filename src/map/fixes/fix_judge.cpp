@@ -7,6 +7,10 @@
 namespace gprodom {
 namespace {
 
+// A receiver that has found its satellites again may be metres off for so long, s; and an outage
+// is so long, at least.
+constexpr double kConverges = 30.0, kOutage = 3.0;
+constexpr double kTold = 2.0;             // s; STATUS comes once a second
 constexpr std::size_t kSessionsBack = 4;  // that a fix may go on
 // Fixes in a row over so many metres make a session, and two over so many seconds.
 constexpr std::size_t kWhole = 3;
@@ -47,8 +51,21 @@ bool FixJudge::drags(const Session& session, std::size_t fix, const ScaleKnown& 
   return against >= 2;
 }
 
+// Whether the fix contradicts nothing but the first members of a session that began with an outage.
+bool FixJudge::converges(const Session& session, std::size_t fix, const ScaleKnown& scale) const {
+  const std::vector<std::size_t>& members = session.members;
+  if (!session.after_outage) return false;
+  const TimeNs settled = all_[members.front()].mark.time() + from_seconds(kConverges);
+  const auto later = std::partition_point(
+      members.begin(), members.end(), [&](std::size_t i) { return all_[i].mark.time() < settled; });
+  return all_[fix].mark.time() < settled + from_seconds(kConverges) &&
+         std::all_of(later, members.end(),
+                     [&](std::size_t i) { return agree(all_[i], all_[fix], scale); });
+}
+
 // Leaves what is older than the newest member that the fix contradicts. What follows that one was
-// dragged along, and begins a session of its own.
+// dragged along, and begins a session of its own. Only after an outage it is the older part that
+// was wrong.
 void FixJudge::cut(std::size_t session, std::size_t fix, const ScaleKnown& scale) {
   std::vector<std::size_t>& members = sessions_[session].members;
   std::size_t left = 1;
@@ -60,6 +77,10 @@ void FixJudge::cut(std::size_t session, std::size_t fix, const ScaleKnown& scale
     break;
   }
   Session dragged;
+  if (converges(sessions_[session], fix, scale)) {
+    dragged.trusted = sessions_[session].trusted;
+    sessions_[session].trusted = false;
+  }
   dragged.members.assign(members.begin() + static_cast<std::ptrdiff_t>(left), members.end());
   dragged.members.push_back(fix);
   members.resize(left);
@@ -127,29 +148,41 @@ void FixJudge::judge(std::size_t number, const ScaleKnown& scale) {
 void FixJudge::add(const Anchor& anchor, const ScaleKnown& scale) {
   const std::size_t fix = all_.size();
   all_.push_back(anchor);
+  const bool begins =
+      fix == 0 || to_seconds(anchor.mark.time() - all_[fix - 1].mark.time()) > kOutage;
   // Those that went on last come first: from one fix to the next the odometry hardly errs.
   std::vector<std::size_t> open(sessions_.size());
   std::iota(open.begin(), open.end(), std::size_t{0});
   std::sort(open.begin(), open.end(), [this](std::size_t a, std::size_t b) {
     return sessions_[a].members.back() > sessions_[b].members.back();
   });
-  if (open.size() > kSessionsBack) open.resize(kSessionsBack);
+  open.resize(begins ? 0 : std::min(open.size(), kSessionsBack));
   for (const std::size_t i : open) {
     if (!follows(sessions_[i], fix, scale)) continue;
     if (drags(sessions_[i], fix, scale)) {
-      if (sessions_[i].trusted) trouble_ = FixTrouble::kDrag;
+      if (sessions_[i].trusted)
+        tell(converges(sessions_[i], fix, scale) ? FixTrouble::kConverged : FixTrouble::kDrag,
+             anchor.mark.time());
       cut(i, fix, scale);
       return;
     }
     sessions_[i].members.push_back(fix);
     if (!sessions_[i].trusted) judge(i, scale);
-    if (sessions_[i].trusted) trouble_ = FixTrouble::kNone;
+    tell(sessions_[i].trusted || !is_whole(sessions_[i]) ? FixTrouble::kNone : FixTrouble::kJump,
+         anchor.mark.time());
     return;
   }
-  if (!sessions_.empty() && trouble_ == FixTrouble::kNone) trouble_ = FixTrouble::kJump;
-  sessions_.push_back({{fix}, false});
+  if (!begins && trouble_ == FixTrouble::kNone) tell(FixTrouble::kJump, anchor.mark.time());
+  sessions_.push_back({{fix}, false, begins});
   judge(sessions_.size() - 1, scale);
-  if (sessions_.back().trusted) trouble_ = FixTrouble::kNone;
+  if (sessions_.back().trusted) tell(FixTrouble::kNone, anchor.mark.time());
+}
+
+// A trouble that is over is told until STATUS has come once.
+void FixJudge::tell(FixTrouble trouble, TimeNs now) {
+  if (trouble == FixTrouble::kNone && now - told_ < from_seconds(kTold)) return;
+  if (trouble != FixTrouble::kNone) told_ = now;
+  trouble_ = trouble;
 }
 
 std::vector<Anchor> FixJudge::trusted() const {
@@ -159,6 +192,7 @@ std::vector<Anchor> FixJudge::trusted() const {
       numbers.insert(numbers.end(), session.members.begin(), session.members.end());
   std::sort(numbers.begin(), numbers.end());
   std::vector<Anchor> anchors;
+  anchors.reserve(numbers.size());
   for (const std::size_t i : numbers) anchors.push_back(all_[i]);
   return anchors;
 }

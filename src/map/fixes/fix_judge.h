@@ -12,11 +12,12 @@ namespace gprodom {
 // What is wrong with the newest fixes.
 enum class FixTrouble {
   kNone,
-  kJump,      // they contradict those before
-  kDrag,      // they move away little by little
-  kRepeated,  // positions come again
-  kSwapped,   // latitude and longitude
-  kFar        // from the datum
+  kJump,       // they contradict those before
+  kConverged,  // after an outage the first ones were off
+  kDrag,       // they move away little by little
+  kRepeated,   // positions come again
+  kSwapped,    // latitude and longitude
+  kFar         // from the datum
 };
 
 class FixJudge {
@@ -36,10 +37,12 @@ class FixJudge {
   struct Session {
     std::vector<std::size_t> members;
     bool trusted = false;
+    bool after_outage = false;  // or at the very begin: its first ones may still converge
   };
 
   bool follows(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   bool drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
+  bool converges(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   void cut(std::size_t session, std::size_t fix, const ScaleKnown& scale);
   void judge(std::size_t session, const ScaleKnown& scale);
   bool consistent(const Session& a, const Session& b, const ScaleKnown& scale) const;
@@ -48,7 +51,10 @@ class FixJudge {
 
   std::vector<Anchor> all_;
   std::vector<Session> sessions_;
+  void tell(FixTrouble trouble, TimeNs now);
+
   FixTrouble trouble_ = FixTrouble::kNone;
+  TimeNs told_ = 0;
 };
 
 }  // namespace gprodom

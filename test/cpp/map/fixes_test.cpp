@@ -128,6 +128,22 @@ TEST_F(Judged, AJumpIsToldAndNotUsedUntilTheyComeBack) {
   EXPECT_EQ(keeper_.refused(), 5U);
 }
 
+TEST_F(Judged, AReceiverThatConvergesAfterAnOutageIsTakenBack) {
+  drive(30, none);
+  drive(20, away);
+  const double begin = now_;
+  bool told = false;
+  for (int i = 0; i < 40; ++i) {
+    drive(1, [begin](double t) { return Vector2d(0.0, 5.0 * std::exp((begin - t) / 8)); });
+    told = told || keeper_.trouble() != FixTrouble::kNone;
+  }
+  drive(10, none);
+  EXPECT_TRUE(told);
+  EXPECT_LT(worst(), 2.0) << "of 5 m";
+  EXPECT_EQ(keeper_.trouble(), FixTrouble::kNone);
+  EXPECT_GT(keeper_.anchors().size(), 60U);
+}
+
 TEST_F(Judged, ASlowDragIsToldAndTakenBack) {
   drive(60, none);
   const double begin = now_;
