@@ -1,4 +1,4 @@
-"""Each fault of a receiver, in the middle of a drive with good fixes."""
+"""Each fault of a receiver, in the middle of a drive with good fixes: errors from its begin on."""
 
 from __future__ import annotations
 
