@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from layout import Figures
 from questions import questions
-from tables import drives, faults, head, methods, robots, slip_kinds, speed
+from tables import anchors, drives, faults, head, methods, robots, slip_kinds, speed
 
 from figures import Report
 
@@ -39,6 +39,14 @@ SECTIONS: tuple[tuple[str, str, Callable[[Figures], str]], ...] = (
         "`bench/run methods`. Mean RMSE (m) over the twelve gentle drives; `_signed` rows fuse the "
         "displacement with its sign. K is fitted on the other sequences of a scene.",
         methods,
+    ),
+    (
+        "Positions from outside",
+        "`bench/run anchors`. Fixes in the first and last tenth of the path (of the Husky: its own, a "
+        "minute withheld); error in between of the smoothed solution, m: of the shape, aligned by itself, "
+        "and placed by the fixes. Then each fault of a receiver in the middle of a drive with fixes of "
+        "3 cm: error from its begin on over that without fixes, and when `STATUS` named it.",
+        anchors,
     ),
     ("Faults", "`bench/run faults`. Error in `map` over that of the clean run.", faults),
     (

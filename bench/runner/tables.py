@@ -173,6 +173,28 @@ def faults(f: Figures) -> str:
     return text + table(["fault", "error over clean", "worst", "longest silence (s)"], rows)
 
 
+def anchors(f: Figures) -> str:
+    """What fixes give between them, and what faults of a receiver cost."""
+    between: list[Row] = []
+    against: list[Row] = []
+    for name in f.parts("anchors"):
+        for kind in f.parts("anchors", 1):
+            row = f"{name}/{kind}"
+            ratio, over = f.of("anchors", f"{row}/smoothed_ratio"), f"{row}/smoothed_over"
+            if ratio is not None:
+                keys = ("smoothed_without_m", "smoothed_m", "smoothed_placed_m", "smoothed_site_m")
+                cells = [metres(f.of("anchors", f"{row}/{key}")) for key in keys]
+                between.append([name, kind, *cells, plain(ratio)])
+            if (smoothed := f.of("anchors", over)) is not None:
+                causal, after = (f.of("anchors", f"{row}/{k}") for k in ("causal_over", "after_s"))
+                against.append([name, kind, plain(smoothed), plain(causal), plain(after, 0)])
+    if not between:
+        return ""
+    header = ["recording", "fixes", "shape, without", "with", "placed, without", "with", "shape"]
+    heads = ["recording", "fault", "afterwards", "live", "named after (s)"]
+    return table(header, between) + "\n\n" + table(heads, against)
+
+
 def speed(f: Figures) -> str:
     """Times, on the machine of the run."""
     lines: list[Row] = []
