@@ -42,10 +42,11 @@ SECTIONS: tuple[tuple[str, str, Callable[[Figures], str]], ...] = (
     ),
     (
         "Positions from outside",
-        "`bench/run anchors`. Fixes in the first and last tenth of the path (of the Husky: its own, a "
-        "minute withheld); error in between of the smoothed solution, m: of the shape, aligned by itself, "
-        "and placed by the fixes. Then each fault of a receiver in the middle of a drive with fixes of "
-        "3 cm: error from its begin on over that without fixes, and when `STATUS` named it.",
+        "`bench/run anchors`. Fixes in the first and last tenth of the path (of the Husky: its "
+        "own, a minute withheld); error in between of the smoothed solution, m: of the shape, "
+        "aligned by itself, and placed by the fixes. Then each fault of a receiver in the middle "
+        "of a drive with fixes of 3 cm: error from its begin on over that without fixes, and "
+        "when `STATUS` named it.",
         anchors,
     ),
     ("Faults", "`bench/run faults`. Error in `map` over that of the clean run.", faults),

@@ -184,13 +184,23 @@ def anchors(f: Figures) -> str:
             if ratio is not None:
                 keys = ("smoothed_without_m", "smoothed_m", "smoothed_placed_m", "smoothed_site_m")
                 cells = [metres(f.of("anchors", f"{row}/{key}")) for key in keys]
-                between.append([name, kind, *cells, plain(ratio)])
+                placed = plain(f.of("anchors", f"{row}/smoothed_site_ratio"))
+                between.append([name, kind, *cells[:2], plain(ratio), *cells[2:], placed])
             if (smoothed := f.of("anchors", over)) is not None:
                 causal, after = (f.of("anchors", f"{row}/{k}") for k in ("causal_over", "after_s"))
                 against.append([name, kind, plain(smoothed), plain(causal), plain(after, 0)])
     if not between:
         return ""
-    header = ["recording", "fixes", "shape, without", "with", "placed, without", "with", "shape"]
+    header = [
+        "recording",
+        "fixes",
+        "shape, without",
+        "with",
+        "over",
+        "placed, without",
+        "with",
+        "over",
+    ]
     heads = ["recording", "fault", "afterwards", "live", "named after (s)"]
     return table(header, between) + "\n\n" + table(heads, against)
 
