@@ -1,6 +1,7 @@
 // Mapper: positions from outside tie the graph to `site`. docs/anchors.md.
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "map/mapper.h"
@@ -14,7 +15,7 @@ constexpr double kTieYaw = 0.1;
 constexpr double kTieGroundYaw = 0.02;
 // Of the first node's pose in site, beside the fixes: nothing is known. m and rad.
 constexpr double kFreePlace = 1e4, kFreeYaw = 3.0;
-// The track has moved on, or a fix waits for its state, within the path's recent states.
+// Fixes that wait for a state as new as they are; a receiver at 100 Hz fills them in 20 s.
 constexpr std::size_t kMostFixesWaiting = 2000;
 
 }  // namespace
@@ -97,8 +98,13 @@ void Mapper::tie_to_site(const MapInput& input, MapAnswer& answer) {
   in_site.move(T);
   in_site.set_first_prior(
       Eigen::Vector3d(kFreePlace, kFreePlace, kFreeYaw).cwiseAbs2().asDiagonal());
-  const PlanarEstimate newest = in_site.solve(input.scale, input.scale_sigma).newest;
-  if (std::sqrt(newest.covariance(2, 2)) > (located_ ? kTieGroundYaw : kTieYaw)) return;
+  try {
+    const PlanarEstimate newest = in_site.solve(input.scale, input.scale_sigma).newest;
+    if (std::sqrt(newest.covariance(2, 2)) > (located_ ? kTieGroundYaw : kTieYaw)) return;
+  } catch (const std::runtime_error& error) {
+    answer.notes.emplace_back(error.what());
+    return;
+  }
   move_ground(map_, T);
   graph_ = std::move(in_site);
   move_newest(T);

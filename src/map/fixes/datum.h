@@ -16,7 +16,6 @@ class Datum {
 
   // East, north, up (m).
   Eigen::Vector3d to_site(const Geodetic& place) const;
-  Geodetic to_geodetic(const Eigen::Vector3d& in_site) const;
 
  private:
   Geodetic origin_;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "map/fixes/anchor.h"
@@ -49,12 +48,12 @@ class FixJudge {
   bool is_whole(const Session& session) const;
   double weight(const Session& session) const;
 
-  std::vector<Anchor> all_;
-  std::vector<Session> sessions_;
   void tell(FixTrouble trouble, TimeNs now);
 
+  std::vector<Anchor> all_;
+  std::vector<Session> sessions_;
   FixTrouble trouble_ = FixTrouble::kNone;
-  TimeNs told_ = 0;
+  TimeNs told_ = 0;  // time of the last trouble
 };
 
 }  // namespace gprodom

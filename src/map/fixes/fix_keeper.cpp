@@ -76,9 +76,12 @@ void FixKeeper::add(const PositionFix& fix, const MapPath::Mark& mark, const Sca
 }
 
 void FixKeeper::link() {
-  const std::size_t count = anchors_.size();
-  anchors_ = judge_.trusted();
-  changed_ = changed_ || anchors_.size() != count;
+  std::vector<Anchor> trusted = judge_.trusted();
+  changed_ = changed_ || !std::equal(trusted.begin(), trusted.end(), anchors_.begin(),
+                                     anchors_.end(), [](const Anchor& a, const Anchor& b) {
+                                       return a.mark.time() == b.mark.time();
+                                     });
+  anchors_ = std::move(trusted);
   before_.clear();
   std::map<std::pair<int, FixQuality>, std::size_t> last;
   for (std::size_t i = 0; i < anchors_.size(); ++i) {
