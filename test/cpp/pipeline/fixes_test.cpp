@@ -35,13 +35,7 @@ Driven driven(bool with_fixes, double until_s = 100.0) {
       odometry.add(*wheel);
       const double since = to_seconds(wheel->time - kDriveStart);
       if (with_fixes && ++wheels % 100 == 0 && since < until_s) {
-        const double way = wheel->distance_m / 1.01;
-        PositionFix fix;
-        fix.time = wheel->time;
-        fix.position << 100 + way * std::cos(1.0), 50 + way * std::sin(1.0), 0.0;
-        fix.covariance = 4e-4 * Eigen::Matrix3d::Identity();
-        fix.quality = FixQuality::kSurveyed;
-        odometry.add(fix);
+        odometry.add(fix_at(*wheel));
       }
     }
     take(odometry.step());

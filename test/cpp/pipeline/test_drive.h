@@ -63,4 +63,16 @@ inline std::vector<Input> there_and_back(unsigned seed) {
   return inputs;
 }
 
+// Where the drive was when that wheel message came, exactly: in site it goes from (100, 50) towards
+// (cos 1, sin 1).
+inline PositionFix fix_at(const WheelSample& wheel) {
+  const double way = wheel.distance_m / 1.01;
+  PositionFix fix;
+  fix.time = wheel.time;
+  fix.position << 100 + way * std::cos(1.0), 50 + way * std::sin(1.0), 0.0;
+  fix.covariance = 4e-4 * Eigen::Matrix3d::Identity();
+  fix.quality = FixQuality::kSurveyed;
+  return fix;
+}
+
 }  // namespace gprodom
