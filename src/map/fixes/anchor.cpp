@@ -18,7 +18,6 @@ constexpr double kPathError = 0.1, kPathErrorLasts = 10.0;
 constexpr double kCodeErrorLasts = 100.0, kWhiteOfCode = 0.05, kWhiteOfFixed = 0.5;
 constexpr double kDelaySigma = 0.05;   // s; receivers on a serial line stamp when a position comes
 constexpr double kGate = 4.0;          // standard deviations of a difference that no error explains
-constexpr double kSlipLasts = 20.0;    // s, as slip_model.h has it
 constexpr double kLeastSigma = 0.005;  // m; of a fix: nobody knows a place on a robot better
 
 // From the antenna at a to that at b, in the body's axes at a, with its covariance.
@@ -56,7 +55,7 @@ Way way_between(const Anchor& a, const Anchor& b, const ScaleKnown& scale) {
   const Vector2d lever = Eigen::Rotation2Dd(way.yaw) * b.lever_arm.head<2>();
   way.v = moved + lever - a.lever_arm.head<2>();
   // Slips come and go: those of a long way are many, and partly cancel.
-  const double slips = std::max(1.0, step.seconds / (2 * kSlipLasts));
+  const double slips = std::max(1.0, step.seconds / (2 * SlipModel{}.lasts_s));
   const Vector2d slipped = step.slip_sigma / std::sqrt(slips) * moved;
   const Vector2d scaled = scale.sigma * step.d_scale.head<2>();
   const Eigen::Matrix2d R = Eigen::Rotation2Dd(way.yaw).toRotationMatrix();
