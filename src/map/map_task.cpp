@@ -172,7 +172,8 @@ MapTask::Work MapTask::joined(Work earlier, Work later) {
     }
   }
   for (; inputs.size() > kMostInputs; inputs.erase(inputs.begin())) {
-    late_.dropped += inputs.front().traces.size() + inputs.front().revisits.size();
+    late_.dropped +=
+        inputs.front().traces.size() + inputs.front().revisits.size() + inputs.front().fixes.size();
     if (!inputs[1].told) inputs[1].told = inputs.front().told;
   }
   append(std::move(later.savings), earlier.savings);

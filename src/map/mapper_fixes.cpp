@@ -93,7 +93,7 @@ void Mapper::tie_to_site(const MapInput& input, MapAnswer& answer) {
   }
   const auto fit = fit_site(pairs);
   if (!fit || path_.nodes() < 2) return;
-  const PlanarPose& T = fit->site_from_track;
+  const PlanarPose& T = *fit;
   PoseGraph in_site = *graph_;
   in_site.move(T);
   in_site.set_first_prior(

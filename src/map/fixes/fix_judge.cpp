@@ -12,11 +12,13 @@ namespace {
 constexpr double kConverges = 30.0, kOutage = 3.0;
 constexpr double kTold = 2.0;             // s; STATUS comes once a second
 constexpr std::size_t kSessionsBack = 4;  // that a fix may go on
-// Fixes in a row over so many metres make a session, and two over so many seconds.
+// So many fixes over so many metres make a session whole: enough for a distance and an angle beyond
+// what errors of a metre's path leave. Or two over so many seconds, as of a robot at rest.
 constexpr std::size_t kWhole = 3;
 constexpr double kWholeMetres = 1.0, kWholeSeconds = 5.0;
 constexpr double kPairMetres = 10.0;  // so far apart, two fixes agree by no chance
-// Trusted fixes give way to others, which contradict them, of so many times their weight.
+// Trusted fixes give way to others, which contradict them, of so many times their weight: which
+// side of a jump is right, nothing tells, so the earlier one stays until it is clearly outnumbered.
 constexpr double kOutweighs = 3.0;
 
 // The newest of a row, then half as far back from the end to the beginning, and so on: some of all

@@ -9,7 +9,7 @@ namespace gprodom {
 namespace {
 
 // An anchor is kept after so many metres, or so many seconds at one place.
-constexpr double kEvery = 0.5, kEverySeconds = 10.0;
+constexpr double kEvery = kNodeSpacing, kEverySeconds = 10.0;
 // Standard deviation of the antenna's place on the robot, m, if it was told and if it was not.
 constexpr double kToldArm = 0.02, kUntoldArm = 0.5;
 // m; no site reaches further from its datum.
@@ -91,7 +91,7 @@ void FixKeeper::link() {
   }
 }
 
-std::optional<SiteFit> fit_site(const std::vector<PlacePair>& pairs) {
+std::optional<PlanarPose> fit_site(const std::vector<PlacePair>& pairs) {
   double sum = 0.0;
   Eigen::Vector2d track = Eigen::Vector2d::Zero(), site = Eigen::Vector2d::Zero();
   for (const PlacePair& pair : pairs) {
@@ -118,9 +118,9 @@ std::optional<SiteFit> fit_site(const std::vector<PlacePair>& pairs) {
     information += told;
   }
   if (!(information > 0.0) || turn.isZero()) return std::nullopt;
-  SiteFit fit;
-  fit.site_from_track.yaw = std::atan2(turn.y(), turn.x());
-  fit.site_from_track.p = site - Eigen::Rotation2Dd(fit.site_from_track.yaw) * track;
+  PlanarPose fit;
+  fit.yaw = std::atan2(turn.y(), turn.x());
+  fit.p = site - Eigen::Rotation2Dd(fit.yaw) * track;
   return fit;
 }
 

@@ -56,11 +56,6 @@ class FixKeeper {
   FixTrouble trouble_ = FixTrouble::kNone;
 };
 
-// How a track lies in site: from places of the antenna in both, by least squares.
-struct SiteFit {
-  PlanarPose site_from_track;
-};
-
 // One place: in the frame of the track, in site, its standard deviation in one direction, and the
 // heading in site, if the fix has one.
 struct PlacePair {
@@ -71,7 +66,8 @@ struct PlacePair {
   double heading_sigma = 0.0;
 };
 
-// Nothing where they do not tell the heading.
-std::optional<SiteFit> fit_site(const std::vector<PlacePair>& pairs);
+// How the track's frame lies in site, by least squares. Nothing where the places do not tell the
+// heading.
+std::optional<PlanarPose> fit_site(const std::vector<PlacePair>& pairs);
 
 }  // namespace gprodom

@@ -28,12 +28,12 @@ TEST(Fixes, FitTellsHowTheTrackLiesInSite) {
     pairs.push_back({{p, 0.0}, compose(site_from_track, {p, 0.0}).p, 0.1, std::nullopt, 0.0});
   const auto fit = fit_site(pairs);
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->site_from_track.yaw, 2.5, 1e-12);
-  EXPECT_TRUE(fit->site_from_track.p.isApprox(site_from_track.p, 1e-12));
+  EXPECT_NEAR(fit->yaw, 2.5, 1e-12);
+  EXPECT_TRUE(fit->p.isApprox(site_from_track.p, 1e-12));
   pairs.resize(1);
   EXPECT_FALSE(fit_site(pairs)) << "one place has no direction";
   pairs[0].heading = 2.6, pairs[0].heading_sigma = 0.05;
-  EXPECT_NEAR(fit_site(pairs)->site_from_track.yaw, 2.6, 1e-12) << "by its heading";
+  EXPECT_NEAR(fit_site(pairs)->yaw, 2.6, 1e-12) << "by its heading";
 }
 
 // A drive at 0.5 m/s along a bend of 20 m radius, its odometry 1 % too long, and fixes each second.

@@ -21,13 +21,6 @@ using Sensor = std::function<Vector3d(const Vector3d&)>;  // what it makes of a 
 
 constexpr double kRound_s = 6.0;
 
-Config without_radar() {
-  Config config = default_config();
-  config.gpr.enabled = false;
-  config.graph.enabled = false;
-  return config;
-}
-
 struct Driven {
   std::optional<double> start_s;
   double worst_m = 0.0;  // error of the position

@@ -8,6 +8,7 @@
 
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
+#include "pipeline/test_drive.h"
 
 namespace gprodom {
 namespace {
@@ -20,13 +21,6 @@ constexpr double kSpeed = 0.5;    // m/s
 constexpr double kYawRate = 0.2;  // rad/s, to the left
 constexpr double kTurn = 6.0;     // s
 constexpr double kTurnsIn = 0.5;  // s
-
-Config without_radar() {
-  Config config = default_config();
-  config.gpr.enabled = false;
-  config.graph.enabled = false;
-  return config;
-}
 
 struct Driven {
   std::vector<OdometryEstimate> odometry;

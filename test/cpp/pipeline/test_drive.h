@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gpr/synthetic_ground.h"
+#include "gprodom/config.h"
 #include "gprodom/input.h"
 
 namespace gprodom {
@@ -26,6 +27,13 @@ inline std::vector<Input> standing(double seconds, TimeNs start = kDriveStart) {
     inputs.push_back(WheelSample{imu.time, 0.0});
   }
   return inputs;
+}
+
+inline Config without_radar() {
+  Config config = default_config();
+  config.gpr.enabled = false;
+  config.graph.enabled = false;
+  return config;
 }
 
 // A robot that stands for 3 s, drives straight ahead for 15 s and, after 2 s, the same way back,
