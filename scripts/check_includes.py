@@ -227,19 +227,10 @@ def faults_of(path: Path) -> list[str]:
 
 def table() -> str:
     """The rooms as docs/architecture.md shows them."""
-    lines = [
-        "| folder of `src/` | holds | knows nothing of | may include |",
-        "| --- | --- | --- | --- |",
+    lines = ["| folder of `src/` | holds | knows nothing of |", "| --- | --- | --- |"]
+    lines += [
+        f"| `{name}` | {room.holds} | {room.knows_nothing_of} |" for name, room in ROOMS.items()
     ]
-    for name, room in ROOMS.items():
-        whole = set(GPR) <= set(room.includes)
-        includes = [other for other in room.includes if not (whole and other in GPR)]
-        includes = ["gpr/*" if whole and other == "gpr" else other for other in includes]
-        if name == "gpr":
-            includes.append("gpr/*")
-        lines.append(
-            f"| `{name}` | {room.holds} | {room.knows_nothing_of} | {' '.join(includes)} |"
-        )
     return "\n".join(lines) + "\n"
 
 
