@@ -7,7 +7,7 @@ namespace gprodom {
 namespace {
 
 // Errors of a revisit over those that its match foretells: what tracks 20 cm apart on real ground
-// showed (docs/revisit.md, "Search").
+// showed (docs/revisit.md, "Variance").
 constexpr double kSigmaFactor = 1.7;
 
 constexpr double kChosenFrom = 15.0;  // changes; a hypothesis has the best of them
