@@ -221,8 +221,7 @@ std::string section_description(const std::string& section) {
       {"gpr.coherence", "Distance from the decay of trace similarity (front end motion)."},
       {"graph", "Loop closure: trace memory, revisits, and the track in map."},
       {"anchor",
-       "Positions from outside: GNSS, total station, surveyed markers. The estimate does not use "
-       "them yet."},
+       "Positions from outside: GNSS, total station, surveyed markers. They tie map to site."},
       {"state", "What is saved for the next run."},
       {"logging", "The daemon's log."},
       {"paper",

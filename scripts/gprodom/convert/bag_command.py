@@ -42,8 +42,8 @@ of a fitting type is used:
            is an antenna; its id is that in the messages' antenna_id, where every topic has its own,
            else 0, 1, ... in the order given
   --fix    sensor_msgs/NavSatFix, or PoseWithCovarianceStamped of geometry_msgs (its frame is taken
-           for site): positions from outside, which the estimator checks and counts so far. Only
-           what is named; several make antennas 0, 1, ... of anchor.antennas
+           for site): positions from outside, which tie the estimate to site. Only what is named;
+           several make antennas 0, 1, ... of anchor.antennas
 
 If the bag has several, the error lists them, and you must name one. `--gpr none` and `--truth none`
 leave them out. A ROS 2 bag is given by its folder, or by its one .mcap or .db3 file.

@@ -31,8 +31,8 @@ place in body is in anchor.antennas). MARKERS is a CSV with a line of names:
 from and to are the times between which the robot stood there: seconds since 1970, or a date such as
 2026-05-12T10:30:00 (UTC). A marker that was visited twice has two lines.
 
-  --fixes    writes a copy of LOG with a fix of quality `surveyed` for each visit, in its middle;
-             for an estimate that is tied to the markers (the estimator does not use fixes yet)
+  --fixes    writes a copy of LOG with a fix of quality `surveyed` for each visit, in its middle:
+             its estimate is then tied to the markers
   otherwise  LOG has an estimate: prints how far it is from each marker (estimate less marker; mean
              over the visit), and --picture draws it. It is compared in site, as a map is that
              fixes have tied; --align se2 turns and moves it first, for one that is not
