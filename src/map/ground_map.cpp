@@ -109,6 +109,8 @@ GroundMap GroundMap::part(const std::vector<gpr::MemoryRange>& ranges) const {
     }
     before += range.size();
   }
+  for (const auto& [map, datum] : datums)
+    if (part.holds(map)) part.datums.emplace(map, datum);
   if (memory.sessions().empty()) {
     part.version = 1;
     for (const gpr::MemoryRange& piece : pieces) restore_features(piece, part.memory);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "base/trace_format.h"
 #include "estimation/graph/pose_graph.h"
 #include "gpr/revisit/trace_memory.h"
+#include "map/fixes/map_datum.h"
 
 namespace gprodom {
 
@@ -64,6 +66,7 @@ struct GroundMap {
   }
   std::vector<KnownPlace> places;      // in the order of their columns
   std::vector<SessionOrigin> origins;  // of the memory's sessions
+  std::map<int, MapDatum> datums;      // of the maps that fixes have tied to site, by their numbers
 
   // Of the file that this was read from, its identity; 0: it has changed since, or is new. Parents
   // are the identities of the files from which this was made.

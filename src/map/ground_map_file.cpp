@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -23,9 +24,20 @@ using gpr::PatchFilter;
 using gpr::TraceMemory;
 
 const std::string kKind = "gprodom ground map ";
-constexpr int kNewest = 4;
+constexpr int kNewest = 5;
+constexpr int kWithoutDatum = 4;  // what is in no site is written so, for programs that know no 5
 
 std::string title(int version) { return kKind + std::to_string(version); }
+
+// Those of the maps that have places.
+std::map<int, MapDatum> datums_of(const GroundMap& ground, const std::vector<KnownPlace>& places) {
+  std::map<int, MapDatum> datums;
+  for (const KnownPlace& place : places) {
+    const auto datum = ground.datums.find(place.map);
+    if (datum != ground.datums.end()) datums.insert(*datum);
+  }
+  return datums;
+}
 
 void put(const PatchFilter& filter, ByteWriter& out) {
   const LearntPatchFilter& learnt = filter.learnt();
@@ -129,6 +141,7 @@ Pieces get_pieces(ByteReader& in, GroundMap& ground) {
     pieces.sessions = get_sessions(in, ground);
     pieces.runs = get_runs(in, pieces.sessions.front().rows());
     ground.places = get_places(in);
+    if (ground.version > kWithoutDatum) ground.datums = get_datums(in);
   }
   in.expect_end();
   return pieces;
@@ -161,16 +174,26 @@ void append(const gpr::StoredRun& more, gpr::StoredRun& run) {
   run.levels = std::move(levels);
 }
 
-const std::string kNewestTitle = "gprodom newest ground 1";
+// As with whole files, the later version is that with a datum.
+const std::string kNewestTitle = "gprodom newest ground 1",
+                  kNewestWithDatum = "gprodom newest ground 2";
+
+bool has_datum(std::string_view newest) {
+  return newest.substr(0, kNewestWithDatum.size()) == kNewestWithDatum;
+}
+
+ByteReader newest_reader(const std::string& name, std::string_view bytes) {
+  return {name, bytes, has_datum(bytes) ? kNewestWithDatum : kNewestTitle};
+}
 
 // Exchanges what has changed since the whole file was written. The ground is that of no file then.
-void get_newest(ByteReader& in, GroundMap& ground, Pieces& pieces) {
+void get_newest(ByteReader& in, bool with_datum, GroundMap& ground, Pieces& pieces) {
   in.get<std::uint64_t>();  // the file's identity
   const auto columns = in.get<std::uint64_t>(), columns_before = in.get<std::uint64_t>();
   const bool continues = in.get<std::uint8_t>() != 0;
   std::vector<KnownPlace> places = std::move(ground.places);
   const TraceFormat format = ground.format;
-  ground.version = kNewest;
+  ground.version = with_datum ? kNewest : kWithoutDatum;
   ground.origins.clear();
   Pieces newest = get_pieces(in, ground);
   const bool same =
@@ -198,10 +221,13 @@ std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& pla
   put_format(ground, out);
   put_descent(ground, out);
   out.put(static_cast<std::uint8_t>(memory.filter().has_value()));
-  if (!memory.filter()) return out.sealed(title(kNewest));
+  if (!memory.filter()) return out.sealed(title(kWithoutDatum));
   put_sessions(ground, out);
   put_runs(ground, memory.kept().first, out);
   put_places(places, memory.kept().first, out);
+  const std::map<int, MapDatum> datums = datums_of(ground, places);
+  if (datums.empty()) return out.sealed(title(kWithoutDatum));
+  put_datums(datums, out);
   return out.sealed(title(kNewest));
 }
 
@@ -224,11 +250,14 @@ std::string newest_to_bytes(const GroundMap& ground, const std::vector<KnownPlac
   std::copy_if(places.begin(), places.end(), std::back_inserter(newest),
                [drive](const KnownPlace& place) { return place.column >= drive; });
   put_places(newest, saved.first, out);
-  return out.sealed(kNewestTitle);
+  const std::map<int, MapDatum> datums = datums_of(ground, places);
+  if (datums.empty()) return out.sealed(kNewestTitle);
+  put_datums(datums, out);
+  return out.sealed(kNewestWithDatum);
 }
 
 std::uint64_t base_of_newest(const std::string& name, std::string_view bytes) {
-  return ByteReader(name, bytes, kNewestTitle).get<std::uint64_t>();
+  return newest_reader(name, bytes).get<std::uint64_t>();
 }
 
 std::string newest_of(const std::string& path) {
@@ -258,7 +287,7 @@ bool descends(const GroundHead& ground, const GroundHead& file) {
 namespace {
 
 // newest: what was added to the file since, if any.
-GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest,
+GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest, bool with_datum,
                const gpr::TraceMemoryOptions& options) {
   GroundMap ground(options);
   ground.version = version;
@@ -268,7 +297,7 @@ GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest,
       get_ground_1(in, ground);
     } else {
       Pieces pieces = get_pieces(in, ground);
-      if (newest) get_newest(*newest, ground, pieces);
+      if (newest) get_newest(*newest, with_datum, ground, pieces);
       restore(last, std::move(pieces), ground);
     }
   } catch (const std::invalid_argument& error) {
@@ -283,7 +312,7 @@ GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest,
 GroundMap ground_map_from(const std::string& name, std::string_view bytes,
                           const gpr::TraceMemoryOptions& options) {
   const int version = version_of(name, bytes);
-  return made(ByteReader(name, bytes, title(version)), version, std::nullopt, options);
+  return made(ByteReader(name, bytes, title(version)), version, std::nullopt, false, options);
 }
 
 std::optional<GroundMap> read_ground_map(const std::string& path,
@@ -297,11 +326,11 @@ std::optional<GroundMap> read_ground_map(const std::string& path,
   try {
     if (version > 1 && read_whole(beside, newest) &&
         base_of_newest(beside, newest) == whole.checksum())
-      return made(whole, version, ByteReader(beside, newest, kNewestTitle), options);
+      return made(whole, version, newest_reader(beside, newest), has_datum(newest), options);
   } catch (const FileError& error) {
     notices.emplace_back(error.what());
   }
-  return made(whole, version, std::nullopt, options);
+  return made(whole, version, std::nullopt, false, options);
 }
 
 }  // namespace gprodom

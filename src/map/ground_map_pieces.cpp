@@ -1,5 +1,6 @@
 #include "map/ground_map_pieces.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -215,6 +216,47 @@ void expect_places(const ByteReader& in, const GroundMap& ground) {
     if (!sound) in.refuse("a place of it makes no sense");
     last = place.column;
   }
+}
+
+void put_datums(const std::map<int, MapDatum>& datums, ByteWriter& out) {
+  out.put(static_cast<std::uint32_t>(datums.size()));
+  for (const auto& [map, datum] : datums) {
+    out.put(static_cast<std::int32_t>(map));
+    for (const double x : {datum.pose.p.x(), datum.pose.p.y(), datum.z, datum.pose.yaw}) out.put(x);
+    out.put_all(datum.covariance.data(), static_cast<std::size_t>(datum.covariance.size()));
+    out.put(static_cast<std::uint8_t>(datum.origin.has_value()));
+    if (datum.origin) out.put_all(datum.origin->data(), 3);
+  }
+}
+
+static MapDatum get_datum(ByteReader& in) {
+  MapDatum datum;
+  for (double* x : {&datum.pose.p.x(), &datum.pose.p.y(), &datum.z, &datum.pose.yaw})
+    *x = get_finite(in, "a place in site");
+  in.get_all(datum.covariance.data(), static_cast<std::size_t>(datum.covariance.size()));
+  const bool sound = datum.covariance.allFinite() &&
+                     datum.covariance.isApprox(datum.covariance.transpose()) &&
+                     datum.covariance.llt().info() == Eigen::Success;
+  if (!sound) in.refuse("the covariance of a place in site makes no sense");
+  if (in.get<std::uint8_t>() == 0) return datum;
+  Geodetic origin;
+  in.get_all(origin.data(), 3);
+  // A longitude is wanted in no particular turn; a height is that of something on the Earth.
+  if (!(std::abs(origin.x()) <= 90.0 && std::abs(origin.y()) <= 360.0 &&
+        std::abs(origin.z()) < 1e5))
+    in.refuse("the origin of site is no place on the Earth");
+  datum.origin = origin;
+  return datum;
+}
+
+std::map<int, MapDatum> get_datums(ByteReader& in) {
+  std::map<int, MapDatum> datums;
+  for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
+    const auto map = in.get<std::int32_t>();
+    if (map < 0 || !datums.emplace(map, get_datum(in)).second)
+      in.refuse("the numbers of its maps in site make no sense");
+  }
+  return datums;
 }
 
 }  // namespace gprodom

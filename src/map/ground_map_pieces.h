@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "base/sealed_bytes.h"
@@ -36,5 +37,9 @@ double get_finite(ByteReader& in, const char* what);
 void put_places(const std::vector<KnownPlace>& places, std::size_t begin, ByteWriter& out);
 std::vector<KnownPlace> get_places(ByteReader& in);
 void expect_places(const ByteReader& in, const GroundMap& ground);
+
+// Since version 5: where the maps lie in site.
+void put_datums(const std::map<int, MapDatum>& datums, ByteWriter& out);
+std::map<int, MapDatum> get_datums(ByteReader& in);
 
 }  // namespace gprodom

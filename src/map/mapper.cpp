@@ -49,6 +49,7 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
   origin_ = {config.gpr.lever_arm, kVersion, config.state.robot, {}};
   ground_.memory.begin_session();
   saved_end_ = end_of_before_;
+  take_datums();
   if (ground_.identity != 0) saved_ = SavedColumns{ground_.identity, 0, end_of_before_};
 }
 
@@ -118,6 +119,7 @@ void Mapper::begin_graph(const PathState& first) {
   const Eigen::Vector3d least(kOriginPositionSigma, kOriginPositionSigma, kOriginYawSigma);
   covariance.diagonal() += least.cwiseAbs2();
   graph_->set_first_prior(covariance);
+  start_covariance_ = covariance;
   newest_node_.covariance.topLeftCorner<3, 3>() = covariance;
 }
 
@@ -296,6 +298,7 @@ std::vector<KnownPlace> Mapper::places() const {
 }
 
 SavedGround Mapper::saved_ground(bool main) {
+  note_datum();
   SavedGround saved{to_bytes(ground_, places()), ground_.descent, !ground_.memory.filter(), 0};
   if (!main) return saved;
   const gpr::MemoryRange kept = ground_.memory.kept();
@@ -316,6 +319,7 @@ SavedGround Mapper::newest_ground() {
   if (kept.end == saved_end_ || ground_.memory.sessions().empty()) return {};
   if (!saved_ || kept.first > saved_->end) return saved_ground(true);
   saved_end_ = kept.end;
+  note_datum();
   return {newest_to_bytes(ground_, places(), end_of_before_, *saved_), ground_.descent, false,
           saved_->identity};
 }
@@ -323,6 +327,7 @@ SavedGround Mapper::newest_ground() {
 GroundMap Mapper::take_ground() {
   ground_.memory.end_run();
   note_origin();
+  note_datum();
   ground_.places = places();
   return std::move(ground_);
 }

@@ -205,6 +205,16 @@ class Mapper {
   void take_fixes(const MapInput& input, MapAnswer& answer);
   void place_fixes();
   FixReport fix_report() const;
+  struct SiteTie {
+    PlanarPose by;                  // moves what is in map to site
+    Eigen::Matrix3d first;          // covariance of the first node there, beside the fixes
+    std::optional<MapDatum> datum;  // of the ground that the track lies on, if that tells `by`
+  };
+  void take_datums();
+  void note_datum();
+  std::vector<PlanarPose> places_of_fixes(const PlanarPose& site_from_map) const;
+  std::optional<SiteTie> tie_by_ground() const;
+  std::optional<SiteTie> tie_by_fixes() const;
   void tie_to_site(const MapInput& input, MapAnswer& answer);
   void move_ground(int map, const PlanarPose& by);
   void move_newest(const PlanarPose& by);
@@ -242,14 +252,17 @@ class Mapper {
   std::optional<SavedColumns> saved_;  // in the last whole file
   std::size_t saved_end_ = 0;          // of the stored ground, in any file
   std::optional<Start> start_;         // until there is a state
-  int map_ = 0;                        // number of this track's map
-  bool located_ = false;               // tied to an earlier map, whose frame is `map`
-  bool moved_ = false;                 // to a map, at the start or since
+  // Of (x, y, yaw) of the first node in its map, where the track started there.
+  std::optional<Eigen::Matrix3d> start_covariance_;
+  int map_ = 0;           // number of this track's map
+  bool located_ = false;  // tied to an earlier map, whose frame is `map`
+  bool moved_ = false;    // to a map, at the start or since
   FixKeeper fixes_;
   std::deque<PositionFix> waiting_fixes_;  // for settled states, in time order
   bool fixes_changed_ = false;             // since the last solution
   bool solved_in_site_ = false;
-  bool tied_ = false;  // to site, which is `map` since
+  bool tied_ = false;         // to site, which is `map` since
+  bool keeps_datum_ = false;  // tied by that of the ground, which stays what it was
   std::optional<Candidate> candidate_;
   Locator locator_;
   std::optional<gpr::RevisitSearch> search_;

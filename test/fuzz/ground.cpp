@@ -72,8 +72,9 @@ int read_newest(const std::uint8_t* data, std::size_t size) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string title =
       title_of(to_bytes(gprodom::GroundMap(gprodom::gpr::TraceMemoryOptions()), {}));
-  static const std::string title_1 = title.substr(0, title.size() - 1) + "1";
+  static const std::string kind = title.substr(0, title.size() - 1);
   if (size == 0) return 0;
   if ((data[0] & 2) != 0) return read_newest(data + 1, size - 1);
-  return read_sealed((data[0] & 1) == 0 ? title : title_1, data + 1, size - 1, use_alone);
+  const std::string version = (data[0] & 4) != 0 ? "5" : (data[0] & 1) != 0 ? "1" : "4";
+  return read_sealed(kind + version, data + 1, size - 1, use_alone);
 }

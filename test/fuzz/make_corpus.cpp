@@ -105,6 +105,8 @@ int main(int argc, char** argv) {
   const gprodom::GroundMap ground = sound_ground();
   write(folder / "ground" / "sound", '\0' + contents(to_bytes(ground, ground.places)));
   write(folder / "ground" / "sound1", '\1' + contents(to_bytes(ground_1(), ground_1().places)));
+  const gprodom::GroundMap tied = tied_ground();
+  write(folder / "ground" / "tied", '\4' + contents(to_bytes(tied, tied.places)));
   write(folder / "ground" / "newest",
         '\2' + contents(sound_newest()).substr(sizeof(std::uint64_t)));
 }

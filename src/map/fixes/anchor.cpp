@@ -10,9 +10,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// m; error of the path of an antenna that is not the odometry's noise: side slip in bends, a body
-// that rolls, the antenna's place. It lasts as long as a bend does.
-constexpr double kPathError = 0.1, kPathErrorLasts = 10.0;
+constexpr double kPathErrorLasts = 10.0;  // s, as long as a bend does
 // Errors of code solutions last for minutes, by the atmosphere and by multipath of a robot that is
 // slow. White is a share of the variance; of fixed ambiguities half of it is the receiver's noise.
 constexpr double kCodeErrorLasts = 100.0, kWhiteOfCode = 0.05, kWhiteOfFixed = 0.5;

@@ -9,6 +9,10 @@
 
 namespace gprodom {
 
+// m; error of the path of an antenna that is not the odometry's noise: side slip in bends, a body
+// that rolls, the antenna's place.
+constexpr double kPathError = 0.1;
+
 struct Anchor {
   MapPath::Mark mark;  // the robot then
   Eigen::Vector3d p;   // of the antenna in site, m

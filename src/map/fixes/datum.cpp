@@ -17,4 +17,10 @@ Eigen::Vector3d Datum::to_site(const Geodetic& place) const {
   return in_site;
 }
 
+Geodetic Datum::to_geodetic(const Eigen::Vector3d& in_site) const {
+  Geodetic place;
+  plane_at(origin_).Reverse(in_site.x(), in_site.y(), in_site.z(), place.x(), place.y(), place.z());
+  return place;
+}
+
 }  // namespace gprodom

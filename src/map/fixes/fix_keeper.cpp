@@ -12,8 +12,6 @@ namespace {
 constexpr double kEvery = kNodeSpacing, kEverySeconds = 10.0;
 // Standard deviation of the antenna's place on the robot, m, if it was told and if it was not.
 constexpr double kToldArm = 0.02, kUntoldArm = 0.5;
-// m; no site reaches further from its datum.
-constexpr double kFarFromDatum = 2e5;
 // A position to the last digit that came already, so many metres ago, is not measured anew.
 constexpr double kRepeatedWithin = 0.5;
 constexpr std::size_t kMostRepeated = 5000;  // positions remembered
@@ -22,6 +20,10 @@ constexpr std::size_t kMostRepeated = 5000;  // positions remembered
 
 FixKeeper::FixKeeper(const AnchorConfig& config) : config_(config) {
   if (config.datum) datum_ = Datum(*config.datum);
+}
+
+void FixKeeper::suppose_origin(const Geodetic& origin) {
+  if (!datum_) datum_ = Datum(origin);
 }
 
 FixTrouble FixKeeper::place(const PositionFix& fix, Eigen::Vector3d& in_site) {

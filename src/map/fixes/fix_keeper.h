@@ -21,6 +21,9 @@ class FixKeeper {
  public:
   explicit FixKeeper(const AnchorConfig& config);
 
+  // Of site, where neither the configuration nor a fix has told it: that of an earlier track.
+  void suppose_origin(const Geodetic& origin);
+
   void add(const PositionFix& fix, const MapPath::Mark& mark, const ScaleKnown& scale);
 
   bool any() const { return !newest_.empty() || trouble_ != FixTrouble::kNone; }

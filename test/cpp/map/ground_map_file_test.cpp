@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 #include "base/sealed_bytes.h"
 #include "driven_ground.h"
@@ -208,6 +209,55 @@ TEST(GroundMapFile, VersionTwoIsReadAsOfAnUnknownRobot) {
             ground.memory.stored_run(ground.memory.kept()).levels);
   EXPECT_EQ(back.places.size(), ground.places.size());
   EXPECT_EQ(read(written(back)).version, 4);
+}
+
+MapDatum datum() {
+  MapDatum datum;
+  datum.pose = {{120.0, -40.0}, 0.3};
+  datum.z = 5.0;
+  datum.covariance = Eigen::Vector4d(0.01, 0.02, 0.5, 1e-5).asDiagonal();
+  datum.covariance(0, 3) = datum.covariance(3, 0) = 1e-4;
+  datum.origin = Geodetic(52.39, 13.06, 40.0);
+  return datum;
+}
+
+// What is in no site has the bytes that it had before there were datums.
+TEST(GroundMapFile, ADatumIsKeptAndIsAllThatMakesItVersionFive) {
+  GroundMap ground = driven(6.0);
+  const std::string without = written(ground);
+  EXPECT_EQ(without.substr(0, kSeal - 16), "gprodom ground map 4\n");
+  ground.datums[3] = datum();
+  EXPECT_EQ(written(ground), without) << "of a map that is not in the file";
+  ground.datums[0] = datum();
+  const std::string bytes = written(ground);
+  EXPECT_EQ(bytes.substr(0, kSeal - 16), "gprodom ground map 5\n");
+  EXPECT_EQ(bytes.substr(kSeal, without.size() - kSeal), without.substr(kSeal));
+  const GroundMap back = read(bytes);
+  EXPECT_EQ(back.version, 5);
+  EXPECT_EQ(written(back), bytes);
+  ASSERT_EQ(back.datums.size(), 1U);
+  const MapDatum& found = back.datums.at(0);
+  EXPECT_EQ(found.pose.p, datum().pose.p);
+  EXPECT_EQ(found.pose.yaw, 0.3);
+  EXPECT_EQ(found.z, 5.0);
+  EXPECT_EQ(found.covariance, datum().covariance);
+  EXPECT_EQ(found.origin, datum().origin);
+  EXPECT_EQ(back.part({{20, 200}}).datums.size(), 1U);
+}
+
+TEST(GroundMapFile, ADatumThatMakesNoSenseIsRefused) {
+  const auto refused = [](const std::function<void(MapDatum&)>& spoil) {
+    GroundMap ground = driven(4.5);
+    ground.datums[0] = datum();
+    spoil(ground.datums[0]);
+    EXPECT_THROW(read(written(ground)), FileError);
+  };
+  refused([](MapDatum& d) { d.pose.yaw = NAN; });
+  refused([](MapDatum& d) { d.z = HUGE_VAL; });
+  refused([](MapDatum& d) { d.covariance(1, 1) = -1.0; });
+  refused([](MapDatum& d) { d.covariance(0, 1) = 1e-3; });
+  refused([](MapDatum& d) { d.origin->x() = 91.0; });
+  refused([](MapDatum& d) { d.origin->y() = NAN; });
 }
 
 TEST(GroundMapFile, PartHoldsItsSessionsAlone) {
