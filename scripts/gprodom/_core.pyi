@@ -1015,6 +1015,13 @@ class GroundMap:
         x, y (m) of the body and number of the map at each column, from places within `reach`
         m along the track; NaN and -1 where there is none.
         """
+    def datum(self, map: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
+        """
+        How the frame of a map lies in site: x, y, z (m), yaw (rad), their covariance (4, 4);
+        origin of site (latitude, longitude in deg, height in m; None where it is not known),
+        and by it the frame's own, with the angle from east to its x axis (deg, to the left).
+        None where no fixes have tied it.
+        """
     def features_alone(self) -> GroundMap:
         """
         The same ground as version 1 has it: features, which no later filter replaces.
@@ -1023,7 +1030,8 @@ class GroundMap:
         """
         This map and another file's, its tracks joined where ground that both drove over
         proves how they lie: ground, known_m (m of the other's ground that was left out), joins
-        (of each map of the other). Raises ValueError where the files cannot be compared.
+        (of each map of the other). Where no ground proves it, maps in one site are joined
+        by their datums. Raises ValueError where the files cannot be compared.
         """
     def part(
         self,

@@ -56,6 +56,7 @@ GroundMap both_of(const GroundMap& first, const GroundMap& second) {
       place.map += maps;
       both.places.push_back(place);
     }
+    for (const auto& [map, datum] : ground->datums) both.datums.emplace(map + maps, datum);
     if (ground->identity != 0) both.parents.push_back(ground->identity);
   }
   both.memory.restore(std::move(sessions), runs);
@@ -142,11 +143,22 @@ MergedMaps merge_maps(const GroundMap& first, const GroundMap& second, const Gra
   for (int map = first.unused_map(); map < both.unused_map(); ++map) {
     if (!both.holds(map)) continue;
     const std::vector<MemoryRange> runs = runs_of(both, begin, map);
-    merged.joins.push_back({map - first.unused_map(), false, 0, joiner.join(map, runs)});
-    MapJoin& join = merged.joins.back();
-    if (!join.joined || !join.joined->proven(config)) continue;
-    join.proven = true;
+    MapJoin& join = merged.joins.emplace_back();
+    join.map = map - first.unused_map();
+    join.joined = joiner.join(map, runs);
+    join.proven = join.joined && join.joined->proven(config);
+    if (!join.proven) {
+      auto by_datum = join_by_datum(both, map, first.unused_map());
+      if (!by_datum) continue;
+      join.joined = std::move(by_datum);
+      join.proven = join.by_datum = true;
+    }
     join.into = join.joined->places.front().map;
+    if (!join.by_datum) {
+      join.check = check_datums(both, map, *join.joined);
+      const auto there = datum_of_other(both, map, *join.joined);
+      if (there) both.datums.emplace(join.into, *there);  // where it has none
+    }
     const std::vector<MemoryRange> pieces =
         new_ground(both, runs, join.joined->revisits, config.patch_length);
     kept.insert(kept.end(), pieces.begin(), pieces.end());

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gprodom/config.h"
+#include "map/datum_join.h"
 #include "map/ground_map.h"
 #include "map/map_joiner.h"
 
@@ -16,6 +17,8 @@ struct MapJoin {
   bool proven = false;                 // else it is left out
   int into = 0;                        // number of the map of the first file, if proven
   std::optional<JoinedTracks> joined;  // by poses of the body; nothing if no place was found
+  bool by_datum = false;               // proven by where both lie in site, not by ground
+  std::optional<DatumCheck> check;     // of a join by ground, where both lie in site
 };
 
 struct MergedMaps {

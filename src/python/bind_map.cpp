@@ -1,9 +1,11 @@
 // gprodom._core.GroundMap: a map file, checked and read, for `gprodom map`.
+#include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -115,6 +117,26 @@ py::list sessions(const GroundMap& ground) {
   return all;
 }
 
+py::object check_facts(const MapJoin& join) {
+  if (!join.check) return py::none();
+  return py::dict("off_m"_a = join.check->off_m, "deviations"_a = join.check->deviations,
+                  "agrees"_a = join.check->agrees());
+}
+
+// Of a map that fixes have tied to site.
+py::object datum(const GroundMap& ground, int map) {
+  const auto found = ground.datums.find(map);
+  if (found == ground.datums.end()) return py::none();
+  const MapDatum& datum = found->second;
+  py::dict facts("x"_a = datum.pose.p.x(), "y"_a = datum.pose.p.y(), "z"_a = datum.z,
+                 "yaw"_a = datum.pose.yaw, "covariance"_a = datum.covariance,
+                 "origin"_a = datum.origin, "frame"_a = py::none());
+  if (const auto frame = on_earth(datum))
+    facts["frame"] = py::make_tuple(frame->origin.x(), frame->origin.y(), frame->origin.z(),
+                                    frame->yaw * 180.0 / M_PI);
+  return facts;
+}
+
 py::dict join_facts(const MapJoin& join) {
   const JoinedTracks joined = join.joined.value_or(JoinedTracks());
   const auto trusted = std::count_if(joined.revisits.begin(), joined.revisits.end(),
@@ -127,6 +149,7 @@ py::dict join_facts(const MapJoin& join) {
       "refused"_a = joined.revisits.size() - trusted, "proven_m"_a = joined.proven_m,
       "stretch"_a = joined.change.stretch, "scale"_a = end.scale,
       "covariance"_a = std::vector<double>(covariance.data(), covariance.data() + 9),
+      "by_datum"_a = join.by_datum, "datum"_a = check_facts(join),
       "x"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.x(); }),
       "y"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.p.y(); }),
       "yaw"_a = column_of<double>(found, [](const KnownPlace& p) { return p.pose.yaw; }));
@@ -203,9 +226,15 @@ void bind_map(py::module_& module) {
            "This map and another file's, its tracks joined where ground that both drove over\n"
            "proves how they lie: ground, known_m (m of the other's ground that was left out), "
            "joins\n"
-           "(of each map of the other). Raises ValueError where the files cannot be compared.")
+           "(of each map of the other). Where no ground proves it, maps in one site are joined\n"
+           "by their datums. Raises ValueError where the files cannot be compared.")
       .def("features_alone", &GroundMap::features_alone,
            "The same ground as version 1 has it: features, which no later filter replaces.")
+      .def("datum", &datum, py::arg("map"),
+           "How the frame of a map lies in site: x, y, z (m), yaw (rad), their covariance (4, 4);\n"
+           "origin of site (latitude, longitude in deg, height in m; None where it is not known),\n"
+           "and by it the frame's own, with the angle from east to its x axis (deg, to the left).\n"
+           "None where no fixes have tied it.")
       .def("runs", &runs,
            "Stretches driven one way without a gap: columns [first, end), direction\n"
            "(-1: backwards), distance along the track at the first column, m.")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gprodom
 from gprodom.cli import main
+from gprodom.geodesy import Datum
 from gprodom.map.ground import read_map
 from gprodom.map.merge import as_text
 from gprodom.simulate.drives import drive_on_known_ground
@@ -41,6 +43,70 @@ def days(tmp_path_factory: pytest.TempPathFactory) -> Path:
     save(folder / "tuesday.map", 0, 10**14, 1.01)
     save(folder / "elsewhere.map", 3)
     return folder
+
+
+SITE = (52.3906, 13.0645, 40.0)
+
+
+def save_tied(path: Path, seed: int, day: int, place: tuple[float, float]) -> None:
+    """The map of a drive with a fix in degrees each second."""
+    pytest.importorskip("pyproj")
+    run = drive_on_known_ground(seed)
+    recording, estimator = as_recording(run), gprodom.Odometry(set=[f"anchor.datum={[*SITE]}"])
+    random, late, since = np.random.RandomState(seed), day * 10**14, 0
+    moments = np.arange(run.imu_utime[0], run.imu_utime[-1], 1_000_000)
+    for moment in [*moments.tolist(), np.iinfo(np.int64).max]:
+        told = recording.messages(since, moment)
+        for time in ("imu_time", "wheel_time", "gpr_time"):
+            told[time] = told[time] + late
+        estimator.run(**told)
+        if moment <= moments[-1]:
+            there = run.motion_at(np.array([moment]))
+            site = [there.x[0] + place[0], there.y[0] + place[1], 0.0]
+            site[:2] += 0.02 * random.standard_normal(2)
+            fix = Datum(*SITE).to_geographic(np.array([site]))[0]
+            estimator.add_fix(moment * 1000 + late, fix, 4e-4 * np.eye(3), geodetic=True)
+        since = moment
+    estimator.reset()
+    estimator.save_map(str(path))
+
+
+def test_two_days_of_one_site_need_no_ground_in_common(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_tied(tmp_path / "one.map", 0, 0, (5.0, 3.0))
+    save_tied(tmp_path / "two.map", 3, 1, (60.0, 25.0))
+    one = read_map(tmp_path / "one.map")
+    assert one.ground.version == 5
+    [facts] = [each["site"] for each in info(one.path, capsys)["maps"]]
+    assert facts["origin"] == pytest.approx(SITE) and facts["x"] == facts["y"] == 0.0
+    # m, at the origin, some metres from the track.
+    assert 0.005 < facts["sigma_m"] < 0.3 and 1e-4 < facts["sigma_yaw"] < 0.05
+    assert main(["map", "info", str(one.path)]) == 0
+    assert "site at 52.3906000, 13.0645000" in capsys.readouterr().out
+    written = tmp_path / "path.json"
+    assert main(["map", "export", str(one.path), "--geojson", str(written)]) == 0
+    assert json.loads(written.read_text())["features"]
+    capsys.readouterr()
+    assert merge(tmp_path, "one", "two", "--json") == 0
+    [join] = json.loads(capsys.readouterr().out)["joins"]
+    assert join["proven"] and join["by_datum"] and join["revisits"] == 0
+    merged = read_map(tmp_path / "merged.map")
+    two = read_map(tmp_path / "two.map")
+    assert merged.maps == [0] and merged.ground.version == 5
+    assert merged.length_m == pytest.approx(one.length_m + two.length_m)
+    for name in "xy":
+        both = np.concatenate([one.places[name], two.places[name]])
+        np.testing.assert_allclose(merged.places[name], both, atol=1e-6)
+    assert merge(tmp_path, "one", "two") == 0
+    assert "by where both lie in site" in capsys.readouterr().out
+
+
+def info(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    capsys.readouterr()
+    assert main(["map", "info", "--json", str(path)]) == 0
+    [found] = json.loads(capsys.readouterr().out)
+    return dict(found)
 
 
 def merge(folder: Path, first: str, second: str, *options: str) -> int:
@@ -92,6 +158,6 @@ def test_version_1_is_not_merged(days: Path, capsys: pytest.CaptureFixture[str])
 def test_travel_times_are_told_as_far_as_they_are_known() -> None:
     """The search begins at 0 and 5 % either way: -4 % for the same ground is what it came upon."""
     join = {"proven": True, "map": 0, "into": 0, "revisits": 30, "refused": 0, "proven_m": 9.0}
-    join |= {"sigma_m": 0.05, "longer_travel_times": -0.04}
+    join |= {"sigma_m": 0.05, "longer_travel_times": -0.04, "by_datum": False, "datum": None}
     assert "travel times alike within 5 %; its last pose is known to 5 cm" in as_text(join)
     assert "travel times about +9 % (to some 5 %)" in as_text(join | {"longer_travel_times": 0.09})

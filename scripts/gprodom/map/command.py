@@ -19,6 +19,7 @@ from gprodom.map import cut, service
 from gprodom.map import merge as merging
 from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
+from gprodom.map.site import datum_of, site_as_text
 from gprodom.map.survey_command import add_survey
 from gprodom.options import Subparsers, add_command, add_picture_output
 from gprodom.trajectory import Trajectory
@@ -32,7 +33,7 @@ before anything of it is used. Its format: docs/map_format.md.
 INFO = """\
 Prints what is in map files. What the file's version does not hold reads `not in this version`. Its
 sessions are the drives that the ground comes from. The maps of a file are tracks that were never
-tied to each other: their frames are not related.
+tied to each other: their frames are not related, unless fixes have tied them to site.
 """
 
 PLOT = """\
@@ -58,7 +59,8 @@ along which no pose is known is found by --runs and --distance alone.
 MERGE = """\
 Writes one map of two: how the tracks of SECOND lie in the maps of FIRST is found by ground that
 both drove over, and a pose graph over both places them. A join must be proven by revisits over
-several metres that agree; a map without such ground is left out, and where none is left nothing is
+several metres that agree. Without such ground a map joins one that fixes have tied to the same
+site, where both lie there surely enough; else it is left out, and where none is left nothing is
 written (exit code 1). Ground of SECOND that FIRST has is not stored again. The frame is that of
 FIRST, its poses move by what the revisits say. Both files are kept as parents. Files of version 1
 cannot be merged.
@@ -235,7 +237,6 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
         "ground": f"{found['length_m']:.1f} m in {len(found['runs'])} runs, a column every "
         f"{1000 * found['spacing_m']:.0f} mm of {found['features']} features",
         "size": f"{found['bytes']} bytes" + (f", {metres:.2f} kB/m" if metres else ""),
-        "frame": f"as the first track started; its place on Earth: {none}",
     }
     width = max(map(len, rows))
     text = "\n".join(f"{name.ljust(width)}  {value}" for name, value in rows.items()) + "\n"
@@ -244,7 +245,7 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
         sessions = enumerate(found["sessions"])
         text += "\n" + format_table(header, [_session_row(i, one) for i, one in sessions]) + "\n"
     if found["maps"]:
-        header = ["map", "from", "to", "paths", "metres", "x (m)", "y (m)"]
+        header = ["map", "from", "to", "paths", "metres", "x (m)", "y (m)", "its frame in site"]
         text += "\n" + format_table(header, [_map_row(one) for one in found["maps"]]) + "\n"
     if with_runs and found["runs"]:
         header = list(found["runs"][0])
@@ -261,7 +262,8 @@ def _session_row(number: int, one: dict[str, Any]) -> list[object]:
 def _map_row(one: dict[str, Any]) -> list[object]:
     spans = ["{:.1f} to {:.1f}".format(*one[name]) for name in ("x_m", "y_m")]
     times = [one[name][:19] for name in ("from", "to")]
-    return [one["map"], *times, one["paths"], f"{one['length_m']:.1f}", *spans]
+    site = site_as_text(one["site"])
+    return [one["map"], *times, one["paths"], f"{one['length_m']:.1f}", *spans, site]
 
 
 def run_plot(args: argparse.Namespace) -> int:
@@ -277,12 +279,12 @@ def run_export(args: argparse.Namespace) -> int:
     if not (args.geojson or args.csv):
         raise UsageError("nothing to do: give --geojson or --csv")
     file = read_map(args.file)
-    datum: Datum | None = args.datum or file.datum
+    number = file.one_map(args.map)
+    datum: Datum | None = args.datum or datum_of(file.ground, number)
     if args.geojson and datum is None:
         raise UsageError(
             "--geojson wants --datum LAT,LON, where the map's origin lies: the file does not tell"
         )
-    number = file.one_map(args.map)
     paths = file.paths(number)
     if args.geojson and datum is not None:
         named = {f"{args.file.stem} {i}": path for i, path in enumerate(paths)}

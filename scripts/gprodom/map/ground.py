@@ -14,13 +14,12 @@ from gprodom import rotation
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.errors import Error, UsageError
 from gprodom.export.paths import moment
-from gprodom.geodesy import Datum
+from gprodom.map.site import site_facts
 from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from gprodom._core import GroundMap
 
-NOT_IN_FILE = ("datum",)  # what no version holds yet
 PATH_ERRORS = ("m_per_root_m", "rad_per_root_m", "scale")
 NOT_IN_VERSION_1 = ("identity", "parents", "sessions")
 
@@ -52,13 +51,6 @@ class MapFile:
     def maps(self) -> list[int]:
         """Numbers of the maps in the file, whose frames are not related."""
         return [int(number) for number in np.unique(self.places["map"])]
-
-    @property
-    def datum(self) -> Datum | None:
-        """Where the frame's origin lies, where fixes in degrees have tied the file's map to site
-        and its version holds that."""
-        told = getattr(self.ground, "datum", None)
-        return None if told is None else Datum(*(float(part) for part in told))
 
     @property
     def length_m(self) -> float:
@@ -131,7 +123,6 @@ def facts(file: MapFile) -> dict[str, Any]:
         "version": ground.version,
         "sha256": hashlib.sha256(file.data).hexdigest(),
         **origin,
-        **dict.fromkeys(NOT_IN_FILE),
         "samples": ground.samples,
         "sample_interval_s": ground.sample_interval,
         "centre_frequency_hz": ground.centre_frequency or None,
@@ -172,6 +163,7 @@ def _map_facts(file: MapFile, number: int) -> dict[str, Any]:
         "length_m": float(stored * file.ground.spacing),
         "x_m": [float(x.min()), float(x.max())],
         "y_m": [float(y.min()), float(y.max())],
+        "site": site_facts(file.ground, number),
     }
 
 

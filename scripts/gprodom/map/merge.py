@@ -1,4 +1,5 @@
-"""Two maps become one where ground that both drove over proves how they lie."""
+"""Two maps become one where ground that both drove over proves how they lie, or fixes have tied
+both to one site."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ class Merged:
 
 
 def merge(first: MapFile, second: MapFile) -> Merged:
-    """Raises `Error` where no ground in common is proven, or where the files cannot be compared."""
+    """Raises `Error` where nothing proves how they lie, or where the files cannot be compared."""
     try:
         found = first.ground.merged(second.ground)
     except ValueError as error:
@@ -35,7 +36,7 @@ def merge(first: MapFile, second: MapFile) -> Merged:
         raise Error(
             f"{second.path}: no ground in common with {first.path} is proven"
             + (f" ({most:.1f} m of it look alike)" if most else "")
-            + ": not merged, nothing is written"
+            + ", nor do both lie in one site surely enough: not merged, nothing is written"
         )
     return Merged(found["ground"].to_bytes(), joins, found["known_m"])
 
@@ -43,11 +44,11 @@ def merge(first: MapFile, second: MapFile) -> Merged:
 def _facts(join: dict[str, Any]) -> dict[str, Any]:
     """What is told of a join. Its sigmas are those of the track's last pose in the first map."""
     sigmas = [math.sqrt(join["covariance"][i]) for i in (0, 4, 8)]
-    names = ("map", "proven", "into", "revisits", "refused", "proven_m")
+    names = ("map", "proven", "into", "by_datum", "revisits", "refused", "proven_m", "datum")
     known = dict.fromkeys(("longer_travel_times", "scale", "sigma_m", "sigma_yaw"))
     if join["proven"]:
         known |= {
-            "longer_travel_times": math.expm1(join["stretch"]),
+            "longer_travel_times": None if join["by_datum"] else math.expm1(join["stretch"]),
             "scale": join["scale"],
             "sigma_m": math.hypot(*sigmas[:2]),
             "sigma_yaw": sigmas[2],
@@ -66,8 +67,19 @@ def as_text(join: dict[str, Any]) -> str:
     """A line on one map of the second file."""
     if not join["proven"]:
         return f"map {join['map']}: no ground in common is proven: left out"
+    known = f"its last pose is known to {100 * join['sigma_m']:.0f} cm"
+    joins = f"map {join['map']} joins map {join['into']}"
+    if join["by_datum"]:
+        return f"{joins}: by where both lie in site, without ground in common; {known}"
     return (
-        f"map {join['map']} joins map {join['into']}: {join['revisits']} revisits over "
-        f"{join['proven_m']:.1f} m, {join['refused']} refused; {_travel_times(join)}; its last "
-        f"pose is known to {100 * join['sigma_m']:.0f} cm"
+        f"{joins}: {join['revisits']} revisits over {join['proven_m']:.1f} m, {join['refused']} "
+        f"refused; {_travel_times(join)}; {known}{_check(join['datum'])}"
     )
+
+
+def _check(datum: dict[str, Any] | None) -> str:
+    """Of a join by ground: whether the datums of both say the same."""
+    if datum is None:
+        return ""
+    off = f"{datum['off_m']:.2f} m apart, {datum['deviations']:.1f} standard deviations"
+    return f"; the datums {'agree' if datum['agrees'] else 'CONTRADICT it'}: {off}"
