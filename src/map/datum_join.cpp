@@ -15,11 +15,6 @@ using Eigen::Matrix3d;
 // m; the least certain place of a join: three of these are as far as a drive looks for its ground.
 constexpr double kMostUncertain = kGateMax / kGateSigmas;
 
-Matrix3d turned(const Matrix3d& covariance, double yaw) {
-  const Matrix3d R(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-  return R * covariance * R.transpose();
-}
-
 // Covariance of (x, y, yaw) in site of a place of a map: of the map as a whole, and of the path of
 // the antenna in it.
 Matrix3d covariance_at(const MapDatum& datum, const Eigen::Vector2d& in_site) {

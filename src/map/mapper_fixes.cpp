@@ -21,12 +21,6 @@ constexpr double kLeastHeight = 0.01;  // m; nobody knows the height of ground a
 // Fixes that wait for a state as new as they are; a receiver at 100 Hz fills them in 20 s.
 constexpr std::size_t kMostFixesWaiting = 2000;
 
-// A covariance of (x, y, yaw) in other axes.
-Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance, double yaw) {
-  const Eigen::Matrix3d R(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-  return R * covariance * R.transpose();
-}
-
 }  // namespace
 
 void Mapper::take_fixes(const MapInput& input, MapAnswer& answer) {

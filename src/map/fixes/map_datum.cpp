@@ -101,6 +101,11 @@ Matrix3d carried(const Matrix3d& covariance, const Vector2d& way) {
   return J * covariance * J.transpose();
 }
 
+Matrix3d turned(const Matrix3d& covariance, double yaw) {
+  const Matrix3d R(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
+  return R * covariance * R.transpose();
+}
+
 std::optional<MapDatum> in_site_of(const MapDatum& datum, const std::optional<Geodetic>& origin) {
   if (datum.origin.has_value() != origin.has_value()) return std::nullopt;
   if (!origin || *origin == *datum.origin) return datum;

@@ -26,6 +26,8 @@ void set_planar_block(const Eigen::Matrix3d& block, Eigen::Matrix4d& covariance)
 // The covariance of (x, y, yaw) at another place of what is rigid: `way` leads there, m, in the
 // axes of the covariance.
 Eigen::Matrix3d carried(const Eigen::Matrix3d& covariance, const Eigen::Vector2d& way);
+// The same covariance in other axes, in which its own are turned by `yaw`, rad.
+Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance, double yaw);
 
 // The same in the site with that origin. Nothing where only one of the two is known, or where they
 // are too far apart for one site. Two sites without origin are taken for the same.
