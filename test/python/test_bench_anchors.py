@@ -75,3 +75,9 @@ def test_the_scale_of_two_fixes(programs: Path) -> None:
 def test_data_that_are_not_there_are_named(tmp_path: Path) -> None:
     with pytest.raises(Error, match="wid02 is not measured"):
         drives.ready("wid02", tmp_path, tmp_path)
+
+
+def test_two_days_of_one_datum_become_one_map(programs: Path) -> None:
+    [row] = json.loads(run(BENCH / "anchors", "--json", "days"))
+    assert row["joined"]
+    assert row["error_m"] < 0.3  # of fixes of 3 cm, and a path between them
