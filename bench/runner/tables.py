@@ -202,7 +202,16 @@ def anchors(f: Figures) -> str:
         "over",
     ]
     heads = ["recording", "fault", "afterwards", "live", "named after (s)"]
-    return table(header, between) + "\n\n" + table(heads, against)
+    days = [f"days/{kind}" for kind in f.parts("anchors", 1)]
+    joined = f.all("anchors", (f"{day}/joined" for day in days))
+    text = table(header, between) + "\n\n" + table(heads, against)
+    if joined:
+        off = f.mean("anchors", days, "error_m")
+        text += (
+            "\n\nMaps of two days on different ground, tied to one datum: joined "
+            f"{sum(joined):.0f} of {len(joined)}" + (f", error {metres(off)} m." if off else ".")
+        )
+    return text
 
 
 def speed(f: Figures) -> str:
