@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace gprodom::slip {
@@ -35,6 +36,19 @@ void merge(Hypothesis& a, const Hypothesis& b) {
                          share * (1 - share) * between * between;
   }
   a.log_weight = log_weight;
+}
+
+// Of the same kind as `h`, the one with the nearest slip; nullptr if none is of its kind.
+Hypothesis* nearest(std::vector<Hypothesis>& hypotheses, const Hypothesis& h) {
+  Hypothesis* found = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (Hypothesis& other : hypotheses) {
+    const double apart = std::abs(other.x[row::kSlip] - h.x[row::kSlip]);
+    if (other.mode != h.mode || other.axes_kind != h.axes_kind || apart >= least) continue;
+    found = &other;
+    least = apart;
+  }
+  return found;
 }
 
 }  // namespace
@@ -78,11 +92,14 @@ void prune(std::vector<Hypothesis>& hypotheses, std::size_t most) {
     if (h.log_weight < least && so_many > 0) continue;
     const auto same = std::find_if(kept.begin(), kept.end(),
                                    [&](const Hypothesis& other) { return alike(other, h); });
-    if (same != kept.end())
+    if (same != kept.end()) {
       merge(*same, h);
-    else if (so_many < most) {
+    } else if (so_many < most) {
       ++so_many;
       kept.push_back(std::move(h));
+    } else if (Hypothesis* like = nearest(kept, h)) {
+      // Many that are unlikely are likely together: dropped, they would make slip too improbable.
+      merge(*like, h);
     }
   }
   double sum = 0.0;

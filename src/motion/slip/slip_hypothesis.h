@@ -64,8 +64,8 @@ struct Hypothesis {
 inline double without_unlikely(double p) { return p * p / (p * p + (1 - p) * (1 - p)); }
 
 // Merges hypotheses that have become alike, and keeps the `most` likeliest of those whose axes are
-// as configured, and `most` of the others; of either at least one. In the order of their weights,
-// which then sum to 1.
+// as configured, and `most` of the others; of either at least one. The rest are merged into those
+// of their mode and axes with the nearest slip. In the order of their weights, which then sum to 1.
 void prune(std::vector<Hypothesis>& hypotheses, std::size_t most);
 
 }  // namespace gprodom::slip
