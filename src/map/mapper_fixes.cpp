@@ -96,7 +96,7 @@ std::vector<PlanarPose> Mapper::places_of_fixes(const PlanarPose& site_from_map)
 // known. Nothing where it was not known at all, or where they contradict it.
 std::optional<Mapper::SiteTie> Mapper::tie_by_ground() const {
   const auto stored = located_ ? ground_.datums.find(map_) : ground_.datums.end();
-  if (stored == ground_.datums.end()) return std::nullopt;
+  if (stored == ground_.datums.end() || graph_->fixes().empty()) return std::nullopt;
   MapDatum datum = stored->second;
   const Eigen::Matrix3d of_newest =
       turned(newest_node_.covariance.topLeftCorner<3, 3>(), datum.pose.yaw);

@@ -56,13 +56,13 @@ class SoundFile {
 };
 
 // Of what was added to that file.
-int read_newest(const std::uint8_t* data, std::size_t size) {
+int read_newest(bool tied, const std::uint8_t* data, std::size_t size) {
   static const SoundFile file;
-  static const std::string title = title_of(sound_newest());
+  static const std::string titles[] = {title_of(sound_newest()), title_of(sound_newest(true))};
   const auto* identity = reinterpret_cast<const std::uint8_t*>(&file.identity);
   std::vector<std::uint8_t> bytes(identity, identity + sizeof file.identity);
   bytes.insert(bytes.end(), data, data + size);
-  return read_sealed(title, bytes.data(), bytes.size(),
+  return read_sealed(titles[tied ? 1 : 0], bytes.data(), bytes.size(),
                      [](const std::string& newest) { file.use_with(newest); });
 }
 
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       title_of(to_bytes(gprodom::GroundMap(gprodom::gpr::TraceMemoryOptions()), {}));
   static const std::string kind = title.substr(0, title.size() - 1);
   if (size == 0) return 0;
-  if ((data[0] & 2) != 0) return read_newest(data + 1, size - 1);
+  if ((data[0] & 2) != 0) return read_newest((data[0] & 4) != 0, data + 1, size - 1);
   const std::string version = (data[0] & 4) != 0 ? "5" : (data[0] & 1) != 0 ? "1" : "4";
   return read_sealed(kind + version, data + 1, size - 1, use_alone);
 }

@@ -107,6 +107,8 @@ int main(int argc, char** argv) {
   write(folder / "ground" / "sound1", '\1' + contents(to_bytes(ground_1(), ground_1().places)));
   const gprodom::GroundMap tied = tied_ground();
   write(folder / "ground" / "tied", '\4' + contents(to_bytes(tied, tied.places)));
-  write(folder / "ground" / "newest",
-        '\2' + contents(sound_newest()).substr(sizeof(std::uint64_t)));
+  for (const bool with_datum : {false, true})
+    write(folder / "ground" / (with_datum ? "newest2" : "newest"),
+          (with_datum ? '\6' : '\2') +
+              contents(sound_newest(with_datum)).substr(sizeof(std::uint64_t)));
 }

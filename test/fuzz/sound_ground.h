@@ -41,9 +41,10 @@ inline gprodom::GroundMap tied_ground() {
 }
 
 // What was driven since that ground was written, as a file.
-inline std::string sound_newest() {
+inline std::string sound_newest(bool tied = false) {
   gprodom::GroundMap ground = sound_ground();
   const std::string whole = to_bytes(ground, ground.places);
+  if (tied) ground.datums = tied_ground().datums;
   const gprodom::gpr::MemoryRange kept = ground.memory.kept();
   drive_on(ground, 250, 450);
   ground.memory.end_run();

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "driven_ground.h"
 #include "map/mapper.h"
@@ -140,6 +141,7 @@ MapInput drive_with_fixes(const PlanarPose& begin, const PlanarPose& site, bool 
 MapAnswer run(Mapper& mapper, const MapInput& all) {
   MapAnswer together;
   auto fix = all.fixes.begin();
+  auto trace = all.traces.begin();
   for (std::size_t begin = 0; begin < all.states.size(); begin += 10) {
     MapInput input;
     input.scale_sigma = all.scale_sigma;
@@ -147,6 +149,8 @@ MapAnswer run(Mapper& mapper, const MapInput& all) {
       input.states.push_back(all.states[i]);
     for (; fix != all.fixes.end() && fix->time <= input.states.back().time; ++fix)
       input.fixes.push_back(*fix);
+    for (; trace != all.traces.end() && trace->time <= input.states.back().time; ++trace)
+      input.traces.push_back(*trace);
     const MapAnswer answer = mapper.run(input);
     together.tied |= answer.tied;
     together.notes.insert(together.notes.end(), answer.notes.begin(), answer.notes.end());
@@ -200,12 +204,16 @@ struct Resumed {
   GroundMap ground;
 };
 
-Resumed resume(double sigma, const PlanarPose& site) {
+Mapper::Start start_on_it() {
   Mapper::Start start;
   start.at.map = 0;
   start.at.map_from_track = {{3.0, 1.0}, 0.0};
   start.covariance = Vector3d(1e-4, 1e-4, 1e-6).asDiagonal();
-  Mapper mapper(with_datum(), known_ground(sigma), start);
+  return start;
+}
+
+Resumed resume(double sigma, const PlanarPose& site) {
+  Mapper mapper(with_datum(), known_ground(sigma), start_on_it());
   MapInput input = drive_with_fixes({}, compose(site, {{3.0, 1.0}, 0.0}), false, 2);
   MapAnswer answer = run(mapper, input);
   return {answer, mapper.take_ground()};
@@ -223,6 +231,25 @@ TEST(MapDatum, ATieGoesOnFromTheStoredOne) {
   EXPECT_GT(covariance(0, 0), 1e-5);
   ASSERT_TRUE(same.answer.pose);
   EXPECT_NEAR(same.answer.pose->in_map.pose.p.x(), 3.0 + 199 * kStep, 0.15);
+}
+
+// Ground that fixes move lies elsewhere than in its file: what is new is no addition to that.
+TEST(MapDatum, GroundThatWasMovedIsSavedAsAWhole) {
+  for (const bool fixed : {false, true}) {
+    GroundMap ground = known_ground(1.0);
+    ground.identity = 5;
+    Mapper mapper(with_datum(), std::move(ground), start_on_it());
+    MapInput input = drive_with_fixes({}, {{3.0, 1.8}, 0.0}, false, 2);
+    if (!fixed) input.fixes.clear();
+    const gpr::SyntheticGround there(7, 40.0);
+    gpr::SyntheticRadar radar(2, 60.0);
+    for (double x = 0.0; x < 19.0; x += 0.02)
+      input.traces.push_back(radar.measure(there, x, 1e9 + 0.2 * x / kStep));
+    EXPECT_EQ(run(mapper, input).tied, fixed);
+    const SavedGround saved = mapper.newest_ground();
+    ASSERT_FALSE(saved.bytes.empty());
+    EXPECT_EQ(saved.base, fixed ? 0U : 5U);
+  }
 }
 
 // What was known to a metre gives way to fixes; the ground goes with them.
