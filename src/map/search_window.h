@@ -11,8 +11,8 @@
 
 namespace gprodom {
 
-// m between two tracks. Further apart they see other ground: of 40 cm, a coherence of 0.3 is left
-// in the best band (docs/revisit.md).
+// m between two tracks. Further apart they see other ground: hardly a revisit is accepted
+// (docs/revisit.md, "Variance").
 constexpr double kLateralGate = 0.4;
 
 // m driven between two searches. Patches that overlap by more share their errors and tell little

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 SCENES = ("gates_g", "nsh_b", "nsh_h")  # parking garage, basement, factory floor
-LENGTHS_M = {"gates_g": 365.0, "nsh_b": 264.0, "nsh_h": 90.0}  # in total, of the dataset
 
 
 @dataclass(frozen=True)
