@@ -8,10 +8,8 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
-import yaml
 
 import gprodom
 from conftest import CHECKOUT, colours_in
@@ -67,51 +65,3 @@ def test_documentation_builds(tmp_path: Path) -> None:
     assert len(pages) > len(list(DOCS.glob("*.md")))
     outside = re.compile(r"""<(?:script|link|img)[^>]*(?:src|href)=["'](?:https?:)?//""")
     assert [page.name for page in pages if outside.search(page.read_text())] == []
-
-
-def test_the_page_of_settings_says_where_each_key_of_before_went() -> None:
-    page = (CHECKOUT / "docs" / "settings.md").read_text()
-    before, now = (
-        keys_of(yaml.safe_load((CHECKOUT / path).read_text()))
-        for path in ("test/package/gprodom-0.1.yaml", "config/gprodom.yaml")
-    )
-    gone = {key: value for key, value in before.items() if key not in now}
-    assert len(gone) == 70
-    for key, value in gone.items():
-        row = re.search(rf"^\| `{re.escape(key)}` \| ([^|]+) \|", page, re.M)
-        assert row, key
-        if re.search(r"\(\S+ in version 0\.1\)", row[0]):
-            continue
-        told = row[1].strip("`")
-        assert told in now or yaml.safe_load(told) == value or float(told) == float(value)
-    assert f"There are {sum(not key.startswith('channels.') for key in now)}, " in page
-
-
-def test_a_setting_that_is_gone_has_the_value_told_in_the_code() -> None:
-    page = (CHECKOUT / "docs" / "settings.md").read_text()
-    rows = re.findall(r"^\| `\S+` \| (\S+)[^|]* \| (?:`([^`]+)`, )?`([^`]+)` \|", page, re.M)
-    assert len(rows) == 59
-    for told, constant, path in rows:
-        code = (CHECKOUT / "src" / path).read_text()
-        if not constant:  # the code has no such choice any more
-            continue
-        name = re.findall(r"\w+", constant)[-1]
-        found = re.search(rf"(\w+ )?\b{name} = ([\w.':+-]+)", code)
-        assert found, (constant, path)
-        value = found[2].replace("'", "")
-        if told[0].isdigit():
-            unit = 1e-9 if found[1] == "TimeNs " else 1.0
-            assert float(value) * unit == pytest.approx(float(told)), constant
-        else:
-            assert value.lower().endswith(f"::k{told}"), constant
-
-
-def keys_of(section: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """The keys of a configuration, with the sections that they are in, and their values."""
-    found: dict[str, Any] = {}
-    for key, value in section.items():
-        if isinstance(value, dict) and value:  # an empty one is the value of a key
-            found |= keys_of(value, f"{prefix}{key}.")
-        else:
-            found[f"{prefix}{key}"] = value
-    return found
