@@ -93,7 +93,7 @@ const std::vector<RemovedKey>& removed_keys() {
        "it is a share of the strongest echo in the same trace, whatever the antenna's gain"},
       {"gpr.peaks.max_joint", "1",
        "on ground, pulses that are fitted together repeat worse than those fitted one by one "
-       "(docs/peaks.md)"},
+       "(docs/sfm.md)"},
       {"gpr.peaks.max_residual", "0.3",
        "it is the share of a pulse's energy that the model may leave; for an antenna whose pulses "
        "it does not describe there is paper.fit_peaks: false"},

@@ -13,7 +13,7 @@ constexpr std::size_t kMaxTracePeaks = 64;
 
 // Overlapping pulses fitted together. On ground they are better fitted each by itself: a
 // band-passed pulse does not decay as the model does, and its tail would disturb the next
-// (docs/peaks.md).
+// (docs/sfm.md).
 constexpr int kMaxJoint = 1;
 
 // s from the start that fix the amplitude scale of the levels. The paper's scale is the greatest
