@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm import wire
 from gprodom.lcm.messages import by_fingerprint
@@ -49,8 +50,8 @@ def robot_of(seed: int) -> str:
     return ROBOTS[seed // len(ROUTES) % len(ROBOTS)]
 
 
-def recording(seed: int) -> Log:
-    """A good one, of 40 to 60 m."""
+def recording(seed: int, imu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Log:
+    """A good one, of 40 to 60 m. imu_m: the IMU's place in body."""
     random = stream(seed, "doctor")
     ground = shipped()[seed % len(shipped())]
     distance, speed = random.uniform(40, 60), random.uniform(0.35, 0.8)
@@ -59,6 +60,7 @@ def recording(seed: int) -> Log:
     spec = robot(drive, SurveySpec(ground), route_of(seed), int(random.randint(0, 5)))
     if robot_of(seed):
         spec = of_kind(robot_of(seed), "gravel", spec)
+    spec = replace(spec, imu=replace(spec.imu, lever_arm=imu_m))
     roles = {name: role for role, name in STANDARD.of("imu", "wheel", "gpr_trace").items()}
     log: Log = {}
     for each in log_streams(simulate(spec, seed)):
@@ -290,7 +292,7 @@ DAMAGE: dict[str, Damage] = {
 
 def codes_of(log: Log) -> list[str]:
     """What the doctor finds."""
-    return [each.code for each in examine(log, (0.0, 0.0, 0.0), BAND)]
+    return [each.code for each in examine(log, ImuMounting(), BAND)]
 
 
 def damaged(log: Log, name: str, seed: int) -> Log:

@@ -29,7 +29,7 @@ from gprodom.calibrate.mount import find_mount
 from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.drive.imu_speed import matrix_of
+from gprodom.drive.imu_mounting import matrix_of
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log

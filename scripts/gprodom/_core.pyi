@@ -40,6 +40,7 @@ __all__: list[str] = [
     "Sight",
     "Standstill",
     "TrackDisplacement",
+    "accel_scale_at_rest",
     "align_bscan",
     "align_curves",
     "align_sfm",
@@ -1106,6 +1107,11 @@ class GroundMap:
         """
         of the file
         """
+
+def accel_scale_at_rest(force: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    The scale that the estimator takes an accelerometer to have whose mean specific force at rest has this norm (m/s^2): 1 if a bias explains it, or if it is no scale.
+    """
 
 def align_bscan(
     a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[m, n]"],

@@ -274,7 +274,7 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& me
   if (std::string why = too_few(measured, share * config.initializer.duration); !why.empty())
     return {std::nullopt, why};
   const double accel_scale =
-      scale_by(moments(measured, &ImuSample::acceleration).mean.norm(), kOffByBias);
+      accel_scale_at_rest(moments(measured, &ImuSample::acceleration).mean.norm());
   const std::vector<ImuSample> samples = divided(measured, accel_scale);
   const Moments accel = moments(samples, &ImuSample::acceleration);
   const Moments gyro = moments(samples, &ImuSample::angular_velocity);
@@ -300,6 +300,8 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& me
        bias_sigma(initial.state.accel_bias, accel_scale)});
   return {initial, {}};
 }
+
+double accel_scale_at_rest(double force) { return scale_by(force, kOffByBias); }
 
 double accel_scale_on_the_move(const std::vector<ImuSample>& samples) {
   if (samples.empty()) return 1.0;

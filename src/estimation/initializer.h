@@ -58,8 +58,11 @@ Initialization initialize(const Config& config, const std::vector<ImuSample>& sa
 // Standard deviation of the bias of an uncalibrated MEMS gyro of good quality.
 inline constexpr double kUsualGyroBias = 0.002;  // rad/s
 
-// The accelerometer's scale by its mean specific force over some time of driving: 1 unless it is
-// far from gravity, or too far from it to be a scale.
+// The accelerometer's scale by the norm of its mean specific force at rest (m/s^2): 1 if a bias
+// explains that, or if it is too far from gravity to be a scale.
+double accel_scale_at_rest(double force);
+
+// The same by the mean over some time of driving, which is off gravity by more than at rest.
 double accel_scale_on_the_move(const std::vector<ImuSample>& samples);
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and

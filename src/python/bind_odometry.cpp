@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "estimation/initializer.h"
 #include "gprodom/config.h"
 #include "gprodom/error.h"
 #include "gprodom/input.h"
@@ -190,6 +191,9 @@ void bind_odometry(py::module_& m) {
       py::arg("set") = std::vector<std::string>{},
       "Every key with unit and comment as YAML, at the defaults or with an override 'key=value' or "
       "several.");
+  m.def("accel_scale_at_rest", accel_scale_at_rest, py::arg("force"),
+        "The scale that the estimator takes an accelerometer to have whose mean specific force at "
+        "rest has this norm (m/s^2): 1 if a bias explains it, or if it is no scale.");
   py::enum_<CommandName> command(m, "CommandName", "Names of the commands in command_t.");
   for (const char* name : names_like(CommandName{}))
     command.value(name, *find_choice<CommandName>(name));

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from gprodom.calibrate.mount import find_mount
+from gprodom.cli import main
 from gprodom.errors import Error
 
 
@@ -16,18 +20,23 @@ def drive(
     pace: float = 0.9,
     late_s: float = 0.0,
     wheel_noise: float = 0.0,
+    arm: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    bend: float = 0.0,
 ) -> dict[str, dict[str, np.ndarray]]:
     """A minute of starts, stops and bends that never stands, seen by an IMU mounted at `rpy`.
 
     vibration: m/s^2 a sample. pace: of the speed's changes, rad/s. late_s and wheel_noise (share of
-    the speed, a sample) are the wheel's.
+    the speed, a sample) are the wheel's. arm: the IMU's place in body, m. bend: mean
+    yaw rate, rad/s.
     """
     rng = np.random.default_rng(5)
     utime = np.arange(0, 60_000_000, 10_000)
     t = utime * 1e-6
     v = speed * (1.5 + np.sin(pace * t))
-    rate = 0.4 * np.sin(0.35 * t)
+    rate, faster = bend + 0.4 * np.sin(0.35 * t), 0.14 * np.cos(0.35 * t)
     force = np.column_stack([pace * speed * np.cos(pace * t), v * rate, np.full(t.size, 9.81)])
+    force[:, 0] -= rate**2 * arm[0] + faster * arm[1]
+    force[:, 1] += faster * arm[0] - rate**2 * arm[1]
     turning = np.column_stack([0 * t, 0 * t, rate])
     c, s = np.cos(rpy), np.sin(rpy)
     roll = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
@@ -69,3 +78,30 @@ def test_vibration_alone_gives_no_mounting() -> None:
 def test_a_robot_that_does_not_drive_gives_no_mounting() -> None:
     with pytest.raises(Error, match="drives for less than"):
         find_mount(drive((0.0, 0.0, 0.0), speed=0.001))
+
+
+@pytest.mark.parametrize("arm", [(0.5, 0.0, 0.0), (-0.3, 0.4, 0.2)])
+def test_what_turns_add_beside_the_origin_is_taken_out(arm: tuple[float, float, float]) -> None:
+    rpy = (-0.1, 0.05, -1.5)
+    log = drive(rpy, speed=0.3, arm=arm, bend=0.6)
+    assert find_mount(log, arm).rpy == pytest.approx(rpy, abs=0.03)
+    assert find_mount(log).rpy != pytest.approx(rpy, abs=0.2)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_command_with_an_imu_beside_the_origin(
+    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A loop, whose bends all go to one side: without the IMU's place its yaw looks turned."""
+    log = tmp_path / "loop.lcmlog"
+    simulated = ["simulate", "--seed", str(seed), "--route", "loop", "--ground", "none"]
+    assert main([*simulated, "--slips", "0", "--imu=0.5,0,0", "-o", str(log)]) == 0
+    capsys.readouterr()
+    words = ["calibrate", "mount", str(log), "--json"]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["rpy"][2] < -0.2
+    assert main([*words, "--set", "imu.lever_arm=[0.5, 0, 0]"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert abs(found["rpy"][2]) < 3 * found["sigma"][2]
+    assert found["sigma"][2] < 0.03
+    assert np.abs(found["rpy"][:2]).max() < 0.01  # a bias of the accelerometer

@@ -18,6 +18,7 @@ from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.logs import read_roles
 from gprodom.lcm.wire import encode
@@ -28,6 +29,7 @@ from doctor import BAND, DAMAGE, codes_of, damaged, recording
 from recordings import RECORDINGS, convert
 
 SEEDS = (3, 4)  # figures of eight and stops, with left and right wheels
+BESIDE_SEED = 5  # a loop, whose bends all go to one side
 good = cache(recording)
 
 
@@ -61,20 +63,43 @@ REAL = {  # as ../shared/data/README.md describes them
 def test_real_recordings(shared: Path, tmp_path: Path, name: str) -> None:
     log = tmp_path / "drive.lcmlog"
     convert(RECORDINGS[name], shared / "robots", log)
-    found = examine(read_roles(log, STANDARD.of("imu", "wheel")), (0.0, 0.0, 0.0), BAND)
+    found = examine(read_roles(log, STANDARD.of("imu", "wheel")), ImuMounting(), BAND)
     assert [each.code for each in found] == REAL[name]
 
 
 def test_every_finding_says_what_mends_it() -> None:
     for name, damage in DAMAGE.items():
         seed = next(seed for seed in SEEDS if damage.shown(seed))
-        for each in examine(damaged(good(seed), name, seed), (0.0, 0.0, 0.0), BAND):
+        for each in examine(damaged(good(seed), name, seed), ImuMounting(), BAND):
             assert each.what and each.mend, each
 
 
 def test_a_mounting_that_is_configured_is_not_found() -> None:
     turned = damaged(good(3), "IMU turned by 90 degrees", 3)
-    assert [each.code for each in examine(turned, (0.0, 0.0, -np.pi / 2), BAND)] == []
+    assert [each.code for each in examine(turned, ImuMounting((0.0, 0.0, -np.pi / 2)), BAND)] == []
+
+
+@pytest.mark.parametrize("percent", [93, 108])
+def test_a_scale_that_the_estimator_divides_out_is_named(percent: int, compiled: object) -> None:
+    """From 5 % on, at rest; less is a bias."""
+    for share, codes in ((percent / 100, ["acceleration"]), (1 + (percent - 100) / 250, [])):
+        log = {role: dict(content) for role, content in good(3).items()}
+        log["imu"]["linear_acceleration"] = share * log["imu"]["linear_acceleration"]
+        found = examine(log, ImuMounting(), BAND)
+        assert [each.code for each in found] == codes
+        assert all(f"{percent} % of gravity" in each.what for each in found)
+
+
+def test_an_imu_beside_the_origin(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object
+) -> None:
+    """Bends add to its accelerations; by its place, as configured, nothing is wrong with them."""
+    log = str(write(recording(BESIDE_SEED, (0.5, 0.0, 0.0)), tmp_path / "beside.lcmlog"))
+    place = ["--set", "imu.lever_arm=[0.5, 0, 0]"]
+    assert main(["doctor", log]) == 1  # as if it were turned
+    assert main(["doctor", log, *place]) == 0, capsys.readouterr().out
+    assert main(["doctor", log, *place, "--set", "imu.rpy_body_imu=[0, 0, 1.57]"]) == 1
+    assert capsys.readouterr().out.splitlines()[-2].startswith("axes: IMU: turned by -90 +- ")
 
 
 def of_two_antennas(seed: int) -> Log:
@@ -102,7 +127,7 @@ def of_two_antennas(seed: int) -> Log:
 def test_antennas_that_the_estimator_refuses_or_misses(
     places: dict[int, object], codes: list[str], said: str
 ) -> None:
-    found = examine(of_two_antennas(3), (0.0, 0.0, 0.0), BAND, places)
+    found = examine(of_two_antennas(3), ImuMounting(), BAND, places)
     assert [each.code for each in found] == codes
     assert all(said in each.what for each in found)
 
@@ -115,7 +140,7 @@ def test_each_antenna_is_judged() -> None:
     radar["samples"] = radar["samples"].copy()
     radar["samples"][np.flatnonzero(second)[::2]] = 0
     places = {0: (0.1, 0, 0), 4: (-0.1, 0, 0)}
-    (found,) = examine(log, (0.0, 0.0, 0.0), BAND, places)
+    (found,) = examine(log, ImuMounting(), BAND, places)
     assert found.code == "empty" and found.what.startswith("radar, antenna 4: 50 %")
 
 

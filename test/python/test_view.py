@@ -22,8 +22,9 @@ from made_drive import RADIUS, SECONDS, SLIPS_S, SPEED, STANDS_S, START_US, spre
 
 pytest.importorskip("rerun", reason="rerun-sdk (the extra view) is not installed")
 
-from gprodom.config import STANDARD, read_imu_mounting
-from gprodom.drive.imu_speed import imu_speed, matrix_of
+from gprodom.config import STANDARD
+from gprodom.drive.imu_mounting import ImuMounting, matrix_of, read_mounting
+from gprodom.drive.imu_speed import imu_speed
 from gprodom.errors import Error
 from gprodom.view.live import ROLES, Live
 from gprodom.view.record import Recorder, cut, new_stream
@@ -135,13 +136,11 @@ def test_ring_holds_95_percent(shown: dict[str, dict[str, Any]]) -> None:
         np.testing.assert_allclose(axes @ axes.T, 2.4477**2 * spread(t), rtol=0.01)
 
 
-def test_live_view_shows_the_same(
-    log: Path, tmp_path: Path, shown: dict[str, dict[str, Any]]
-) -> None:
+def shown_live(log: Path, path: Path, mounting: ImuMounting) -> dict[str, dict[str, Any]]:
     """The messages of the log, taken one by one and sent every half second."""
     stream = new_stream("live")
-    stream.save(tmp_path / "live.rrd")
-    live = Live(Recorder(stream), STANDARD.of(*ROLES))
+    stream.save(path)
+    live = Live(Recorder(stream), STANDARD.of(*ROLES), mounting)
     due = START_US
     for event in EventLog(str(log), "r"):
         if event.channel in STANDARD.of(*ROLES).values():
@@ -152,7 +151,13 @@ def test_live_view_shows_the_same(
     live.finish()
     stream.flush()
     stream.disconnect()
-    found = rows(tmp_path / "live.rrd")
+    return rows(path)
+
+
+def test_live_view_shows_the_same(
+    log: Path, tmp_path: Path, shown: dict[str, dict[str, Any]]
+) -> None:
+    found = shown_live(log, tmp_path / "live.rrd", ImuMounting())
     check_drive(found, 0.2)
     check_reckoning(found)
     check_odom(found, shown)
@@ -168,7 +173,7 @@ def test_live_view_shows_the_same(
 def test_a_message_of_another_type_does_not_end_the_live_view(tmp_path: Path) -> None:
     stream = new_stream("live")
     stream.save(tmp_path / "live.rrd")
-    live = Live(Recorder(stream), STANDARD.of(*ROLES))
+    live = Live(Recorder(stream), STANDARD.of(*ROLES), ImuMounting())
     for channel in STANDARD.of(*ROLES).values():
         live.take(channel, b"not one of ours, but long enough")
         live.take(channel, b"short")
@@ -284,17 +289,24 @@ def test_left_to_itself_the_viewer_would_be_seen_to_send(log: Path, tmp_path: Pa
     assert reached
 
 
-def test_speed_by_the_imu_follows_what_the_wheel_does_not_show() -> None:
-    """Mounted askew, on a slope, with a bias; the estimate lags behind the true speed."""
+@pytest.mark.parametrize("arm", [(0.0, 0.0, 0.0), (0.5, -0.3, 0.0)])
+def test_speed_by_the_imu_follows_what_the_wheel_does_not_show(
+    arm: tuple[float, float, float],
+) -> None:
+    """Mounted askew and beside the origin, on a slope, with a bias; it turns to and fro."""
     seconds = np.arange(0, 20, 0.01)
     speed = 0.5 + 0.4 * np.sin(seconds)
     slope, bias, rpy = 0.1, 0.05, (0.2, -0.3, 1.1)
     body = np.zeros((len(seconds), 3))  # nose up: gravity pulls backwards, the force is forwards
     body[:, 0] = 0.4 * np.cos(seconds) + 9.81 * np.sin(slope) + bias
     body[:, 2] = 9.81 * np.cos(slope)
+    turn, faster = 0.8 * np.sin(0.7 * seconds), 0.56 * np.cos(0.7 * seconds)  # rad/s, rad/s^2
+    body[:, 0] -= turn**2 * arm[0] + faster * arm[1]
+    body[:, 1] += faster * arm[0] - turn**2 * arm[1]
     imu = {
         "utime": START_US + np.round(1e6 * seconds).astype(np.int64),
         "linear_acceleration": body @ matrix_of(rpy),  # R_imu_body f
+        "angular_velocity": np.outer(turn, [0.0, 0.0, 1.0]) @ matrix_of(rpy),
     }
     rows = slice(None, None, 5)
     poses = len(seconds[rows])
@@ -305,19 +317,33 @@ def test_speed_by_the_imu_follows_what_the_wheel_does_not_show() -> None:
         "accel_bias": np.tile([bias, 0.0, 0.0], (poses, 1)),
         "velocity": np.column_stack([speed[rows], np.zeros((poses, 2))]),
     }
-    time, told = imu_speed(imu, odometry, rpy)
+    time, told = imu_speed(imu, odometry, ImuMounting(rpy, arm))
     truth = 0.5 + 0.4 * np.sin((time - START_US) * 1e-6)
     assert len(time) == poses - 20
-    np.testing.assert_allclose(told, truth, atol=2e-3)
+    np.testing.assert_allclose(told, truth, atol=2e-3 if not any(arm) else 0.02)
+
+
+def test_the_place_of_the_imu_is_taken_into_account(log: Path, tmp_path: Path) -> None:
+    """On the circle an IMU that feels no force 20 m ahead feels one of 20 w^2 at the origin."""
+    view = ["view", str(log), "-o", str(tmp_path / "log.rrd"), "--set", "imu.lever_arm=[20, 0, 0]"]
+    assert main(view) == 0
+    live = shown_live(log, tmp_path / "live.rrd", ImuMounting(arm=(20.0, 0.0, 0.0)))
+    for found in (rows(tmp_path / "log.rrd"), live):
+        time, speed = (np.ravel(found["/speed/IMU"][name]) for name in ("time", "scalars"))
+        after = speed[(time > STANDS_S + 2) & (time < SECONDS - 2)].astype(float)
+        assert np.median(after) == pytest.approx(SPEED + 20 * (SPEED / RADIUS) ** 2, abs=0.01)
 
 
 def test_mounting_of_the_imu_comes_from_the_configuration(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_text("imu: {rpy_body_imu: [0.1, 0, 1.5]}\n")
     config = [tmp_path / "robot.yaml"]
-    assert read_imu_mounting(config) == (0.1, 0.0, 1.5)
-    assert read_imu_mounting(config, ["imu.rpy_body_imu=[0, 0, 2]"]) == (0.0, 0.0, 2.0)
+    assert read_mounting(config) == ImuMounting((0.1, 0.0, 1.5))
+    settings = ["imu.rpy_body_imu=[0, 0, 2]", "imu.lever_arm=[0.5, 0, 0.1]"]
+    assert read_mounting(config, settings) == ImuMounting((0.0, 0.0, 2.0), (0.5, 0.0, 0.1))
     with pytest.raises(Error, match="three angles"):
-        read_imu_mounting(config, ["imu.rpy_body_imu=[0, 0]"])
+        read_mounting(config, ["imu.rpy_body_imu=[0, 0]"])
+    with pytest.raises(Error, match="in metres, found"):
+        read_mounting(config, ["imu.lever_arm=[0, 0]"])
 
 
 LIVE = """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +13,9 @@ import numpy as np
 from gprodom.arrays import Floats, Ints
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.calibrate.offset import BLOCKS, spread
+from gprodom.config import read_lever_arm
 from gprodom.console import add_json_flag, print_json
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
@@ -28,6 +31,8 @@ LATEST_S = 0.6  # by which a wheel may be late
 LEAST_EXPLAINED = 0.05
 MOST_YAW_SIGMA = 0.2  # rad, where it explains less than enough
 ROUNDS = 10  # each a hundred times nearer than the one before
+ARM_ROUNDS = 20  # each at least twice as near, where the robot moves as it turns
+ARM_CLOSE = 1e-3  # rad
 
 EXAMPLES = """\
   gprodom calibrate mount drive.lcmlog -o mount.yaml
@@ -38,7 +43,8 @@ Finds imu.rpy_body_imu. Gravity gives roll and pitch. The forward acceleration (
 speed) and the sideways one (speed times yaw rate) give the yaw. No standstill is needed. Use a
 drive with starts, stops or bends, as level as possible, since the mean slope goes into the pitch.
 Where they agree badly, the wheel may be noisy, or late: means over twice the time, and delays up to
-0.6 s, are tried. Uncertainties are the spread over parts of the recording.
+0.6 s, are tried. Of an IMU beside the origin imu.lever_arm (-c, --set) must be known: what turning
+adds there is taken out. Uncertainties are the spread over parts of the recording.
 """
 
 
@@ -52,8 +58,22 @@ class Mount:
     explained: float
 
 
-def find_mount(log: dict[str, logs.Channel]) -> Mount:
-    """Of a drive's log."""
+def find_mount(log: dict[str, logs.Channel], arm: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Mount:
+    """Of a drive's log. arm: imu.lever_arm, m. What turns add at its end looks like another yaw,
+    and a wrong yaw turns the arm: both are taken in turns."""
+    if not any(arm):
+        return _find(log)
+    rpy = rpy_of(turned(windows_of(log, WINDOW_S, 0.0)).R)
+    for _ in range(ARM_ROUNDS):
+        found = _find({**log, "imu": ImuMounting(rpy, arm).at_origin(log["imu"])})
+        moved = [math.remainder(a - b, math.tau) for a, b in zip(found.rpy, rpy, strict=True)]
+        if max(map(abs, moved)) < ARM_CLOSE:
+            return found
+        rpy = found.rpy
+    raise Error("the IMU's place hides its yaw: give a drive with more starts and stops")
+
+
+def _find(log: dict[str, logs.Channel]) -> Mount:
     windows = windows_of(log, WINDOW_S, 0.0)
     moving = np.abs(windows[:, 6]) > STILL_MPS
     if moving.sum() * WINDOW_S < MIN_S:
@@ -177,7 +197,8 @@ def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate mount``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel")
-    mount = find_mount(log)
+    arm = read_lever_arm(args.configs, args.overrides, "imu.lever_arm")
+    mount = find_mount(log, arm)
     value = "[" + ", ".join(f"{angle:.4f}" for angle in mount.rpy) + "]"
     sure = "+- " + ", ".join(f"{angle:.3f}" for angle in mount.sigma)
     sure += f"; {100 * mount.explained:.0f} % of the accelerations explained"

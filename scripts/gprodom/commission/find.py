@@ -29,7 +29,7 @@ from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Finding, Log
 from gprodom.doctor.motion import TURNED
 from gprodom.doctor.stamps import LATE_S
-from gprodom.drive.imu_speed import matrix_of
+from gprodom.drive.imu_mounting import ImuMounting, matrix_of
 from gprodom.errors import Error
 from gprodom.lcm.antennas import choose
 from gprodom.trajectory import Trajectory
@@ -83,7 +83,7 @@ def commission(
     rpy = mount.value or tuple(configured["imu"]["rpy_body_imu"])
     edges = configured["gpr"]["filter"]
     limits = (float(edges["band_low"]), float(edges["band_high"]))
-    findings = examine(log, (rpy[0], rpy[1], rpy[2]), limits)
+    findings = examine(log, ImuMounting(rpy), limits)
     written = {setting.partition("=")[0] for each in found for setting in each.settings}
     if "gpr.filter.band_low" in written:
         findings = [each for each in findings if each.code != "sample interval"]
@@ -171,14 +171,14 @@ def _place(log: Log, configured: dict[str, Any]) -> tuple[Parameter, Parameter]:
     wheel_arm = tuple(map(float, configured["wheel"]["lever_arm"]))
     at_imu, mount = log["imu"], _mount(log, rpy)
     if not mount.value:
-        imu_arm.take_out(log, rpy, arm)
+        log["imu"] = ImuMounting(rpy, arm).at_origin(log["imu"])
         remark = "the mounting is not known"
         return mount, Parameter(imu_arm.NAME, remark=remark, manoeuvre=mount.manoeuvre)
     for _ in range(ARM_ROUNDS):
-        log["imu"] = dict(at_imu)
+        log["imu"] = at_imu
         found = imu_arm.lever_arm(log, mount.value, arm, wheel_arm)
         place = (*found.value, arm[2]) if found.settings else arm
-        imu_arm.take_out(log, mount.value, place)
+        log["imu"] = ImuMounting(mount.value, place).at_origin(at_imu)
         mount = _mount(log, rpy)
         if not mount.value:
             break

@@ -21,10 +21,9 @@ from scipy.ndimage import gaussian_filter1d
 from gprodom.arrays import Floats, Ints
 from gprodom.commission.parameter import CIRCLES, Parameter, listed
 from gprodom.doctor.finding import Log
-from gprodom.drive.imu_speed import matrix_of
+from gprodom.drive.imu_mounting import matrix_of, smoothed
 from gprodom.errors import Error
 from gprodom.odometry.dead_reckoning import standstill, wheel_distance
-from gprodom.rotation import added_by_turning
 
 NAME = "lever arm of the IMU"
 STEP_S = 0.05
@@ -40,21 +39,6 @@ LEAST_SIGMA_M = 0.015
 LARGEST_SIGMA_M = 0.1  # of an arm that is of use
 CLEARLY = 3.0  # standard deviations off the configured arm
 SMALLEST_M = 0.03  # what a tape is good to, and what hardly matters
-SMOOTH_S = 0.05  # of the gyro, as in the estimator
-SHORTEST_S = 1e-3
-
-
-def take_out(log: Log, rpy: tuple[float, ...], arm: tuple[float, ...]) -> None:
-    """Puts the accelerations to where they would be at the origin, in place. arm: m, in body."""
-    if not any(arm):
-        return
-    imu = log["imu"]
-    seconds = (imu["utime"] - imu["utime"][0]) * 1e-6
-    rate = _smoothed(imu["angular_velocity"], seconds)
-    step = np.maximum(np.gradient(seconds), SHORTEST_S)
-    in_imu = np.array(arm) @ matrix_of(rpy)
-    added = added_by_turning(rate, step, in_imu)
-    imu["linear_acceleration"] = imu["linear_acceleration"] - added
 
 
 def lever_arm(
@@ -105,7 +89,7 @@ def _rows(log: Log, rpy: tuple[float, ...]) -> tuple[Floats, Floats, Ints]:
     if len(grid) < BLOCK_S / STEP_S:
         raise Error("IMU and wheel overlap for too short a time")
     seconds = (stamps - stamps[0]) * 1e-6
-    turn = _smoothed(imu["angular_velocity"] @ R.T, seconds)[:, 2]
+    turn = smoothed(imu["angular_velocity"] @ R.T, seconds)[:, 2]
     still = standstill(time, way)
     rests = (stamps >= still[0]) & (stamps <= still[1])
     turn = turn - (turn[rests].mean() if rests.sum() > 1 else 0.0)
@@ -142,11 +126,6 @@ def _rows(log: Log, rpy: tuple[float, ...]) -> tuple[Floats, Floats, Ints]:
         wanted[:, inside].ravel(),
         np.concatenate([block, block]) - block[0],
     )
-
-
-def _smoothed(rate: Floats, seconds: Floats) -> Floats:
-    step = max(float(np.median(np.diff(seconds))), SHORTEST_S)
-    return np.asarray(gaussian_filter1d(rate, SMOOTH_S / step, axis=0))
 
 
 def _shown(rows: Floats, wanted: Floats, block: Ints) -> tuple[Floats, Floats]:

@@ -49,6 +49,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Reads, examines, tells."""
     from gprodom.doctor.examine import examine
+    from gprodom.drive.imu_mounting import ImuMounting
     from gprodom.odometry.estimate import read_sensors
     from gprodom.odometry.settings import read_settings
 
@@ -56,10 +57,11 @@ def run(args: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     band = settings["gpr"]["filter"]
-    rpy = settings["imu"]["rpy_body_imu"]
+    imu = settings["imu"]
+    mounting = ImuMounting(tuple(imu["rpy_body_imu"]), tuple(imu["lever_arm"]))
     places = read_antennas(args.configs, args.overrides)
     limits = float(band["band_low"]), float(band["band_high"])
-    found = examine(log, (rpy[0], rpy[1], rpy[2]), limits, places)
+    found = examine(log, mounting, limits, places)
     if args.json:
         print_json([asdict(each) for each in found])
     else:

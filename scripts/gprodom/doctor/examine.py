@@ -13,6 +13,7 @@ from gprodom.arrays import Ints
 from gprodom.convert.plausible import examine as plausible
 from gprodom.doctor import motion, radar, stamps
 from gprodom.doctor.finding import Finding, Log
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.lcm.antennas import apart
 from gprodom.odometry.dead_reckoning import has_wheel
 
@@ -32,18 +33,18 @@ _CODES = {
 
 def examine(
     log: Log,
-    rpy: tuple[float, float, float],
+    mounting: ImuMounting,
     band: tuple[float, float],
     places: Mapping[int, object] = MappingProxyType({}),
 ) -> list[Finding]:
     """What is wrong with a log read by roles, one finding of a kind; of several antennas, one of
-    each. rpy: imu.rpy_body_imu, rad; band: of the radar, Hz; places: gpr.antennas."""
+    each. mounting: as configured; band: of the radar, Hz; places: gpr.antennas."""
     antennas = apart(log["gpr_trace"]) if "gpr_trace" in log else {}
     if len(antennas) < 2:
-        return [*_first(_all(log, rpy, band)), *radar.check_antennas(antennas, places)]
+        return [*_first(_all(log, mounting, band)), *radar.check_antennas(antennas, places)]
     found: list[Finding] = []
     for antenna, traces in antennas.items():
-        for each in _first(_all({**log, "gpr_trace": traces}, rpy, band)):
+        for each in _first(_all({**log, "gpr_trace": traces}, mounting, band)):
             whose = each.what.replace("radar", f"radar, antenna {antenna}", 1)
             if whose != each.what:
                 found.append(replace(each, what=whose))
@@ -60,7 +61,7 @@ def _first(found: Iterable[Finding]) -> list[Finding]:
     return list(first.values())
 
 
-def _all(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -> Iterator[Finding]:
+def _all(log: Log, mounting: ImuMounting, band: tuple[float, float]) -> Iterator[Finding]:
     if "imu" not in log:
         yield Finding("imu missing", "there is no IMU", "channels.imu (-c, --set), or the driver")
     if not has_wheel(log):
@@ -78,13 +79,17 @@ def _all(log: Log, rpy: tuple[float, float, float], band: tuple[float, float]) -
     units = [*_units(log)]
     yield from units
     log = {role: _in_order(content) for role, content in log.items()}
+    yield from motion.check_scale(log)
     yield from motion.check_stuck(log)
     counters = [*motion.check_counters(log)]
     yield from counters
     if units or counters:  # IMU and wheel cannot be compared
         return
     yield from motion.check_sides(log)
-    yield from motion.check_axes(log, rpy)
+    mount = motion.mount_of(log, mounting.arm)
+    mounted = mounting if mount is None else ImuMounting(mount.rpy, mounting.arm)
+    log["imu"] = mounted.at_origin(log["imu"])
+    yield from motion.check_axes(log, mounting.rpy, mount)
     yield from stamps.check_offsets(log)
 
 

@@ -8,12 +8,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.calibrate.mount import STILL_MPS, WINDOW_S, Turned, find_mount, turned, windows_of
+from gprodom.calibrate.mount import (
+    STILL_MPS,
+    WINDOW_S,
+    Mount,
+    Turned,
+    find_mount,
+    turned,
+    windows_of,
+)
 from gprodom.calibrate.offset import BLOCKS
 from gprodom.convert.plausible import longest_constant
 from gprodom.doctor.finding import SIGMAS, Finding, Log, seconds_of
 from gprodom.errors import Error
-from gprodom.odometry.dead_reckoning import wheel_distance
+from gprodom.odometry.dead_reckoning import MIN_STANDSTILL_S, standstill, wheel_distance
 
 # rad. An IMU that is turned by more than this gives a twentieth of a turn's force along the track;
 # ground on which a robot drives is less steep in the mean.
@@ -48,6 +56,28 @@ def check_counters(log: Log) -> Iterator[Finding]:
         )
 
 
+def check_scale(log: Log) -> Iterator[Finding]:
+    """At rest: what the estimator takes for a scale of the accelerometer, not for a bias."""
+    try:
+        from gprodom._core import accel_scale_at_rest
+    except ModuleNotFoundError:  # the package alone, without the estimator
+        return
+    imu = log["imu"]
+    begin, end = standstill(*wheel_distance(log))
+    rests = (imu["utime"] >= begin) & (imu["utime"] <= end)
+    if (end - begin) * 1e-6 < MIN_STANDSTILL_S or not rests.any():
+        return
+    force = float(np.linalg.norm(imu["linear_acceleration"][rests].mean(axis=0)))
+    scale = accel_scale_at_rest(force)
+    if scale != 1.0:
+        yield Finding(
+            "acceleration",
+            f"IMU: at rest it measures {force:.2f} m/s^2, {100 * scale:.0f} % of gravity: the "
+            "estimator takes that as its scale",
+            "its range setting, or its unit in the driver",
+        )
+
+
 def check_stuck(log: Log) -> Iterator[Finding]:
     """Noise and the drive change the last bits of a sensor that measures; at rest a coarse one may
     stay the same."""
@@ -68,9 +98,17 @@ def check_stuck(log: Log) -> Iterator[Finding]:
         )
 
 
-def check_axes(log: Log, rpy: tuple[float, float, float]) -> Iterator[Finding]:
-    """How the IMU is turned, whether its gyro turns as it feels, and how far the wheel drives. rpy:
-    imu.rpy_body_imu, rad."""
+def mount_of(log: Log, arm: tuple[float, ...]) -> Mount | None:
+    """How the IMU is turned, if the drive shows it. arm: imu.lever_arm, m."""
+    try:
+        return find_mount(log, arm)
+    except Error:
+        return None
+
+
+def check_axes(log: Log, rpy: tuple[float, ...], mount: Mount | None) -> Iterator[Finding]:
+    """How the IMU is turned, whether its gyro turns as it feels, and how far the wheel drives, by
+    accelerations at the origin. rpy: imu.rpy_body_imu, rad; mount: as the drive shows it."""
     try:
         windows = windows_of(log, WINDOW_S, 0.0)
     except Error:
@@ -99,9 +137,7 @@ def check_axes(log: Log, rpy: tuple[float, float, float]) -> Iterator[Finding]:
         )
         return
     yield from _size(turn)
-    try:
-        mount = find_mount(log)
-    except Error:  # the drive does not show it
+    if mount is None:
         return
     aside = math.remainder(mount.rpy[2] - yaw, 2 * math.pi)
     if off <= TURNED and abs(aside) > TURNED + SIGMAS * mount.sigma[2]:

@@ -10,22 +10,14 @@ import numpy as np
 
 from gprodom import rotation
 from gprodom.arrays import Floats, Ints
+from gprodom.drive.imu_mounting import ImuMounting, matrix_of
 from gprodom.lcm.logs import Channel
 
 SPAN_S = 1.0
 GRAVITY = 9.81  # m/s^2
 
 
-def matrix_of(rpy: tuple[float, ...]) -> Floats:
-    """R_body_imu of `imu.rpy_body_imu`: roll, pitch, yaw (rad)."""
-    roll, pitch, yaw = rpy
-    c, s = np.cos([roll, pitch]), np.sin([roll, pitch])
-    about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
-    return np.asarray(rotation.yaw_matrix(yaw) @ about_y @ about_x)
-
-
-def imu_speed(imu: Channel, odometry: Channel, rpy: tuple[float, ...]) -> tuple[Ints, Floats]:
+def imu_speed(imu: Channel, odometry: Channel, mounting: ImuMounting) -> tuple[Ints, Floats]:
     """Times (n,), us, of the estimate from a second after its begin on, and speeds (n,), m/s.
 
     odometry: of the estimate, for its speed, attitude and bias of the accelerometer.
@@ -33,7 +25,9 @@ def imu_speed(imu: Channel, odometry: Channel, rpy: tuple[float, ...]) -> tuple[
     time = odometry["utime"]
     origin = int(time[0])
     clock, stamps = (time - origin) * 1e-6, (imu["utime"] - origin) * 1e-6
-    force = imu["linear_acceleration"] @ matrix_of(rpy)[0]  # forwards, in body
+    force = (
+        mounting.at_origin(imu)["linear_acceleration"] @ matrix_of(mounting.rpy)[0]
+    )  # forwards, in body
     tilted = GRAVITY * rotation.to_matrix(odometry["orientation"])[:, 2, 0]
     known = np.interp(stamps, clock, tilted + odometry["accel_bias"][:, 0])
     change = force - known

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import Channels, read_channels, read_imu_mounting
+from gprodom.config import Channels, read_channels
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile, replacing
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -108,6 +108,7 @@ def run(args: argparse.Namespace) -> int:
 
 def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
     """The recording of a log."""
+    from gprodom.drive.imu_mounting import read_mounting
     from gprodom.drive.log import read_drive
     from gprodom.view.layout import for_drive
     from gprodom.view.log import log_drive
@@ -117,7 +118,7 @@ def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
     stream = new_stream(args.log.stem)
     stream.save(path)
     recorder = Recorder(stream)
-    columns = log_drive(recorder, drive, read_imu_mounting(args.configs, args.overrides))
+    columns = log_drive(recorder, drive, read_mounting(args.configs, args.overrides))
     ground = _earlier_ground(args, recorder)
     stream.send_blueprint(for_drive(drive, ground, columns))
     stream.flush()
@@ -145,6 +146,7 @@ def _show(args: argparse.Namespace, recording: Path, environment: dict[str, str]
 
 
 def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, str]) -> int:
+    from gprodom.drive.imu_mounting import read_mounting
     from gprodom.lcm.connect import connect
     from gprodom.view.layout import for_live
     from gprodom.view.live import ROLES, Live, interruptions, listen
@@ -165,7 +167,7 @@ def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, s
     recorder = Recorder(stream)
     ground = _earlier_ground(args, recorder)
     stream.send_blueprint(for_live(ground))
-    mounting = read_imu_mounting(args.configs, args.overrides)
+    mounting = read_mounting(args.configs, args.overrides)
     live = Live(recorder, channels.of(*ROLES), mounting)
     live.subscribe(lcm)
     try:

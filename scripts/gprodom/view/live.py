@@ -20,6 +20,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.console import warn
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.drive.imu_speed import SPAN_S as IMU_SPAN_S
 from gprodom.drive.imu_speed import imu_speed
 from gprodom.drive.log import turned_onto
@@ -66,9 +67,9 @@ class Live:
         self,
         recorder: Recorder,
         names: Mapping[str, str],
-        rpy_body_imu: tuple[float, ...] = (0.0, 0.0, 0.0),
+        mounting: ImuMounting,
     ) -> None:
-        """names: of the channels by role. rpy_body_imu: roll, pitch, yaw of the IMU's axes, rad."""
+        """names: of the channels by role. mounting: of the IMU."""
         self._recorder = recorder
         self._roles = {name: role for role, name in names.items()}
         self._kept: dict[str, list[bytes]] = {}
@@ -82,7 +83,7 @@ class Live:
         self._wheel: Channel | None = None  # of the last second
         self._wheel_sent = 0  # time of the last speed of it that was sent (us)
         self._reckoning = Reckoning()
-        self._rpy_body_imu = rpy_body_imu
+        self._mounting = mounting
         self._recent: dict[str, Channel] = {}  # IMU and estimate, for the IMU's speed
         self._imu_sent = 0  # time of the last speed of it that was sent (us)
 
@@ -190,7 +191,7 @@ class Live:
             self._recent[role] = {name: value[kept] for name, value in whole.items()}
         if len(self._recent) < 2:
             return
-        time, speed = imu_speed(self._recent["imu"], self._recent["odometry"], self._rpy_body_imu)
+        time, speed = imu_speed(self._recent["imu"], self._recent["odometry"], self._mounting)
         new = time > self._imu_sent
         self._recorder.scalars("/speed/IMU", time[new], speed[new])
         self._imu_sent = int(time[new][-1]) if new.any() else self._imu_sent

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gprodom.arrays import Ints
+from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.drive.imu_speed import imu_speed
 from gprodom.drive.log import Drive
 from gprodom.drive.radargram import along_way, equalised, of_one_antenna
@@ -33,11 +34,8 @@ CURVE_US = 100_000  # between points of a curve
 WAY_COLUMNS = 1600  # of the radargram along the way
 
 
-def log_drive(recorder: Recorder, drive: Drive, rpy_body_imu: tuple[float, ...]) -> float:
-    """Logs all of it; returns the columns of the radargram along the way.
-
-    rpy_body_imu: roll, pitch, yaw of the IMU's axes, rad.
-    """
+def log_drive(recorder: Recorder, drive: Drive, mounting: ImuMounting) -> float:
+    """Logs all of it; returns the columns of the radargram along the way."""
     piece_us = max(500_000, int(1e6 * drive.seconds / MOST_PIECES))
     point_us = max(CURVE_US, int(1e6 * drive.seconds / MOST_POINTS))
     path = thin(drive.path, CURVE_US)
@@ -51,7 +49,7 @@ def log_drive(recorder: Recorder, drive: Drive, rpy_body_imu: tuple[float, ...])
     recorder.sigmas(path)
     _log_speeds(recorder, drive)
     if "imu" in drive.sensors:
-        told = imu_speed(drive.sensors["imu"], drive.log["odometry"], rpy_body_imu)
+        told = imu_speed(drive.sensors["imu"], drive.log["odometry"], mounting)
         rows = _every(told[0], CURVE_US) if len(told[0]) else np.zeros(0, int)
         recorder.scalars("/speed/IMU", told[0][rows], told[1][rows])
     _log_states(recorder, drive)

@@ -1,0 +1,58 @@
+"""How and where the IMU is mounted, and what it would measure at the robot's origin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from gprodom import rotation
+from gprodom.arrays import Floats
+from gprodom.config import Configs, read_imu_mounting, read_lever_arm
+from gprodom.lcm.logs import Channel
+
+# Standard deviation of the weights of the gyro's filter. As the estimator's, it is short enough for
+# turns and long enough for noise; but as all is recorded, it is not late.
+SMOOTH_S = 0.05
+SHORTEST_S = 1e-3
+
+
+@dataclass(frozen=True)
+class ImuMounting:
+    """rpy: imu.rpy_body_imu, rad. arm: imu.lever_arm, m in body."""
+
+    rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
+    arm: tuple[float, ...] = (0.0, 0.0, 0.0)
+
+    def at_origin(self, imu: Channel) -> Channel:
+        """With the accelerations, in the IMU's axes still, that it would measure at the origin."""
+        if not any(self.arm) or len(imu["utime"]) < 2:
+            return imu
+        seconds = (imu["utime"] - imu["utime"][0]) * 1e-6
+        rate = smoothed(imu["angular_velocity"], seconds)
+        step = np.maximum(np.gradient(seconds), SHORTEST_S)
+        added = rotation.added_by_turning(rate, step, np.array(self.arm) @ matrix_of(self.rpy))
+        return {**imu, "linear_acceleration": imu["linear_acceleration"] - added}
+
+
+def read_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> ImuMounting:
+    """As it is configured."""
+    rpy = read_imu_mounting(configs, overrides)
+    return ImuMounting(rpy, read_lever_arm(configs, overrides, "imu.lever_arm"))
+
+
+def matrix_of(rpy: tuple[float, ...]) -> Floats:
+    """R_body_imu of `imu.rpy_body_imu`: roll, pitch, yaw (rad)."""
+    roll, pitch, yaw = rpy
+    c, s = np.cos([roll, pitch]), np.sin([roll, pitch])
+    about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
+    about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
+    return np.asarray(rotation.yaw_matrix(yaw) @ about_y @ about_x)
+
+
+def smoothed(rate: Floats, seconds: Floats) -> Floats:
+    """Rates (n, 3) at `seconds` (n,), without most of the noise of single samples."""
+    step = max(float(np.median(np.diff(seconds))), SHORTEST_S)
+    return np.asarray(gaussian_filter1d(rate, SMOOTH_S / step, axis=0))
