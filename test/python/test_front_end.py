@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import gc
-import re
+import runpy
 import weakref
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gprodom
+from conftest import CHECKOUT
 from gprodom.convert.cmu import Recording, read_recording
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
-SAMPLE = Path(__file__).parents[2] / "sample" / "1700000000-0-basement-cmu-gpr.zip"
+SAMPLE = CHECKOUT / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 TICK = 100_000_000  # ns
 
 
@@ -43,12 +43,8 @@ class Silent:
         self.traces.clear()
 
 
-def test_that_of_the_documents_finds_standstills_and_distances(recording: Recording) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "python.md").read_text()
-    section = text.split("## A radar front end of your own\n")[1].split("\n## ")[0]
-    [code] = re.findall(r"```python\n(.*?)```", section, re.S)
-    names: dict[str, Any] = {}
-    exec(code.split("\nodometry = ")[0], names)
+def test_that_of_the_examples_finds_standstills_and_distances(recording: Recording) -> None:
+    names = runpy.run_path(str(CHECKOUT / "examples" / "python" / "front_end.py"))
     odometry = gprodom.Odometry(front_end=names["Similarity"])
     out = odometry.run(**recording.messages(until=int(recording.imu_utime[0] + 40_000_000)))
     found = [d for d in out.displacements if d["source"] == "similarity" and d["valid"]]
