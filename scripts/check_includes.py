@@ -227,9 +227,7 @@ def faults_of(path: Path) -> list[str]:
 
 def table() -> str:
     """The rooms as docs/architecture.md shows them."""
-    lines = ["| folder of `src/` | holds |", "| --- | --- |"]
-    lines += [f"| `{name}` | {room.holds} |" for name, room in ROOMS.items()]
-    return "\n".join(lines) + "\n"
+    return "".join(f"- `{name}`: {room.holds}\n" for name, room in ROOMS.items())
 
 
 def main() -> int:
