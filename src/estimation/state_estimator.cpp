@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "estimation/cost_function_factor.h"
+#include "estimation/graph/slip_model.h"
 #include "estimation/long_gap.h"
 #include "estimation/predict.h"
 #include "estimation/revised_state.h"
-#include "estimation/slip_model.h"
 
 namespace gprodom {
 

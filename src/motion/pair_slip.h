@@ -5,7 +5,7 @@
 #include <deque>
 #include <vector>
 
-#include "estimation/slip_model.h"
+#include "estimation/graph/slip_model.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"

@@ -6,9 +6,9 @@
 #include <deque>
 #include <optional>
 
+#include "estimation/graph/slip_model.h"
 #include "estimation/imu_preintegration.h"
 #include "estimation/nav_state.h"
-#include "estimation/slip_model.h"
 #include "gprodom/config.h"
 #include "motion/slip/unseen_slip.h"
 

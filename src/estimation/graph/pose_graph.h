@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "estimation/graph/slip_model.h"
 #include "estimation/planar_geometry.h"
-#include "estimation/slip_model.h"
 
 namespace gprodom {
 
