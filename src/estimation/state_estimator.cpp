@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "estimation/cost_function_factor.h"
-#include "estimation/graph/slip_model.h"
 #include "estimation/long_gap.h"
 #include "estimation/predict.h"
 #include "estimation/revised_state.h"
@@ -26,18 +25,8 @@ SmootherOptions smoother_options(const SmootherConfig& c) {
   return options;
 }
 
-// m; between two states without data of the wheel.
+// m; between two states without a usable wheel.
 constexpr double kUnknownDistanceSigma = 100.0;
-
-// m^2, of a distance that the wheel rolls while it counts as slipping. The slip l is the same for
-// as long as a slip lasts, so the increments of that time together weigh as one measurement of it.
-// A wrong detection costs little then: in the end the wheel outweighs the integrated IMU.
-double slip_variance(double rolled_m, const std::vector<MotionStep>& steps) {
-  const SlipModel slip;
-  double seconds = 0.0;
-  for (const MotionStep& step : steps) seconds += step.dt;
-  return std::pow(slip.size * rolled_m, 2) * std::max(1.0, slip.lasts_s / seconds);
-}
 
 StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
@@ -308,24 +297,24 @@ std::shared_ptr<const WheelSlipTerm> StateEstimator::slip_of(TimeNs time) const 
 void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                                       FixedLagSmoother::StateId b) {
   const WheelConfig& c = config_.wheel;
-  if (!input.has_wheel && c.form == WheelForm::kDistance) return;
-  // A wheel without data still does not move sideways or upwards. The path for these rows is then
-  // predicted with the speed at the beginning.
+  const bool turns_with_ground = input.has_wheel && !input.wheel_contradicted;
+  if (!turns_with_ground && c.form == WheelForm::kDistance) return;
+  // A wheel that slips, or has no data, still does not move sideways or upwards. The path for these
+  // rows is then predicted with the speed at the beginning.
   const NavState& x = smoother_.state(a);
   const double speed = (x.q_odom_body.conjugate() * x.v_odom).x() * x.wheel_scale;
   WheelIncrement increment(x.gyro_bias);
   double turned = 0.0;
   for (const MotionStep& step : input.steps) {
     const Vector3d rate = angular_velocity(step, x.gyro_bias);
-    increment.integrate(rate, step.dt, input.has_wheel ? step.wheel_m : speed * step.dt);
+    increment.integrate(rate, step.dt, turns_with_ground ? step.wheel_m : speed * step.dt);
     turned += (rate - x.gyro_bias).z() * step.dt;
   }
   Vector3d variance = increment.variance(
       {c.noise, c.lateral_noise, c.vertical_noise, std::max(c.noise_floor, input.wheel_floor_m)});
   variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
-  if (!input.has_wheel) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
-  if (input.wheel_contradicted) variance[0] += slip_variance(increment.path(), input.steps);
+  if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
   const Vector3d wheel_at(c.lever_arm.x(), input.wheel_y_m, c.lever_arm.z());
   std::shared_ptr<const Factor> factor;
   if (c.form == WheelForm::kDistance)

@@ -223,26 +223,6 @@ TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   EXPECT_LT(sigma(result, row::kTheta + 2), 0.02);
 }
 
-// By the accelerations alone the speed would be wrong by 5 m/s after 100 s.
-TEST(DetectedSlip, ThatIsNoneAndDoesNotEndLeavesTheSpeedWithTheWheel) {
-  StateEstimator estimator = at_ten_seconds(kSpeed);
-  std::mt19937 random(1);
-  StateResult result;
-  double largest = 0.0;
-  for (int i = 0; i < 500; ++i) {
-    Motion motion{kSpeed, 0.0};
-    motion.push = 0.05;  // of gravity, by a tilt that nothing shows
-    StateInput input = interval(10.0 + i * kStateInterval, motion, random);
-    input.noise.accel_density = 0.05;  // as driving shows it
-    input.wheel_contradicted = true;
-    result = estimator.add(input);
-    ASSERT_TRUE(result.solve.usable) << i;
-    largest = std::max(largest, std::abs(result.state.v_odom.norm() - kSpeed));
-  }
-  EXPECT_GT(largest, 0.3) << "a slip that is detected is believed for seconds";
-  EXPECT_LT(largest, 2.0);
-}
-
 // All of the first state, at 10 s, is well known but the wheel's scale. Completes `initial`.
 StateEstimator scale_unknown(const Config& config, InitialState& initial) {
   initial.state.time = from_seconds(10.0);
