@@ -241,7 +241,7 @@ static MapDatum get_datum(ByteReader& in) {
   if (in.get<std::uint8_t>() == 0) return datum;
   Geodetic origin;
   in.get_all(origin.data(), 3);
-  // A longitude is wanted in no particular turn; a height is that of something on the Earth.
+  // Longitudes from -180 to 180 and from 0 to 360 are both in use.
   if (!(std::abs(origin.x()) <= 90.0 && std::abs(origin.y()) <= 360.0 &&
         std::abs(origin.z()) < 1e5))
     in.refuse("the origin of site is no place on the Earth");

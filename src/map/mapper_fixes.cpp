@@ -13,8 +13,6 @@ namespace {
 constexpr double kTieYaw = 0.1;
 // rad; and ground of an earlier track, which then lies as it lies, to this.
 constexpr double kTieGroundYaw = 0.02;
-// Of the first node's pose in site, beside the fixes: nothing is known. m and rad.
-const Eigen::Vector3d kFree(1e4, 1e4, 3.0);
 // Standard deviations; what is further from where the map places it is in another site, or wrong.
 const double kContradicts = PoseGraphOptions{}.drop_beyond;
 constexpr double kLeastHeight = 0.01;  // m; nobody knows the height of ground any better
@@ -105,7 +103,8 @@ std::optional<Mapper::SiteTie> Mapper::tie_by_ground() const {
   const RigidTie tie = tie_rigidly(graph_->fixes(), places_of_fixes(datum.pose), known);
   if (tie.worst > kContradicts) return std::nullopt;
   const PlanarPose by = compose(tie.by, datum.pose);
-  Eigen::Matrix3d first = kFree.cwiseAbs2().asDiagonal();  // known by the revisits, if they tie it
+  Eigen::Matrix3d first =
+      kNothingKnown.cwiseAbs2().asDiagonal();  // known by the revisits, if they tie it
   if (start_covariance_)
     first = turned(*start_covariance_, by.yaw) +
             carried(tie.covariance, compose(by, graph_->nodes().front()).p);
@@ -126,7 +125,7 @@ std::optional<Mapper::SiteTie> Mapper::tie_by_fixes() const {
   }
   const auto fit = fit_site(pairs);
   if (!fit) return std::nullopt;
-  return SiteTie{*fit, kFree.cwiseAbs2().asDiagonal(), std::nullopt};
+  return SiteTie{*fit, kNothingKnown.cwiseAbs2().asDiagonal(), std::nullopt};
 }
 
 // From now on `map` is `site`, if a solution with the fixes is sure enough of the heading there.
@@ -146,7 +145,8 @@ void Mapper::tie_to_site(const MapInput& input, MapAnswer& answer) {
     answer.notes.emplace_back(error.what());
     return;
   }
-  if (ground_.datums.erase(map_) > 0 && located_ && !by_ground)
+  const bool had_datum = ground_.datums.erase(map_) > 0;
+  if (had_datum && located_ && !by_ground)
     answer.notes.emplace_back(
         "the fixes contradict the place in site that the map had: the map is moved to them");
   if (tie->datum) ground_.datums.emplace(map_, *tie->datum);

@@ -59,8 +59,8 @@ class Mount:
 
 
 def find_mount(log: dict[str, logs.Channel], arm: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Mount:
-    """Of a drive's log. arm: imu.lever_arm, m. What turns add at its end looks like another yaw,
-    and a wrong yaw turns the arm: both are taken in turns."""
+    """Of a drive's log. arm: imu.lever_arm, m. What turning adds at the IMU looks like another yaw,
+    and with a wrong yaw it is taken out wrongly. So both are corrected alternately."""
     if not any(arm):
         return _find(log)
     rpy = rpy_of(turned(windows_of(log, WINDOW_S, 0.0)).R)

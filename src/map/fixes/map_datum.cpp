@@ -16,8 +16,6 @@ using Eigen::Vector3d;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 
 constexpr double kBaseline = 100.0;  // m; any length tells how one plane is turned in another
-// Standard deviations, m and rad, of what fixes alone tell; none is as far from what fits them.
-const Vector3d kUnknown(1e3, 1e3, M_PI);
 
 // (x, y, yaw) at another place of what is rigid.
 Matrix3d lever(const Vector2d& way) {
@@ -145,7 +143,7 @@ RigidTie tie_rigidly(const std::vector<FixEdge>& fixes, const std::vector<Planar
   std::vector<std::optional<std::size_t>> next(fixes.size());
   for (std::size_t i = 0; i < fixes.size(); ++i)
     if (fixes[i].before) next[*fixes[i].before] = i;
-  Matrix3d before = kUnknown.cwiseAbs2().asDiagonal(), share = Matrix3d::Identity();
+  Matrix3d before = kNothingKnown.cwiseAbs2().asDiagonal(), share = Matrix3d::Identity();
   if (known) {
     const Matrix3d of_map = carried(known->map, centre);
     before = of_map + carried(known->track, centre);

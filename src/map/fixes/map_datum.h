@@ -16,10 +16,11 @@ struct MapDatum {
   double z = 0.0;   // m; of the map's origin in site
   // Of x, y, z (m^2) and yaw (rad^2) of the frame as a whole, axes of site.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  std::optional<Geodetic> origin;  // of site; nothing: it is known to who surveyed it alone
+  std::optional<Geodetic> origin;  // of site; nothing: no message or setting has told it
 };
 
-// The block of x, y and yaw of such a covariance, and another one with this block.
+// The block of x, y and yaw of such a covariance. set_planar_block() replaces it, keeps the
+// variance of the height, and sets the height's correlations to zero.
 Eigen::Matrix3d planar_block(const Eigen::Matrix4d& covariance);
 void set_planar_block(const Eigen::Matrix3d& block, Eigen::Matrix4d& covariance);
 
@@ -29,7 +30,7 @@ Eigen::Matrix3d carried(const Eigen::Matrix3d& covariance, const Eigen::Vector2d
 // The same covariance in other axes, in which its own are turned by `yaw`, rad.
 Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance, double yaw);
 
-// The same in the site with that origin. Nothing where only one of the two is known, or where they
+// The datum in the site with that origin. Nothing where only one of the two is known, or where they
 // are too far apart for one site. Two sites without origin are taken for the same.
 std::optional<MapDatum> in_site_of(const MapDatum& datum, const std::optional<Geodetic>& origin);
 
@@ -41,13 +42,17 @@ struct FrameOnEarth {
 };
 std::optional<FrameOnEarth> on_earth(const MapDatum& datum);
 
-// How fixes move a map that lies in site as far as was known, as a whole.
+// How fixes move a map, as a whole, from where it was known to lie in site.
 struct RigidTie {
   PlanarPose by;  // in site: moves each place of the map
   Eigen::Matrix3d covariance =
-      Eigen::Matrix3d::Zero();  // of (x, y, yaw) at the origin of site, then
-  double worst = 0.0;  // of a fix: from where those before it and the map place it, its deviations
+      Eigen::Matrix3d::Zero();  // of (x, y, yaw) at the origin of site, after that motion
+  double worst = 0.0;           // largest innovation of a fix, in standard deviations
 };
+// Standard deviations (m, m, rad) of a place in site where nothing is known: far beyond what fixes
+// leave.
+inline const Eigen::Vector3d kNothingKnown(1e4, 1e4, 3.0);
+
 // What was known before: covariances of (x, y, yaw) at the origin of site.
 struct KnownTie {
   Eigen::Matrix3d map, track;  // how the map lies in site, and how the track lies in the map
