@@ -61,33 +61,56 @@ void TurnRate::learn(double rate, TimeNs to) {
     const double earlier = recent_.front().rate;
     product_ += rate * earlier;
     square_ += 0.5 * (rate * rate + earlier * earlier);
+    sum_ += 0.5 * (rate + earlier);
     count_ += 1;
+    seconds_ += to_seconds(to - recent_.back().to);
   }
   recent_.push_back({to, rate});
 }
 
-double TurnRate::correlation_s() const {
-  const double lag_s = to_seconds(kLag);
-  const double correlation = std::max(product_ / square_, std::exp(-lag_s / kShortest_s));
-  return std::min(-lag_s / std::log(correlation), kLongest_s);
+TurnRate::Process TurnRate::about(double mean) const {
+  const double shown = count_ - kCount;
+  const double added = shown * mean * mean - 2 * mean * sum_;
+  const double square = square_ + added, product = product_ + added, lag_s = to_seconds(kLag);
+  const double correlation =
+      std::clamp(product / square, std::exp(-lag_s / kShortest_s), std::exp(-lag_s / kLongest_s));
+  return {mean, 0.0, square / count_, -lag_s / std::log(correlation)};
 }
 
-// An Ornstein-Uhlenbeck process of time tau that is known at both ends has at t the mean
-// (before sinh((T - t) / tau) + after sinh(t / tau)) / sinh(T / tau).
+// The mean over a time T has the variance 2 sigma^2 tau / T. So much less than the square of what
+// is seen counts as the square of the robot's own mean (James and Stein 1961): a mean that chance
+// explains counts as zero.
+TurnRate::Process TurnRate::process() const {
+  const double shown = count_ - kCount;
+  if (shown <= 0) return about(0.0);
+  const double seen = sum_ / shown;
+  const Process about_seen = about(seen);
+  const double noise = 2 * about_seen.variance * about_seen.correlation_s / seconds_;
+  const double kept = noise < seen * seen ? 1 - noise / (seen * seen) : 0.0;
+  Process result = about(kept * seen);
+  result.mean_variance = kept * noise;
+  return result;
+}
+
+// An Ornstein-Uhlenbeck process of time tau and mean m that is known at both ends has at t the mean
+// m + ((before - m) sinh((T - t) / tau) + (after - m) sinh(t / tau)) / sinh(T / tau).
 double TurnRate::turn(double gap_s, Ends ends, double from, double to) const {
-  const double tau = correlation_s();
+  const Process p = process();
+  const double tau = p.correlation_s;
   // Of sinh(t / tau) / sinh(T / tau), from 0 to t.
   const auto integral = [&](double t) {
     const double less = std::expm1(-t / tau);
     return tau * std::exp((t - gap_s) / tau) * less * less / -std::expm1(-2 * gap_s / tau);
   };
-  return ends.after * (integral(to) - integral(from)) +
-         ends.before * (integral(gap_s - from) - integral(gap_s - to));
+  return p.mean * (to - from) + (ends.after - p.mean) * (integral(to) - integral(from)) +
+         (ends.before - p.mean) * (integral(gap_s - from) - integral(gap_s - to));
 }
 
 double TurnRate::variance(double gap_s) const {
-  const double tau = correlation_s();
-  return 2 * square_ / count_ * tau * (gap_s - 2 * tau * std::tanh(gap_s / (2 * tau)));
+  const Process p = process();
+  const double tau = p.correlation_s, by_ends_s = 2 * tau * std::tanh(gap_s / (2 * tau));
+  return 2 * p.variance * tau * (gap_s - by_ends_s) +
+         p.mean_variance * std::pow(gap_s - by_ends_s, 2);
 }
 
 }  // namespace gprodom

@@ -1,6 +1,6 @@
 // How the robot turns in a long gap of the IMU, as far as it can be known: its turn rate is
-// correlated over a time, and this robot shows how large it is and over what time.
-// docs/estimation.md, "Gaps of the IMU".
+// correlated over a time, and this robot shows how large it is, over what time, and whether it
+// turns to one side more than to the other, as on laps. docs/estimation.md, "Gaps of the IMU".
 #pragma once
 
 #include <deque>
@@ -36,10 +36,19 @@ class TurnRate {
     TimeNs to;
     double rate;
   };
-  double correlation_s() const;
+  // As learnt so far, an Ornstein-Uhlenbeck process.
+  struct Process {
+    double mean, mean_variance;  // rad/s; its square
+    double variance;             // of the rate about its mean
+    double correlation_s;
+  };
+  Process process() const;
+  Process about(double mean) const;  // the process with this mean
 
-  std::deque<Rate> recent_;          // of the last second
-  double square_, product_, count_;  // sums: of the rate's square, of it times that a second ago
+  std::deque<Rate> recent_;  // of the last second
+  // Sums over pairs of rates a second apart: squares and products about zero, and the rates.
+  double square_, product_, count_, sum_ = 0.0;
+  double seconds_ = 0.0;  // that the pairs were learnt over
 };
 
 }  // namespace gprodom

@@ -12,19 +12,21 @@ namespace {
 constexpr double kStep_s = 0.2;
 
 // An Ornstein-Uhlenbeck process, one value every kStep_s.
-std::vector<double> rates(int count, double sigma, double correlation_s, unsigned seed) {
+std::vector<double> rates(int count, double sigma, double correlation_s, unsigned seed,
+                          double mean = 0.0) {
   std::mt19937 engine(seed);
   std::normal_distribution<double> normal;
   const double stays = std::exp(-kStep_s / correlation_s);
   std::vector<double> result{sigma * normal(engine)};
   while (static_cast<int>(result.size()) < count)
     result.push_back(stays * result.back() + sigma * std::sqrt(1 - stays * stays) * normal(engine));
+  for (double& rate : result) rate += mean;
   return result;
 }
 
-TurnRate learnt(double sigma, double correlation_s) {
+TurnRate learnt(double sigma, double correlation_s, double mean = 0.0, unsigned seed = 1) {
   TurnRate turn_rate;
-  const auto seen = rates(3000, sigma, correlation_s, 1);  // ten minutes
+  const auto seen = rates(3000, sigma, correlation_s, seed, mean);  // ten minutes
   for (size_t i = 0; i < seen.size(); ++i)
     turn_rate.learn(seen[i], from_seconds(kStep_s * static_cast<double>(i)));
   return turn_rate;
@@ -54,6 +56,28 @@ TEST(TurnRate, TheErrorOfTheTurnIsAsLargeAsToldAndSmallerThanOfAKeptRate) {
       EXPECT_LT(square, kept_square) << correlation_s << " s, gap " << gap_s << " s";
     }
   }
+}
+
+// A robot on laps: the mean turn rate goes on in the gap, and its own error is part of the
+// variance.
+TEST(TurnRate, GoesOnTurningToTheSideOfTheLaps) {
+  constexpr int kSteps = 100;
+  constexpr double kMean = 0.4, kSigma = 0.6, kCorrelation_s = 2.0, kGap_s = kSteps * kStep_s;
+  double square = 0.0, variance = 0.0, by_chance = 0.0;
+  constexpr int kDrives = 300;
+  for (unsigned seed = 0; seed < kDrives; ++seed) {
+    const TurnRate laps = learnt(kSigma, kCorrelation_s, kMean, 2 * seed);
+    const TurnRate none = learnt(kSigma, kCorrelation_s, 0.0, 2 * seed);
+    const auto truth = rates(kSteps + 1, kSigma, kCorrelation_s, 2 * seed + 1, kMean);
+    double turned = 0.0;
+    for (int i = 0; i < kSteps; ++i) turned += 0.5 * (truth[i] + truth[i + 1]) * kStep_s;
+    square += std::pow(laps.turn(kGap_s, {truth.front(), truth.back()}, 0.0, kGap_s) - turned, 2);
+    variance += laps.variance(kGap_s);
+    by_chance += std::abs(none.turn(kGap_s, {0.0, 0.0}, 0.0, kGap_s));
+  }
+  EXPECT_NEAR(square / variance, 1.0, 0.25);
+  EXPECT_LT(std::sqrt(square / kDrives), 0.7 * kMean * kGap_s);  // without a mean: that and more
+  EXPECT_LT(by_chance / kDrives, 0.1 * kMean * kGap_s);
 }
 
 TEST(TurnRate, PartsOfAGapAddUp) {
