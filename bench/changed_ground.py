@@ -34,12 +34,12 @@ import numpy as np
 import gprodom
 from gprodom import rotation
 from gprodom.arrays import Floats
-from gprodom.console import format_table, print_json
 from gprodom.map.ground import read_map
 from gprodom.simulate import Simulated, simulate, stream
 from gprodom.simulate import radar as radar_of
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.recording import as_recording
+from program import print_figures, table_of
 from relocation import RIGHT, command_line, each_drive, located_at, remember_others, simulated
 
 DAY = 86_400_000_000  # us
@@ -226,14 +226,8 @@ def main() -> int:
         before = [one.before for one in all_of if one.before is not None]
         if before:
             figures.append(summarise(change, "before", before, []))
-    if args.json:
-        print_json({"figures": figures, "drives": [asdict(one) for run in runs for one in run]})
-    else:
-        rows = [
-            ["-" if v is None else f"{v:.4g}" if isinstance(v, float) else v for v in one.values()]
-            for one in figures
-        ]
-        print(format_table(list(figures[0]), rows))
+    drives = [asdict(one) for run in runs for one in run]
+    print_figures(args, {"figures": figures, "drives": drives}, table_of(figures))
     return 0
 
 

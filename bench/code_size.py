@@ -11,7 +11,6 @@ that a person wrote, counted between blanks.
 
 from __future__ import annotations
 
-import argparse
 import ast
 import re
 import subprocess
@@ -23,7 +22,8 @@ from pathlib import Path
 from pygments.lexers import CppLexer, PythonLexer
 from pygments.token import Comment, Number, String
 
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table, print_json
+from program import parser_of
 
 ROOT = Path(__file__).resolve().parents[1]
 CODE = {
@@ -120,11 +120,8 @@ def size(commit: str) -> dict[str, int]:
 
 def main() -> int:
     """Prints a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("commit", nargs="*", default=["HEAD"], help="default: HEAD")
-    add_json_flag(parser)
     args = parser.parse_args()
     try:
         commits = [git("rev-parse", "--short", commit).strip() for commit in args.commit]

@@ -20,7 +20,6 @@ as it is in their table; their truth scores and is not fitted.
 
 from __future__ import annotations
 
-import argparse
 import json
 import resource
 import sys
@@ -38,7 +37,7 @@ import numpy as np
 from gprodom import rotation
 from gprodom.cli import main as gprodom
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs, wire
 from gprodom.lcm.log_writer import Stream, write_log
@@ -57,6 +56,7 @@ from gprodom.simulate.imu import rotation_from_rpy
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.sequence import Simulated, Spec, simulate
+from program import parser_of
 from recordings import convert, recordings_of
 from robots import UNDECIDED_M
 
@@ -295,16 +295,13 @@ def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def main() -> int:
     """Measures and prints."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--robots", type=int, default=50, metavar="N")
     parser.add_argument("--first", type=int, default=0, metavar="SEED")
     parser.add_argument("--no-radar", action="store_true", help="robots without a radar")
     parser.add_argument("--without-slip", action="store_true", help="see above")
     parser.add_argument("--recordings", type=Path, metavar="DIR")
     parser.add_argument("--only", action="append", default=[], metavar="NAME")
-    add_json_flag(parser)
     args = parser.parse_args()
     rows: list[dict[str, Any]] = []
     seeds = range(args.first, args.first + args.robots)

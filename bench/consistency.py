@@ -25,19 +25,16 @@ over the runs) and that of dead reckoning. Drives are made, run and forgotten in
 
 from __future__ import annotations
 
-import argparse
-import sys
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gprodom.benchmark.monte_carlo import End, end_of_drive, judge
-from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.errors import Error
+from gprodom.console import format_table
 from gprodom.simulate.robot import KINDS
 from gprodom.simulate.surface import SURFACES
+from program import add_seeds, exit_with, in_processes, parser_of, print_figures
 
 NEES = ("nees_xy", "nees_yaw")
 ERRORS = ("rmse_m", "reckoned_m")
@@ -83,18 +80,12 @@ def table(summaries: dict[str, dict[str, Any]]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--runs", type=int, default=200, help="default: %(default)s")
-    parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
-    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    parser = parser_of(__doc__, jobs=2, overrides=True)
+    add_seeds(parser, "--runs", 200)
     parser.add_argument("--robot", choices=[*sorted(KINDS), "all"], action="append", default=[])
     parser.add_argument(
         "--surface", choices=sorted(SURFACES), action="append", help="default: floor"
     )
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.runs)
     kinds = sorted(KINDS) if "all" in args.robot else args.robot
@@ -102,28 +93,14 @@ def main() -> int:
         (kind, surface) for kind in kinds or [None] for surface in args.surface or ["floor"]
     ]
     summaries: dict[str, dict[str, Any]] = {}
-    try:
-        with (
-            ProcessPoolExecutor(args.jobs) as pool,
-            Progress("consistency", len(seeds) * len(cases)) as progress,
-        ):
-            for kind, surface in cases:
-                work = partial(end_of_drive, overrides=args.overrides, kind=kind, surface=surface)
-                ends: list[End] = []
-                for end in pool.map(work, seeds):
-                    ends.append(end)
-                    progress.advance()
-                summaries[f"{kind}, {surface}" if kind else "plain"] = summarise(ends)
-    except Error as error:
-        print(f"consistency: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(summaries)
-    else:
-        print(table(summaries))
+    for kind, surface in cases:
+        name = f"{kind}, {surface}" if kind else "plain"
+        work = partial(end_of_drive, overrides=args.overrides, kind=kind, surface=surface)
+        summaries[name] = summarise(in_processes(args.jobs, name, work, seeds))
+    print_figures(args, summaries, table(summaries))
     judged = [each[name]["inside"] for each in summaries.values() for name in NEES]
     return 0 if all(judged) else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -16,15 +16,12 @@ With --strangers the map is that of the next scene: to be located in it is false
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.odometry.estimate import Estimate, estimate
 from gprodom.odometry.methods import find_method
@@ -35,6 +32,7 @@ from gprodom.score.frames import in_last_frame
 from gprodom.score.record import scene_of
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
+from program import exit_with, in_processes, parser_of, print_rows
 from zips import log_of, sequences_of
 
 METHOD = "gprodom_full"
@@ -102,34 +100,18 @@ def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> Day:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="FOLDER", type=Path, nargs="+")
     parser.add_argument("--strangers", action="store_true", help="maps of other scenes")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
-    days: list[Day] = []
-    try:
-        pairs = pairs_of(sequences_of(args.sequences), args.strangers)
-        if not pairs:
-            raise Error("no two drives of a scene (with --strangers: of two scenes)")
-        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(pairs)) as progress:
-            for day in pool.map(run, pairs, [tuple(args.overrides)] * len(pairs)):
-                days.append(day)
-                progress.advance()
-    except Error as error:
-        print(f"days: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json([asdict(day) for day in days])
-    else:
-        header = ["drive", "map of", "located after (m)", "error (m)", "without", "NEES x,y"]
-        print(format_table(header, [list(asdict(day).values()) for day in days]))
+    pairs = pairs_of(sequences_of(args.sequences), args.strangers)
+    if not pairs:
+        raise Error("no two drives of a scene (with --strangers: of two scenes)")
+    days = in_processes(args.jobs, "drives", partial(run, overrides=args.overrides), pairs)
+    header = ["drive", "map of", "located after (m)", "error (m)", "without", "NEES x,y"]
+    print_rows(args, [asdict(day) for day in days], header)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

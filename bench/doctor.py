@@ -11,7 +11,6 @@ clocks. Prints for each kind how many were named, and what was found in good one
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import print_json
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
 from gprodom.drive.imu_mounting import ImuMounting
@@ -33,6 +32,7 @@ from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import of_kind, robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import SurveySpec, simulate
+from program import one_by_one, parser_of, table_of
 
 ROUTES = ("eight", "stops", "loop")
 ROBOTS = ("", "cart", "rover")  # one wheel, then pairs
@@ -306,31 +306,26 @@ def damaged(log: Log, name: str, seed: int) -> Log:
 
 def main() -> int:
     """Measures and prints."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--recordings", type=int, default=200, metavar="N")
     parser.add_argument("--damaged", type=int, default=20, metavar="N", help="of each kind")
     parser.add_argument("--first", type=int, default=0, metavar="SEED")
-    add_json_flag(parser)
     args = parser.parse_args()
     found: dict[str, list[str]] = {}
     tried, named = dict.fromkeys(DAMAGE, 0), dict.fromkeys(DAMAGE, 0)
     missed: list[str] = []
-    with Progress("recordings", args.recordings) as progress:
-        for seed in range(args.first, args.first + args.recordings):
-            log = recording(seed)
-            codes = codes_of(log)
-            if codes:
-                found[str(seed)] = codes
-            for name, damage in DAMAGE.items():
-                if tried[name] < args.damaged and damage.shown(seed):
-                    tried[name] += 1
-                    seen = codes_of(damaged(log, name, seed))
-                    named[name] += bool(set(seen) & set(damage.codes))
-                    if not set(seen) & set(damage.codes):
-                        missed.append(f"{name}, {seed}: {seen}")
-            progress.advance()
+    for seed in one_by_one("recordings", range(args.first, args.first + args.recordings)):
+        log = recording(seed)
+        codes = codes_of(log)
+        if codes:
+            found[str(seed)] = codes
+        for name, damage in DAMAGE.items():
+            if tried[name] < args.damaged and damage.shown(seed):
+                tried[name] += 1
+                seen = codes_of(damaged(log, name, seed))
+                named[name] += bool(set(seen) & set(damage.codes))
+                if not set(seen) & set(damage.codes):
+                    missed.append(f"{name}, {seed}: {seen}")
     rows = [{"damage": name, "tried": tried[name], "named": named[name]} for name in DAMAGE]
     share = sum(named.values()) / max(sum(tried.values()), 1)
     if args.json:
@@ -345,7 +340,7 @@ def main() -> int:
             }
         )
     else:
-        print(format_table(["damage", "tried", "named"], [list(row.values()) for row in rows]))
+        print(table_of(rows))
         print(f"named {100 * share:.1f} %; found in {len(found)} of {args.recordings} good ones")
         for line in (*missed, *(f"good {seed}: {codes}" for seed, codes in found.items())):
             print(line)

@@ -17,7 +17,6 @@ Needs the extra `fdtd`; takes about 20 s. Exit code 1 where a figure is off by m
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import replace
 
@@ -25,10 +24,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gprodom.arrays import Floats
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.ground.fdtd import SPEED_OF_LIGHT, simulate_line
 from gprodom.ground.materials import sections
 from gprodom.ground.scene import Antenna, Layer, Pipe, Scene
+from program import parser_of, print_figures
 
 INTERVAL = 2e-10  # s
 CELL = 0.01  # m
@@ -149,17 +149,10 @@ def measure() -> dict[str, float]:
 
 def main() -> int:
     """Measures and prints."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    add_json_flag(parser)
-    args = parser.parse_args()
+    args = parser_of(__doc__).parse_args()
     errors = measure()
-    if args.json:
-        print_json(errors)
-    else:
-        rows = [[name, error, BOUNDS[name]] for name, error in errors.items()]
-        print(format_table(["error", "measured", "bound"], rows))
+    rows = [[name, error, BOUNDS[name]] for name, error in errors.items()]
+    print_figures(args, errors, format_table(["error", "measured", "bound"], rows))
     return 0 if all(error < BOUNDS[name] for name, error in errors.items()) else 1
 
 

@@ -11,16 +11,15 @@ right place, within half a metre, accepted) and falsely accepted, and the time o
 
 from __future__ import annotations
 
-import argparse
 import time
 
 import numpy as np
 
 from gprodom import gpr
 from gprodom.arrays import Floats
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.robot import WANDER
+from program import list_of, one_by_one, parser_of, print_figures
 
 SPACING = 0.02  # m
 STRETCH = 50.0  # m
@@ -38,9 +37,7 @@ def traces(spec: GroundSpec, seed: int, x: Floats, y: Floats, noise: int) -> Flo
 
 def main() -> None:
     """Prints the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--km", type=float, default=10.0, help="of memory (10)")
     parser.add_argument("--queries", type=int, default=200, help="of each kind (200)")
     parser.add_argument("--metres", type=float, default=10.0, help="of a query (10)")
@@ -52,7 +49,6 @@ def main() -> None:
         help="standard deviation between the tracks (%(default).3f, two passes of the simulator)",
     )
     parser.add_argument("--rows", type=int, default=0, help="of depth that are kept (the default)")
-    add_json_flag(parser)
     arguments = parser.parse_args()
     spec, random = GroundSpec(), np.random.RandomState(1)
     stretches = round(1e3 * arguments.km / STRETCH)
@@ -63,34 +59,30 @@ def main() -> None:
     if arguments.rows:
         options.rows = arguments.rows
     search = gpr.GlobalSearch(learnt, SPACING, options)
-    with Progress("memory", stretches) as progress:
-        for seed in range(stretches):
-            measured = traces(spec, seed, along, np.zeros_like(along), 10_000 + seed)
-            search.add_run(seed * len(along), learnt.apply(measured))
-            progress.advance()
+    for seed in one_by_one("memory", range(stretches)):
+        measured = traces(spec, seed, along, np.zeros_like(along), 10_000 + seed)
+        search.add_run(seed * len(along), learnt.apply(measured))
 
     found, right, false, margins, seconds = 0, 0, 0, [], []
-    with Progress("queries", 2 * arguments.queries) as progress:
-        for k in range(2 * arguments.queries):
-            known = k < arguments.queries
-            seed = int(random.randint(stretches)) + (0 if known else stretches)
-            half = 0.5 * arguments.metres * (1 + SCALE)
-            middle = random.uniform(half, STRETCH - half)
-            step = SPACING * (1 + random.uniform(-SCALE, SCALE)) * random.choice([-1, 1])
-            count = round(arguments.metres / SPACING)
-            x = middle + (np.arange(count) - 0.5 * (count - 1)) * step
-            y = np.full(count, arguments.aside * random.standard_normal())
-            query = learnt.apply(traces(spec, seed, x, y, 1_000_000 + k))
-            begin = time.process_time()
-            match = search.find(query)
-            seconds.append(time.process_time() - begin)
-            margins.append(match.margin)
-            place = seed * len(along) + middle / SPACING
-            at_place = abs(match.column - place) * SPACING < 0.5 and match.mirrored == (step < 0)
-            found += known and match.accepted and at_place
-            right += known and at_place
-            false += match.accepted and not (known and at_place)
-            progress.advance()
+    for k in one_by_one("queries", range(2 * arguments.queries)):
+        known = k < arguments.queries
+        seed = int(random.randint(stretches)) + (0 if known else stretches)
+        half = 0.5 * arguments.metres * (1 + SCALE)
+        middle = random.uniform(half, STRETCH - half)
+        step = SPACING * (1 + random.uniform(-SCALE, SCALE)) * random.choice([-1, 1])
+        count = round(arguments.metres / SPACING)
+        x = middle + (np.arange(count) - 0.5 * (count - 1)) * step
+        y = np.full(count, arguments.aside * random.standard_normal())
+        query = learnt.apply(traces(spec, seed, x, y, 1_000_000 + k))
+        begin = time.process_time()
+        match = search.find(query)
+        seconds.append(time.process_time() - begin)
+        margins.append(match.margin)
+        place = seed * len(along) + middle / SPACING
+        at_place = abs(match.column - place) * SPACING < 0.5 and match.mirrored == (step < 0)
+        found += known and match.accepted and at_place
+        right += known and at_place
+        false += match.accepted and not (known and at_place)
     figures = {
         "km": arguments.km,
         "metres": arguments.metres,
@@ -104,10 +96,7 @@ def main() -> None:
         "search_ms": 1e3 * float(np.median(seconds)),
         "memory_bytes_per_metre": search.bytes / (1e3 * arguments.km),
     }
-    if arguments.json:
-        print_json(figures)
-    else:
-        print(format_table(["figure", "value"], [[k, f"{v:.4g}"] for k, v in figures.items()]))
+    print_figures(arguments, figures, list_of(figures))
 
 
 if __name__ == "__main__":

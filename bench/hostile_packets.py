@@ -31,13 +31,14 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import find_program, run_replay
 from gprodom.options import add_config_option
 from own_network import GROUP, PORT, URL, parse_inside
+from program import exit_with, parser_of
 from zips import log_of
 
 VARIANTS = 4000  # different packets, sent again and again
@@ -314,31 +315,24 @@ def verdict(figures: dict[str, Any], max_growth_mb: float) -> list[str]:
 
 def parse() -> argparse.Namespace:
     """The command line; from here on in a network namespace."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_option(parser)
     parser.add_argument("--packets", type=int, default=1_000_000, help="default: 1000000")
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--max-growth", type=float, default=5.0, metavar="MB", help="default: 5")
-    add_json_flag(parser)
     return parse_inside(parser)
 
 
 def main() -> int:
     """Runs the command line."""
     args = parse()
-    try:
-        if not args.log.is_file():
-            raise Error(f"{args.log}: no such log")
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            log = log_of(args.log, Path(name))
-            figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))
-    except Error as error:
-        print(f"hostile_packets: error: {error}", file=sys.stderr)
-        return 1
+    if not args.log.is_file():
+        raise Error(f"{args.log}: no such log")
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = log_of(args.log, Path(name))
+        figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))
     wrong = verdict(figures, args.max_growth)
     if args.json:
         print_json({**figures, "wrong": wrong})
@@ -352,4 +346,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

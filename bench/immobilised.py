@@ -17,19 +17,18 @@ With SEQUENCEs, flags on those: none is immobilised, so that each is a false ala
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from gprodom.arrays import Bools, Floats
 from gprodom.benchmark.motion import runs
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag
@@ -42,6 +41,7 @@ from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.sequence import Simulated, SurveySpec
 from gprodom.simulate.wheel import Stuck
+from program import in_processes, parser_of, print_figures
 
 IN_TIME_S, IN_TIME_M = 1.0, 0.3
 FAST_MPS = 0.3  # from here on, the time counts
@@ -220,9 +220,7 @@ def table(results: list[Result]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2)
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="*")
     parser.add_argument("--cases", type=int, default=40, help="default: %(default)s")
     parser.add_argument("--km", type=float, default=0.0, help="default: %(default)s")
@@ -234,28 +232,19 @@ def main() -> int:
         default=[],
         help="ground of survey lines besides (`gprodom convert survey`)",
     )
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="default: %(default)s")
-    add_json_flag(parser)
     args = parser.parse_args()
-    with ProcessPoolExecutor(args.jobs) as pool:
-        if args.sequences:
-            jobs = [pool.submit(run_sequence, path) for path in args.sequences]
-        else:
-            jobs = [
-                pool.submit(run_case, seed, tuple(args.lines))
-                for seed in range(args.seed, args.seed + args.cases // 2)
-            ]
-            pieces = round(args.km * 1000 / PIECE_M)
-            jobs += [
-                pool.submit(run_creeping, seed, PIECE_M)
-                for seed in range(args.seed, args.seed + pieces)
-            ]
-        results = []
-        with Progress("drives", len(jobs)) as bar:
-            for job in jobs:
-                results.append(job.result())
-                bar.advance()
-    print_json([asdict(result) for result in results]) if args.json else print(table(results))
+    if args.sequences:
+        results = in_processes(args.jobs, "drives", run_sequence, args.sequences)
+    else:
+        seeds = range(args.seed, args.seed + args.cases // 2)
+        pieces = range(args.seed, args.seed + round(args.km * 1000 / PIECE_M))
+        case, creeping = (
+            partial(run_case, lines=tuple(args.lines)),
+            partial(run_creeping, distance_m=PIECE_M),
+        )
+        results = in_processes(args.jobs, "drives", case, seeds)
+        results += in_processes(args.jobs, "creeping drives", creeping, pieces)
+    print_figures(args, [asdict(result) for result in results], table(results))
     return 0
 
 

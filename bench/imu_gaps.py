@@ -12,17 +12,15 @@ may be claimed lost.
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
+from program import exit_with, parser_of, print_rows
 
 LENGTHS = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 GRAVITY_MEAN = 2.0  # s
@@ -78,24 +76,14 @@ def measure(paths: list[Path], length: float) -> dict[str, Any]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
-    add_json_flag(parser)
     args = parser.parse_args()
-    try:
-        rows = [measure(args.logs, length) for length in LENGTHS]
-    except Error as error:
-        print(f"imu_gaps: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(rows)
-    else:
-        heading = ["gap (s)", "yaw, RMS (rad)", "99 %", "speed, RMS (m/s)", "tilt, RMS (rad)"]
-        print(format_table(heading, [list(row.values()) for row in rows]))
+    rows = [measure(args.logs, length) for length in LENGTHS]
+    heading = ["gap (s)", "yaw, RMS (rad)", "99 %", "speed, RMS (m/s)", "tilt, RMS (rad)"]
+    print_rows(args, rows, heading)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

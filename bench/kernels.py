@@ -9,16 +9,14 @@ much the repetitions differ.
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
-import sys
 from pathlib import Path
 from statistics import pstdev
 
 import gprodom
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
+from program import exit_with, one_by_one, parser_of, print_rows
 
 PROGRAMS = ("message", "gpr_filter", "gpr_peaks", "gpr_sfm", "gpr_revisit", "estimation", "map")
 TO_MICROSECONDS = {"ns": 1e-3, "us": 1.0, "ms": 1e3, "s": 1e6}
@@ -46,36 +44,22 @@ def measure(program: Path, repetitions: int, min_time: float) -> list[dict[str, 
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--only", choices=PROGRAMS, action="append", default=[])
     parser.add_argument("--repetitions", type=int, default=3, help="default: %(default)s")
     parser.add_argument("--min-time", type=float, default=0.05, help="s each (%(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
     if gprodom._build is None:
-        print("kernels: error: not run from a checkout that is built", file=sys.stderr)
-        return 1
+        raise Error("not run from a checkout that is built")
     rows: list[dict[str, float | str]] = []
-    programs = args.only or PROGRAMS
-    try:
-        with Progress("kernels", len(programs)) as progress:
-            for name in programs:
-                program = gprodom._build / "bench" / f"bench_{name}"
-                if not program.is_file():
-                    raise Error(f"{program}: not built")
-                rows += measure(program, args.repetitions, args.min_time)
-                progress.advance()
-    except Error as error:
-        print(f"kernels: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(rows)
-    else:
-        print(format_table(["kernel", "us", "+-"], [list(row.values()) for row in rows]))
+    for name in one_by_one("kernels", args.only or PROGRAMS):
+        program = gprodom._build / "bench" / f"bench_{name}"
+        if not program.is_file():
+            raise Error(f"{program}: not built")
+        rows += measure(program, args.repetitions, args.min_time)
+    print_rows(args, rows, ["kernel", "us", "+-"])
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -16,14 +16,14 @@ the curvature at small d of the correlation along the track, less that stretch
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table, print_json
+from program import parser_of
 
 PATCH, REACH = 100, 28  # traces: 1.8 m, and 0.5 m, as lines start up to 25 cm apart
 DEPTH = slice(15, 120)  # samples: 5 to 38 ns; below, noise is as strong as the ground
@@ -95,11 +95,8 @@ def measure(folder: Path) -> dict[str, object]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
-    add_json_flag(parser)
     args = parser.parse_args()
     found = measure(args.data / "seal_beach")
     if args.json:

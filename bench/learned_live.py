@@ -12,7 +12,6 @@ that is over a centimetre or the 99th percentile of the answers is over half of 
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shlex
@@ -25,12 +24,12 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import default_config
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.learned.model import NETWORKS
 from gprodom.odometry.replay import run_replay
 from live_against_replay import LIMIT_M, LIVE, positions
+from program import exit_with, parser_of, print_figures, table_of
 
 REORDER_MS = 350.0  # time.reorder_window
 
@@ -65,27 +64,17 @@ def measure(networks: Path, log: Path, method: str, folder: Path) -> dict[str, A
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("networks", type=Path, metavar="DIR", help="of gprodom learn")
     parser.add_argument("log", type=Path, metavar="LOG.lcmlog")
     parser.add_argument("--method", choices=NETWORKS, default=NETWORKS[0])
-    add_json_flag(parser)
     args = parser.parse_args()
-    try:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-            found = measure(args.networks, args.log, args.method, Path(folder))
-    except Error as error:
-        print(f"learned_live: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(found)
-    else:
-        print(format_table(list(found), [list(found.values())]))
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+        found = measure(args.networks, args.log, args.method, Path(folder))
+    print_figures(args, found, table_of([found]))
     late = found["p99_ms"] is None or found["p99_ms"] > REORDER_MS / 2
     return int(late or found["max_apart_m"] > LIMIT_M)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -13,22 +13,20 @@ Exit code 1 where that is over a centimetre in a run that lost nothing and was n
 
 from __future__ import annotations
 
-import argparse
 import subprocess
-import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.replay import find_program, run_replay
 from gprodom.options import add_config_option
+from program import exit_with, in_processes, parser_of, print_rows
 
 LIVE = Path(__file__).resolve().parents[1] / "scripts" / "live"
 INPUTS = ["IMU", "WHEEL", "GPR_TRACE"]
@@ -86,35 +84,18 @@ def compare(log: Path, configs: Configs, speed: float) -> dict[str, Any]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=1)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
     add_config_option(parser)
     parser.add_argument("--speed", type=float, default=2.0, help="times real time (default: 2)")
-    parser.add_argument("-j", "--jobs", type=int, default=1, help="logs at once (default: 1)")
-    add_json_flag(parser)
     args = parser.parse_args()
-    results = []
-    try:
-        with (
-            Progress("logs", float(len(args.logs))) as progress,
-            ThreadPoolExecutor(args.jobs) as pool,
-        ):
-            for result in pool.map(lambda log: compare(log, args.configs, args.speed), args.logs):
-                results.append(result)
-                progress.advance()
-    except Error as error:
-        print(f"live_against_replay: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(results)
-    else:
-        header = ["log", "lost", "late", "poses", "compared", "apart at most (m)", "share equal"]
-        print(format_table(header, [list(result.values()) for result in results]))
+    work = partial(compare, configs=args.configs, speed=args.speed)
+    results = in_processes(args.jobs, "logs", work, args.logs)
+    header = ["log", "lost", "late", "poses", "compared", "apart at most (m)", "share equal"]
+    print_rows(args, results, header)
     wrong = [r for r in results if r["lost"] == r["late"] == 0 and r["max_m"] > LIMIT_M]
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -19,7 +19,6 @@ Exit code 1 where memory or processor time is over its limit, or something was l
 
 from __future__ import annotations
 
-import argparse
 import csv
 import os
 import signal
@@ -31,13 +30,14 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
 from own_network import URL, parse_inside
+from program import exit_with, parser_of
 from zips import log_of
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")
@@ -161,9 +161,7 @@ def busy(processes: int) -> list[subprocess.Popen[bytes]]:
 
 def main() -> int:
     """Runs the command line, in a network namespace."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_options(parser)
     parser.add_argument("--seconds", type=float, default=60.0, help="at most (default: 60)")
@@ -172,7 +170,6 @@ def main() -> int:
     parser.add_argument("--max-core", type=float, default=5.0, metavar="PERCENT")
     parser.add_argument("--busy", type=int, default=0, metavar="N", help="processes that compute")
     parser.add_argument("--series", type=Path, metavar="CSV", help="what was told each second")
-    add_json_flag(parser)
     args = parse_inside(parser)
     others = busy(args.busy)
     try:
@@ -181,9 +178,6 @@ def main() -> int:
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             log, load = log_of(args.log, Path(name)), (args.seconds, args.speed, args.series)
             figures = measure(log, args.configs, args.overrides, *load)
-    except Error as error:
-        print(f"live_load: error: {error}", file=sys.stderr)
-        return 1
     finally:
         for process in others:
             process.kill()
@@ -205,4 +199,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -22,10 +22,8 @@ truth is placed by its first pose. Of the position in `map`:
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -33,7 +31,6 @@ from typing import Any
 import numpy as np
 
 from gprodom.benchmark.monte_carlo import estimate_told, judge
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.simulate.drives import (
     AGAIN_M,
     KNOWN_M,
@@ -41,6 +38,7 @@ from gprodom.simulate.drives import (
     laps_drive,
     wrong_revisits,
 )
+from program import add_seeds, in_processes, list_of, parser_of, print_figures
 
 WANDER_M = 0.1  # to either side of the track, in laps
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
@@ -110,12 +108,8 @@ def summarise(drives: list[Drive], wrong: bool) -> dict[str, Any]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
-    parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
-    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
+    parser = parser_of(__doc__, jobs=2, overrides=True)
+    add_seeds(parser, "--runs", 100)
     parser.add_argument(
         "--distance",
         type=float,
@@ -128,8 +122,6 @@ def main() -> int:
         "--wander", type=float, default=WANDER_M, metavar="M", help="default: %(default)s"
     )
     parser.add_argument("--wrong", action="store_true", help="wrong revisits besides")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.runs)
     work = partial(
@@ -140,16 +132,9 @@ def main() -> int:
         laps=args.laps,
         wander=args.wander,
     )
-    with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(seeds)) as progress:
-        drives = []
-        for run in pool.map(work, seeds):
-            drives.append(run)
-            progress.advance()
+    drives = in_processes(args.jobs, "drives", work, seeds)
     figures = summarise(drives, args.wrong)
-    if args.json:
-        print_json(figures | {"drives": [vars(run) for run in drives]})
-    else:
-        print(format_table(["figure", "value"], [[k, f"{v:.4g}"] for k, v in figures.items()]))
+    print_figures(args, figures | {"drives": [vars(run) for run in drives]}, list_of(figures))
     return 0
 
 

@@ -36,12 +36,14 @@ import numpy as np
 
 import power_cuts
 from gprodom import Odometry
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table
+from gprodom.errors import Error
 from gprodom.map.ground import read_map
 from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Spec, simulate
+from program import exit_with, parser_of, print_figures
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DRIVE_M = 14.0
@@ -198,13 +200,10 @@ def measure(name: str, ground: Ground, moments: int, seed: int) -> dict[str, Any
     return {"fault": name, "moments": moments, "kept": moments - len(faults), "lost": faults}
 
 
-def tell(found: list[dict[str, Any]], as_json: bool) -> int:
+def tell(found: list[dict[str, Any]], args: argparse.Namespace) -> int:
     """Prints what measure() has found; the exit code."""
-    if as_json:
-        print_json({"faults": found})
-    else:
-        rows = [[each["fault"], each["moments"], each["kept"]] for each in found]
-        print(format_table(["fault", "moments", "kept"], rows))
+    rows = [[each["fault"], each["moments"], each["kept"]] for each in found]
+    print_figures(args, {"faults": found}, format_table(["fault", "moments", "kept"], rows))
     for each in found:
         for line in each["lost"]:
             print(f"{Path(sys.argv[0]).stem}: {each['fault']}: {line}", file=sys.stderr)
@@ -213,14 +212,11 @@ def tell(found: list[dict[str, Any]], as_json: bool) -> int:
 
 def parse() -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--moments", type=int, default=200, metavar="N", help="default: 200")
     parser.add_argument("--only", nargs="+", choices=FAULTS, default=list(FAULTS), metavar="FAULT")
     parser.add_argument("--seed", type=int, default=1, help="of the moments (default: 1)")
     parser.add_argument("--drive", nargs="+", metavar="ARG", help=argparse.SUPPRESS)
-    add_json_flag(parser)
     return parser.parse_args()
 
 
@@ -232,13 +228,12 @@ def main() -> int:
         drive(Path(messages), Path(state), [int(edge) for edge in edges])
         return 0
     if not shutil.which("strace"):
-        print("map_faults: error: needs strace (debian/control names it)", file=sys.stderr)
-        return 1
+        raise Error("needs strace (debian/control names it)")
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         ground = prepared(Path(folder))
         found = [measure(name, ground, args.moments, args.seed) for name in args.only]
-    return tell(found, args.json)
+    return tell(found, args)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

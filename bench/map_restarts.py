@@ -28,12 +28,12 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.cli import main as gprodom
-from gprodom.console import add_json_flag
 from gprodom.lcm import LCM, EventLog
 from gprodom.map.ground import read_map
 from gprodom.odometry.replay import find_program
 from map_faults import fault_of, tell
 from own_network import URL, parse_inside
+from program import parser_of
 
 SPEED = 10.0  # times real time
 IN_EACH = 5  # reloads of a drive
@@ -118,13 +118,10 @@ def measure_errors(moments: int, tests: Path) -> dict[str, Any]:
 
 def parse() -> argparse.Namespace:
     """The command line; from here on in a network namespace of its own."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--moments", type=int, default=200, metavar="N", help="default: 200")
     parser.add_argument("--errors", type=Path, metavar="FOLDER", help="see above")
     parser.add_argument("--seed", type=int, default=1, help="of the moments (default: 1)")
-    add_json_flag(parser)
     return parse_inside(parser)
 
 
@@ -135,7 +132,7 @@ def main() -> int:
         found = [measure_reloads(args.moments, random.Random(args.seed), Path(folder))]
     if args.errors:
         found.append(measure_errors(args.moments, args.errors))
-    return tell(found, args.json)
+    return tell(found, args)
 
 
 if __name__ == "__main__":

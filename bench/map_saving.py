@@ -26,10 +26,10 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.lcm import EventLog
 from gprodom.map.ground import read_map
 from gprodom.odometry.replay import find_program
+from program import parser_of, print_rows
 
 WRITE = re.compile(r"^\d+ +writev?\(\d+<([^>]*)>.* = (\d+)$", re.M)
 FILES = ("ground.map", "ground.new")
@@ -94,9 +94,7 @@ def measure(log: Path, state: Path, folder: Path, args: argparse.Namespace) -> d
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG")
     parser.add_argument(
         "-c", "--config", type=Path, metavar="CONFIG",
@@ -105,17 +103,13 @@ def main() -> int:
     )  # fmt: skip
     parser.add_argument("--save-period", type=float, default=1.0, metavar="S", help="default: 1")
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="default: 3")
-    add_json_flag(parser)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name).resolve()
         state = folder / "state"
         state.mkdir()
         found = [measure(log, state, folder, args) for log in args.logs]
-    if args.json:
-        print_json(found)
-    else:
-        print(format_table(list(found[0]), [list(each.values()) for each in found]))
+    print_rows(args, found)
     return 0
 
 

@@ -9,7 +9,6 @@ A row for each sequence, method and mode; what follows -- is given to the benchm
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import tempfile
@@ -18,16 +17,14 @@ from io import StringIO
 from pathlib import Path
 
 from gprodom.cli import main as gprodom
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import print_json
+from program import parser_of
 
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("arguments", nargs="+", metavar="ARGUMENT", help="of gprodom benchmark")
-    add_json_flag(parser)
     args = parser.parse_args()
     said = StringIO()
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:

@@ -29,9 +29,7 @@ With --gyro-bias, the gyro is worse than the simulation's: so much is added to i
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -41,7 +39,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.messages import message
@@ -52,6 +50,7 @@ from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
+from program import exit_with, one_by_one, parser_of, print_figures
 
 DRIVING_S = 2.0
 DRIVING_MPS = 0.05
@@ -212,36 +211,24 @@ def table(outcomes: list[Outcome]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, overrides=True)
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
     parser.add_argument("--share", type=float, action="append", metavar="0..1", dest="shares")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--given", action="append", default=[], choices=GIVEN)
     parser.add_argument(
         "--gyro-bias", type=float, nargs=3, default=[0.0] * 3, metavar="RAD_S", help="added to it"
     )
-    add_json_flag(parser)
     args = parser.parse_args()
     shares = args.shares or [0.5]
     outcomes: list[Outcome] = []
-    try:
-        with Progress("replaying", len(args.sequences)) as progress:
-            for sequence in args.sequences:
-                with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-                    also = (args.given, args.gyro_bias)
-                    outcomes += measure(sequence, shares, args.overrides, Path(folder), *also)
-                progress.advance()
-    except Error as error:
-        print(f"mid_drive: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json([{**asdict(outcome), "missed": outcome.missed} for outcome in outcomes])
-    else:
-        print(table(outcomes))
+    for sequence in one_by_one("replaying", args.sequences):
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+            also = (args.given, args.gyro_bias)
+            outcomes += measure(sequence, shares, args.overrides, Path(folder), *also)
+    figures = [{**asdict(outcome), "missed": outcome.missed} for outcome in outcomes]
+    print_figures(args, figures, table(outcomes))
     return 1 if any(outcome.missed for outcome in outcomes) else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

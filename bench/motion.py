@@ -25,7 +25,6 @@ count stands still (stuck). Columns: RMSE without and with the coherence, m.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from dataclasses import asdict, dataclass, replace
@@ -35,13 +34,14 @@ import numpy as np
 
 from gprodom import canvas
 from gprodom.benchmark.motion import Outcome, measure, read_beside, rmse
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.convert.cmu import Recording, read_recording
 from gprodom.convert.streams import streams
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.estimate import estimate
 from gprodom.odometry.methods import find_method
 from gprodom.score.sources import read_truth
+from program import one_by_one, parser_of, print_figures
 
 
 @dataclass(frozen=True)
@@ -151,33 +151,23 @@ def cut_table(outcomes: list[CutOutcome]) -> str:
 
 def main() -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, overrides=True)
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
     parser.add_argument("--cut", type=float, metavar="SECONDS", help="for which the wheel fails")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--plot", type=Path, metavar="PNG", help="coherence against the truth")
-    add_json_flag(parser)
     arguments = parser.parse_args()
     outcomes: list[Outcome] = []
     cuts: list[CutOutcome] = []
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        Progress("replaying", len(arguments.sequences)) as progress,
-    ):
-        for done, sequence in enumerate(arguments.sequences, 1):
+    with tempfile.TemporaryDirectory() as folder:
+        for sequence in one_by_one("replaying", arguments.sequences):
             if arguments.cut is None:
                 outcomes.append(measure(sequence, arguments.overrides, Path(folder)))
             else:
                 cuts.append(measure_cut(sequence, arguments.cut, arguments.overrides, Path(folder)))
-            progress.update(done)
     if arguments.plot is not None and outcomes:
         draw(outcomes, arguments.plot)
-    if arguments.json:
-        print_json([asdict(outcome) for outcome in [*outcomes, *cuts]])
-    else:
-        print(table(outcomes) if outcomes else cut_table(cuts))
+    figures = [asdict(outcome) for outcome in [*outcomes, *cuts]]
+    print_figures(arguments, figures, table(outcomes) if outcomes else cut_table(cuts))
     return 0
 
 

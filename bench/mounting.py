@@ -14,8 +14,6 @@ Exit code 1 where a right mounting is told.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,13 +22,13 @@ import numpy as np
 
 from gprodom.calibrate.mount import find_mount, rpy_of
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.errors import Error
+from gprodom.console import format_table
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
 from gprodom.odometry.methods import find_method
 from gprodom.odometry.replay import run_replay
 from gprodom.simulate.imu import rotation_from_rpy
+from program import exit_with, one_by_one, parser_of, print_figures
 
 CASES = {
     "right": (0, 0),
@@ -87,33 +85,20 @@ def cell(changes: list[float]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, overrides=True)
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
     parser.add_argument("--mount", type=float, nargs=3, default=[0, 0, 0], metavar="RAD")
     parser.add_argument("--find", action="store_true", help="as gprodom calibrate mount does")
     parser.add_argument("--case", action="append", choices=CASES, help="default: all")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     args = parser.parse_args()
     mount, cases = None if args.find else args.mount, args.case or list(CASES)
     found: dict[str, dict[str, list[float]]] = {}
-    try:
-        with Progress("mountings", len(args.sequences)) as progress:
-            for sequence in args.sequences:
-                found[sequence.stem] = measure(sequence, cases, mount, args.overrides)
-                progress.advance()
-    except Error as error:
-        print(f"mounting: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(found)
-    else:
-        rows = [[name, *(cell(of[case]) for case in cases)] for name, of in found.items()]
-        print(format_table(["sequence", *cases], rows))
+    for sequence in one_by_one("mountings", args.sequences):
+        found[sequence.stem] = measure(sequence, cases, mount, args.overrides)
+    rows = [[name, *(cell(of[case]) for case in cases)] for name, of in found.items()]
+    print_figures(args, found, format_table(["sequence", *cases], rows))
     return 1 if any(of.get("right") for of in found.values()) else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

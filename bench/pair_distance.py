@@ -23,7 +23,6 @@ four parts of the depth.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
@@ -34,7 +33,7 @@ import numpy as np
 
 from gprodom import canvas
 from gprodom.arrays import Floats
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.ground.survey import Survey
 from gprodom.random_streams import stream
 from gprodom.simulate.drive import Move
@@ -48,6 +47,7 @@ from pair_drives import (
     strength,
     to_and_fro,
 )
+from program import one_by_one, parser_of, print_figures
 
 WAY_M = 50.0
 PATCH_M = 0.4  # of ground to a match
@@ -214,9 +214,7 @@ def picture(rows: list[Row], path: Path) -> None:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=1)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
     parser.add_argument("--drives", type=int, default=5, help="of each (default: %(default)s)")
     parser.add_argument("--ground", choices=GROUNDS, action="append", help="default: all")
@@ -224,8 +222,6 @@ def main() -> int:
         "--case", choices=[case.name for case in CASES], action="append", help="default: all"
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="picture: measured and limit")
-    parser.add_argument("-j", "--jobs", type=int, default=1, help="at once (default: 1)")
-    add_json_flag(parser)
     args = parser.parse_args()
     asked = [
         (ground, case)
@@ -235,17 +231,13 @@ def main() -> int:
     ]
     seeds = range(1, args.drives + 1)
     rows = []
-    with ProcessPoolExecutor(args.jobs) as pool, Progress("cases", len(asked)) as progress:
-        for ground, case in asked:
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for ground, case in one_by_one("cases", asked):
             found = pool.map(measure, repeat(ground), repeat(case), seeds, repeat(args.data))
             rows.append(summary(ground, case, list(found)))
-            progress.advance()
     if args.plot:
         picture(rows, args.plot)
-    if args.json:
-        print_json([asdict(row) for row in rows])
-    else:
-        print(table(rows))
+    print_figures(args, [asdict(row) for row in rows], table(rows))
     return 0
 
 

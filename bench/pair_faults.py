@@ -18,14 +18,13 @@ Columns: passages; those wrong by more than 3 sigma and 2 cm; error of the dista
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table
 from gprodom.convert.cmu import Traces
 from gprodom.ground.survey import Survey
 from gprodom.random_streams import stream
@@ -44,6 +43,7 @@ from pair_drives import (
     straight,
     strength,
 )
+from program import parser_of, print_figures
 
 B_M, SPEED = 0.3, 0.4  # m, m/s
 PIECE_M = 100.0  # of the drives over rebar
@@ -197,25 +197,19 @@ def table(rows: list[Row]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
     parser.add_argument("--km", type=float, default=1.0, help="over rebar; 0: none")
     parser.add_argument("--minutes", type=float, default=10.0, help="of other faults; 0: none")
     parser.add_argument(
         "--ground", choices=GROUNDS, action="append", help="of other faults; default: all"
     )
-    add_json_flag(parser)
     args = parser.parse_args()
     rows = over_rebar(args.km) if args.km > 0 else []
     rows += (
         faults(args.minutes, args.ground or list(GROUNDS), args.data) if args.minutes > 0 else []
     )
-    if args.json:
-        print_json([asdict(each) for each in rows])
-    else:
-        print(table(rows))
+    print_figures(args, [asdict(each) for each in rows], table(rows))
     return 0
 
 

@@ -12,17 +12,13 @@ antenna alone.
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
-from itertools import repeat
+from functools import partial
 from pathlib import Path
 
-from gprodom.console import Progress, add_json_flag, print_json
-from gprodom.errors import Error
+from program import exit_with, in_processes, parser_of, print_figures, told_apart
 from rough import ALL, Row, attempt, sequences_of, table
 
 ONE = "one antenna"
@@ -50,39 +46,19 @@ def run(sequence: Path, more: tuple[str, ...], names: Sequence[str]) -> list[Row
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--only", metavar="ROW", choices=NAMES, help="this row alone")
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
     names = tuple(name for name in NAMES if args.only in (None, name))
     sequences = sequences_of(args.sequences)
-    rows: list[Row] = []
-    failed: list[str] = []
-    try:
-        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(sequences)) as bar:
-            for some in pool.map(run, sequences, repeat(tuple(args.overrides)), repeat(names)):
-                if isinstance(some, str):
-                    failed.append(some)
-                else:
-                    rows += some
-                bar.advance()
-    except Error as error:
-        failed.append(str(error))
-    for each in failed:
-        print(f"pairs: error: {each}", file=sys.stderr)
+    work = partial(run, more=tuple(args.overrides), names=names)
+    rows, failed = told_apart(in_processes(args.jobs, "drives", work, sequences))
     if not rows:
         return 1
-    if args.json:
-        print_json([asdict(row) for row in rows])
-    else:
-        print(table(rows, names))
+    print_figures(args, [asdict(row) for row in rows], table(rows, names))
     return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

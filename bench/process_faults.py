@@ -28,7 +28,6 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import message
@@ -36,6 +35,7 @@ from gprodom.odometry.replay import find_program, run_replay
 from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
 from own_network import URL, parse_inside
+from program import exit_with, parser_of, print_figures, table_of
 from zips import log_of
 
 FAULT_AT = 0.6  # of the time played
@@ -262,13 +262,10 @@ def verdict(figures: dict[str, Any]) -> list[str]:
 
 def parse() -> argparse.Namespace:
     """The command line; from here on in network and mount namespaces of its own."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="IN", help="log or zip")
     add_config_option(parser)
     parser.add_argument("--seconds", type=float, default=40.0, help="of the log (default: 40)")
-    add_json_flag(parser)
     return parse_inside(parser, mounts=True)
 
 
@@ -286,27 +283,20 @@ def main() -> int:
     """Runs the command line."""
     args = parse()
     results, wrong = [], []
-    try:
-        if not args.log.is_file():
-            raise Error(f"{args.log}: no such log")
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            log = log_of(args.log, Path(name))
-            for fault in FAULTS:
-                print(f"{fault.name} ...", file=sys.stderr)
-                results.append(by_itself(fault, log, args))
-                wrong += verdict(results[-1])
-    except Error as error:
-        print(f"process_faults: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json({"runs": results, "wrong": wrong})
-    else:
-        rows = [[f"{x:.2f}" if isinstance(x, float) else x for x in r.values()] for r in results]
-        print(format_table(list(results[0]), rows))
+    if not args.log.is_file():
+        raise Error(f"{args.log}: no such log")
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        log = log_of(args.log, Path(name))
+        for fault in FAULTS:
+            print(f"{fault.name} ...", file=sys.stderr)
+            results.append(by_itself(fault, log, args))
+            wrong += verdict(results[-1])
+    print_figures(args, {"runs": results, "wrong": wrong}, table_of(results))
+    if not args.json:
         for line in wrong:
             print(f"process_faults: {line}", file=sys.stderr)
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -11,9 +11,7 @@ ground is beyond --bound.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
 
@@ -21,12 +19,13 @@ import numpy as np
 
 from gprodom.calibrate.offset import Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.robot import robot
 from gprodom.simulate.sequence import SurveySpec
+from program import add_seeds, in_processes, parser_of, print_figures
 
 RAYS = "rays"
 Case = tuple[str, int]  # ground, seed
@@ -58,27 +57,16 @@ def measure(case: Case, late: list[float]) -> list[Offset]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--seeds", type=int, default=10, help="drives a ground (default: %(default)s)"
-    )
-    parser.add_argument("--first-seed", type=int, default=100, help="default: %(default)s")
+    parser = parser_of(__doc__, jobs=2)
+    add_seeds(parser, "--seeds", 10, first=100)
     parser.add_argument("--late", type=float, nargs="+", default=[0.0, 0.05], metavar="S")
     parser.add_argument(
         "--bound", type=float, default=0.015, help="of the RMS error, s (%(default)s)"
     )
-    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     cases = list(product([RAYS, *shipped()], seeds))
-    with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(cases)) as progress:
-        found: list[list[Offset]] = []
-        for offsets in pool.map(partial(measure, late=args.late), cases):
-            found.append(offsets)
-            progress.advance()
+    found = in_processes(args.jobs, "drives", partial(measure, late=args.late), cases)
     rows = []
     for ground, (at, late) in product([RAYS, *shipped()], enumerate(args.late)):
         own = [o[at] for case, o in zip(cases, found, strict=True) if case[0] == ground]
@@ -87,13 +75,11 @@ def main() -> int:
         rms = [float(np.sqrt(np.mean(x**2))) for x in (error, told)]
         worst = float(np.abs(error).max())
         rows.append([ground, late, float(np.mean(error)), rms[0], worst, rms[1]])
-    if args.json:
-        keys = ("ground", "late_s", "mean_s", "rms_s", "worst_s", "told_s")
-        print_json({"rows": [dict(zip(keys, row, strict=True)) for row in rows]})
-    else:
-        shown = [[row[0], *(f"{1e3 * value:.1f}" for value in row[1:])] for row in rows]
-        heading = ["ground", "late (ms)", "mean error", "RMS", "worst", "sigma told"]
-        print(format_table(heading, shown))
+    keys = ("ground", "late_s", "mean_s", "rms_s", "worst_s", "told_s")
+    shown = [[row[0], *(f"{1e3 * value:.1f}" for value in row[1:])] for row in rows]
+    heading = ["ground", "late (ms)", "mean error", "RMS", "worst", "sigma told"]
+    figures = {"rows": [dict(zip(keys, row, strict=True)) for row in rows]}
+    print_figures(args, figures, format_table(heading, shown))
     return 0 if all(row[3] <= args.bound for row in rows) else 1
 
 

@@ -21,7 +21,6 @@ Robot, IMU and wheel are simulated, the ground is real (data/README.md of the sh
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 import tempfile
@@ -33,13 +32,14 @@ import numpy as np
 
 import gprodom
 from gprodom.arrays import Floats
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress
 from gprodom.ground.survey import to_counts
 from gprodom.simulate import Simulated, Spec, simulate, stream
 from gprodom.simulate import radar as radar_of
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.recording import as_recording
+from program import parser_of, print_rows
 from relocation import RIGHT, located_at
 
 TOLD_SIGMA = 0.5  # m
@@ -200,9 +200,7 @@ def summarise(name: str, found: list[Outcome], known: bool, less_mean: bool) -> 
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of the shared data")
     parser.add_argument("--lines", type=int, default=46, help="of each kind at most (all)")
     parser.add_argument("--strangers", type=int, default=100, help="default: %(default)s")
@@ -210,7 +208,6 @@ def main() -> int:
         "--change", type=float, nargs="+", default=[0.0, 10.0, -10.0],
         metavar="PERCENT", help="of travel times, on the beach (0 10 -10)",
     )  # fmt: skip
-    add_json_flag(parser)
     args = parser.parse_args()
     beach = [read_beach(args.data, number) for number in range(1, 21)][: args.lines + 1]
     field = read_field(args.data)
@@ -249,14 +246,7 @@ def main() -> int:
     ]
     figures.append(summarise("field, there and back", of_field, True, False))
     figures.append(summarise("field, strangers", of_strangers, False, False))
-    if args.json:
-        print_json(figures)
-    else:
-        rows = [
-            ["-" if v is None else f"{v:.3g}" if isinstance(v, float) else v for v in one.values()]
-            for one in figures
-        ]
-        print(format_table(list(figures[0]), rows))
+    print_rows(args, figures)
     return 0
 
 

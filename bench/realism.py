@@ -16,7 +16,6 @@ wheel file C.0, the husky bag (30 Hz, outdoors). Differences that stand out are 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.source import File
@@ -34,6 +33,7 @@ from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.wire import decode
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.robot import robot
+from program import parser_of
 
 Array = NDArray[np.float64]
 LIMITS = {"radar": 2.5, "IMU": 3.0, "wheel": 2.0}  # ratio from which a difference is named
@@ -185,11 +185,8 @@ def _range(values: Array) -> str:
 
 def main() -> int:
     """Compares and prints."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of the real pieces")
-    add_json_flag(parser)
     args = parser.parse_args()
     found = compare(args.data)
     named = [line for kind, pieces in found.items() for line in differences(kind, pieces)]

@@ -22,19 +22,18 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 import gprodom
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
 from gprodom.simulate.recording import as_recording
+from program import add_seeds, in_processes, list_of, parser_of, print_figures
 
 T = TypeVar("T")
 
@@ -158,36 +157,21 @@ def summarise(runs: list[Relocation], other_m: float) -> dict[str, Any]:
 
 def command_line(description: str | None, others: int) -> argparse.ArgumentParser:
     """The options of a bench that drives on known ground. others: drives in the map, by default."""
-    parser = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--runs", type=int, default=100, help="default: %(default)s")
-    parser.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
+    parser = parser_of(description, jobs=2, overrides=True)
+    add_seeds(parser, "--runs", 100)
     parser.add_argument(
         "--others",
         type=int,
         default=others,
         help="drives over other ground in the map (%(default)s)",
     )
-    parser.add_argument("--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     return parser
 
 
 def each_drive(work: Callable[[int], T], args: argparse.Namespace) -> list[T]:
     """Runs `work` for each seed of the command line, in other processes."""
     seeds = range(args.first_seed, args.first_seed + args.runs)
-    # A fork would hang: OpenMP, which the solver uses, has threads of this process by now.
-    with (
-        ProcessPoolExecutor(args.jobs, get_context("spawn")) as pool,
-        Progress("drives", len(seeds)) as progress,
-    ):
-        found = []
-        for one in pool.map(work, seeds):
-            found.append(one)
-            progress.advance()
-    return found
+    return in_processes(args.jobs, "drives", work, seeds)
 
 
 def main() -> int:
@@ -199,11 +183,7 @@ def main() -> int:
         work = partial(relocate, others=others, overrides=args.overrides)
         runs = each_drive(work, args)
     figures = summarise(runs, other_m)
-    if args.json:
-        print_json(figures | {"drives": [vars(run) for run in runs]})
-    else:
-        rows = [[name, "-" if v is None else f"{v:.4g}"] for name, v in figures.items()]
-        print(format_table(["figure", "value"], rows))
+    print_figures(args, figures | {"drives": [vars(run) for run in runs]}, list_of(figures))
     return 0
 
 

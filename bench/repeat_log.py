@@ -10,7 +10,6 @@ The log begins and ends at a standstill. Stamps and the wheel's count go on from
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from gprodom.console import Progress
@@ -18,6 +17,7 @@ from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.lcm import EventLog
 from gprodom.lcm.messages import message
+from program import exit_with
 
 TYPES = {"IMU": "imu_t", "WHEEL": "wheel_t", "GPR_TRACE": "gpr_trace_t"}
 IMU_PERIOD_US = 5000  # between the last message of a round and the first of the next
@@ -60,13 +60,9 @@ def main() -> int:
     parser.add_argument("output", type=Path, metavar="OUT.lcmlog")
     parser.add_argument("--seconds", type=float, default=900.0, help="default: %(default)s")
     args = parser.parse_args()
-    try:
-        print(f"{args.output}: {repeat(args.log, args.output, args.seconds)} messages")
-    except Error as error:
-        print(f"repeat_log: error: {error}", file=sys.stderr)
-        return 1
+    print(f"{args.output}: {repeat(args.log, args.output, args.seconds)} messages")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -12,20 +12,19 @@ runs counts. One core: the program has one thread.
 
 from __future__ import annotations
 
-import argparse
 import json
 import resource
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
+from program import exit_with, parser_of, print_rows
 from zips import log_of
 
 CASES = {
@@ -68,38 +67,28 @@ def best(runs: list[dict[str, float]]) -> dict[str, float]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="zip or log")
     add_config_options(parser)
     parser.add_argument("--repeats", type=int, default=3, help="default: 3")
-    add_json_flag(parser)
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
-    try:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            total = float(len(args.logs) * len(CASES) * args.repeats)
-            with Progress("replays", total) as progress:
-                for log in [log_of(source, Path(name)) for source in args.logs]:
-                    for case, overrides in CASES.items():
-                        runs = []
-                        for _ in range(args.repeats):
-                            runs.append(
-                                replay(log, args.configs, [*overrides, *args.overrides], Path(name))
-                            )
-                            progress.update(float(len(results) * args.repeats + len(runs)))
-                        results.append({"log": log.name, "case": case, **best(runs)})
-    except Error as error:
-        print(f"replay_speed: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(results)
-        return 0
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        total = float(len(args.logs) * len(CASES) * args.repeats)
+        with Progress("replays", total) as progress:
+            for log in [log_of(source, Path(name)) for source in args.logs]:
+                for case, overrides in CASES.items():
+                    runs = []
+                    for _ in range(args.repeats):
+                        runs.append(
+                            replay(log, args.configs, [*overrides, *args.overrides], Path(name))
+                        )
+                        progress.update(float(len(results) * args.repeats + len(runs)))
+                    results.append({"log": log.name, "case": case, **best(runs)})
     header = ["log", "case", "x real time", "x, processor", "ms a solve", "steps a solve"]
-    print(format_table(header, [list(row.values()) for row in results]))
+    print_rows(args, results, header)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

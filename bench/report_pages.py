@@ -13,7 +13,6 @@ Chromium (package chromium) only the HTML is judged.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 import tempfile
@@ -28,7 +27,6 @@ import justhtml
 from gprodom.calibrate.mount import find_mount
 from gprodom.cli import main as gprodom
 from gprodom.config import STANDARD
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.replay import run_replay
@@ -37,6 +35,8 @@ from zips import log_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "python"))
 import browser
+
+from program import exit_with, parser_of, print_figures, table_of
 
 WIDTHS = (360, 768, 1920)
 LEAST_CONTRAST, MOST_SHEETS = 4.5, 4
@@ -114,42 +114,31 @@ def judge(page: Path, folder: Path) -> tuple[dict[str, Any], list[str]]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", metavar="DATA", type=Path)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="pages and pictures")
     parser.add_argument("--only", action="append", choices=sorted(DRIVES))
-    add_json_flag(parser)
     args = parser.parse_args()
     found: dict[str, dict[str, Any]] = {}
     wrong: list[str] = []
-    try:
-        for name in args.only or DRIVES:
-            with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
-                folder = Path(temporary)
-                output = args.output or folder / "pages"
-                output.mkdir(parents=True, exist_ok=True)
-                out, sensors = DRIVES[name](args.data, folder)
-                page = output / f"{name}.html"
-                with redirect_stdout(StringIO()):
-                    code = gprodom(["report", str(out), "--sensors", str(sensors), "-o", str(page)])
-                if code != 0:
-                    raise Error(f"{name}: no report")
-                found[name], told = judge(page, folder)
-                wrong += [f"{name}: {each}" for each in told]
-    except Error as error:
-        print(f"report_pages: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(found)
-    else:
-        header = ["drive", *next(iter(found.values()))]
-        print(format_table(header, [[name, *row.values()] for name, row in found.items()]))
+    for name in args.only or DRIVES:
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
+            folder = Path(temporary)
+            output = args.output or folder / "pages"
+            output.mkdir(parents=True, exist_ok=True)
+            out, sensors = DRIVES[name](args.data, folder)
+            page = output / f"{name}.html"
+            with redirect_stdout(StringIO()):
+                code = gprodom(["report", str(out), "--sensors", str(sensors), "-o", str(page)])
+            if code != 0:
+                raise Error(f"{name}: no report")
+            found[name], told = judge(page, folder)
+            wrong += [f"{name}: {each}" for each in told]
+    print_figures(args, found, table_of([{"drive": name, **row} for name, row in found.items()]))
     for each in wrong:
         print(f"report_pages: {each}", file=sys.stderr)
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -15,7 +15,6 @@ Negatives: the same drives over lines 1 m aside or more.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,7 +24,8 @@ import numpy as np
 
 from gprodom import gpr
 from gprodom.arrays import Floats
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress
+from program import parser_of, print_rows
 from revisit_protocol import load_protocol
 
 STEP_M = 0.25  # between patches
@@ -159,9 +159,7 @@ def run(
 
 def main() -> None:
     """Prints the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder with revisit_eval.py and real_ground/")
     parser.add_argument("--prior", type=float, default=0.3, help="m (0.3)")
     parser.add_argument("--aside", type=int, default=1, help="lines between memory and query (1)")
@@ -169,7 +167,6 @@ def main() -> None:
     parser.add_argument("--slip", metavar="L", type=float, default=0.0, help="of the wheel (0)")
     parser.add_argument("--slip-sigma", metavar="S", type=float, default=0.0, help="allowed (0)")
     parser.add_argument("--only", choices=list(VARIANTS), help="one variant")
-    add_json_flag(parser)
     arguments = parser.parse_args()
     protocol = load_protocol(arguments.data / "revisit_eval.py")
     first, last = (int(n) for n in arguments.lines.split("-"))
@@ -181,14 +178,7 @@ def main() -> None:
             outcomes.append(
                 run(protocol, name, pairs, arguments.prior, arguments.aside, slip, progress)
             )
-    if arguments.json:
-        print_json([asdict(outcome) for outcome in outcomes])
-        return
-    rows = [
-        [f"{v:.3f}" if isinstance(v, float) else str(v) for v in asdict(o).values()]
-        for o in outcomes
-    ]
-    print(format_table(list(asdict(outcomes[0])), rows))
+    print_rows(arguments, [asdict(outcome) for outcome in outcomes])
 
 
 if __name__ == "__main__":

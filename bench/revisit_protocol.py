@@ -10,7 +10,6 @@ keeps 98 % right, and scores lines 11-20. Beside its figures stand those of the 
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,7 +20,7 @@ import numpy as np
 
 from gprodom import gpr
 from gprodom.arrays import Bools, Floats
-from gprodom.console import add_json_flag, format_table, print_json
+from program import parser_of, print_rows
 
 # name -> (matcher options, filter options)
 VARIANTS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
@@ -148,26 +147,16 @@ def run(protocol: ModuleType, variant: str, prior: float, aside: int) -> Outcome
 
 def main() -> None:
     """Prints the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder with revisit_eval.py and real_ground/")
     parser.add_argument("--prior", type=float, default=0.3, help="m (0.3)")
     parser.add_argument("--aside", type=int, default=1, help="lines between memory and query (1)")
     parser.add_argument("--only", choices=list(VARIANTS), help="one variant")
-    add_json_flag(parser)
     arguments = parser.parse_args()
     protocol = load_protocol(arguments.data / "revisit_eval.py")
     names = [arguments.only] if arguments.only else list(VARIANTS)
     outcomes = [run(protocol, name, arguments.prior, arguments.aside) for name in names]
-    if arguments.json:
-        print_json([asdict(outcome) for outcome in outcomes])
-        return
-    rows = [
-        [f"{v:.3f}" if isinstance(v, float) else str(v) for v in asdict(o).values()]
-        for o in outcomes
-    ]
-    print(format_table(list(asdict(outcomes[0])), rows))
+    print_rows(arguments, [asdict(outcome) for outcome in outcomes])
 
 
 if __name__ == "__main__":

@@ -13,18 +13,17 @@ others, cm, and over their standard deviation.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
@@ -35,6 +34,7 @@ from gprodom.score.associate import associate
 from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
+from program import in_processes, parser_of, print_rows
 
 METHODS = ("gprodom", "gprodom_full")
 WRONG = 0.15  # m
@@ -137,32 +137,18 @@ def means(rows: list[Row]) -> Iterator[list[str]]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
-    rows: list[Row] = []
-    with ProcessPoolExecutor(args.jobs) as pool, Progress("sequences", len(args.sequences)) as bar:
-        intervals = [3.125e-10 if "beach" in s.name else SAMPLE_INTERVAL for s in args.sequences]
-        overrides = [tuple(args.overrides)] * len(args.sequences)
-        for part in pool.map(run, args.sequences, intervals, overrides):
-            rows += part
-            bar.advance()
+    intervals = [3.125e-10 if "beach" in s.name else SAMPLE_INTERVAL for s in args.sequences]
+    work = partial(run, overrides=tuple(args.overrides))
+    parts = in_processes(args.jobs, "sequences", work, args.sequences, intervals)
+    rows = [row for part in parts for row in part]
+    print_rows(args, [asdict(row) for row in rows])
     if args.json:
-        print_json([asdict(row) for row in rows])
         return 0
-    table = [
-        [f"{v:.3f}" if isinstance(v, float) else str(v) for v in asdict(row).values()]
-        for row in rows
-    ]
-    print(format_table(list(asdict(rows[0])), table))
-    print()
     heads = ["scale", "method", "ground", "se2_c", "se2_s", "first_c", "first_s", "end_c", "end_s"]
-    print(format_table(heads, list(means(rows))))
+    print("\n" + format_table(heads, list(means(rows))))
     return 0
 
 

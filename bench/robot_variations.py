@@ -14,12 +14,9 @@ SOURCE is the folder of bench/robots.py, or a sequence or log with truth.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from itertools import repeat
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +25,13 @@ import numpy as np
 from gprodom.calibrate.mount import find_mount
 from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.drive.imu_mounting import matrix_of
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
+from program import exit_with, in_processes, parser_of, print_figures
 from recordings import Recording, convert, recordings_of
 from robots import measure
 from sensors import read, write
@@ -48,7 +46,7 @@ def is_folder(source: Path) -> bool:
     return source.is_dir() and not any(source.glob("we_odom*.csv"))
 
 
-def run(source: Path, name: str, overrides: Sequence[str], variation: str) -> Row:
+def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Row:
     """The figures of one variation of one recording."""
     recording = recordings_of(source)[name] if is_folder(source) else SEQUENCE
     row: Row = {"recording": name, "variation": variation}
@@ -99,41 +97,22 @@ def table(rows: Sequence[Row]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("source", type=Path, metavar="SOURCE")
     parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
     parser.add_argument("--vary", action="append", choices=VARIATIONS | LEVER_ARMS, default=[])
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
-    try:
-        known = list(recordings_of(args.source)) if is_folder(args.source) else [args.source.stem]
-        if unknown := [name for name in args.only if name not in known]:
-            raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
-    except Error as error:
-        print(f"robot_variations: error: {error}", file=sys.stderr)
-        return 1
+    known = list(recordings_of(args.source)) if is_folder(args.source) else [args.source.stem]
+    if unknown := [name for name in args.only if name not in known]:
+        raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
     names = args.only or known
     cases = [(name, variation) for variation in args.vary or VARIATIONS for name in names]
     of, kinds = zip(*cases, strict=True)
-    rows: list[Row] = []
-    try:
-        with ProcessPoolExecutor(args.jobs) as pool, Progress("variations", len(cases)) as bar:
-            for row in pool.map(run, repeat(args.source), of, repeat(args.overrides), kinds):
-                rows.append(row)
-                bar.advance()
-    except Error as error:
-        print(f"robot_variations: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(rows)
-    else:
-        print(table(rows))
+    work = partial(run, args.source, overrides=args.overrides)
+    rows = in_processes(args.jobs, "variations", work, of, kinds)
+    print_figures(args, rows, table(rows))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

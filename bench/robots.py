@@ -16,8 +16,6 @@ seconds later, as a rule while the robot drives.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +25,7 @@ import numpy as np
 
 from gprodom.calibrate.mount import Mount, find_mount
 from gprodom.config import STANDARD
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
@@ -39,6 +37,7 @@ from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
 from mid_drive import cut_log
+from program import exit_with, parser_of, print_figures
 from recordings import Recording, convert, recordings_of
 
 JUMP = "odom.largest_jump_m"  # in STATUS
@@ -166,26 +165,18 @@ def table(results: dict[str, dict[str, Any]]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, overrides=True)
     parser.add_argument("data", type=Path, metavar="DIR")
     parser.add_argument("--only", action="append", metavar="NAME", default=[])
     parser.add_argument(
         "--from", type=float, action="append", default=[], metavar="SECONDS", dest="begins"
     )
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    add_json_flag(parser)
     args = parser.parse_args()
     results: dict[str, dict[str, Any]] = {}
-    try:
-        recordings = recordings_of(args.data)
-        for name in args.only:
-            if name not in recordings:
-                raise Error(f"--only {name}: expected some of {', '.join(recordings)}")
-    except Error as error:
-        print(f"robots: error: {error}", file=sys.stderr)
-        return 1
+    recordings = recordings_of(args.data)
+    for name in args.only:
+        if name not in recordings:
+            raise Error(f"--only {name}: expected some of {', '.join(recordings)}")
     for name in args.only or recordings:
         for from_s in (0.0, *args.begins):
             row = f"{name} from {from_s:g} s" if from_s > 0 else name
@@ -193,12 +184,9 @@ def main() -> int:
                 results[row] = run(recordings[name], args.data, args.overrides, from_s)
             except Error as error:  # one that does not start is a row, too
                 results[row] = {"error": str(error)}
-    if args.json:
-        print_json(results)
-    else:
-        print(table(results))
+    print_figures(args, results, table(results))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

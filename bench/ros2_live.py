@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.options import add_config_option
 from own_network import parse_inside
@@ -34,6 +33,8 @@ from zips import log_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "ros2"))
 import kit
+
+from program import exit_with, list_of, parser_of, print_figures
 
 PERCENTILES = (50, 99, 100)
 PAUSE_NS = 50_000_000  # between the end of the log and its start again
@@ -96,31 +97,21 @@ def measure(log: Path, configs: Configs, args: argparse.Namespace, folder: Path)
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="SEQ|LOG", help="drive")
     add_config_option(parser)
     parser.add_argument("--seconds", type=float, default=0, help="default: the log once")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")
     parser.add_argument("--best-effort", action="store_true", help="sensors are best effort")
-    add_json_flag(parser)
     args = parse_inside(parser)
-    try:
-        if not (kit.BIN / "peer").is_file():
-            raise Error(f"{kit.BIN}: no test programs; scripts/check-ros2 builds them")
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            figures = measure(args.log, args.configs, args, Path(name))
-    except Error as error:
-        print(f"ros2_live: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(figures)
-    else:
-        print(format_table(["", "measured"], [list(row) for row in figures.items()]))
+    if not (kit.BIN / "peer").is_file():
+        raise Error(f"{kit.BIN}: no test programs; scripts/check-ros2 builds them")
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        figures = measure(args.log, args.configs, args, Path(name))
+    print_figures(args, figures, list_of(figures))
     lost = figures["poses_missing"] or (figures["lost"] and not args.best_effort)
     return 1 if lost else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

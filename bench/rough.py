@@ -16,16 +16,14 @@ With --without, a row each for the same with one witness left out (gprodom_full)
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
@@ -34,6 +32,7 @@ from gprodom.score.associate import associate
 from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_estimate, read_truth
 from gprodom.trajectory import Trajectory
+from program import exit_with, in_processes, parser_of, print_figures, told_apart
 from zips import sample_interval, sequences_of
 
 ALL = "gprodom_full"
@@ -154,46 +153,26 @@ def table_without(rows: Sequence[Row], names: Sequence[str]) -> str:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--without", action="store_true", help="one witness left out at a time")
     parser.add_argument("--only", metavar="METHOD", choices=METHODS, help="this method alone")
-    parser.add_argument("-j", "--jobs", type=int, default=2, help="at once (default: %(default)s)")
-    add_json_flag(parser)
     args = parser.parse_args()
     more = tuple(args.overrides)
     if args.without:
         cases = [("nothing", ALL, more), *((k, ALL, (*v, *more)) for k, v in WITHOUT.items())]
     else:
         cases = [(name, name, more) for name in METHODS if args.only in (None, name)]
-    rows: list[Row] = []
-    failed: list[str] = []
     sequences = sequences_of(args.sequences)
-    try:
-        with ProcessPoolExecutor(args.jobs) as pool, Progress("drives", len(sequences)) as bar:
-            for some in pool.map(attempt, sequences, [cases] * len(sequences)):
-                if isinstance(some, str):
-                    failed.append(some)
-                else:
-                    rows += some
-                bar.advance()
-    except Error as error:
-        print(f"rough: error: {error}", file=sys.stderr)
-        return 1
-    for each in failed:
-        print(f"rough: error: {each}", file=sys.stderr)
+    work = partial(attempt, methods=cases)
+    rows, failed = told_apart(in_processes(args.jobs, "drives", work, sequences))
     if not rows:
         return 1
     names = [name for name, _, _ in cases]
-    if args.json:
-        print_json([asdict(row) for row in rows])
-    else:
-        print(table_without(rows, names) if args.without else table(rows, names))
+    text = table_without(rows, names) if args.without else table(rows, names)
+    print_figures(args, [asdict(row) for row in rows], text)
     return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -18,7 +18,6 @@ file beside them that tells their radar's sample interval.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -32,7 +31,6 @@ import yaml
 from gprodom.benchmark.motion import read_beside
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import STANDARD
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.gpr import find_apexes
 from gprodom.ground.scene import Layer, Pipe, Scene, Stones, read_scene
 from gprodom.lcm.constants import kind
@@ -50,6 +48,7 @@ from gprodom.simulate.files import write_sequence
 from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import SurveySpec, simulate
+from program import parser_of, print_rows
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 LINES = CHECKOUT / "test" / "python" / "pipe_lines.npz"
@@ -213,14 +212,11 @@ def windows(sequences: list[Path]) -> dict[str, Any]:
 
 def main() -> int:
     """Runs one part."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("part", choices=("apexes", "drives", "windows"))
     parser.add_argument("sequences", type=Path, nargs="*", metavar="SEQ", help="of windows")
     parser.add_argument("--drives", type=int, default=6, metavar="N", help="default %(default)s")
     parser.add_argument("--make", type=Path, metavar="FILE", help="make the lines, to this file")
-    add_json_flag(parser)
     args = parser.parse_args()
     if args.make:
         make_lines(args.make)
@@ -229,17 +225,8 @@ def main() -> int:
         rows = [windows(args.sequences)]
     else:
         rows = apexes() if args.part == "apexes" else [drive(seed) for seed in range(args.drives)]
-    if args.json:
-        print_json(rows)
-    else:
-        keys = list(dict.fromkeys(key for row in rows for key in row))
-        shown = [[_shown(row.get(key)) for key in keys] for row in rows]
-        print(format_table(keys, shown))
+    print_rows(args, rows)
     return 0
-
-
-def _shown(value: Any) -> str:
-    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 if __name__ == "__main__":

@@ -26,13 +26,11 @@ holds a text; without --base the present program is compared with itself.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -43,7 +41,7 @@ from pathlib import Path
 from gprodom import RESET_ALL, CommandName
 from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table, print_json
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
@@ -54,6 +52,7 @@ from gprodom.lcm.messages import message
 from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import find_program
 from log_differences import Message, differences, read_events
+from program import exit_with, parser_of
 from recordings import Recording, recordings_of
 from recordings import convert as convert_recording
 from repeat_log import repeat
@@ -344,9 +343,7 @@ def report(results: Sequence[Result]) -> None:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     base = parser.add_mutually_exclusive_group()
     base.add_argument("--base", metavar="REV", help="commit to compare with")
     base.add_argument(
@@ -357,25 +354,20 @@ def main() -> int:
     parser.add_argument("--short", action="store_true", help="the sample by one method alone")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="cases at once (default 1)")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="keep what differs there")
-    add_json_flag(parser)
     args = parser.parse_args()
     present = Side(find_program(), CHECKOUT / "config")
-    try:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
-            folder = Path(temporary)
-            if args.output is not None:
-                args.output.mkdir(parents=True, exist_ok=True)
-                folder = args.output.resolve()
-            more = (folder, args.data, args.only, args.short, args.jobs)
-            if args.base is not None:
-                with built(args.base, Path(temporary)) as other:
-                    results = compare_all(other, present, *more)
-            else:
-                other = Side(args.base_program or present.program, present.profiles)
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
+        folder = Path(temporary)
+        if args.output is not None:
+            args.output.mkdir(parents=True, exist_ok=True)
+            folder = args.output.resolve()
+        more = (folder, args.data, args.only, args.short, args.jobs)
+        if args.base is not None:
+            with built(args.base, Path(temporary)) as other:
                 results = compare_all(other, present, *more)
-    except Error as error:
-        print(f"same_bytes: error: {error}", file=sys.stderr)
-        return 1
+        else:
+            other = Side(args.base_program or present.program, present.profiles)
+            results = compare_all(other, present, *more)
     if args.json:
         print_json([vars(result) for result in results])
     else:
@@ -384,4 +376,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

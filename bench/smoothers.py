@@ -29,7 +29,6 @@ import argparse
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,13 +41,14 @@ import gprodom
 import plain_ekf
 import smoothers_gtsam
 import state_intervals
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table, print_json
 from gprodom.convert.cmu import read_recording
 from gprodom.errors import Error
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
+from program import exit_with, parser_of
 from smoothers_gtsam import Noise, Updates
 
 Array = NDArray[np.float64]
@@ -136,35 +136,27 @@ def quantiles(result: Result, what: str) -> tuple[float, float, float]:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, overrides=True)
     parser.add_argument("sources", metavar="SEQ", type=Path, nargs="+")
     program = (gprodom._build or Path("build")) / "bench" / "bench_smoother_update"
     parser.add_argument("--program", type=Path, default=program, help="default: of the build")
     parser.add_argument("--rate", type=float, default=10.0, help="states/s (default: %(default)s)")
     parser.add_argument("--lag", type=float, default=5.0, help="s (default: %(default)s)")
     parser.add_argument("--scale", type=float, help="of the wheel, reported over true")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument(
         "--integration", type=float, default=Noise.integration, help="GTSAM's (m^2/s; %(default)s)"
     )
     parser.add_argument("--repeats", type=int, default=3, help="default: %(default)s")
     parser.add_argument("--max-median", type=float, default=0.6, help="default: %(default)s")
     parser.add_argument("--max-p99", type=float, default=1 / 3, help="default: a third")
-    add_json_flag(parser)
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     labels = (*SOLVERS, BATCH, BATCH + QR, INCREMENTAL, INCREMENTAL + QR, *EKFS)
     results = {label: Result({}, []) for label in labels}
     updates = 0
-    try:
-        with Progress("smoothers", 2 * args.repeats * len(args.sources)) as progress:
-            for source in args.sources:
-                updates += measure(source, args, results, progress.advance)
-    except Error as error:
-        print(f"smoothers: error: {error}", file=sys.stderr)
-        return 2
+    with Progress("smoothers", 2 * args.repeats * len(args.sources)) as progress:
+        for source in args.sources:
+            updates += measure(source, args, results, progress.advance)
     figures = summary(results)
     figures["updates"] = updates
     if args.json:
@@ -218,17 +210,8 @@ def show(figures: dict[str, Any]) -> None:
             row.append(f"{1e3 * told[what][name]:.2f}" if told else "")
         each = figures["error_m"].get(label)
         rows.append([*row, "" if each is None else f"{each:.4f}"])
-    heading = [
-        "",
-        "sequences timed",
-        "cpu median (ms)",
-        "p99",
-        "wall median",
-        "p99",
-        "without covariance",
-        "p99",
-        "error (m)",
-    ]
+    heading = ["", "sequences timed", "cpu median (ms)", "p99", "wall median", "p99"]
+    heading += ["without covariance", "p99", "error (m)"]
     print(format_table(heading, rows))
     over = figures["over_batch"]
     print(
@@ -240,4 +223,4 @@ def show(figures: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main, failed=2)

@@ -11,8 +11,6 @@ trigger, and without a radar; and how many places were found again.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
@@ -23,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from gprodom.cli import main as gprodom
-from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.errors import Error
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
@@ -34,6 +31,7 @@ from gprodom.score.align import FIRST_M
 from gprodom.score.associate import associate
 from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
+from program import exit_with, one_by_one, parser_of, print_rows
 
 GROUNDS = ("rays", *shipped())
 SLIPS = {
@@ -108,13 +106,10 @@ def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def main() -> int:
     """Measures and prints."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--seeds", type=int, default=3, metavar="N")
     parser.add_argument("--spacing", type=float, action="append", metavar="M")
     parser.add_argument("--ground", choices=GROUNDS, action="append")
-    add_json_flag(parser)
     args = parser.parse_args()
     spacings = args.spacing or [0.02, 0.05]
     cases = [
@@ -124,21 +119,11 @@ def main() -> int:
         for seed in range(args.seeds)
     ]
     rows: list[dict[str, Any]] = []
-    try:
-        with Progress("drives", len(cases)) as progress:
-            for case in cases:
-                rows += measure(*case, spacings)
-                progress.advance()
-    except Error as error:
-        print(f"triggers: error: {error}", file=sys.stderr)
-        return 1
-    means = summary(rows)
-    if args.json:
-        print_json(means)
-    else:
-        print(format_table(list(means[0]), [list(each.values()) for each in means]))
+    for case in one_by_one("drives", cases):
+        rows += measure(*case, spacings)
+    print_rows(args, summary(rows))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -21,7 +21,6 @@ out.
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import resource
@@ -35,12 +34,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.odometry.replay import run_replay
 from gprodom.view.record import TIMELINE
 from gprodom.view.viewer import free_port, started, viewer_command, without_statistics
 from live_load import processor_seconds
 from own_network import URL, parse_inside
+from program import list_of, parser_of, print_figures
 from repeat_log import repeat
 from zips import log_of
 
@@ -165,9 +164,7 @@ def watch(logs: list[Path], seconds: float, more: list[str]) -> float:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     parser.add_argument("--replayed", metavar="OUT", type=Path, help="its replay, if there is one")
     parser.add_argument("--length", type=float, default=3600.0, help="s (default %(default)s)")
@@ -175,7 +172,6 @@ def main() -> int:
     parser.add_argument(
         "--scrubs", type=int, default=100, metavar="N", help="moves (default %(default)s)"
     )
-    add_json_flag(parser)
     args = parse_inside(parser)
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
@@ -194,10 +190,7 @@ def main() -> int:
         into_file = ["-o", str(folder / "live.rrd")]
         figures["live_to_file_core_pct"] = watch(logs, args.seconds, into_file)
         figures["live_to_viewer_core_pct"] = watch(logs, args.seconds, ["--web"])
-    if args.json:
-        print_json(figures)
-    else:
-        print(format_table(["figure", "value"], [[key, value] for key, value in figures.items()]))
+    print_figures(args, figures, list_of(figures))
     return 0
 
 

@@ -12,9 +12,7 @@ and the times real time by processor time. Exit code 1 where positions are furth
 
 from __future__ import annotations
 
-import argparse
 import hashlib
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -22,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import Configs
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.options import add_config_options
+from program import exit_with, one_by_one, parser_of, print_figures
 from replay_speed import replay
 from zips import log_of
 
@@ -74,37 +73,23 @@ def compare(log: Path, configs: Configs, overrides: list[str]) -> dict[str, Any]
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="zip or log")
     add_config_options(parser)
     parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
-    add_json_flag(parser)
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
-    try:
-        with (
-            tempfile.TemporaryDirectory(prefix="gprodom-") as name,
-            Progress("logs", len(args.logs)) as progress,
-        ):
-            for log in [log_of(source, Path(name)) for source in args.logs]:
-                results.append(compare(log, args.configs, args.overrides))
-                progress.advance()
-    except Error as error:
-        print(f"window_solvers: error: {error}", file=sys.stderr)
-        return 2
-    if args.json:
-        print_json(results)
-    else:
-        names = ("ceres ms", "ceres x", "chain ms", "chain x")
-        header = ["log", "poses", "apart, m", "covariance", "same bytes", *names]
-        small = ("max_m", "covariance")
-        rows = [[f"{v:.1e}" if k in small else v for k, v in row.items()] for row in results]
-        print(format_table(header, rows))
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        for log in one_by_one("logs", [log_of(source, Path(name)) for source in args.logs]):
+            results.append(compare(log, args.configs, args.overrides))
+    names = ("ceres ms", "ceres x", "chain ms", "chain x")
+    header = ["log", "poses", "apart, m", "covariance", "same bytes", *names]
+    small = ("max_m", "covariance")
+    rows = [[f"{v:.1e}" if k in small else v for k, v in row.items()] for row in results]
+    print_figures(args, results, format_table(header, rows))
     alike = all(row["max_m"] <= args.max_m for row in results)
     return 0 if alike and all(row["same_bytes"] for row in results) else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main, failed=2)

@@ -32,8 +32,8 @@ import scale
 import two_days
 import withheld
 
-from gprodom.console import add_json_flag, format_table, print_json
-from gprodom.errors import Error
+from gprodom.console import add_json_flag
+from program import exit_with, print_rows
 
 PARTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "ends": ends.run,
@@ -71,18 +71,10 @@ def parser() -> argparse.ArgumentParser:
 def main() -> int:
     """Runs a part."""
     args = parser().parse_args()
-    try:
-        rows = PARTS[args.part](args)
-    except Error as error:
-        print(f"anchors: error: {error}", file=sys.stderr)
-        return 1
-    if args.json:
-        print_json(rows)
-        return 0
-    heads = list(dict.fromkeys(key for row in rows for key in row))
-    print(format_table(heads, [[row.get(head) for head in heads] for row in rows]))
+    rows = PARTS[args.part](args)
+    print_rows(args, rows)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -42,6 +42,7 @@ from gprodom.score.sources import read_truth
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
+from program import exit_with
 from zips import log_of
 
 BEGIN = 0.45  # of the run, where faults begin
@@ -230,18 +231,14 @@ def main() -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Replays what is missing; prints all."""
-    try:
-        args.logs = [log_of(source, args.output) for source in args.logs]
-        results, runner = Results(args.output), Runner(args)
-        tasks = results.missing(tasks_of(args, runner.faults()))
-        with Progress("replays", len(tasks)) as progress, ProcessPoolExecutor(args.jobs) as pool:
-            doing = {pool.submit(runner.do, task): task for task in tasks}
-            for done in as_completed(doing):
-                results.keep(doing[done], done.result())
-                progress.advance()
-    except Error as error:
-        print(f"faults: error: {error}", file=sys.stderr)
-        return 1
+    args.logs = [log_of(source, args.output) for source in args.logs]
+    results, runner = Results(args.output), Runner(args)
+    tasks = results.missing(tasks_of(args, runner.faults()))
+    with Progress("replays", len(tasks)) as progress, ProcessPoolExecutor(args.jobs) as pool:
+        doing = {pool.submit(runner.do, task): task for task in tasks}
+        for done in as_completed(doing):
+            results.keep(doing[done], done.result())
+            progress.advance()
     text, wrong = table.of_replays(results.all)
     (args.output / "table.md").write_text(text)
     print_json(table.figures(results.all)) if args.json else print(text)
@@ -251,4 +248,4 @@ def run(args: argparse.Namespace) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -40,9 +39,12 @@ from rivals import Answers, ByCoherence, ByNetwork, ByRidge, Rival, speed_in
 from table import tables
 
 import pairs
-from gprodom.console import Progress, add_json_flag, print_json
 from gprodom.learned.grounds import make_line, seeds
 from gprodom.learned.model import read_record
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from program import in_processes, one_by_one, parser_of, print_figures
 
 SCALED_ON = 3  # validation grounds
 
@@ -128,50 +130,29 @@ def on_sequences(args: argparse.Namespace, lengths: dict[str, tuple[float, float
         if sequence.name in trained:
             raise SystemExit(f"learned_factorial: {sequence.name}: the networks were trained on it")
     methods = {**rivals(args.folder), "coherence": ByCoherence(*lengths["coherence"])}
-    found = []
-    with Progress("sequences", len(args.sequences)) as progress:
-        for sequence in args.sequences:
-            found.append(sequences.measure(sequence, methods))
-            progress.advance()
-    figures, text = sequences.tables(found)
-    if args.json:
-        print_json(figures)
-    else:
-        print(text)
+    found = [sequences.measure(each, methods) for each in one_by_one("sequences", args.sequences)]
+    print_figures(args, *sequences.tables(found))
     return 0
 
 
 def main() -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, jobs=1)
     parser.add_argument("folder", type=Path, metavar="DIR", help="of gprodom learn")
     parser.add_argument("sequences", nargs="*", type=Path, metavar="SEQUENCE")
     parser.add_argument("--share", type=float, default=1.0, help="of the test grounds (default 1)")
-    parser.add_argument("-j", "--jobs", type=int, default=1, metavar="N")
-    add_json_flag(parser)
     args = parser.parse_args()
     lengths = lengths_of_coherence()
     if args.sequences:
         return on_sequences(args, lengths)
     grounds = seeds("test", args.share)
-    results, offsets = [], []
-    with (
-        Progress("grounds", 2 * len(grounds)) as progress,
-        ProcessPoolExecutor(args.jobs) as pool,
-    ):
-        for scored in pool.map(partial(score_ground, args.folder, lengths), grounds):
-            results.append(scored)
-            progress.advance()
-        for ground in grounds:
-            offsets.append(pairs.measure(make_line(ground), ground, args.folder))
-            progress.advance()
-    figures, text = tables(results, offsets)
-    if args.json:
-        print_json(figures)
-    else:
-        print(text)
+    work = partial(score_ground, args.folder, lengths)
+    results = in_processes(args.jobs, "grounds", work, grounds)
+    offsets = [
+        pairs.measure(make_line(ground), ground, args.folder)
+        for ground in one_by_one("pairs on grounds", grounds)
+    ]
+    print_figures(args, *tables(results, offsets))
     return 0
 
 

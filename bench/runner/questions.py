@@ -11,23 +11,7 @@ UNKNOWN = "?"  # in an answer that is not written
 
 def questions(f: Figures) -> str:
     """The table; without the lines of which something was not measured."""
-    lines = [
-        line
-        for part in (
-            starts,
-            wheel,
-            standing,
-            covariance,
-            revisits,
-            located,
-            begun_with_a_map,
-            joined,
-            ground,
-            live,
-        )
-        for line in part(f)
-        if UNKNOWN not in str(line[1])
-    ]
+    lines = [line for part in PARTS for line in part(f) if UNKNOWN not in str(line[1])]
     return table(["what", "measured", "bench"], lines) if lines else ""
 
 

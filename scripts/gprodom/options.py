@@ -77,8 +77,13 @@ def add_config_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_config_options(parser: argparse.ArgumentParser) -> None:
-    """``-c`` and ``--set``, the latter to `args.overrides`."""
+    """``-c`` and ``--set``."""
     add_config_option(parser)
+    add_overrides_option(parser)
+
+
+def add_overrides_option(parser: argparse.ArgumentParser) -> None:
+    """``--set``, to `args.overrides`."""
     parser.add_argument(
         "--set",
         action="append",

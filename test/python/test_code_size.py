@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
-from types import ModuleType
-
-import pytest
 
 from conftest import CHECKOUT
 
+sys.path.append(str(CHECKOUT / "bench"))
 
-@pytest.fixture(scope="module")
-def code_size() -> ModuleType:
-    """The bench as a module."""
-    path = CHECKOUT / "bench" / "code_size.py"
-    spec = importlib.util.spec_from_file_location("code_size", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["code_size"] = module
-    spec.loader.exec_module(module)
-    return module
-
+import code_size
 
 CPP = """// A comment.
 #include <cmath>
@@ -49,15 +37,15 @@ lines"""
 '''
 
 
-def test_comments_blanks_and_docstrings_are_no_code(code_size: ModuleType) -> None:
+def test_comments_blanks_and_docstrings_are_no_code() -> None:
     assert code_size.code_lines(CPP, python=False) == 8
     assert code_size.code_lines(PYTHON, python=True) == 4
 
 
-def test_numbers_that_need_a_reason(code_size: ModuleType) -> None:
+def test_numbers_that_need_a_reason() -> None:
     assert code_size.numbers(CPP) == 2  # 0.3 and 4
 
 
-def test_functions_are_found_and_statements_are_not(code_size: ModuleType) -> None:
+def test_functions_are_found_and_statements_are_not() -> None:
     assert list(code_size.function_lengths(CPP, python=False)) == [6]
     assert list(code_size.function_lengths(PYTHON, python=True)) == [3]
