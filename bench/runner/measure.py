@@ -17,10 +17,9 @@ from typing import Any
 from job import MOST_S, Bench, Job, Program, command_line, digests_of_data, key_of
 
 from figures import Figure, Measured, Report
-from gprodom.calls import Answer, Call
 from gprodom.console import to_json
 from gprodom.errors import Error
-from gprodom.executor import Executor, LocalExecutor
+from gprodom.executor import Answer, Call, Executor, LocalExecutor
 from gprodom.files import write_bytes
 
 # A bench ends with 1 where a figure is over what its program asks for, which is no failure here.

@@ -32,6 +32,7 @@ import gprodom
 from gprodom.errors import Error
 from gprodom.files import Output, check_outputs, reading
 from gprodom.options import Parser
+from gprodom.rooms import rooms
 
 COMMANDS: tuple[str, ...] = (
     "gprodom.convert.command",
@@ -48,9 +49,8 @@ COMMANDS: tuple[str, ...] = (
     "gprodom.report.command",
     "gprodom.view.command",
     "gprodom.map.command",
-    "gprodom.learned.command",
-    "gprodom.learned.live",
     "gprodom.status.command",
+    *(command for room in rooms() for command in room.COMMANDS),
 )
 
 DESCRIPTION = "Odometry from ground-penetrating radar, IMU and wheel encoder."

@@ -1,11 +1,16 @@
-"""Where many independent tasks run: processes of this machine, or a Dask cluster."""
+"""Where many independent tasks run: processes of this machine, or a Dask cluster; a program as a
+task."""
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from gprodom.errors import Error
@@ -89,3 +94,43 @@ def _lost() -> Future[Result]:
 def _leave_interrupts() -> None:
     """An interrupt ends a worker at once, without a traceback; the parent cancels the rest."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+NO_ANSWER = -1
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Of a program. code: `NO_ANSWER` where it was ended for taking too long."""
+
+    code: int
+    output: str
+    said: str  # on standard error, its last lines
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Call:
+    """A program with its arguments, as a task. environment: beside that of
+    the worker. limit_s: after which it is ended."""
+
+    command: tuple[str, ...]
+    environment: Mapping[str, str]
+    limit_s: float
+
+    def __call__(self) -> Answer:
+        """Runs it to its end."""
+        started = time.monotonic()
+        try:
+            done = subprocess.run(
+                self.command,
+                env={**os.environ, **self.environment},
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=self.limit_s,
+            )
+        except subprocess.TimeoutExpired:
+            return Answer(NO_ANSWER, "", f"took more than {self.limit_s:.0f} s", self.limit_s)
+        said = "\n".join(done.stderr.strip().splitlines()[-20:])
+        return Answer(done.returncode, done.stdout, said, time.monotonic() - started)

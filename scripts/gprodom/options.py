@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.files import PICTURES, PictureFile
+from gprodom.rooms import rooms
 
 Subparsers = Any  # argparse's own class for this is private
 
@@ -117,13 +118,10 @@ def add_picture_output(parser: argparse.ArgumentParser) -> None:
 
 
 def add_method_options(parser: argparse.ArgumentParser) -> None:
-    """``--networks`` and ``--pipes``, for commands that run a method."""
-    parser.add_argument(
-        "--networks",
-        type=Path,
-        metavar="DIR",
-        help="folder that gprodom learn wrote, for the learned methods",
-    )
+    """``--pipes``, and what `rooms` add, for commands that run a method."""
+    parser.set_defaults(networks=None)
+    for room in rooms():
+        room.add_method_options(parser)
     parser.add_argument(
         "--pipes",
         type=Path,

@@ -11,7 +11,7 @@ import gprodom
 # Modules that only draw, print, parse a command line or hand out work: no result depends on them.
 _FOLDERS = {"plot", "status"}
 _MODULES = {"__main__.py", "canvas.py", "cli.py", "command.py", "page.py", "pictures.py"}
-_MODULES |= {"calls.py", "cluster.py", "executor.py", "options.py", "schedule.py"}
+_MODULES |= {"cluster.py", "executor.py", "options.py", "schedule.py"}
 
 
 @cache

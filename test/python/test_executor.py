@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from gprodom.calls import Answer, Call
 from gprodom.cli import main
 from gprodom.cluster import open_executor
 from gprodom.errors import Error, UsageError
-from gprodom.executor import Executor, LocalExecutor
+from gprodom.executor import Answer, Call, Executor, LocalExecutor
 
 WORKERS = 2
 

@@ -20,7 +20,7 @@ from gprodom.files import replacing, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, reckon
 from gprodom.odometry.estimate import Estimate, as_log, estimate
-from gprodom.odometry.methods import Method
+from gprodom.odometry.method import Method
 from gprodom.odometry.replay import find_program
 from gprodom.own_code import digest_of_code
 from gprodom.score.align import Alignment
@@ -93,10 +93,8 @@ def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: o
     if method.reckoned != "wheel":
         facts.append(_stamp(find_program()))
         facts += [file.read_text(encoding="utf-8") for file in config_files(settings.configs)]
-    if method.networks is not None:
-        facts.append(_stamp(method.networks / f"{method.network}.onnx"))
-    if method.pipes is not None:
-        facts.append(_stamp(method.pipes))
+    if method.source is not None:
+        facts.append(_stamp(method.source))
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 

@@ -12,7 +12,8 @@ from gprodom.benchmark.simulated import Drive
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.executor import Executor
-from gprodom.odometry.methods import METHODS, Method
+from gprodom.odometry.method import Method
+from gprodom.odometry.methods import METHODS
 
 Result = TypeVar("Result")
 

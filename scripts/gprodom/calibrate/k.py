@@ -19,7 +19,8 @@ from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, sequential
 from gprodom.odometry.estimate import OnProgress, OnWarning, as_log
-from gprodom.odometry.methods import METHODS, Method, find_method
+from gprodom.odometry.method import Method
+from gprodom.odometry.methods import METHODS, find_method
 from gprodom.odometry.replay import run_replay
 from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.associate import covered

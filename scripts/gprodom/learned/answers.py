@@ -169,3 +169,8 @@ TELLERS: dict[str, type[SequentialTeller] | type[PairTeller]] = {
     "learned_sequential": SequentialTeller,
     "learned_pair": PairTeller,
 }
+
+
+def teller_of(network: Path) -> SequentialTeller | PairTeller:
+    """Of a network's file."""
+    return TELLERS[network.stem](network.parent)

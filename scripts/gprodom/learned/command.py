@@ -28,12 +28,12 @@ MADE_BY = ("split.json", "grounds.py", "windows.py", "examples.py", "drives.py")
 TRAINED_BY = (*MADE_BY, "networks.py", "training.py")
 
 DESCRIPTION = """\
-Trains learned_sequential and learned_pair (docs/lessons.md) on passes over simulated grounds, whose
-seeds and split are fixed (scripts/gprodom/learned/split.json), on the FDTD lines that come with the
-package, and on the sequences SEQ, which must have truth; validates on grounds that are not trained
-on. Writes the networks as ONNX, a checkpoint of each and record.json. An interrupted training goes
-on where it was. Needs PyTorch in the python3 named by --python (Debian: python3-torch); the
-examples are made first and kept, for a second training.
+Trains learned_sequential and learned_pair (scripts/gprodom/learned/README.md) on passes over
+simulated grounds, whose seeds and split are fixed (split.json beside it), on the FDTD lines that
+come with the package, and on the sequences SEQ, which must have truth; validates on grounds that
+are not trained on. Writes the networks as ONNX, a checkpoint of each and record.json. An
+interrupted training goes on where it was. Needs PyTorch in the python3 named by --python (Debian:
+python3-torch); the examples are made first and kept, for a second training.
 """
 
 EXAMPLES = """\

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from pkgutil import resolve_name
 
 from gprodom.config import STANDARD, Channels, Configs, read_channels
 from gprodom.convert.cmu import read_recording
@@ -18,16 +18,14 @@ from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.displacement import reckon, sequential
-from gprodom.odometry.methods import METHODS, Method
+from gprodom.odometry.method import Method
+from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import run_replay
 from gprodom.score.answered import Answered, answered
 from gprodom.score.frames import FrameStart
 from gprodom.score.jumps import MapJumps
 from gprodom.score.sources import kind_of, read_estimate
 from gprodom.trajectory import Trajectory, read_tum
-
-if TYPE_CHECKING:
-    from gprodom.lcm.answers import Teller
 
 OnProgress = Callable[[float], None]
 OnWarning = Callable[[str], None]
@@ -109,7 +107,7 @@ def estimate(
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         folder = Path(name)
         tum = folder / "smoothed.tum" if smooth and not method.reckoned else None
-        if method.answers:
+        if method.teller:
             log = _with_answers(log, method, configs, overrides, folder)
         run_replay(
             log,
@@ -126,8 +124,8 @@ def estimate(
             displacements = sequential(found, method.front_end)
             return Estimate(reckon(logs.read_roles(log, sensors), displacements))
         published = read_estimate(output, channels=channels)
-        role = "displacement_in" if method.answers else "displacement"
-        told = logs.read_roles(log if method.answers else output, channels.of(role)).get(role)
+        role = "displacement_in" if method.teller else "displacement"
+        told = logs.read_roles(log if method.teller else output, channels.of(role)).get(role)
         heard = answered(told, published.trajectory.time)
         smoothed = None if tum is None else read_tum(tum)
     return Estimate(published.trajectory, published.jumps, smoothed, heard, published.frame)
@@ -136,7 +134,7 @@ def estimate(
 def _with_answers(
     log: Path, method: Method, configs: Configs, overrides: Sequence[str], folder: Path
 ) -> Path:
-    """A log in `folder` in which the method's network or map of pipes has answered the traces. Its
+    """A log in `folder` in which the method's teller has answered the traces. Its
     track, where it needs one, is that of IMU and wheel."""
     from gprodom.lcm.answers import answers_to, with_answers
 
@@ -144,19 +142,7 @@ def _with_answers(
     track = folder / "track.lcmlog" if method.tracked else None
     if track is not None:
         run_replay(log, track, configs, [*overrides, *METHODS["imu_wheel"].overrides])
-    answers = answers_to(log, _teller(method), channels, track)
+    answers = answers_to(log, resolve_name(method.teller)(method.source), channels, track)
     told = folder / "answers.lcmlog"
     with_answers(log, answers, channels, told)
     return told
-
-
-def _teller(method: Method) -> Teller:
-    if method.pipes is not None:
-        from gprodom.ground.pipes import read_pipes
-        from gprodom.odometry.pipes import PipeTeller
-
-        return PipeTeller(read_pipes(method.pipes))
-    from gprodom.learned.answers import TELLERS
-
-    assert method.networks is not None
-    return TELLERS[method.network](method.networks)

@@ -2,42 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from gprodom.errors import UsageError
-
-
-@dataclass(frozen=True)
-class Method:
-    """One row of a results table.
-
-    overrides: KEY=VALUE over the configuration given, before the user's own --set.
-    reckoned: computed here by dead reckoning: from the wheel, or from the radar displacements of a
-      replay; the estimator's poses are not used.
-    front_end: the radar front end whose sequential displacements are measured, where there is one.
-    k_key: configuration key of the displacement per unit of shift (K), where the method has one.
-    network: whose answers to traces and track the estimator gets, where the method has one
-      (`gprodom.learned`); tracked: it needs a track. networks: folder that holds it.
-    pipes: map of pipes (`gprodom.odometry.pipes`) that answers in place of a network.
-    """
-
-    name: str
-    summary: str
-    overrides: tuple[str, ...] = ()
-    reckoned: str = ""  # "", "wheel" or "displacements"
-    front_end: str = ""
-    k_key: str = ""
-    network: str = ""
-    tracked: bool = False
-    networks: Path | None = None
-    pipes: Path | None = None
-
-    @property
-    def answers(self) -> bool:
-        """Whether displacements come from outside of the estimator."""
-        return bool(self.network) or self.pipes is not None
-
+from gprodom.odometry.method import Method
+from gprodom.rooms import rooms
 
 K_KEY = "paper.k"
 
@@ -95,19 +65,7 @@ METHODS = {
                 "graph.enabled=true",
             ),
         ),
-        Method(
-            "learned_sequential",
-            "IMU, wheel and motion by a network (--networks)",
-            ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=false"),
-            network="learned_sequential",
-        ),
-        Method(
-            "learned_pair",
-            "IMU, wheel and revisits by a network: the pose in map (--networks)",
-            ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=true"),
-            network="learned_pair",
-            tracked=True,
-        ),
+        *(method for room in rooms() for method in room.METHODS),
     )
 }
 
@@ -118,32 +76,33 @@ ON_PIPES = Method(
     "salient",
     "IMU, wheel and the places of pipes",
     ("gpr.enabled=true", "gpr.front_end=none", "graph.enabled=true", "smoother.lag=20"),
+    teller="gprodom.odometry.pipes:teller_of",
     tracked=True,
 )
 
 
 # The rows of a benchmark where none are named: all but those that differ in a sign, or need a
-# network or a second antenna.
+# file or a second antenna.
 DEFAULT_METHODS = tuple(
     name
     for name, method in METHODS.items()
-    if not name.endswith("_signed") and not method.network and name != "radar_imu"
+    if not name.endswith("_signed") and not method.teller and name != "radar_imu"
 )
 
 
 def find_method(name: str, networks: Path | None = None, pipes: Path | None = None) -> Method:
-    """The method of that name. networks: folder of `gprodom learn`, for a method that has one;
-    pipes: map of pipes, for `salient`."""
+    """The method of that name. networks: folder in which a method's `source` lies, where it has
+    one; pipes: map of pipes, for `salient`."""
     if name not in METHODS:
         raise UsageError(f"unknown method {name!r}; expected one of {', '.join(METHODS)}")
-    method = METHODS[name]
+    method: Method = METHODS[name]
     if name == "salient" and pipes is not None:
-        return replace(ON_PIPES, pipes=pipes.resolve())
-    if not method.network:
+        return replace(ON_PIPES, source=pipes.resolve())
+    if method.source is None:
         return method
     if networks is None:
-        raise UsageError(f"the method {name} needs --networks DIR, which gprodom learn writes")
-    return replace(method, networks=networks.resolve())
+        raise UsageError(f"the method {name} needs --networks DIR (gprodom run --help)")
+    return replace(method, source=networks.resolve() / method.source)
 
 
 def describe_methods() -> str:

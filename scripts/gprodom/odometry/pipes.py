@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.ground.laid import LaidTraces, Piece, columns_at
-from gprodom.ground.pipes import PipeMap
+from gprodom.ground.pipes import PipeMap, read_pipes
 from gprodom.lcm.answers import Answer
 from gprodom.lcm.constants import kind
 
@@ -207,3 +208,8 @@ class PipeTeller:
             self._seen[pipe] = apex, self._forwards
         self._last = pipe, apex
         return answers
+
+
+def teller_of(pipes: Path) -> PipeTeller:
+    """Of the file with the map."""
+    return PipeTeller(read_pipes(pipes))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,14 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gprodom
 from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.errors import Error
+from gprodom.lcm.messages import message
 from gprodom.learned import windows
 from gprodom.learned.command import torch_version
 from gprodom.learned.drives import by_images, by_windows, read_drive
 from gprodom.learned.examples import joined
 from gprodom.learned.grounds import KEPT, Line, make_line, receive, seeds
+from gprodom.learned.live import Inference
 from gprodom.learned.model import NETWORKS, Network, read_record
 from gprodom.random_streams import stream
 
@@ -205,3 +210,42 @@ def test_fdtd_lines_are_stretched_in_length_and_time() -> None:
         assert 0.95 <= scale_of(line) <= 1.3
         assert line.beside == pytest.approx(0.06 * scale_of(line))
         assert line.length == pytest.approx(min(12.0, 10.0 * scale_of(line)), abs=0.01)
+
+
+def test_the_package_works_without_the_networks(tmp_path: Path) -> None:
+    """The folder is named nowhere outside of it, and can be taken out."""
+    package = Path(gprodom.__file__).parent
+    shutil.copytree(package, tmp_path / "gprodom", ignore=shutil.ignore_patterns("learned"))
+    for path in (tmp_path / "gprodom").rglob("*.py"):
+        assert "learned_" not in path.read_text(), path
+        assert "gprodom.learned" not in path.read_text(), path
+    code = "from gprodom.cli import build_parser; build_parser().parse_args(['run', '--help'])"
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "gprodom_full" in done.stdout
+    assert "--networks" not in done.stdout
+
+
+def test_live_hears_one_antenna() -> None:
+    """The first: motion is told by neighbouring traces of one."""
+
+    class Heard:
+        def __init__(self) -> None:
+            self.times: list[int] = []
+
+        def trace(self, utime: int, _samples: np.ndarray, _interval: float) -> list[Any]:
+            self.times.append(utime)
+            return []
+
+        def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Any]:
+            return []
+
+    heard = Heard()
+    inference = Inference(heard, None, "DISPLACEMENT_IN")
+    for utime, antenna in ((1, 3), (2, 0), (3, 3)):
+        trace = message("gpr_trace_t")()
+        trace.utime, trace.antenna_id, trace.samples, trace.num_samples = utime, antenna, [7], 1
+        inference.take_trace("GPR_TRACE", trace.encode())
+    assert heard.times == [1, 3]
