@@ -29,7 +29,7 @@ from gprodom.options import (
     add_method_options,
     add_scheduler_option,
 )
-from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.align import add_align_option, add_first_m_option
 from gprodom.score.record import scene_of, sequence_name
 from gprodom.score.sources import kind_of
 from gprodom.simulate.lasting import KINDS
@@ -127,19 +127,8 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_config_options(parser)
     add_method_options(parser)
-    parser.add_argument(
-        "--align",
-        choices=ALIGNMENTS,
-        default="se2",
-        help="alignment as in gprodom score (default se2)",
-    )
-    parser.add_argument(
-        "--first-m",
-        type=float,
-        default=FIRST_M,
-        metavar="M",
-        help=f"metres that --align first aligns by (default {FIRST_M:g})",
-    )
+    add_align_option(parser)
+    add_first_m_option(parser)
     parser.add_argument(
         "--sample-interval",
         action="append",

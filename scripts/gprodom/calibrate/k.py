@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
 from gprodom.config import Configs, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, warn
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, sequential
@@ -138,12 +138,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--method", default="sfm", help="sfm (default), bscan, dec, salient or trace_count"
     )
     add_config_options(k)
-    k.add_argument(
-        "--sample-interval",
-        type=sample_interval,
-        metavar="S",
-        help="seconds between radar samples of sequences (default: as each says, else 2e-10)",
-    )
+    add_sample_interval_option(k)
     add_output_option(k)
     add_json_flag(k)
     k.set_defaults(run=run)

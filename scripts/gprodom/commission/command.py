@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gprodom.commission.parameter import CIRCLES, STAND, STARTS, STRAIGHT
 from gprodom.config import Channels, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, replacing, write_text
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -83,12 +83,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="the wheel's scale from the recorded positions, as gprodom calibrate wheel",
     )
     parser.add_argument("--no-replay", action="store_true", help="compare no replays")
-    parser.add_argument(
-        "--sample-interval",
-        type=sample_interval,
-        metavar="S",
-        help="seconds between radar samples of a sequence (default: as it says, else 2e-10)",
-    )
+    add_sample_interval_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)

@@ -10,7 +10,7 @@ from gprodom.console import add_json_flag, format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.bag_reader import NONE
 from gprodom.convert.plausible import check_streams
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.summary import TIME_FACTS, describe_times
 from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
@@ -98,11 +98,8 @@ def add_parser(formats: Subparsers) -> None:
         default=0.0,
         help="distance between left and right, as in the robot's driver",
     )
-    parser.add_argument(
-        "--sample-interval",
-        metavar="S",
-        type=sample_interval,
-        help="seconds between radar samples (default: what the messages say)",
+    add_sample_interval_option(
+        parser, "seconds between radar samples (default: what the messages say)"
     )
     add_config_options(parser)
     add_json_flag(parser)

@@ -10,7 +10,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
-from gprodom.convert.sampling import SAMPLE_INTERVAL, sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.files import OutputFile
@@ -53,13 +53,7 @@ def add_parser(subparsers: Subparsers) -> None:
     cmu.add_argument(
         "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
     )
-    cmu.add_argument(
-        "--sample-interval",
-        metavar="S",
-        type=sample_interval,
-        help="seconds between radar samples (default: what the sequence says of them, else "
-        f"{SAMPLE_INTERVAL:g})",
-    )
+    add_sample_interval_option(cmu)
     add_config_options(cmu)
     add_json_flag(cmu)
     cmu.set_defaults(run=run)

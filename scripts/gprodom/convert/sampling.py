@@ -84,3 +84,11 @@ def sample_interval(text: str) -> float:
     if wrong:
         raise argparse.ArgumentTypeError(wrong)
     return seconds
+
+
+def add_sample_interval_option(
+    parser: argparse.ArgumentParser,
+    what: str = "seconds between radar samples of a sequence (default: as it says, else 2e-10)",
+) -> None:
+    """``--sample-interval``."""
+    parser.add_argument("--sample-interval", type=sample_interval, metavar="S", help=what)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gprodom.arrays import Ints
 from gprodom.console import add_json_flag, format_table, print_json, warn
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.survey_files import (
     Line,
     channel_numbers,
@@ -83,12 +83,7 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "--spacing", metavar="M", type=float, help="distance between traces, if the header is wrong"
     )
-    parser.add_argument(
-        "--sample-interval",
-        metavar="S",
-        type=sample_interval,
-        help="seconds between samples, if the header is wrong",
-    )
+    add_sample_interval_option(parser, "seconds between samples, if the header is wrong")
     add_json_flag(parser)
     parser.set_defaults(run=run)
 

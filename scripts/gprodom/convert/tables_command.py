@@ -28,7 +28,7 @@ from gprodom.convert.layout import (
     Source,
     read_layout,
 )
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.survey_files import (
     SUFFIXES,
     channel_numbers,
@@ -127,12 +127,7 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument(
         "--counts-per-metre", metavar="N", type=float, help="counts of --wheel-counts per metre"
     )
-    parser.add_argument(
-        "--sample-interval",
-        metavar="S",
-        type=sample_interval,
-        help="seconds between radar samples (default: the survey file's)",
-    )
+    add_sample_interval_option(parser, "seconds between radar samples (default: the survey file's)")
     parser.add_argument(
         "--gpr-scale",
         metavar="N",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.lcm.antennas import counts, named
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -35,12 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path)
-    parser.add_argument(
-        "--sample-interval",
-        type=sample_interval,
-        metavar="S",
-        help="seconds between radar samples of a sequence (default: as it says, else 2e-10)",
-    )
+    add_sample_interval_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json, warn
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
 from gprodom.options import Subparsers, add_command, add_config_options, add_method_options
-from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.align import FIRST_M, add_align_option
 from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
 from gprodom.score.frames import in_last_frame, warn_of_frames
@@ -57,15 +57,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"
     )
-    parser.add_argument(
-        "--align", choices=ALIGNMENTS, default="se2", help="alignment of the score (default se2)"
-    )
-    parser.add_argument(
-        "--sample-interval",
-        type=sample_interval,
-        metavar="S",
-        help="seconds between radar samples of a sequence (default: its own, else 2e-10)",
-    )
+    add_align_option(parser)
+    add_sample_interval_option(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run)
 

@@ -12,7 +12,7 @@ from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFolder, write_text
 from gprodom.lcm import logs
@@ -23,7 +23,7 @@ from gprodom.options import Subparsers, add_command, add_config_options, add_pic
 from gprodom.plot import radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
-from gprodom.score.align import ALIGNMENTS, FIRST_M, fit
+from gprodom.score.align import FIRST_M, add_align_option, fit
 from gprodom.score.associate import associate
 from gprodom.score.frames import in_last_frame, warn_of_frames
 from gprodom.score.pictures import draw_paths
@@ -74,12 +74,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
         help="names of the trajectories in the legend (default: the methods that the files are "
         "named by, else estimate 1 and so on, in the order given)",
     )
-    parser.add_argument(
-        "--align",
-        choices=ALIGNMENTS,
-        default="se2",
-        help="alignment as in gprodom score (default se2)",
-    )
+    add_align_option(parser)
     parser.add_argument(
         "--frame", choices=FRAMES, default="map", help="frame of the poses of logs (default map)"
     )
@@ -132,12 +127,7 @@ def _add_observability(subjects: Subparsers) -> None:
         help="folder for the results",
     )
     add_config_options(parser)
-    parser.add_argument(
-        "--sample-interval",
-        type=sample_interval,
-        metavar="S",
-        help="seconds between radar samples of sequences (default: as each says, else 2e-10)",
-    )
+    add_sample_interval_option(parser)
     add_json_flag(parser)
     parser.set_defaults(run=run_observability)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import canvas
-from gprodom.convert.sampling import sample_interval
+from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.lcm.antennas import choose
@@ -197,12 +197,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument(
         "--antenna", metavar="ID", type=int, help="of several (default: the first heard)"
     )
-    parser.add_argument(
-        "--sample-interval",
-        metavar="S",
-        type=sample_interval,
-        help="of sequences (default: as each says)",
-    )
+    add_sample_interval_option(parser)
     add_config_options(parser)
     parser.set_defaults(run=run)
 

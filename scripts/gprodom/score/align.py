@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -89,3 +90,21 @@ def fit(pairs: Pairs, alignment: Alignment, first_m: float = FIRST_M) -> Transfo
         used = first_metres(target, first_m)
         return fit_planar(source[used], target[used])
     return fit_planar(source, target) if alignment == "se2" else fit_spatial(source, target)
+
+
+def add_align_option(
+    parser: argparse.ArgumentParser, what: str = "alignment as in gprodom score (default se2)"
+) -> None:
+    """``--align``."""
+    parser.add_argument("--align", choices=ALIGNMENTS, default="se2", help=what)
+
+
+def add_first_m_option(parser: argparse.ArgumentParser) -> None:
+    """``--first-m``."""
+    parser.add_argument(
+        "--first-m",
+        type=float,
+        default=FIRST_M,
+        metavar="M",
+        help=f"metres that --align first aligns by (default {FIRST_M:g})",
+    )

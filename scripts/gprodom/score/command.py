@@ -12,7 +12,7 @@ from gprodom.console import add_json_flag, print_json
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder
 from gprodom.options import Subparsers, add_command, add_config_options
-from gprodom.score.align import ALIGNMENTS, FIRST_M
+from gprodom.score.align import add_align_option, add_first_m_option
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
 from gprodom.score.figures import Comparison, compare
@@ -64,20 +64,12 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
     parser.add_argument("truth", metavar="TRUTH", type=Path, help="the true trajectory")
-    parser.add_argument(
-        "--align",
-        choices=ALIGNMENTS,
-        default="se2",
-        help="how EST is placed in the truth's frame (default se2): not at all; turned about z and "
+    add_align_option(
+        parser,
+        "how EST is placed in the truth's frame (default se2): not at all; turned about z and "
         "moved by its first metres, or by all points; turned in space and moved by all points",
     )
-    parser.add_argument(
-        "--first-m",
-        type=float,
-        default=FIRST_M,
-        metavar="M",
-        help=f"metres that --align first aligns by (default {FIRST_M:g})",
-    )
+    add_first_m_option(parser)
     parser.add_argument(
         "--prism",
         type=parse_point,
