@@ -18,7 +18,7 @@ from conftest import CHECKOUT
 from gprodom.cli import main
 from gprodom.errors import Error
 from gprodom.lcm.messages import message
-from gprodom.learned import windows
+from gprodom.learned import answers, windows
 from gprodom.learned.command import torch_version
 from gprodom.learned.drives import by_images, by_windows, read_drive
 from gprodom.learned.examples import joined
@@ -101,6 +101,30 @@ def test_methods_run_on_a_sequence(
         assert told["revisits"] == 0
     else:
         assert told["answered"] in (0, None)
+
+
+def test_a_method_is_answered_by_its_network(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the folder that is given; a network that says nothing leaves IMU and wheel."""
+    heard: list[Any] = []
+
+    class Silent:
+        def __init__(self, folder: Path) -> None:
+            heard.append(folder)
+
+        def trace(self, utime: int, _samples: np.ndarray, _interval: float) -> list[Any]:
+            heard.append(utime)
+            return []
+
+        def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Any]:
+            return []
+
+    monkeypatch.setitem(answers.TELLERS, "learned_pair", Silent)
+    command = ["run", str(SAMPLE), "--method", "learned_pair", "--networks", str(tmp_path)]
+    assert main([*command, "--tum", str(tmp_path / "out.tum")]) == 0
+    assert heard[0] == tmp_path
+    assert len(heard) > 1000
 
 
 def test_a_method_without_its_network_says_so(capsys: pytest.CaptureFixture[str]) -> None:
