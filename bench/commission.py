@@ -37,7 +37,7 @@ import numpy as np
 from gprodom import rotation
 from gprodom.cli import main as gprodom
 from gprodom.config import STANDARD
-from gprodom.console import Progress, format_table, print_json
+from gprodom.console import format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs, wire
 from gprodom.lcm.log_writer import Stream, write_log
@@ -56,7 +56,7 @@ from gprodom.simulate.imu import rotation_from_rpy
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.sequence import Simulated, Spec, simulate
-from program import parser_of
+from program import one_by_one, parser_of, table_of
 from recordings import convert, recordings_of
 from robots import UNDECIDED_M
 
@@ -306,18 +306,16 @@ def main() -> int:
     rows: list[dict[str, Any]] = []
     seeds = range(args.first, args.first + args.robots)
     todo = seeds if args.recordings is None else args.only or list(recordings_of(args.recordings))
-    with Progress("robots", len(todo)) as progress:
-        for each in todo:
-            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-                try:
-                    rows.append(
-                        one(each, Path(name), not args.no_radar, args.without_slip)
-                        if isinstance(each, int)
-                        else real(each, args.recordings, Path(name), args.without_slip)
-                    )
-                except Error as error:
-                    rows.append({"name": str(each), "deviations": {}, "error": str(error)})
-            progress.advance()
+    for each in one_by_one("robots", todo):
+        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+            try:
+                rows.append(
+                    one(each, Path(name), not args.no_radar, args.without_slip)
+                    if isinstance(each, int)
+                    else real(each, args.recordings, Path(name), args.without_slip)
+                )
+            except Error as error:
+                rows.append({"name": str(each), "deviations": {}, "error": str(error)})
     constants = summary(rows)
     if args.json:
         print_json({"robots": rows, "constants": constants})
@@ -336,7 +334,7 @@ def main() -> int:
     ]
     print(format_table([*keys, "not shown", "doctor", ""], lines))
     if constants:
-        print(format_table(list(constants[0]), [list(each.values()) for each in constants]))
+        print(table_of(constants))
     return 0
 
 

@@ -328,8 +328,6 @@ def parse() -> argparse.Namespace:
 def main() -> int:
     """Runs the command line."""
     args = parse()
-    if not args.log.is_file():
-        raise Error(f"{args.log}: no such log")
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = log_of(args.log, Path(name))
         figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))

@@ -173,8 +173,6 @@ def main() -> int:
     args = parse_inside(parser)
     others = busy(args.busy)
     try:
-        if not args.log.is_file():
-            raise Error(f"{args.log}: no such log")
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             log, load = log_of(args.log, Path(name)), (args.seconds, args.speed, args.series)
             figures = measure(log, args.configs, args.overrides, *load)

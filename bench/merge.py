@@ -30,10 +30,10 @@ import numpy as np
 import gprodom
 from changed_ground import STRANGER, another_day
 from gprodom.arrays import Bools, Floats
-from gprodom.console import format_table, print_json
 from gprodom.map.ground import MapFile, read_map
 from gprodom.simulate import Simulated
 from gprodom.simulate.recording import as_recording
+from program import list_of, print_figures
 from relocation import command_line, each_drive, simulated
 
 
@@ -211,15 +211,11 @@ def main() -> int:
     args = parser.parse_args()
     runs = each_drive(partial(run_one, changes=args.change, sets=args.overrides), args)
     figures = [summarise(change, [run[i] for run in runs]) for i, change in enumerate(args.change)]
-    if args.json:
-        print_json(figures)
-        return 0
-    for one in figures:
-        rows = [
-            [name, ", ".join(f"{x:.4g}" for x in v) if isinstance(v, list) else v]
-            for name, v in one.items()
-        ]
-        print(format_table(["figure", "value"], rows))
+    texts = [
+        {k: ", ".join(f"{x:.4g}" for x in v) if isinstance(v, list) else v for k, v in one.items()}
+        for one in figures
+    ]
+    print_figures(args, figures, "\n".join(map(list_of, texts)))
     return 0
 
 

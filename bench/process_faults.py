@@ -28,7 +28,6 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
-from gprodom.errors import Error
 from gprodom.lcm import LCM, EventLog, logs
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program, run_replay
@@ -283,8 +282,6 @@ def main() -> int:
     """Runs the command line."""
     args = parse()
     results, wrong = [], []
-    if not args.log.is_file():
-        raise Error(f"{args.log}: no such log")
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = log_of(args.log, Path(name))
         for fault in FAULTS:

@@ -23,9 +23,7 @@ def parser_of(
     """With ``--json``; where asked for with ``--set`` to `args.overrides`, and with ``-j``.
     jobs: at once where the command line does not say."""
     parser = argparse.ArgumentParser(
-        prog=Path(sys.argv[0]).name,
-        description=description,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     if overrides:
         add_overrides_option(parser)
@@ -36,7 +34,7 @@ def parser_of(
 
 
 def add_seeds(parser: argparse.ArgumentParser, name: str, count: int, first: int = 0) -> None:
-    """How many seeds, as the option `name`, and ``--first-seed``: see `seeds`."""
+    """How many seeds, as the option `name`, and ``--first-seed``."""
     parser.add_argument(name, type=int, default=count, help="default: %(default)s")
     parser.add_argument("--first-seed", type=int, default=first, help="default: %(default)s")
 
@@ -83,10 +81,10 @@ def table_of(rows: Sequence[Mapping[str, object]], heads: Sequence[str] = ()) ->
     return format_table(heads or keys, [[row.get(key) for key in keys] for row in rows])
 
 
-def list_of(figures: Mapping[str, object], head: str = "figure") -> str:
+def list_of(figures: Mapping[str, object]) -> str:
     """A figure a row; floats to four digits."""
     rows = [[k, f"{v:.4g}" if isinstance(v, float) else v] for k, v in figures.items()]
-    return format_table([head, "value"], rows)
+    return format_table(["figure", "value"], rows)
 
 
 def print_rows(

@@ -9,7 +9,6 @@ The log begins and ends at a standstill. Stamps and the wheel's count go on from
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 from gprodom.console import Progress
@@ -17,7 +16,7 @@ from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.lcm import EventLog
 from gprodom.lcm.messages import message
-from program import exit_with
+from program import exit_with, parser_of, print_figures
 
 TYPES = {"IMU": "imu_t", "WHEEL": "wheel_t", "GPR_TRACE": "gpr_trace_t"}
 IMU_PERIOD_US = 5000  # between the last message of a round and the first of the next
@@ -53,14 +52,13 @@ def repeat(source: Path, output: Path, seconds: float) -> int:
 
 def main() -> int:
     """Runs the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="SEQ.lcmlog")
     parser.add_argument("output", type=Path, metavar="OUT.lcmlog")
     parser.add_argument("--seconds", type=float, default=900.0, help="default: %(default)s")
     args = parser.parse_args()
-    print(f"{args.output}: {repeat(args.log, args.output, args.seconds)} messages")
+    messages = repeat(args.log, args.output, args.seconds)
+    print_figures(args, {"messages": messages}, f"{args.output}: {messages} messages")
     return 0
 
 

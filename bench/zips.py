@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gprodom.convert.sampling import SAMPLE_INTERVAL
+from gprodom.errors import Error
 from gprodom.odometry.estimate import as_log
 
 
@@ -29,6 +30,8 @@ def sample_interval(sequence: Path) -> float:
 
 def log_of(source: Path, folder: Path) -> Path:
     """A log itself; of a sequence the log made in `folder`, of the sequence's name."""
+    if not source.exists():
+        raise Error(f"{source}: no such log or sequence")
     if source.suffix == ".lcmlog":
         return source
     made = folder / source.stem
