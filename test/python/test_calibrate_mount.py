@@ -70,6 +70,15 @@ def test_mounting_is_found_though_the_wheel_is_late_or_noisy(wheel: dict[str, fl
     assert found.rpy == pytest.approx((0.1, -0.05, 2.0), abs=0.1)
 
 
+def test_a_bias_of_the_accelerometer_is_within_the_sigma_of_roll_and_pitch() -> None:
+    """All parts of the drive have it alike, so their spread does not show it."""
+    log = drive((0.0, 0.0, 0.0))
+    log["imu"]["linear_acceleration"] += [0.03, -0.03, 0.0]
+    found = find_mount(log)
+    for angle, sigma in zip(found.rpy[:2], found.sigma[:2], strict=True):
+        assert 0.002 < abs(angle) < 1.5 * sigma
+
+
 def test_vibration_alone_gives_no_mounting() -> None:
     with pytest.raises(Error, match="wheel and gyro explain"):
         find_mount(drive((0.0, 0.0, 0.0), speed=0.05, vibration=3.0))

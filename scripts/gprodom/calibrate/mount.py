@@ -33,6 +33,9 @@ MOST_YAW_SIGMA = 0.2  # rad, where it explains less than enough
 ROUNDS = 10  # each a hundred times nearer than the one before
 ARM_ROUNDS = 20  # each at least twice as near, where the robot moves as it turns
 ARM_CLOSE = 1e-3  # rad
+# rad: by the bias that an accelerometer has before it is known (0.03 m/s^2, kAccelBiasSigma), which
+# tilts all parts of a drive alike.
+TILT_BY_BIAS = 0.03 / 9.81
 
 EXAMPLES = """\
   gprodom calibrate mount drive.lcmlog -o mount.yaml
@@ -44,7 +47,8 @@ speed) and the sideways one (speed times yaw rate) give the yaw. No standstill i
 drive with starts, stops or bends, as level as possible, since the mean slope goes into the pitch.
 Where they agree badly, the wheel may be noisy, or late: means over twice the time, and delays up to
 0.6 s, are tried. Of an IMU beside the origin imu.lever_arm (-c, --set) must be known: what turning
-adds there is taken out. Uncertainties are the spread over parts of the recording.
+adds there is taken out. Uncertainties are the spread over parts of the recording;
+those of roll and pitch have the tilt by the accelerometer's bias as well.
 """
 
 
@@ -105,7 +109,8 @@ def _mount(windows: Floats) -> Mount:
     parts = np.array([rpy_of(turned(part).R) for part in np.split(windows, ends)])
     off = (parts - whole + np.pi) % (2 * np.pi) - np.pi
     sigma = [spread(off[:, axis].tolist(), 0.0) for axis in range(3)]
-    return Mount(whole, (sigma[0], sigma[1], sigma[2]), found.explained)
+    roll, pitch = (math.hypot(each, TILT_BY_BIAS) for each in sigma[:2])
+    return Mount(whole, (roll, pitch, sigma[2]), found.explained)
 
 
 def windows_of(log: dict[str, logs.Channel], window_s: float, late_s: float) -> Floats:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,9 +33,6 @@ from gprodom.errors import Error
 from gprodom.lcm.antennas import choose
 from gprodom.trajectory import Trajectory
 
-# rad: by the bias that an accelerometer has before it is known (0.03 m/s^2, kAccelBiasSigma), which
-# tilts all parts of a drive alike.
-TILT_BY_BIAS = 0.03 / 9.81
 JITTER_S = 0.1  # of stamps and of their way to the estimator: half a state's interval
 LONGEST_WINDOW_S = 1.0  # of time.reorder_window
 CLEARLY = 2.0  # standard deviations off what is configured
@@ -192,8 +188,7 @@ def _mount(log: Log, configured: Sequence[float]) -> Parameter:
         mount = find_mount(log)
     except Error as error:
         return Parameter(name, remark=str(error), manoeuvre=f"{STARTS}; {CIRCLES}")
-    roll, pitch, yaw = mount.sigma
-    sigma = math.hypot(roll, TILT_BY_BIAS), math.hypot(pitch, TILT_BY_BIAS), yaw
+    sigma = mount.sigma
     remark = (
         f"roll, pitch, yaw; {100 * mount.explained:.0f} % of the accelerations explained. The mean "
         "slope of the ground goes into roll and pitch"
