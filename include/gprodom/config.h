@@ -91,6 +91,8 @@ struct SmootherConfig {
 
 // Antenna centres in body (m), by the antenna_id of their traces.
 using Antennas = std::map<int, Eigen::Vector3d>;
+// s, by antenna_id; added to every stamp of its traces.
+using AntennaOffsets = std::map<int, double>;
 
 // Of what is done to each trace: the antenna's band, and the gain.
 struct GprFilterConfig {
@@ -131,6 +133,7 @@ struct GprConfig {
   double latency_budget = 0.05;      // s of data time from tick to effect
   double wave_speed = 1.0e8;         // m/s in the ground
   double time_offset = 0.0;          // s; added to every stamp
+  AntennaOffsets time_offsets;       // in place of it, for an antenna that is named here
   Fusion fusion = Fusion::kSigned;   // how a displacement enters; the norm is the paper's
   // m; antenna centre in body. With `antennas`, load_config() sets it to that of the first of them.
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();

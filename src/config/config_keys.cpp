@@ -112,6 +112,7 @@ void add_gpr(Keys& keys, GprConfig& c) {
     {"gpr.latency_budget", &c.latency_budget, "s", between(0, 10), "data time from a tick until its answer takes effect"},
     {"gpr.wave_speed", &c.wave_speed, "m/s", between(1e7, 3e8), "of radar waves in the ground"},
     {"gpr.time_offset", &c.time_offset, "s", between(-10, 10), "added to every stamp"},
+    {"gpr.time_offsets", &c.time_offsets, "s", between(-10, 10), "of each antenna by antenna_id, as {0: 0.004, 1: -0.001}; one that is not here has time_offset"},
     {"gpr.lever_arm", &c.lever_arm, "m", kAny, "antenna centre in body"},
     {"gpr.antennas", &c.antennas, "m", kAny, "antenna centres in body by antenna_id, as {0: [x, y, z], 1: [x, y, z]}, in place of lever_arm; {}: the antenna that is heard first"},
   });

@@ -24,10 +24,11 @@ std::string to_text(const Eigen::Vector3d& v) {
 
 std::string to_text(const std::optional<Eigen::Vector3d>& v) { return v ? to_text(*v) : "[]"; }
 
-std::string to_text(const Antennas& antennas) {
+template <class Value>
+std::string to_text(const std::map<int, Value>& by_antenna) {
   std::string text;
-  for (const auto& [id, place] : antennas)
-    text += (text.empty() ? "" : ", ") + std::to_string(id) + ": " + to_text(place);
+  for (const auto& [id, value] : by_antenna)
+    text += (text.empty() ? "" : ", ") + std::to_string(id) + ": " + to_text(value);
   return "{" + text + "}";
 }
 
@@ -103,16 +104,18 @@ std::optional<std::optional<Eigen::Vector3d>> parse(const ConfigKey& key, const 
   return vector;
 }
 
-std::optional<Antennas> parse(const ConfigKey& key, const YAML::Node& node, const Antennas*) {
+template <class Value>
+std::optional<std::map<int, Value>> parse(const ConfigKey& key, const YAML::Node& node,
+                                          const std::map<int, Value>*) {
   if (!node.IsMap()) return std::nullopt;
-  Antennas antennas;
+  std::map<int, Value> by_antenna;
   for (const auto& entry : node) {
     if (!entry.first.IsScalar()) return std::nullopt;
     const auto id = parse_number<int>(entry.first.Scalar());
-    const auto place = vector_within(key, entry.second);
-    if (!id || !place || !antennas.emplace(*id, *place).second) return std::nullopt;
+    const auto value = parse(key, entry.second, static_cast<const Value*>(nullptr));
+    if (!id || !value || !by_antenna.emplace(*id, *value).second) return std::nullopt;
   }
-  return antennas;
+  return by_antenna;
 }
 
 std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
@@ -147,6 +150,9 @@ struct KindName {
   std::string operator()(const Antennas*) const {
     return "a map of antenna_id to [x, y, z], each id once";
   }
+  std::string operator()(const AntennaOffsets*) const {
+    return "a map of antenna_id to a number, each id once,";
+  }
   template <class Choice>
   std::string operator()(const Choice*) const {
     return "one of";
@@ -162,7 +168,10 @@ struct ValueText {
   std::string operator()(const std::optional<Eigen::Vector3d>* field) const {
     return to_text(*field);
   }
-  std::string operator()(const Antennas* field) const { return to_text(*field); }
+  template <class Value>
+  std::string operator()(const std::map<int, Value>* field) const {
+    return to_text(*field);
+  }
   template <class Choice>
   std::string operator()(const Choice* field) const {
     return name_of(*field);

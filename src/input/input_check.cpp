@@ -27,12 +27,19 @@ struct Channel {
   double offset_s;
 };
 
+double trace_offset_s(const InputMessage& message, const GprConfig& config) {
+  const auto* trace = std::get_if<GprTrace>(&message);
+  if (!trace) return config.time_offset;
+  const auto own = config.time_offsets.find(trace->antenna_id);
+  return own == config.time_offsets.end() ? config.time_offset : own->second;
+}
+
 Channel channel_of(const InputMessage& message, const Config& config) {
   const ChannelConfig& c = config.channels;
   const Channel channels[] = {{c.imu, TimeGuard::kImu, config.imu.time_offset},
                               {c.wheel, TimeGuard::kWheel, config.wheel.time_offset},
                               {c.wheels, TimeGuard::kWheels, config.wheel.time_offset},
-                              {c.gpr_trace, TimeGuard::kGpr, config.gpr.time_offset},
+                              {c.gpr_trace, TimeGuard::kGpr, trace_offset_s(message, config.gpr)},
                               {c.displacement_in, TimeGuard::kDisplacement, 0.0},
                               {c.position_fix, TimeGuard::kFix, 0.0}};
   return channels[message.index()];

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import gprodom
-from gprodom import rotation
+from gprodom import describe_config, rotation
 from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.convert.bag import gpr_stream
@@ -195,8 +195,12 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(
     ("options", "antenna"),
-    [((), 0), (("--antenna", "1"), 1), (("--set", "gpr.antennas={1: [0, 0, 0]}"), 1)],
-    ids=["first heard", "asked for", "placed"],
+    [
+        (("--antenna", "0"), 0),
+        (("--antenna", "1"), 1),
+        (("--set", "gpr.antennas={1: [0, 0, 0]}"), 1),
+    ],
+    ids=["asked for", "the other", "placed"],
 )
 def test_time_offset_of_an_antenna(
     options: tuple[str, ...], antenna: int, pair: Path, capsys: pytest.CaptureFixture[str]
@@ -209,6 +213,25 @@ def test_time_offset_of_an_antenna(
     said = capsys.readouterr().out
     assert f"by antenna {antenna}" in said
     yaml.safe_load(said)
+
+
+def test_time_offset_of_each_antenna(
+    pair: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "time.yaml"
+    capsys.readouterr()
+    assert main(["calibrate", "time", str(pair), "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found["antennas"]) == {"0", "1"}
+    assert found["gpr"] == found["antennas"]["0"], "the first one heard"
+    for antenna in (0, 1):
+        offset = found["antennas"][str(antenna)]["offset_s"]
+        assert offset == pytest.approx(-0.06 * antenna, abs=0.02)
+    gpr = yaml.safe_load(out.read_text())["gpr"]
+    assert "time_offset" not in gpr
+    written = yaml.safe_load(describe_config([f"gpr.time_offsets={gpr['time_offsets']}"]))
+    late = found["antennas"]["1"]["offset_s"]
+    assert written["gpr"]["time_offsets"][1] == pytest.approx(late, abs=1e-4)
 
 
 def test_time_offset_of_an_antenna_that_is_not_there(

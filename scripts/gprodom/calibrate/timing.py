@@ -7,6 +7,7 @@ import sys
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from gprodom.config import read_antennas
 from gprodom.console import add_json_flag, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs
-from gprodom.lcm.antennas import choose
+from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -40,8 +41,8 @@ the accelerometer, and the change from trace to trace on the wheel's speed. The 
 with the best fit. Use a drive with many starts and stops. With imu.time_offset and gpr.time_offset
 the sensors agree with the wheel; the uncertainty is the spread over parts of the recording.
 
-Of several antennas that of --antenna is compared; without it the first in the recording that
-gpr.antennas has, or the first. gpr.time_offset is that of all.
+Of several antennas each is compared, by gpr.time_offsets: those that gpr.antennas has, or all of
+the recording. With --antenna that one alone is, and gpr.time_offset is that of all.
 """
 
 
@@ -121,37 +122,77 @@ def add_parser(subjects: Subparsers) -> None:
     parser.set_defaults(run=run)
 
 
+def _apart(args: argparse.Namespace, radar: logs.Channel) -> dict[int, logs.Channel]:
+    """The traces of each antenna that is compared."""
+    if args.antenna is not None:
+        return {args.antenna: choose(radar, args.antenna)}
+    heard = apart(radar)
+    placed = read_antennas(args.configs, args.overrides)
+    return {each: heard[each] for each in heard if each in placed} or heard
+
+
+def _radar_offsets(
+    log: dict[str, logs.Channel], antennas: dict[int, logs.Channel]
+) -> dict[int, Offset]:
+    """By antenna_id; without one whose traces show none, which is told."""
+    offsets = {}
+    for antenna, traces in antennas.items():
+        try:
+            offsets[antenna] = find_radar_offset({**log, "gpr_trace": traces})
+        except Error as error:  # what the others said holds all the same
+            which = f"antenna {antenna}" if len(antennas) > 1 else "the radar"
+            print(f"gprodom: no offset of {which}: {error}", file=sys.stderr)
+    return offsets
+
+
+def _sureness(offset: Offset) -> str:
+    return f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained"
+
+
+def _of_radar(offsets: dict[int, Offset], each: bool, several: bool) -> list[Found]:
+    """each: every antenna has its own. several: the recording has more than one."""
+    if not each:
+        return [
+            Found(
+                "gpr.time_offset",
+                f"{offset.offset_s:.4f}",
+                _sureness(offset) + (f", by antenna {antenna}" if several else ""),
+                offset.significant,
+            )
+            for antenna, offset in offsets.items()
+        ]
+    found = []
+    for significant in (True, False):
+        some = {a: offset for a, offset in offsets.items() if offset.significant == significant}
+        values = ", ".join(f"{a}: {offset.offset_s:.4f}" for a, offset in some.items())
+        sure = ", ".join(f"antenna {a} {_sureness(offset)}" for a, offset in some.items())
+        if some:
+            found.append(Found("gpr.time_offsets", f"{{{values}}}", sure, significant))
+    return found
+
+
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate time``."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
-    offsets = {"imu": find_offset(log)}
+    imu = find_offset(log)
     if args.antenna is not None and "gpr_trace" not in log:
         raise Error(f"--antenna {args.antenna}: the recording has no traces")
-    antenna = None
-    if "gpr_trace" in log:
-        radar = logs.need(log, "gpr_trace")
-        mine = choose(radar, args.antenna, read_antennas(args.configs, args.overrides))
-        if mine is not radar:
-            antenna = int(mine["antenna_id"][0])
-            log["gpr_trace"] = mine
-        try:
-            offsets["gpr"] = find_radar_offset(log)
-        except Error as error:  # what the IMU said holds all the same
-            print(f"gprodom: no offset of the radar: {error}", file=sys.stderr)
+    antennas = _apart(args, log["gpr_trace"]) if "gpr_trace" in log else {}
+    several = "gpr_trace" in log and len(counts(log["gpr_trace"])) > 1
+    offsets = _radar_offsets(log, antennas)
     found = [
-        Found(
-            f"{sensor}.time_offset",
-            f"{offset.offset_s:.4f}",
-            f"+- {offset.sigma_s:.4f} s; {100 * offset.explained:.0f} % explained"
-            + (f", by antenna {antenna}" if sensor == "gpr" and antenna is not None else ""),
-            offset.significant,
-        )
-        for sensor, offset in offsets.items()
+        Found("imu.time_offset", f"{imu.offset_s:.4f}", _sureness(imu), imu.significant),
+        *_of_radar(offsets, len(antennas) > 1, several),
     ]
     write_fragment(args.output, found)
     if args.json:
-        print_json({sensor: asdict(offset) for sensor, offset in offsets.items()})
+        told: dict[str, Any] = {"imu": asdict(imu)}
+        if offsets:
+            told["gpr"] = asdict(next(iter(offsets.values())))
+        if len(antennas) > 1:
+            told["antennas"] = {str(each): asdict(offset) for each, offset in offsets.items()}
+        print_json(told)
     else:
         print(fragment(found), end="")
     return 0

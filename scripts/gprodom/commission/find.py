@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import yaml
 
 from gprodom import rotation
 from gprodom.calibrate.imu import at_rest, measure_noise
@@ -66,8 +67,9 @@ def commission(
     if "gpr_trace" in log:
         log["gpr_trace"] = choose(log["gpr_trace"], None, configured["gpr"]["antennas"])
     for role in log:
-        section = {"imu": "imu", "gpr_trace": "gpr"}.get(role, "wheel")
-        shift(log, role, float(configured[section]["time_offset"]))
+        section = "imu" if role == "imu" else "wheel"
+        before = float(configured[section]["time_offset"])
+        shift(log, role, _trace_offset(log, configured) if role == "gpr_trace" else before)
     found = [_imu_offset(log, float(configured["imu"]["time_offset"]))]
     found += _scale(log, float(configured["wheel"]["scale"]), stretch_m, truth)
     mount, arm = _place(log, configured)
@@ -114,14 +116,29 @@ def _imu_offset(log: Log, before: float) -> Parameter:
     return found
 
 
+def _own_offsets(configured: dict[str, Any]) -> dict[int, float]:
+    """By antenna_id, s, of antennas that do not have that of all."""
+    return {int(key): float(value) for key, value in configured["gpr"]["time_offsets"].items()}
+
+
+def _trace_offset(log: Log, configured: dict[str, Any]) -> float:
+    """As configured, s, of the antenna whose traces the log has."""
+    antenna = int(log["gpr_trace"]["antenna_id"][0])
+    return _own_offsets(configured).get(antenna, float(configured["gpr"]["time_offset"]))
+
+
 def _reorder_window(found: Sequence[Parameter], configured: dict[str, Any]) -> list[Parameter]:
     """A message whose corrected stamp is older than others' by more than the window is dropped."""
     offsets = {key: float(configured[key]["time_offset"]) for key in ("imu", "wheel", "gpr")}
+    offsets |= {f"gpr {key}": float(own) for key, own in _own_offsets(configured).items()}
     for each in found:
         for setting in each.settings:
-            key, _, value = setting.partition(".time_offset=")
-            if value:
-                offsets[key] = float(value)
+            key, _, value = setting.partition("=")
+            section, _, leaf = key.partition(".")
+            if leaf == "time_offset":
+                offsets[section] = float(value)
+            if leaf == "time_offsets":
+                offsets |= {f"gpr {each}": own for each, own in yaml.safe_load(value).items()}
     needed = max(offsets.values()) - min(offsets.values()) + JITTER_S
     if needed <= float(configured["time"]["reorder_window"]):
         return []
@@ -230,15 +247,25 @@ def _noise(log: Log) -> list[Parameter]:
     return found
 
 
+def _for_its_antenna(found: Parameter, log: Log, configured: dict[str, Any]) -> Parameter:
+    """The offset found, written where the configuration has that antenna's."""
+    antenna, own = int(log["gpr_trace"]["antenna_id"][0]), _own_offsets(configured)
+    if antenna not in own:
+        return found
+    own[antenna] = round(found.value[0], 4)
+    return replace(found, settings=(f"gpr.time_offsets={own}",))
+
+
 def _radar(log: Log, configured: dict[str, Any]) -> list[Parameter]:
     if "gpr_trace" not in log or len(log["gpr_trace"]["utime"]) < 100:
         return [radar.no_radar()]
     name = "time offset of the radar"
     try:
         offset = find_radar_offset(log)
-        time = _offset(name, "gpr.time_offset", offset, float(configured["gpr"]["time_offset"]))
+        time = _offset(name, "gpr.time_offset", offset, _trace_offset(log, configured))
         if time.settings:
             shift(log, "gpr_trace", offset.offset_s)
+            time = _for_its_antenna(time, log, configured)
     except Error as error:
         time = Parameter(name, remark=str(error), manoeuvre=STARTS)
     try:

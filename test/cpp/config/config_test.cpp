@@ -69,6 +69,16 @@ TEST(Config, AntennasByTheirIds) {
       "a map");
 }
 
+TEST(Config, TimeOffsetsOfAntennasByTheirIds) {
+  EXPECT_TRUE(default_config().gpr.time_offsets.empty());
+  const Config config = default_config({"gpr.time_offsets={1: -0.004, 0: 0.25}"});
+  EXPECT_EQ(config.gpr.time_offsets, (AntennaOffsets{{0, 0.25}, {1, -0.004}}));
+  EXPECT_EQ(
+      error_of_file("gpr:\n  time_offsets: {0: 11}\n"),
+      "FILE:2: gpr.time_offsets: expected a map of antenna_id to a number, each id once, from "
+      "-10 to 10 (s), got a map");
+}
+
 TEST(Config, DatumIsThreeNumbersOrNone) {
   EXPECT_FALSE(default_config().anchor.datum);
   const Config config = default_config({"anchor.datum=[47.5, 8.25, 400]"});
@@ -280,7 +290,7 @@ TEST(Config, HasNoMoreKeysThanAUserCanKnow) {
   Config config;
   std::size_t count = 0;
   for (const auto& key : config_keys(config)) count += key.name.rfind("channels.", 0) != 0;
-  EXPECT_LE(count, 71u);
+  EXPECT_LE(count, 72u);
 }
 
 TEST(Config, APrefixIsPutBeforeTheChannelsLeftAtTheirDefaults) {

@@ -76,6 +76,17 @@ TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
 }
 
 // A robot that drives, stands for a minute and drives on, with a trace every 5 cm of its wheel.
+TEST_F(TwoAntennas, EachHasItsTimeOffset) {
+  use({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}", "gpr.time_offset=0.002",
+       "gpr.time_offsets={1: -0.004}"});
+  start(begin_);
+  InputMessage front = trace_of(0, begin_), rear = trace_of(1, begin_);
+  ASSERT_TRUE(check_->accept(front));
+  ASSERT_TRUE(check_->accept(rear));
+  EXPECT_EQ(std::get<GprTrace>(front).time, begin_ + from_seconds(0.002)) << "that of all";
+  EXPECT_EQ(std::get<GprTrace>(rear).time, begin_ - from_seconds(0.004)) << "its own";
+}
+
 class ByDistance : public TwoAntennas {
  protected:
   void drive(double seconds, double speed, bool radar = true) {
