@@ -284,6 +284,14 @@ void check_channels(Config& config, const std::string& where) {
   }
 }
 
+// An offset of an antenna whose traces are refused would do nothing.
+void check_time_offsets(const GprConfig& gpr, const std::string& where) {
+  for (const auto& [id, offset_s] : gpr.time_offsets)
+    if (!gpr.antennas.empty() && !gpr.antennas.count(id))
+      throw ConfigError(where + "gpr.time_offsets: expected antennas that gpr.antennas has, got " +
+                        std::to_string(id));
+}
+
 }  // namespace
 
 Config load_config(const std::vector<std::string>& paths, const std::vector<std::string>& overrides,
@@ -304,6 +312,7 @@ Config load_config(const std::vector<std::string>& paths, const std::vector<std:
   put_prefix(config.channels);
   if (!config.gpr.antennas.empty()) config.gpr.lever_arm = config.gpr.antennas.begin()->second;
   check_channels(config, where);
+  check_time_offsets(config.gpr, where);
   return config;
 }
 

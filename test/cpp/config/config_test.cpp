@@ -77,6 +77,8 @@ TEST(Config, TimeOffsetsOfAntennasByTheirIds) {
       error_of_file("gpr:\n  time_offsets: {0: 11}\n"),
       "FILE:2: gpr.time_offsets: expected a map of antenna_id to a number, each id once, from "
       "-10 to 10 (s), got a map");
+  EXPECT_EQ(error_of_file("gpr:\n  antennas: {0: [0, 0, 0]}\n  time_offsets: {1: 0.1}\n"),
+            "FILE: gpr.time_offsets: expected antennas that gpr.antennas has, got 1");
 }
 
 TEST(Config, DatumIsThreeNumbersOrNone) {

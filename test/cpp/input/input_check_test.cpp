@@ -75,7 +75,6 @@ TEST_F(TwoAntennas, OnlyThoseOfTheConfigurationAreUsed) {
   EXPECT_EQ(count("not in gpr.antennas"), 1.0);
 }
 
-// A robot that drives, stands for a minute and drives on, with a trace every 5 cm of its wheel.
 TEST_F(TwoAntennas, EachHasItsTimeOffset) {
   use({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}", "gpr.time_offset=0.002",
        "gpr.time_offsets={1: -0.004}"});
@@ -87,6 +86,7 @@ TEST_F(TwoAntennas, EachHasItsTimeOffset) {
   EXPECT_EQ(std::get<GprTrace>(rear).time, begin_ - from_seconds(0.004)) << "its own";
 }
 
+// A robot that drives, stands for a minute and drives on, with a trace every 5 cm of its wheel.
 class ByDistance : public TwoAntennas {
  protected:
   void drive(double seconds, double speed, bool radar = true) {

@@ -161,7 +161,8 @@ TEST(RadarTask, EveryFrontEndThatCanBeBuiltRuns) {
       for (const double end : {range->minimum, range->maximum}) {
         if (!std::isfinite(end) || (range->above_minimum && end == range->minimum)) continue;
         std::ostringstream setting;
-        setting << key.name << "=" << end;
+        const bool by_antenna = std::holds_alternative<AntennaOffsets*>(key.field);
+        setting << key.name << "=" << (by_antenna ? "{0: " : "") << end << (by_antenna ? "}" : "");
         Config config = default_config({"gpr.front_end=" + name_of(kind), "paper.window_traces=15",
                                         "paper.columns=10", "paper.step=0.1", setting.str()});
         if (is_refused(config.gpr)) continue;
