@@ -77,9 +77,9 @@ TurnRate::Process TurnRate::about(double mean) const {
   return {mean, 0.0, square / count_, -lag_s / std::log(correlation)};
 }
 
-// The mean over a time T has the variance 2 sigma^2 tau / T. So much less than the square of what
-// is seen counts as the square of the robot's own mean (James and Stein 1961): a mean that chance
-// explains counts as zero.
+// The mean of the process over a time T has the variance 2 sigma^2 tau / T by chance. The mean that
+// was seen is shrunk by the share of this variance in its square (James and Stein 1961); it is zero
+// where chance explains all of it.
 TurnRate::Process TurnRate::process() const {
   const double shown = count_ - kCount;
   if (shown <= 0) return about(0.0);

@@ -47,7 +47,8 @@ class TurnRate {
 
   std::deque<Rate> recent_;  // of the last second
   // Sums over pairs of rates a second apart: squares and products about zero, and the rates.
-  double square_, product_, count_, sum_ = 0.0;
+  double square_, product_, count_;
+  double sum_ = 0.0;
   double seconds_ = 0.0;  // that the pairs were learnt over
 };
 
