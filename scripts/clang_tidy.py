@@ -20,6 +20,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gprodom" / "clang-tidy"
+# That of the virtual environment, three times as quick as that of Debian 12, which goes through the
+# headers of every library.
+CLANG_TIDY = Path(sys.executable).parent / "clang-tidy"
 OURS = ("src/", "include/", "lcmtypes/")
 
 
@@ -53,7 +56,7 @@ def check(source: Path, stamp: Path) -> tuple[Path, str, float]:
     """Runs clang-tidy on one file: the file, what is wrong with it, seconds taken."""
     started = time.monotonic()
     result = subprocess.run(
-        ["clang-tidy", "-p", str(BUILD), "--quiet", str(source)],
+        [str(CLANG_TIDY), "-p", str(BUILD), "--quiet", str(source)],
         capture_output=True,
         text=True,
         cwd=ROOT,
@@ -70,7 +73,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2, help="how many at once (2)")
     jobs: int = parser.parse_args().jobs
 
-    common = (ROOT / ".clang-tidy").read_bytes() + output_of("clang-tidy", "--version").encode()
+    common = (ROOT / ".clang-tidy").read_bytes() + output_of(str(CLANG_TIDY), "--version").encode()
     dependencies = recorded_dependencies()
     CACHE.mkdir(parents=True, exist_ok=True)
     pending: list[tuple[Path, Path]] = []
