@@ -67,10 +67,10 @@ def benches(data: Path) -> tuple[Bench, ...]:
 
 def of_drives(data: Path) -> tuple[Bench, ...]:
     """Errors of the estimate."""
-    twelve = drives(data, "cmu_like", (1, 9))
+    twelve = drives(data, "cmu_like", (9,))
     return (
         Bench("twelve", "Gentle drives", "rough.py", DRIVE, twelve),
-        Bench("rough", "Rough drives", "rough.py", DRIVE, drives(data, "rough", (0, 7))),
+        Bench("rough", "Rough drives", "rough.py", DRIVE, drives(data, "rough", (7,))),
         Bench(
             "robots",
             "Recordings of real robots",

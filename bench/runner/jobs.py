@@ -87,7 +87,7 @@ def of_salient(twelve: tuple[Job, ...]) -> tuple[Job, ...]:
     names = tuple(job.data[0] for job in twelve)
     return (
         Job("apexes", ("apexes",), (lines,), True, "apexes"),
-        Job("drives", ("drives",), (), ("drives", "--drives=1"), "drives"),
+        Job("drives", ("drives",), (), prefix="drives"),
         Job("windows", ("windows", *names), names, prefix="windows"),
     )
 
@@ -97,7 +97,7 @@ def of_grounds() -> tuple[Job, ...]:
     jobs = []
     for ground in ("fdtd", "beach", "field"):
         words = ("{data}/real_ground", f"--ground={ground}", "-j1")
-        short = (*words, "--drives=1", "--case=centre")
+        short = ground == "fdtd" and (*words, "--drives=1", "--case=centre")
         jobs.append(Job(ground, words, ("{data}/real_ground",), short))
     return tuple(jobs)
 

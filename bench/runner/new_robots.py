@@ -50,7 +50,7 @@ def _jobs() -> tuple[Job, ...]:
             f"robots {first}",
             ("--no-radar", "--robots=10", f"--first={first}"),
             (),
-            first == 0 and ("--no-radar", "--robots=2"),
+            first == 0 and ("--no-radar", "--robots=1"),
             f"robots {first}",
         )
         for first in range(0, 50, 10)

@@ -33,10 +33,10 @@ def of_pairs(data: Path) -> tuple[Bench, ...]:
                     name,
                     ("{data}/real_ground", *words),
                     ("{data}/real_ground",),
-                    ("{data}/real_ground", *short),
+                    short and ("{data}/real_ground", *short),
                 )
                 for name, words, short in (
-                    ("rebar", ("--minutes=0",), ("--minutes=0", "--km=0.02")),
+                    ("rebar", ("--minutes=0",), False),
                     ("others", ("--km=0",), ("--km=0", "--minutes=0.5", "--ground=fdtd")),
                 )
             ),
