@@ -37,7 +37,8 @@ GPR = [
     "gpr/revisit",
     "gpr/pair",
 ]
-BEFORE_MOTION = ["base", "config", "gpr", *GPR, "estimation", "estimation/graph"]
+LOW_ESTIMATION = ["estimation/kernels", "estimation/increments"]
+BEFORE_MOTION = ["base", "config", "gpr", *GPR, *LOW_ESTIMATION, "estimation", "estimation/graph"]
 MAP = ["map/path", "map/fixes", "map"]
 ROOMS = {
     "base": Room(
@@ -79,17 +80,24 @@ ROOMS = {
     ),
     "gpr": Room("the front end that a setting names", "states, factors", ["base", "config", *GPR]),
     "estimation/kernels": Room(
-        "products and elimination of small blocks that fill vector units", "states", ["base"]
+        "rotations; products and elimination of small blocks that fill vector units",
+        "states",
+        ["base"],
+    ),
+    "estimation/increments": Room(
+        "IMU and wheel integrated from one state to the next",
+        "states, factors",
+        ["base", "config", "estimation/kernels"],
     ),
     "estimation": Room(
-        "the first state, IMU preintegration, factors, fixed-lag smoother",
+        "the first state, factors, fixed-lag smoother",
         "traces, messages, channels",
-        ["base", "config", "estimation/kernels"],
+        ["base", "config", *LOW_ESTIMATION],
     ),
     "estimation/graph": Room(
         "the pose graph of a track in the plane",
         "the smoother and its factors",
-        ["base", "config", "estimation"],
+        ["base", "config", *LOW_ESTIMATION, "estimation"],
     ),
     "input": Room(
         "which messages can be used: time guard, plausibility, sensor and clock watch, health",

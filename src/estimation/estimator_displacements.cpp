@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 
+#include "estimation/kernels/so3.h"
 #include "estimation/state_estimator.h"
 
 namespace gprodom {

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 
 using Eigen::Matrix3d;

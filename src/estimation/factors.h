@@ -7,10 +7,10 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
+#include "estimation/increments/wheel_increment.h"
 #include "estimation/nav_state.h"
 #include "estimation/planar_geometry.h"
-#include "estimation/wheel_increment.h"
 
 namespace ceres {
 class LossFunction;

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 
 FixedLagSmoother::FixedLagSmoother(const SmootherOptions& options, const NavState& first,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimation/factors.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/wheel_increment.h"
+#include "estimation/increments/wheel_increment.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 

@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 
 void MarginalPrior::add_scale(double scale, double sigma) {

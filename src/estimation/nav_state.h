@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "estimation/so3.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -40,12 +39,9 @@ struct NavState {
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
   double wheel_scale = 1.0;  // reported over true distance
 
-  Eigen::Matrix3d R_odom_body() const { return q_odom_body.toRotationMatrix(); }
+  Eigen::Matrix3d R_odom_body() const;
 
-  bool finite() const {
-    return q_odom_body.coeffs().allFinite() && p_odom.allFinite() && v_odom.allFinite() &&
-           gyro_bias.allFinite() && accel_bias.allFinite() && std::isfinite(wheel_scale);
-  }
+  bool finite() const;
 };
 
 // The error rotates and shifts all of `odom` (it acts from the left):
@@ -53,39 +49,12 @@ struct NavState {
 // Global position and yaw, which nothing observes, are then the same directions
 // (rho = t, theta = psi e_z) for every state at every linearisation point, so no
 // first-estimate bookkeeping is needed for consistency. docs/estimation.md, "Error state".
-inline NavState retract(const NavState& x, const StateVector& d) {
-  const Eigen::Quaterniond dq = so3::exp(d.segment<3>(row::kTheta));
-  NavState y = x;
-  y.q_odom_body = (dq * x.q_odom_body).normalized();
-  y.p_odom = dq * x.p_odom + d.segment<3>(row::kP);
-  y.v_odom = dq * x.v_odom + d.segment<3>(row::kV);
-  y.gyro_bias += d.segment<3>(row::kBg);
-  y.accel_bias += d.segment<3>(row::kBa);
-  y.wheel_scale += d[row::kScale];
-  return y;
-}
+NavState retract(const NavState& x, const StateVector& d);
 
 // The d for which retract(x, d) is y.
-inline StateVector local(const NavState& x, const NavState& y) {
-  const Eigen::Quaterniond dq = y.q_odom_body * x.q_odom_body.conjugate();
-  StateVector d;
-  d.segment<3>(row::kTheta) = so3::log(dq);
-  d.segment<3>(row::kP) = y.p_odom - dq * x.p_odom;
-  d.segment<3>(row::kV) = y.v_odom - dq * x.v_odom;
-  d.segment<3>(row::kBg) = y.gyro_bias - x.gyro_bias;
-  d.segment<3>(row::kBa) = y.accel_bias - x.accel_bias;
-  d[row::kScale] = y.wheel_scale - x.wheel_scale;
-  return d;
-}
+StateVector local(const NavState& x, const NavState& y);
 
 // d local(x, retract(y, e)) / d e at e = 0.
-inline StateMatrix local_jacobian(const NavState& x, const NavState& y) {
-  const StateVector d = local(x, y);
-  StateMatrix j = StateMatrix::Identity();
-  j.block<3, 3>(row::kTheta, row::kTheta) = so3::left_jacobian_inverse(d.segment<3>(row::kTheta));
-  j.block<3, 3>(row::kP, row::kTheta) = -so3::skew(d.segment<3>(row::kP));
-  j.block<3, 3>(row::kV, row::kTheta) = -so3::skew(d.segment<3>(row::kV));
-  return j;
-}
+StateMatrix local_jacobian(const NavState& x, const NavState& y);
 
 }  // namespace gprodom

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimation/kernels/block_products.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 

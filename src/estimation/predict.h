@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "estimation/nav_state.h"
 #include "gprodom/types.h"
 

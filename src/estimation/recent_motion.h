@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "estimation/nav_state.h"
 #include "gprodom/types.h"
 

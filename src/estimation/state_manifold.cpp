@@ -1,5 +1,7 @@
 #include "estimation/state_manifold.h"
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 
 using Eigen::Matrix3d;

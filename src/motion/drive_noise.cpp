@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 
 namespace {

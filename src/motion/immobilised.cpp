@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "estimation/predict.h"
 
 namespace gprodom {

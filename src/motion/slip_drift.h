@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "estimation/graph/slip_model.h"
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "estimation/nav_state.h"
 #include "gprodom/config.h"
 #include "motion/slip/unseen_slip.h"

@@ -255,6 +255,10 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   learnt_.projection = (learnt_.projection * dewow).eval();
 }
 
+Columns PatchFilter::project(const Columns& traces) const {
+  return traces * learnt_.projection.transpose();
+}
+
 // Scales each row to unit variance times its share of signal. The noise is read from the second
 // difference between traces, which has 6 times its power: the ground cannot change that fast.
 void PatchFilter::weigh_rows(const Columns& traces, bool without_mean) {

@@ -66,7 +66,7 @@ class PatchFilter {
               const PatchFilterOptions& options = {});
 
   // Traces -> features (columns, rows()) before the band-pass along the track.
-  Columns project(const Columns& traces) const { return traces * learnt_.projection.transpose(); }
+  Columns project(const Columns& traces) const;
 
   // The band-pass along the track, in place.
   void band_pass_along(Columns& features) const;

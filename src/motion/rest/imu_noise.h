@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "gprodom/types.h"
 
 namespace gprodom {

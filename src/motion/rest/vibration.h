@@ -8,7 +8,7 @@
 #include <deque>
 #include <optional>
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 
 namespace gprodom {
 

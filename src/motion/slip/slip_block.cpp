@@ -1,5 +1,7 @@
 #include "motion/slip/slip_block.h"
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom::slip {
 
 Eigen::Vector3d heading(const Eigen::Quaterniond& q_world_body) {

@@ -2,7 +2,7 @@
 // seen".
 #pragma once
 
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 #include "gprodom/config.h"
 
 namespace gprodom::slip {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "estimation/cost_function_factor.h"
+#include "estimation/kernels/so3.h"
 #include "estimation/marginal_prior.h"
 #include "estimation/state_manifold.h"
 

@@ -1,13 +1,13 @@
 // Preintegration against an independent integration in small steps, its covariance against numeric
 // derivatives of that integration, and both against drawn noise.
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
 
-#include "estimation/so3.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 namespace {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "estimation/kernels/so3.h"
+
 namespace gprodom {
 namespace {
 

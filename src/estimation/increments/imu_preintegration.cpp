@@ -1,8 +1,8 @@
-#include "estimation/imu_preintegration.h"
+#include "estimation/increments/imu_preintegration.h"
 
 #include <cmath>
 
-#include "estimation/so3.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 

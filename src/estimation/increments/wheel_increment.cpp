@@ -1,8 +1,8 @@
-#include "estimation/wheel_increment.h"
+#include "estimation/increments/wheel_increment.h"
 
 #include <cmath>
 
-#include "estimation/so3.h"
+#include "estimation/kernels/so3.h"
 
 namespace gprodom {
 
