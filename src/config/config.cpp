@@ -345,7 +345,7 @@ void write_section_heads(const std::string& name, std::string& open, std::string
     if (open == head || open.rfind(head + ".", 0) == 0) continue;
     const std::string indent(2 * std::count(head.begin(), head.end(), '.'), ' ');
     const std::string description = section_description(head);
-    if (indent.empty()) text += "\n";
+    if (indent.empty()) text += '\n';
     if (!description.empty()) text += indent + "# " + description + "\n";
     text += indent + leaf_of(head) + ":\n";
   }
