@@ -78,6 +78,7 @@ class MotionJudge {
 
   // Share of the path on which the wheel slips, as learnt.
   double slip_share() const { return slip_belief_.share().value(); }
+  std::optional<double> slip_left() const { return slip_belief_.left(); }
   slip::Learnt learnt_slip() const { return slip_belief_.learnt(); }
   const slip::WheelPosition& wheel_position() const { return slip_belief_.position(); }
   TimeNs judged_to() const { return judged_to_; }  // end of the newest interval judged

@@ -20,7 +20,8 @@ SlipDrift::SlipDrift(const Config& config)
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
       unseen_(config) {}
 
-void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double share) {
+void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double share,
+                        std::optional<double> left) {
   if (!last_) joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
   const NavState last = last_.value_or(state);
   last_ = state;
@@ -33,8 +34,9 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   const double speed = moved.norm() / seconds;
   moves_ = speed > kMoves_mps;
   model_.share = share;
-  const double variance = unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
+  double variance = unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
   sigma_ = std::sqrt(variance);
+  if (left) variance = std::min(variance, *left + model_.surface * model_.surface);
 
   const double kept = model_.correlation(seconds);
   joint_.row(2) *= kept;

@@ -25,8 +25,10 @@ class SlipDrift {
   explicit SlipDrift(const Config& config);
 
   // The next state in effect. noise: of the IMU since the last one. share: of the path on which the
-  // wheel slips, as learnt.
-  void advance(const NavState& state, const ImuNoise& noise, double share);
+  // wheel slips, as learnt. left: variance of l that the online slip estimation leaves, if it
+  // knows; the covariance has it where it is less than what accelerations leave.
+  void advance(const NavState& state, const ImuNoise& noise, double share,
+               std::optional<double> left = std::nullopt);
 
   // The next state, where the distance is measured whatever the wheel does.
   void measured(const NavState& state);
@@ -40,7 +42,8 @@ class SlipDrift {
   // reduces the variance of past slip as well.
   void measure(const Eigen::Matrix2d& information);
 
-  // Standard deviation of l over the last interval; 0 without a wheel, or if it did not turn.
+  // Standard deviation of l over the last interval by accelerations alone; 0 without a wheel, or if
+  // it did not turn. The pose graph weighs steps by it.
   double sigma() const { return sigma_; }
   // The robot moves, and accelerations would show less than half of the prior's variance of l.
   bool unwitnessed() const {

@@ -256,7 +256,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   if (motion_.measured_by_pair())
     slip_drift_.measured(result.state);
   else
-    slip_drift_.advance(result.state, noise, motion_.slip_share());
+    slip_drift_.advance(result.state, noise, motion_.slip_share(), motion_.slip_left());
   slip_drift_.measure(result.place_information);
   result.slip_sigma = slip_drift_.sigma();
   result.slip_covariance = slip_drift_.covariance();

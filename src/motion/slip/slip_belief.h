@@ -10,6 +10,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "estimation/graph/slip_model.h"
@@ -56,6 +57,11 @@ class SlipBelief {
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
+  // Variance of l that the measurements have left in the oldest of these intervals. Errors of
+  // acceleration are correlated, so each counts as a fraction of a measurement: a hypothesis has
+  // its probability to the power kEvidence. Nothing without a wheel there.
+  std::optional<double> left() const;
+
   // Standard deviation of the error of the accelerations in steps (m/s^2) if the accelerometer's
   // axes are not as configured.
   double axes_error(const std::vector<MotionStep>& steps) const;
@@ -84,6 +90,12 @@ class SlipBelief {
     double residual;
   };
 
+  // Sums over the hypotheses of one interval, each with its probability to a power.
+  struct Sums {
+    double weight = 0.0, mean = 0.0, square = 0.0, slips = 0.0;
+  };
+
+  Sums sums(const Interval& interval, double power) const;
   void begin(const StateResult& newest);
   slip::Hypothesis first_hypothesis(const StateResult& newest) const;
   void resume(const StateResult& newest);

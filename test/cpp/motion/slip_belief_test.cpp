@@ -80,6 +80,31 @@ TEST(SlipBelief, WhatWasSlipIsSeenInHindsight) {
   EXPECT_LT(std::abs(drive.told_of(4.0) + 0.2), std::abs(at_once + 0.2));
 }
 
+// Slips of random size begin and end at random, with an IMU whose error of acceleration lasts for
+// seconds, as on real robots: the variance that is left is that of the error, to a factor.
+TEST(SlipBelief, WhatIsLeftIsTheSizeOfTheError) {
+  std::mt19937 engine(5);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  double squared = 0.0, left = 0.0;
+  for (unsigned run = 0; run < 40; ++run) {
+    const double begin = 30 + 30 * uniform(engine), end = begin + 10 + 20 * uniform(engine);
+    const double size = uniform(engine) < 0.5 ? -0.3 * std::abs(normal(engine)) : 0.0;
+    const double phase = 6 * uniform(engine), error = 0.03 * normal(engine);
+    Drive drive(kCart, wavy, zero, [=](double t) { return size * ramp(t, begin, end); });
+    drive.disturb([=](double t) { return error * std::sin(0.9 * t + phase); });
+    drive.seed(run);
+    for (int t = 20; t <= 100; t += 2) {
+      drive.to(t);
+      if (!drive.left()) continue;
+      squared += std::pow(drive.oldest_error(), 2);
+      left += *drive.left();
+    }
+  }
+  EXPECT_GT(squared / left, 0.5);
+  EXPECT_LT(squared / left, 2.0);
+}
+
 // In a bend the robot is pulled sideways as fast as it is, whatever the wheel says.
 TEST(SlipBelief, BendsTellOfSlip) {
   const OfTime slip = [](double t) { return -0.25 * ramp(t, 40, 100); };

@@ -50,6 +50,21 @@ TEST(SlipDrift, CovarianceIsThatOfSlipsDrawnFromTheModel) {
   EXPECT_LT((drift.covariance() - sampled).norm(), 0.08 * sampled.norm());
 }
 
+// What the online slip estimation leaves counts in the covariance, and not in the graph's weights.
+TEST(SlipDrift, ASlipThatIsKnownBetterAddsLess) {
+  const Config config;
+  const SlipDrift without = driven(config, kShaken);
+  const double ground = SlipModel().surface * SlipModel().surface;
+  SlipDrift with(config);
+  for (int i = 0; i <= kStates; ++i)
+    with.advance(state_at(i), kShaken, SlipModel().share,
+                 0.25 * without.sigma() * without.sigma() - ground);
+  EXPECT_EQ(with.sigma(), without.sigma());
+  // The first state's l has the prior's variance.
+  EXPECT_GT(with.covariance().trace(), 0.25 * without.covariance().trace());
+  EXPECT_LT(with.covariance().trace(), 0.5 * without.covariance().trace());
+}
+
 TEST(SlipDrift, AnImuThatCarriesTheSpeedIsAWitness) {
   const Config config;
   const double prior = slip_model(config.wheel).sigma();

@@ -89,6 +89,12 @@ class SlippingDrive {
   const slip::WheelPosition& position() const { return belief_->position(); }
   double told() const { return belief_->recent().back().l; }
   double sigma() const { return belief_->recent().back().sigma; }
+  // Of the oldest interval that is still revised: what the belief leaves, and the error of its l.
+  std::optional<double> left() const { return belief_->left(); }
+  double oldest_error() const {
+    const IntervalSlip oldest = belief_->recent().front();
+    return oldest.l - slip_(to_seconds(oldest.to) - 0.5 * kInterval);
+  }
   // Of the interval that ended so long ago.
   double told_of(double ago) const {
     const auto recent = belief_->recent();
