@@ -57,9 +57,9 @@ class SlipBelief {
   // the first second is complete.
   std::vector<IntervalSlip> recent() const;
 
-  // Variance of l that the measurements have left in the oldest of these intervals. Errors of
-  // acceleration are correlated, so each counts as a fraction of a measurement: a hypothesis has
-  // its probability to the power kEvidence. Nothing without a wheel there.
+  // Variance of l in the oldest of the intervals of recent(), for the published covariance. Errors
+  // of acceleration are correlated, so the measurements count less than in recent(). Nothing if
+  // recent() is empty.
   std::optional<double> left() const;
 
   // Standard deviation of the error of the accelerations in steps (m/s^2) if the accelerometer's
