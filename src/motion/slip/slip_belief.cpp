@@ -19,8 +19,8 @@ namespace {
 constexpr std::size_t kHypotheses = 15;
 
 // Power of a hypothesis' probability in left(), as of a coarsened posterior (Miller and Dunson,
-// JASA 2019): (1 - r) / (1 + r), the share of independent measurements among blocks of 1 s whose
-// errors have the correlation r = exp(-1 s / 2.5 s).
+// JASA 2019). Chosen, not learnt: (1 - r) / (1 + r) for blocks of 1 s whose errors, beside the one
+// that is a state, have the correlation r = 2/3.
 constexpr double kEvidence = 0.2;
 constexpr double kBlock_s = 0.99;    // over which measurements are summed; between branches
 constexpr double kRolls_mps = 0.01;  // of the wheel; below, no slip begins or ends
