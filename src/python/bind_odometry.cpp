@@ -68,10 +68,9 @@ Times nanoseconds(const py::object& given, const std::string& name) {
 // poses and no error, since each of them is a valid time.
 class PythonOdometry : public Odometry {
  public:
-  using Odometry::add;
   using Odometry::Odometry;
 
-  void add(const ImuSample& sample) {
+  void add_imu(const ImuSample& sample) {
     if (seen_ < kSamples) {
       first_ = seen_ == 0 ? sample.time : std::min(first_, sample.time);
       newest_ = seen_ == 0 ? sample.time : std::max(newest_, sample.time);
@@ -81,7 +80,7 @@ class PythonOdometry : public Odometry {
             std::to_string(newest_ - first_) +
             " ns; expected nanoseconds (of microseconds: t * 1000), at 50 kHz or less");
     }
-    Odometry::add(sample);
+    add(sample);
   }
 
  private:
@@ -155,7 +154,7 @@ Outputs run(
                        tw = w < nw ? wheel_time.at(w) : kNever,
                        tg = g < ng ? gpr_time.at(g) : kNever;
     if (ti <= tw && ti <= tg) {
-      odometry.add(ImuSample{ti, row3(acceleration, i), row3(rate, i)});
+      odometry.add_imu(ImuSample{ti, row3(acceleration, i), row3(rate, i)});
       if (++i % 2000 == 0 && progress) (*progress)(static_cast<double>(i) / static_cast<double>(n));
     } else if (tw <= tg) {
       if (pair)
@@ -226,7 +225,7 @@ void bind_odometry(py::module_& m) {
           "add_imu",
           [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
              const Eigen::Vector3d& rate) {
-            o.add(ImuSample{time, acceleration, rate});
+            o.add_imu(ImuSample{time, acceleration, rate});
           },
           py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"),
           "acceleration: (3,) m/s^2, specific force; angular_velocity: (3,) rad/s.")
