@@ -51,7 +51,8 @@ function(gprodom_test module)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/test/cpp)
   target_compile_definitions(test_${name} PRIVATE GPRODOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(test_${name} PROPERTIES
-    RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+    RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test
+    UNITY_BUILD OFF) # each file has a small world of its own, with names that others have too
   add_dependencies(tests test_${name})
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} PROPERTIES TIMEOUT 900)

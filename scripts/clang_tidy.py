@@ -1,8 +1,9 @@
 """Runs clang-tidy over src/ in parallel, leaving out what passed before unchanged.
 
-A file's key is the content of the file, of every header of the project that its object was built
-from (as ninja recorded it), of .clang-tidy, and clang-tidy's version. Keys that passed are kept in
-the user's cache folder, so that another checkout of the same state is quick too.
+Each file is compiled for itself here (build-tidy/), so that an include that it lacks is seen. A
+file's key is its content, that of every header of the project that it includes, .clang-tidy, and
+clang-tidy's version. Keys that passed are kept in the user's cache folder, so that another checkout
+of the same state is quick too.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import hashlib
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -18,12 +20,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-BUILD = ROOT / "build"
+BUILD = ROOT / "build-tidy"
+INCLUDED_FROM = (ROOT / "src", ROOT / "include", BUILD / "generated")
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gprodom" / "clang-tidy"
 # That of the virtual environment, three times as quick as that of Debian 12, which goes through the
 # headers of every library.
 CLANG_TIDY = Path(sys.executable).parent / "clang-tidy"
-OURS = ("src/", "include/", "lcmtypes/")
 
 
 def output_of(*command: str) -> str:
@@ -31,24 +33,34 @@ def output_of(*command: str) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def recorded_dependencies() -> dict[str, list[Path]]:
-    """Files that each object was built from, by the object's path in the build folder."""
-    dependencies: dict[str, list[Path]] = {}
-    current: list[Path] = []
-    for line in output_of("ninja", "-C", str(BUILD), "-t", "deps").splitlines():
-        if line and not line.startswith((" ", "ninja:")):
-            current = dependencies.setdefault(line.split(":", 1)[0], [])
-        elif line.strip():
-            current.append((BUILD / line.strip()).resolve())
-    return dependencies
+def compiled_sources() -> list[Path]:
+    """Sources in src/, with how each is compiled in BUILD/compile_commands.json."""
+    output_of(
+        *("cmake", "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja"),
+        *("-DCMAKE_UNITY_BUILD=OFF", "-DBUILD_TESTING=OFF", "-DGPRODOM_BENCHMARKS=OFF"),
+    )
+    output_of("cmake", "--build", str(BUILD), "--target", "gprodom_lcmtypes_generated")
+    commands = json.loads((BUILD / "compile_commands.json").read_text())
+    files = {Path(command["file"]) for command in commands}  # some belong to several targets
+    return sorted(file for file in files if file.is_relative_to(ROOT / "src"))
 
 
-def key_of(dependencies: list[Path], common: bytes) -> str:
+def headers_of(path: Path, known: dict[Path, set[Path]]) -> set[Path]:
+    """The project's headers that a file includes, directly or not; `known` keeps what was found."""
+    if path not in known:
+        known[path] = set()  # a header that is included in a circle ends here
+        for name in re.findall(r'^#include [<"]([^>"]+)[>"]', path.read_text(), re.MULTILINE):
+            for folder in INCLUDED_FROM:
+                if (header := folder / name).is_file():
+                    known[path] |= {header} | headers_of(header, known)
+    return known[path]
+
+
+def key_of(source: Path, headers: set[Path], common: bytes) -> str:
     """Changes whenever clang-tidy could say something new about a file."""
     digest = hashlib.sha256(common)
-    for path in sorted(dependencies):
-        if path.is_relative_to(ROOT) and str(path.relative_to(ROOT)).startswith(OURS):
-            digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + path.read_bytes())
+    for path in [source, *sorted(headers)]:
+        digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -74,22 +86,17 @@ def main() -> int:
     jobs: int = parser.parse_args().jobs
 
     common = (ROOT / ".clang-tidy").read_bytes() + output_of(str(CLANG_TIDY), "--version").encode()
-    dependencies = recorded_dependencies()
     CACHE.mkdir(parents=True, exist_ok=True)
+    sources = compiled_sources()
+    known: dict[Path, set[Path]] = {}
     pending: list[tuple[Path, Path]] = []
-    total = 0
-    for entry in json.loads((BUILD / "compile_commands.json").read_text()):
-        source = Path(entry["file"])
-        if not source.is_relative_to(ROOT / "src"):
-            continue
-        total += 1
-        target = entry["command"].split(" -o ", 1)[1].split(" ", 1)[0]
-        stamp = CACHE / key_of([source, *dependencies.get(target, [])], common)
+    for source in sources:
+        stamp = CACHE / key_of(source, headers_of(source, known), common)
         if stamp.exists():
             stamp.touch()
         else:
             pending.append((source, stamp))
-    print(f"{total} files, {len(pending)} to check", flush=True)
+    print(f"{len(sources)} files, {len(pending)} to check", flush=True)
 
     failures = 0
     with ThreadPoolExecutor(jobs) as pool:

@@ -14,6 +14,8 @@ namespace gprodom {
 
 using TimeNs = std::int64_t;
 
+constexpr TimeNs kSecond = 1'000'000'000;
+
 constexpr TimeNs from_seconds(double seconds) {
   return static_cast<TimeNs>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5));
 }

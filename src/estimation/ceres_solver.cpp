@@ -181,7 +181,7 @@ bool CeresSolver::minimise(SolveSummary& summary) {
   ceres::Solver::Summary told;
   do {
     options.initial_trust_region_radius = rule.radius();
-    options.max_num_iterations = options_.max_iterations + kMoreDamping;  // the rule's cap is lower
+    options.max_num_iterations = options_.max_iterations + kMoreSteps;  // the rule's cap is lower
     ceres::Solve(options, &problem_, &told);
   } while (told.termination_type == ceres::USER_SUCCESS && rule.may_go_on());
   summary.cost = told.final_cost;

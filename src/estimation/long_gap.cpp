@@ -14,12 +14,11 @@ using Eigen::Vector3d;
 namespace {
 
 // Standard deviations.
-constexpr double kTilt = 0.03;         // rad; change of roll and pitch in the gap, at most
-constexpr double kTilting = 0.02;      // rad/sqrt(s); its growth up to kTilt
+constexpr double kMostTilt = 0.03;     // rad; change of roll and pitch in the gap, at most
+constexpr double kTilting = 0.02;      // rad/sqrt(s); its growth up to kMostTilt
 constexpr double kUnknownYaw = 1.8;    // rad; of an unknown heading
 constexpr double kSpeedChange = 0.2;   // m/s; of the speed against the wheel's mean speed
 constexpr double kUnknownSpeed = 1.0;  // m/s
-constexpr double kSideways = 0.05;     // m/s
 
 }  // namespace
 
@@ -67,7 +66,7 @@ CarriedState carry_on(const Config& config, const CarriedState& from, const Stat
   yaw = std::max(yaw, std::min(yaw + input.turn_variance, kUnknownYaw * kUnknownYaw));
   for (int axis : {row::kTheta, row::kTheta + 1}) {
     double& tilt = P(axis, axis);
-    tilt = std::max(tilt, std::min(tilt + kTilting * kTilting * dt, kTilt * kTilt));
+    tilt = std::max(tilt, std::min(tilt + kTilting * kTilting * dt, kMostTilt * kMostTilt));
   }
   P.block<3, 3>(row::kP, row::kP) +=
       R * Vector3d(forward, sideways, sideways).asDiagonal() * R.transpose();

@@ -12,6 +12,9 @@ struct CarriedState {
   StateMatrix covariance;  // chart of nav_state.h
 };
 
+// Standard deviation of a robot's speed to either side, m/s, where nothing measures it.
+constexpr double kSideways = 0.05;
+
 // Propagates `from` over an interval without the IMU: by the wheel's distance or, without a wheel,
 // at the last speed; turning as the steps say. gap_s: from the begin of the gap to the interval's
 // end. The covariance assumes that the robot stays on level ground; without a wheel it may have any

@@ -13,14 +13,12 @@ using Eigen::Vector3d;
 namespace {
 
 // Standard deviations, except for the time constant.
-constexpr double kGyroBias = 1e-3;       // rad/s; of the new bias
-constexpr double kAccelBias = 0.1;       // m/s^2; the accelerometer's bias may have moved as well
-constexpr double kStandingSpeed = 0.05;  // m/s
-constexpr double kTiltMemory_s = 2.0;    // s; time constant with which gravity corrects the tilt
-
-constexpr double kSideways = 0.05;  // m/s
-constexpr double kTilt = 0.05;      // rad; the wrong speed may have been explained by tilt
-constexpr double kShift = 0.3;      // share of the correction: the track need not be straight
+constexpr double kGyroBias = 1e-3;         // rad/s; of the new bias
+constexpr double kAccelBias = 0.1;         // m/s^2; the accelerometer's bias may have moved as well
+constexpr double kStandingSpeed = 0.05;    // m/s
+constexpr double kTiltMemory_s = 2.0;      // s; time constant with which gravity corrects the tilt
+constexpr double kExplainedByTilt = 0.05;  // rad; the wrong speed may have been explained by tilt
+constexpr double kShift = 0.3;  // share of the correction: the track need not be straight
 
 // Of driving, after which accelerations must have shown the wheel's scale. By then their noise on
 // the move is known, and a start or a stop has been seen.
@@ -59,7 +57,7 @@ CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrecti
   P.block<3, 3>(row::kP, row::kP) += along * along.transpose();
   x.p_odom += correction.ahead_m * R.col(0);
   x.v_odom = correction.speed * R.col(0);
-  P.diagonal().segment<2>(row::kTheta).array() += kTilt * kTilt;
+  P.diagonal().segment<2>(row::kTheta).array() += kExplainedByTilt * kExplainedByTilt;
   P = (plain_position(x, -1) * P * plain_position(x, -1).transpose()).eval();
   const Vector3d velocity(correction.sigma, kSideways, kSideways);
   replace(P, row::kV, 3, R * velocity.cwiseAbs2().asDiagonal() * R.transpose());

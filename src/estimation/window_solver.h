@@ -26,10 +26,10 @@ struct SolveSummary {
 
 // Further steps beyond the cap while none has been accepted, each with more damping, because a
 // failed solve costs the whole window.
-constexpr int kMoreDamping = 8;
+constexpr int kMoreSteps = 8;
 
 inline bool may_step(const SolveSummary& summary, const SolverOptions& options) {
-  return summary.steps < options.max_iterations + (summary.accepted > 0 ? 0 : kMoreDamping);
+  return summary.steps < options.max_iterations + (summary.accepted > 0 ? 0 : kMoreSteps);
 }
 
 // Whether a step is accepted: the cost has not risen by more than rounding.

@@ -8,7 +8,6 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kSecond = 1'000'000'000;
 constexpr char kGap[] = "gap: messages lost or late";
 constexpr char kNoData[] = "no data for a second or more";
 constexpr char kStaysStuck[] = "values stuck for a second or more";

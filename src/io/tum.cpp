@@ -10,19 +10,18 @@
 namespace gprodom {
 namespace {
 
-[[noreturn]] void fail(const std::string& path) {
+[[noreturn]] void cannot_write(const std::string& path) {
   throw FileError(path + ": cannot be written: " + std::strerror(errno));
 }
 
 }  // namespace
 
 TumWriter::TumWriter(const std::string& path) : file_(path), stream_(file_.working_path()) {
-  if (!stream_) fail(path);
+  if (!stream_) cannot_write(path);
   stream_ << "# time x y z qx qy qz qw\n";
 }
 
 void TumWriter::write(TimeNs time, const Eigen::Vector3d& p, const Eigen::Quaterniond& q) {
-  constexpr TimeNs kSecond = 1'000'000'000;
   std::array<char, 256> line;
   // In integers, since a double holds seconds since 1970 to 0.2 us only.
   const int length = std::snprintf(
@@ -34,7 +33,7 @@ void TumWriter::write(TimeNs time, const Eigen::Vector3d& p, const Eigen::Quater
 
 void TumWriter::close() {
   stream_.close();
-  if (!stream_) fail(file_.path());
+  if (!stream_) cannot_write(file_.path());
   file_.put_in_place();
 }
 

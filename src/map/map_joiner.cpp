@@ -9,7 +9,7 @@
 namespace gprodom {
 namespace {
 
-constexpr double kSearchEvery = 2.0;    // m between two searches of all ground
+constexpr double kQueryEvery = 2.0;     // m between two searches of all ground
 constexpr double kConfirmWithin = 8.0;  // m without a revisit, then a hypothesis is dropped
 
 // A join is proven by revisits over so many patches of ground, none of which overlaps another. A
@@ -38,7 +38,7 @@ std::optional<JoinedTracks> MapJoiner::join(int map, const std::vector<gpr::Memo
   std::optional<JoinedTracks> best;
   for (const gpr::MemoryRange& run : runs) {
     for (std::size_t end = run.first + columns(Locator::least_query()); end <= run.end;
-         end += columns(kSearchEvery)) {
+         end += columns(kQueryEvery)) {
       const auto body = ground_.at(static_cast<double>(end - 1), reach);
       if (!body) continue;
       const auto found = locator_.place(ground_, begin_, {run.first, end}, body->pose);

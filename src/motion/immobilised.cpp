@@ -13,8 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr TimeNs kSecond = 1'000'000'000;
-
 // Travel of the wheel that a flag needs. The flag must come within 0.3 m, and within a second from
 // 0.3 m/s on; the radar's answer comes kBehind_s late. The longer travel is the surer one.
 constexpr double kAsked_m = 0.25, kBehind_s = 0.6, kLeastTravel_m = 0.1, kMostTravel_m = 0.15;

@@ -13,15 +13,13 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kSecond = 1'000'000'000;
-
 // Largest ratio of the noise over seconds, which driving shows, to that from sample to sample. Real
 // robots and cars have 1 to 8; what lies beyond is lasting slip.
 constexpr double kLargestDensityRatio = 10.0;
 
 // How long samples are kept while no state is made (before the start, or without an IMU).
 constexpr TimeNs kLongestSilence = 100 * kSecond;
-constexpr std::size_t kMostWaiting = 2000;  // external displacements
+constexpr std::size_t kMostDisplacements = 2000;  // external displacements
 
 }  // namespace
 
@@ -64,7 +62,7 @@ void MotionJudge::add(const WheelsSample& sample) {
 }
 
 void MotionJudge::add_external(Displacement displacement) {
-  if (displacements_.size() < kMostWaiting)
+  if (displacements_.size() < kMostDisplacements)
     displacements_.push_back({PlacedDisplacement(std::move(displacement))});
 }
 

@@ -8,8 +8,6 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kSecond = 1'000'000'000;
-
 // The robot starts on the move after this time without a standstill, if the wheel has turned this
 // far in initializer.duration.
 constexpr TimeNs kStartOnTheMove = 4 * kSecond;

@@ -10,7 +10,7 @@ namespace {
 
 // Over which wheel and IMU are compared. A slip begins within it; over a longer one the error of
 // the published velocity grows and hides it.
-constexpr double kWindow_s = 0.3;
+constexpr double kCompared_s = 0.3;
 
 constexpr TimeNs kSilentAfter = 1'000'000'000;  // ns
 constexpr double kThresholdAfterSilence = 3.0;  // standard deviations
@@ -25,10 +25,11 @@ constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
 constexpr TimeNs kEndsWithin = 1'000'000'000;  // ns
 
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
-constexpr double kAgrees = 2.0, kDisagrees = 3.0;  // standard deviations of the radar's distance
-constexpr TimeNs kSlowFor = 600'000'000;           // ns
-constexpr double kTrackCovers = 0.5;               // least share of the radar's interval
-constexpr double kWheelSpeed = 0.1;                // m/s; sigma of its mean over kWindow_s
+constexpr double kRadarAgrees = 2.0,
+                 kRadarDisagrees = 3.0;   // standard deviations of the radar's distance
+constexpr TimeNs kSlowFor = 600'000'000;  // ns
+constexpr double kTrackCovers = 0.5;      // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;       // m/s; sigma of its mean over kCompared_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
 
 double deviations_from(const Displacement& radar, double m) {
@@ -40,7 +41,7 @@ double deviations_from(const Displacement& radar, double m) {
 SlipWatch::SlipWatch(const WheelConfig& config, double window_s)
     : config_(config),
       smoother_window_(from_seconds(window_s)),
-      window_(from_seconds(kWindow_s)),
+      window_(from_seconds(kCompared_s)),
       wheel_sigma_m_(config.noise_floor),
       wheel_floor_m_(config.noise_floor) {}
 
@@ -48,7 +49,7 @@ void SlipWatch::set_wheel_error(const WheelError& error) {
   pair_noise_ = error.noise;
   wheel_floor_m_ = error.floor_m;
   wheel_sigma_m_ = std::max(error.floor_m, error.sigma_m);
-  window_ = from_seconds(std::max(kWindow_s, 2 * error.late_s));
+  window_ = from_seconds(std::max(kCompared_s, 2 * error.late_s));
   late_ = from_seconds(error.late_s);
 }
 
@@ -124,7 +125,8 @@ void SlipWatch::check_ground_speed(double variance, double speed, const Distance
   least_speed_ = std::min(least_speed_, of_wheel);
   most_speed_ = std::max(most_speed_, of_wheel);
   const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
-  if (beyond > most_speed_ - least_speed_ && beyond * beyond > kDisagrees * kDisagrees * variance)
+  if (beyond > most_speed_ - least_speed_ &&
+      beyond * beyond > kRadarDisagrees * kRadarDisagrees * variance)
     speed_error_ = SpeedError{began_ - window_, true};
 }
 
@@ -210,9 +212,9 @@ void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory
   const bool slips =
       now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
   const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
-  if (moved && deviations_from(radar, moved->ground_m) < kDisagrees) slow_since_ = 0;
-  if (!moved || deviations_from(radar, moved->wheel_m) > kAgrees ||
-      deviations_from(radar, moved->ground_m) < kDisagrees) {
+  if (moved && deviations_from(radar, moved->ground_m) < kRadarDisagrees) slow_since_ = 0;
+  if (!moved || deviations_from(radar, moved->wheel_m) > kRadarAgrees ||
+      deviations_from(radar, moved->ground_m) < kRadarDisagrees) {
     radar_agrees_ = {0, 0};
     return;
   }
@@ -232,11 +234,11 @@ void SlipWatch::judge_by_radar_alone(const Displacement& radar, const WheelHisto
   const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
   const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
   const double wheel_deviations = deviations_from(radar, wheel_m);
-  if (wheel_deviations < kAgrees)
+  if (wheel_deviations < kRadarAgrees)
     slip_by_radar_ = WheelSlip::kNone;
   else
     slip_by_radar_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
-  if (covered < kTrackCovers || deviations_from(radar, ground_m) < kAgrees) return;
+  if (covered < kTrackCovers || deviations_from(radar, ground_m) < kRadarAgrees) return;
   const double seconds = to_seconds(radar.to - radar.from);
   speed_error_ = SpeedError{since, slip_by_radar_ == WheelSlip::kNone,
                             (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,

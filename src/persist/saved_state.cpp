@@ -8,7 +8,7 @@
 namespace gprodom {
 namespace {
 
-const char* const kTitle = "gprodom state 4";
+const char* const kStateTitle = "gprodom state 4";
 
 template <typename Matrix>
 void put_matrix(const Matrix& matrix, ByteWriter& out) {
@@ -52,11 +52,11 @@ std::string to_bytes(const SavedState& saved) {
   out.put(static_cast<std::int32_t>(saved.map));
   out.put_text(saved.wheel_setting);
   out.put(saved.ground);
-  return out.sealed(kTitle);
+  return out.sealed(kStateTitle);
 }
 
 SavedState saved_state_from(const std::string& name, std::string_view bytes) {
-  ByteReader in(name, bytes, kTitle);
+  ByteReader in(name, bytes, kStateTitle);
   SavedState saved;
   NavState& x = saved.state;
   x.time = in.get<TimeNs>();

@@ -10,7 +10,7 @@
 namespace gprodom {
 namespace {
 
-const char* const kTitle = "gprodom wheel 1";
+const char* const kWheelTitle = "gprodom wheel 1";
 const char* const kSlipTitle = "gprodom slip 2";
 const char* const kPairTitle = "gprodom wheels 1";
 
@@ -38,11 +38,11 @@ std::string to_bytes(const SavedWheel& wheel) {
   out.put(wheel.scale);
   out.put(wheel.sigma);
   out.put_text(wheel.setting);
-  return out.sealed(kTitle);
+  return out.sealed(kWheelTitle);
 }
 
 SavedWheel saved_wheel_from(const std::string& name, std::string_view bytes) {
-  ByteReader in(name, bytes, kTitle);
+  ByteReader in(name, bytes, kWheelTitle);
   SavedWheel wheel;
   wheel.scale = in.get<double>();
   wheel.sigma = in.get<double>();

@@ -10,8 +10,6 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kSecond = 1'000'000'000;
-
 // Traces kept while there are no ticks: before the first IMU sample, or without an IMU.
 constexpr std::size_t kMostTraces = 2000;
 

@@ -45,9 +45,9 @@ AlignmentOptions options_from(const std::string& form, double min_overlap, int m
   return options;
 }
 
-LevelMatrix build_sfm(const Doubles& depth, const Doubles& position, const Doubles& amplitude,
-                      int rows, int columns, double depth_range, double length,
-                      double amplitude_scale) {
+LevelMatrix feature_matrix(const Doubles& depth, const Doubles& position, const Doubles& amplitude,
+                           int rows, int columns, double depth_range, double length,
+                           double amplitude_scale) {
   if (depth.size() != position.size() || depth.size() != amplitude.size()) {
     throw std::invalid_argument("depth, position and amplitude must have the same length");
   }
@@ -110,9 +110,9 @@ Eigen::VectorXd dominant_energy_curve(const Traces& traces, int half_width, int 
   return curve;
 }
 
-std::vector<Apex> find_apexes(const Traces& traces, double sample_interval, double time_zero,
-                              double pulse, double first_time, double least_widening,
-                              double most_widening) {
+std::vector<Apex> apexes_of(const Traces& traces, double sample_interval, double time_zero,
+                            double pulse, double first_time, double least_widening,
+                            double most_widening) {
   if (traces.ndim() != 2) throw std::invalid_argument("traces: expected shape (traces, samples)");
   const Eigen::Map<const Eigen::MatrixXf> bscan(traces.data(), traces.shape(1), traces.shape(0));
   ApexOptions options;
@@ -137,9 +137,9 @@ void bind_gpr_sfm(py::module_& module) {
       .def_readonly("distance", &Alignment::distance, "at the minimum")
       .def_readonly("overlap", &Alignment::overlap, "common columns at the minimum");
 
-  module.def("build_sfm", &build_sfm, py::arg("depth"), py::arg("position"), py::arg("amplitude"),
-             py::kw_only(), py::arg("rows") = 50, py::arg("columns") = 50, py::arg("depth_range"),
-             py::arg("length"), py::arg("amplitude_scale"),
+  module.def("build_sfm", &feature_matrix, py::arg("depth"), py::arg("position"),
+             py::arg("amplitude"), py::kw_only(), py::arg("rows") = 50, py::arg("columns") = 50,
+             py::arg("depth_range"), py::arg("length"), py::arg("amplitude_scale"),
              "Subsurface feature matrix, int8 (rows, columns), of peaks given as arrays of equal\n"
              "length; see gpr/sfm.h.");
   module.def("align_sfm", &align_levels, py::arg("a"), py::arg("b"), py::kw_only(),
@@ -163,7 +163,7 @@ void bind_gpr_sfm(py::module_& module) {
       .def_readonly("widening", &Apex::widening_s, "s per column: 2 spacing / wave speed")
       .def_readonly("amplitude", &Apex::amplitude, "of the mean echo along the hyperbola")
       .def_readonly("semblance", &Apex::semblance, "stacked energy over energy, 0 to 1");
-  module.def("find_apexes", &find_apexes, py::arg("traces"), py::kw_only(),
+  module.def("find_apexes", &apexes_of, py::arg("traces"), py::kw_only(),
              py::arg("sample_interval"), py::arg("time_zero") = 0.0, py::arg("pulse") = 3e-9,
              py::arg("first_time") = 2e-9, py::arg("least_widening") = 0.0,
              py::arg("most_widening") = 0.0,

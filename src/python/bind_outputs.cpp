@@ -13,12 +13,12 @@ namespace py = pybind11;
 namespace gprodom {
 namespace {
 
-using Array = py::array_t<double>;
+using Rows = py::array_t<double>;
 
 // (n, columns) of what `row` writes for each estimate.
 template <typename Row>
-Array table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns, Row row) {
-  Array out({static_cast<py::ssize_t>(estimates.size()), columns});
+Rows table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns, Row row) {
+  Rows out({static_cast<py::ssize_t>(estimates.size()), columns});
   for (size_t k = 0; k < estimates.size(); ++k)
     row(estimates[k], out.mutable_data(static_cast<py::ssize_t>(k), 0));
   return out;

@@ -9,14 +9,13 @@ namespace {
 
 constexpr int kTerms = 16;           // odd k: 1, 3, ..., 31
 constexpr int kMargin = 2 * kTerms;  // zeros on either side
-constexpr double kPi = 3.14159265358979323846;
 
 std::array<float, kTerms> hilbert_taps() {
   std::array<float, kTerms> taps{};
   for (int j = 0; j < kTerms; ++j) {
     const double k = 2 * j + 1;
     taps[static_cast<std::size_t>(j)] =
-        static_cast<float>(2.0 / (kPi * k) * (0.54 + 0.46 * std::cos(kPi * k / (2 * kTerms))));
+        static_cast<float>(2.0 / (M_PI * k) * (0.54 + 0.46 * std::cos(M_PI * k / (2 * kTerms))));
   }
   return taps;
 }

@@ -8,7 +8,6 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSupport = 2.5;  // standard deviations within which a sample follows the curve
 constexpr int kMinGate = 6;       // samples of a pulse's own
 
@@ -198,7 +197,7 @@ bool JointFit::widen_gates() {
   std::array<int, kMaxJointPulses> start{};
   for (int k = 0; k < count_; ++k) {
     const DampedSinusoid& pulse = pulse_[index(k)];
-    const int reach = pulse.start - static_cast<int>(kPi / pulse.omega);
+    const int reach = pulse.start - static_cast<int>(M_PI / pulse.omega);
     const int limit = std::max(k > 0 ? stop_[index(k - 1)] : 0, reach);
     start[index(k)] = pulse.start;
     while (start[index(k)] > limit && belongs(k, start[index(k)] - 1)) --start[index(k)];

@@ -9,11 +9,11 @@ namespace {
 constexpr double kPriorCounts_s = 30.0;  // one slip and a half (SlipModel::lasts_s)
 // Beyond these no wheel is believed: one that never slipped may, and one that always does is no
 // wheel to drive by.
-constexpr double kLeast = 0.05, kMost = 0.6;
+constexpr double kLeastShare = 0.05, kMostShare = 0.6;
 
 }  // namespace
 
-SlipShare::SlipShare(double prior) : prior_(std::min(prior, kMost)) {}
+SlipShare::SlipShare(double prior) : prior_(std::min(prior, kMostShare)) {}
 
 void SlipShare::add(double seconds, double slips, double seen) {
   counts_.rolled_s += seconds * seen;
@@ -22,8 +22,8 @@ void SlipShare::add(double seconds, double slips, double seen) {
 
 double SlipShare::value() const {
   return std::clamp(
-      (prior_ * kPriorCounts_s + counts_.slipped_s) / (kPriorCounts_s + counts_.rolled_s), kLeast,
-      kMost);
+      (prior_ * kPriorCounts_s + counts_.slipped_s) / (kPriorCounts_s + counts_.rolled_s),
+      kLeastShare, kMostShare);
 }
 
 void SlipShare::take_up(Counts earlier) {
