@@ -14,8 +14,7 @@ using so3::skew;
 
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix93d = Eigen::Matrix<double, 9, 3>;
 
 NavState moved(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
                double gravity_mps2) {
@@ -106,31 +105,44 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   return out;
 }
 
-PredictedWay predicted_way(const NavState& x, const ImuPreintegration& since,
-                           const Vector3d& contact, double gravity_mps2) {
-  const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
-  const Matrix3d R = x.R_odom_body();
-  // Straight ahead at half the turn, and the arc over its chord.
-  const Vector3d before = R.col(0), after = y.R_odom_body().col(0);
-  const Vector3d ahead = (before + after).normalized();
-  const double half = 0.5 * std::acos(std::clamp(before.dot(after), -1.0, 1.0));
-  const double arc = half > 1e-4 ? half / std::sin(half) : 1.0;
-  const Vector3d along = arc * ahead;
+PredictedWay way_begins(const NavState& state) {
+  PredictedWay way;
+  way.time = state.time;
+  way.p_odom = state.p_odom;
+  way.R_odom_body = state.R_odom_body();
+  return way;
+}
+
+PredictedWay way_further(const PredictedWay& before, const NavState& x,
+                         const ImuPreintegration& since, const Vector3d& contact,
+                         double gravity_mps2) {
+  const NavState y = propagate(x, since, gravity_mps2);
+  const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
   PredictedWay way;
   way.time = y.time;
-  way.distance_m = along.dot(y.p_odom - x.p_odom + (y.R_odom_body() - R) * contact);
-  // An error of the attitude turns the way and the direction ahead alike, but not gravity.
+  way.p_odom = y.p_odom;
+  way.R_odom_body = Ry;
+  way.moved_m =
+      before.moved_m + 0.5 * (before.R_odom_body + Ry).transpose() *
+                           (y.p_odom - before.p_odom + (Ry - before.R_odom_body) * contact);
+  // For what errors change, the axes at half the turn stand for those on the way. Along the track
+  // the arc is longer than its chord.
+  way.turned_rad = std::acos(std::clamp(R.col(0).dot(Ry.col(0)), -1.0, 1.0));
+  const double half = 0.5 * way.turned_rad;
+  const Vector3d ahead = (R.col(0) + Ry.col(0)).normalized();
+  const Vector3d left = (R.col(2) + Ry.col(2)).cross(ahead).normalized();
+  Matrix3d axes;  // in odom
+  axes << (half > 1e-4 ? half / std::sin(half) : 1.0) * ahead, left, ahead.cross(left);
+  // An error of the attitude turns the way and its axes alike, but not gravity.
   const double dt = since.duration();
-  way.d_state.setZero();
-  way.d_state.segment<3>(row::kTheta) =
-      0.5 * dt * dt * skew(Vector3d(0, 0, -gravity_mps2)).transpose() * along;
-  way.d_state.segment<3>(row::kV) = dt * along;
-  way.d_state.segment<3>(row::kBg) = (R * since.dp_dbg()).transpose() * along;
-  way.d_state.segment<3>(row::kBa) = (R * since.dp_dba()).transpose() * along;
-  const Vector3d in_body = R.transpose() * along;
+  way.d_state.middleRows<3>(row::kTheta) =
+      0.5 * dt * dt * skew(Vector3d(0, 0, -gravity_mps2)).transpose() * axes;
+  way.d_state.middleRows<3>(row::kV) = dt * axes;
+  way.d_state.middleRows<3>(row::kBg) = (R * since.dp_dbg()).transpose() * axes;
+  way.d_state.middleRows<3>(row::kBa) = (R * since.dp_dba()).transpose() * axes;
+  const Matrix3d in_body = R.transpose() * axes;
   const auto noise = since.covariance().middleCols<3>(6);  // with that of the position
-  way.noise_m2 = in_body.dot(noise.middleRows<3>(6) * in_body);
+  way.noise_m2 = in_body.transpose() * noise.middleRows<3>(6) * in_body;
   way.with_p = R * noise.middleRows<3>(6) * in_body;
   way.with_v = R * noise.middleRows<3>(3) * in_body;
   return way;
@@ -141,34 +153,37 @@ void take_wheel(const NavState& x, const StateMatrix& covariance, const ImuPrein
                 double robust_threshold, OdometryEstimate& estimate) {
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
   const NavState y = moved(x, since.duration(), delta, gravity_mps2);
-  const double innovation = wheel.reported_m / x.wheel_scale - way.distance_m;
-  StateVector H = way.d_state;  // of the innovation, by the state's error
-  H[row::kScale] += wheel.reported_m / (x.wheel_scale * x.wheel_scale);
-  const StateVector with_state = covariance * H;
-  const double variance = H.dot(with_state) + way.noise_m2 + wheel.sigma_m * wheel.sigma_m;
+  const Vector3d rolled_m(wheel.moved_m.x() / x.wheel_scale, wheel.moved_m.y(), wheel.moved_m.z());
+  const Vector3d innovation = rolled_m - way.moved_m;
+  auto H = way.d_state;  // of the innovation, by the state's error
+  H(row::kScale, 0) += rolled_m.x() / x.wheel_scale;
+  const Eigen::Matrix<double, kStateDim, 3> with_state = covariance * H;
+  Matrix3d S = H.transpose() * with_state + way.noise_m2;
+  S.diagonal() += wheel.sigma_m.cwiseAbs2();
+  // The kernel's weight, as variance of the distance.
   const double c2 = robust_threshold * robust_threshold;
-  const double weight = c2 > 0 ? 1 / (1 + innovation * innovation / (variance * c2)) : 1.0;
+  if (c2 > 0) S(0, 0) += innovation.x() * innovation.x() / c2;
 
   // Covariance of phi, p and v with the innovation. Noise of the velocity at the way's end has
   // moved the position since then.
   const PropagationJacobian F = jacobian(x, y, since, delta);
-  Vector9d with = F * with_state, moved_since = movement_since(x, F) * with_state;
-  for (Vector9d* v : {&with, &moved_since}) {
-    v->segment<3>(3) += way.with_p + to_seconds(y.time - way.time) * way.with_v;
-    v->tail<3>() += way.with_v;
+  Matrix93d with = F * with_state, moved_since = movement_since(x, F) * with_state;
+  for (Matrix93d* m : {&with, &moved_since}) {
+    m->middleRows<3>(3) += way.with_p + to_seconds(y.time - way.time) * way.with_v;
+    m->bottomRows<3>() += way.with_v;
   }
   const Matrix3d Ry = y.R_odom_body();
-  const auto pose = [](const Vector9d& v) {
-    return (Vector6d() << v.segment<3>(3), v.head<3>()).finished();
+  const auto pose = [](const Matrix93d& m) {
+    return (Eigen::Matrix<double, 6, 3>() << m.middleRows<3>(3), m.topRows<3>()).finished();
   };
-  const auto velocity = [&](const Vector9d& v) -> Vector3d {
-    return Ry.transpose() * (skew(y.v_odom) * v.head<3>() + v.tail<3>());
+  const auto velocity = [&](const Matrix93d& m) -> Matrix3d {
+    return Ry.transpose() * (skew(y.v_odom) * m.topRows<3>() + m.bottomRows<3>());
   };
-  const Vector9d gain = weight / variance * moved_since;
-  estimate.p_odom_body += innovation * gain.segment<3>(3);
-  estimate.v_body += innovation * velocity(gain);
-  const auto corrected = [variance](auto& covariance, const auto& k, const auto& c) {
-    covariance += variance * k * k.transpose() - k * c.transpose() - c * k.transpose();
+  const Matrix93d gain = moved_since * S.inverse();
+  estimate.p_odom_body += gain.middleRows<3>(3) * innovation;
+  estimate.v_body += velocity(gain) * innovation;
+  const auto corrected = [&S](auto& covariance, const auto& k, const auto& c) {
+    covariance += k * S * k.transpose() - k * c.transpose() - c * k.transpose();
   };
   corrected(estimate.pose_covariance, pose(gain), pose(with));
   corrected(estimate.velocity_covariance, velocity(gain), velocity(with));

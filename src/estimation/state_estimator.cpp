@@ -25,9 +25,6 @@ SmootherOptions smoother_options(const SmootherConfig& c) {
   return options;
 }
 
-// m; between two states without a usable wheel.
-constexpr double kUnknownDistanceSigma = 100.0;
-
 StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
 }
@@ -314,7 +311,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
       {c.noise, c.lateral_noise, c.vertical_noise, std::max(c.noise_floor, input.wheel_floor_m)});
   variance[0] = std::max(variance[0], std::pow(input.wheel_sigma_m, 2));
   variance[1] += std::pow(side_slip(drive_, turned, speed), 2);
-  if (!turns_with_ground) variance[0] = kUnknownDistanceSigma * kUnknownDistanceSigma;
+  if (!turns_with_ground) variance[0] = kUnknownDistanceSigma_m * kUnknownDistanceSigma_m;
   const Vector3d wheel_at(c.lever_arm.x(), input.wheel_y_m, c.lever_arm.z());
   std::shared_ptr<const Factor> factor;
   if (c.form == WheelForm::kDistance)

@@ -5,7 +5,9 @@
 #include <iterator>
 #include <utility>
 
+#include "estimation/drive_traits.h"
 #include "estimation/factors.h"
+#include "estimation/increments/wheel_increment.h"
 #include "motion/radar_finding.h"
 #include "motion/rest/imu_noise.h"
 
@@ -330,16 +332,25 @@ Eigen::Vector3d MotionJudge::wheel_contact() const {
   return contact;
 }
 
-std::optional<WheelWaySince> MotionJudge::wheel_since(TimeNs state, TimeNs to, TimeNs heard) const {
-  if (!config_.wheel.enabled || newest_.standing || newest_.bridged || newest_.carried) return {};
-  if (slip_.between(state, to, heard)) return {};
-  if (wheel_delay_s() > 0 || immobilised_.at(to, wheel_) == Immobilised::kYes) return {};
-  const auto begin = wheel_.distance(state), end = wheel_.distance(to);
-  if (!begin || !end) return {};
-  const double moved_m = *end - *begin, noise = config_.wheel.noise;
-  const double sigma_m = std::sqrt(noise * noise * std::abs(moved_m) +
-                                   config_.wheel.noise_floor * config_.wheel.noise_floor);
-  return WheelWaySince{moved_m, std::max(sigma_m, drive_noise_.increment_sigma())};
+std::optional<WheelWaySince> MotionJudge::wheel_since(TimeNs state, const PredictedWay& way,
+                                                      TimeNs heard) const {
+  const WheelConfig& c = config_.wheel;
+  if (!c.enabled || newest_.standing || newest_.bridged || newest_.carried) return {};
+  const auto begin = wheel_.distance(state), end = wheel_.distance(way.time);
+  const bool tells = begin && end && wheel_delay_s() <= 0 &&
+                     immobilised_.at(way.time, wheel_) != Immobilised::kYes &&
+                     !slip_.between(state, way.time, heard);
+  const double moved_m = tells ? *end - *begin : way.moved_m.x(), path_m = std::abs(moved_m);
+  const auto sigma_of = [&c, path_m](double noise) {
+    return std::sqrt(noise * noise * path_m + c.noise_floor * c.noise_floor);
+  };
+  Eigen::Vector3d sigma_m(sigma_of(c.noise), sigma_of(c.lateral_noise), sigma_of(c.vertical_noise));
+  sigma_m.x() =
+      tells ? std::max(sigma_m.x(), drive_noise_.increment_sigma()) : kUnknownDistanceSigma_m;
+  const double speed = path_m / to_seconds(way.time - state);
+  sigma_m.y() = std::hypot(sigma_m.y(), side_slip(drive_traits(c), way.turned_rad, speed));
+  if (c.form == WheelForm::kDistance) sigma_m.tail<2>().setConstant(kUnknownDistanceSigma_m);
+  return WheelWaySince{{moved_m, 0, 0}, sigma_m};
 }
 
 std::int32_t MotionJudge::flags() const {

@@ -115,10 +115,12 @@ class MotionJudge {
   // begins to slip.
   bool follow(OdometryEstimate& estimate);
 
-  // The wheel's distance from a state on, to be used in the prediction; nullopt where the wheel
-  // does not tell it: not covered, late, slipping, or standing still. What its samples after
-  // `heard` show of slip does not count.
-  std::optional<WheelWaySince> wheel_since(TimeNs state, TimeNs to, TimeNs heard) const;
+  // What the wheel says of the way from a state on, to be used in the prediction; nullopt where it
+  // says nothing: a robot that stands, or a gap of the IMU. As in the window, one that slips, is
+  // late or silent does not move sideways or upwards either (but the paper's wheel is a distance
+  // alone). What its samples after `heard` show of slip does not count.
+  std::optional<WheelWaySince> wheel_since(TimeNs state, const PredictedWay& way,
+                                           TimeNs heard) const;
   Eigen::Vector3d wheel_contact() const;
 
   // The IMU's noise between two times: that at standstill, or what the samples show if that is

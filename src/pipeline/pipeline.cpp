@@ -362,7 +362,7 @@ void Pipeline::publish_pose(OdometryEstimate estimate) {
   const auto heard = motion_.wheel().newest(estimate.time - kOvertakes);
   const PredictedWay* way = heard ? prediction_.way(*heard) : nullptr;
   if (way != nullptr) {
-    const auto wheel = motion_.wheel_since(prediction_.base().state.time, way->time, *heard);
+    const auto wheel = motion_.wheel_since(prediction_.base().state.time, *way, *heard);
     if (wheel) prediction_.take_wheel(*way, *wheel, config_.wheel.robust_threshold, estimate);
   }
   if (input_.radar_silent()) estimate.flags |= kNoRadar;

@@ -28,7 +28,8 @@ void Prediction::integrate(const ImuHistory& imu, TimeNs from, TimeNs to) {
                      step.bridged ? kBridgedImuNoise : noise_);
     if (step.bridged) bridged_s_ += step.dt;
     omega_body_ = step.angular_velocity - base_.state.gyro_bias;
-    ways_.push_back(predicted_way(base_.state, since_, contact_body_, kStandardGravity));
+    const PredictedWay before = ways_.empty() ? way_begins(base_.state) : ways_.back();
+    ways_.push_back(way_further(before, base_.state, since_, contact_body_, kStandardGravity));
   }
 }
 

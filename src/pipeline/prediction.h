@@ -21,8 +21,8 @@ class Prediction {
   // Propagates to `now` and returns the estimate there. Its time never decreases.
   OdometryEstimate advance(const ImuHistory& imu, TimeNs now);
 
-  // The distance that the IMU predicts from the state to a time, at most `to`; nullptr if there is
-  // none yet.
+  // The way that the IMU predicts from the state to a time, at most `to`; nullptr if there is none
+  // yet.
   const PredictedWay* way(TimeNs to) const;
   // Corrects the estimate that advance() has just returned.
   void take_wheel(const PredictedWay& way, const WheelWaySince& wheel, double robust_threshold,

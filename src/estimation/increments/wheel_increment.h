@@ -6,6 +6,9 @@
 
 namespace gprodom {
 
+// Standard deviation of the distance that a wheel without data, or one that slips, has rolled.
+inline constexpr double kUnknownDistanceSigma_m = 100.0;
+
 struct WheelNoise {
   double forward = 0.0;   // m/sqrt(m)
   double lateral = 0.0;   // m/sqrt(m)
