@@ -25,5 +25,8 @@ find_package(Python COMPONENTS Interpreter Development.Module REQUIRED)
 find_package(pybind11 CONFIG REQUIRED)
 pybind11_add_module(_core NO_EXTRAS ${binding_sources})
 target_link_libraries(_core PRIVATE gprodom_settings ${modules})
+# g++ 12 warns of the matrices that Debian's pybind11 2.10 makes and then fills, where several sources are
+# compiled as one. PyPI's is newer.
+target_compile_options(_core PRIVATE -Wno-maybe-uninitialized)
 set_target_properties(_core PROPERTIES
   LIBRARY_OUTPUT_DIRECTORY ${GPRODOM_PYTHON_OUTPUT}/gprodom)
