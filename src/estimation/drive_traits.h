@@ -37,9 +37,8 @@ inline constexpr double kCorneringStiffness = 15.0;
 
 // Standard deviation (m) of a displacement to the side while the body turns by `turned` (rad) at
 // `speed` (m/s): the centre of rotation wanders, and tyres creep sideways under the centripetal
-// force.
+// force. So they do on any robot; a single wheel's centre is taken as fixed.
 inline double side_slip(const DriveTraits& traits, double turned, double speed) {
-  if (!traits.turns_by_difference) return 0.0;
   constexpr double kGravity = 9.8;  // m/s^2
   const double creep = speed * speed / (kCorneringStiffness * kGravity);
   return (traits.side_slip_m_per_rad + creep) * std::abs(turned);
