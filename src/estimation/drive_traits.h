@@ -36,8 +36,8 @@ inline DriveTraits drive_traits(const WheelConfig& config) {
 inline constexpr double kCorneringStiffness = 15.0;
 
 // Standard deviation (m) of a displacement to the side while the body turns by `turned` (rad) at
-// `speed` (m/s): the centre of rotation wanders, and tyres creep sideways under the centripetal
-// force. So they do on any robot; a single wheel's centre is taken as fixed.
+// `speed` (m/s): tyres creep sideways under the centripetal force, and with left and right wheels
+// the centre of rotation wanders as well.
 inline double side_slip(const DriveTraits& traits, double turned, double speed) {
   constexpr double kGravity = 9.8;  // m/s^2
   const double creep = speed * speed / (kCorneringStiffness * kGravity);
