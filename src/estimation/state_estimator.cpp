@@ -118,55 +118,21 @@ StateMatrix StateEstimator::covariance_of_lasting_errors() const {
 }
 
 StateResult StateEstimator::add(const StateInput& input) {
-  if (input.wheel_late) hold_scale_of_late_wheel();
-  if (scale_not_shown(input)) {
-    hold_scale(with_first_scale());
-    scale_tried_ = true;
-    driven_s_ = 0.0;
-  }
-  try_scale_again(input);
-  const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
-  if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
-  if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
-  const NavState& last = smoother_.newest();
-  const NavState before = last;  // the solve changes `last`
-  const ImuPreintegration imu = integrated(input, last);
+  take_corrections(input);
+  const NavState before = smoother_.newest();  // the solve changes it
+  const ImuPreintegration imu = integrated(input, before);
   StateResult result;
   result.bridged = imu_silent(input.steps);
   gap_s_ = result.bridged ? gap_s_ + imu.duration() : 0.0;
-  NavState predicted = propagate(last, imu, kStandardGravity);
+  NavState predicted = propagate(before, imu, kStandardGravity);
   predicted.time = input.time;
 
   update_slips(input.slips);
-  motion_.add(last.time, input.noise, input.steps);
-  const auto a = smoother_.newest_id();
+  motion_.add(before.time, input.noise, input.steps);
   const auto b = smoother_.add_state(predicted);
   if (batch_) batch_->add_state(predicted);
-  const double root_dt = std::sqrt(imu.duration());
-  add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
-  const double scale_walk = config_.wheel.scale_sigma > 0 && !scale_held_ ? kWheelScaleWalk : 0.0;
-  const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
-               accel_walk = config_.imu.accel_bias_walk * root_dt;
-  const double scale_step = std::max(scale_walk * root_dt, kFixedScaleSigma);
-  const auto walk = std::make_shared<RandomWalkFactor>(gyro_walk, accel_walk, scale_step);
-  const auto step = std::make_shared<RandomWalkFactor>(kGyroBiasStep, kAccelBiasStep, scale_step);
-  add_factor(a, b, walk, input.gyro_bias ? step : walk);
-  if (input.standing) {
-    add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
-  } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {
-    add_wheel_factor(input, a, b);  // without a wheel: the robot does not move sideways or upwards
-  }
-  for (const PlacedDisplacement& d : input.displacements)
-    ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
-  for (const AntennaPassage& p : input.passages)
-    ++(add_passage(p) ? result.displacements_used : result.displacements_dropped);
-  for (const UserFactor& factor : input.factors) {
-    std::string refusal = add_user_factor(factor, result.place_information);
-    if (refusal.empty())
-      ++result.factors_used;
-    else
-      result.refused.push_back({factor.name, std::move(refusal)});
-  }
+  add_motion(input, imu, b);
+  add_measurements(input, result);
 
   if (gap_s_ > kLongestBridge) {
     carry_over(input);
@@ -184,6 +150,57 @@ StateResult StateEstimator::add(const StateInput& input) {
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;
   return result;
+}
+
+// What the detectors have found wrong in the newest state: the scale cannot be known, or the gyro
+// bias or the speed is another.
+void StateEstimator::take_corrections(const StateInput& input) {
+  if (input.wheel_late) hold_scale_of_late_wheel();
+  if (scale_not_shown(input)) {
+    hold_scale(with_first_scale());
+    scale_tried_ = true;
+    driven_s_ = 0.0;
+  }
+  try_scale_again(input);
+  const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
+  if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
+  if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
+}
+
+// The factors between the new state b and the one before: IMU, walk of biases and scale, standstill
+// or wheel.
+void StateEstimator::add_motion(const StateInput& input, const ImuPreintegration& imu,
+                                FixedLagSmoother::StateId b) {
+  const auto a = b - 1;
+  const double root_dt = std::sqrt(imu.duration());
+  add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
+  const double scale_walk = config_.wheel.scale_sigma > 0 && !scale_held_ ? kWheelScaleWalk : 0.0;
+  const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
+               accel_walk = config_.imu.accel_bias_walk * root_dt;
+  const double scale_step = std::max(scale_walk * root_dt, kFixedScaleSigma);
+  const auto walk = std::make_shared<RandomWalkFactor>(gyro_walk, accel_walk, scale_step);
+  const auto step = std::make_shared<RandomWalkFactor>(kGyroBiasStep, kAccelBiasStep, scale_step);
+  add_factor(a, b, walk, input.gyro_bias ? step : walk);
+  if (input.standing) {
+    add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
+  } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {
+    add_wheel_factor(input, a, b);  // without a wheel: the robot does not move sideways or upwards
+  }
+}
+
+// The factors between any earlier states.
+void StateEstimator::add_measurements(const StateInput& input, StateResult& result) {
+  for (const PlacedDisplacement& d : input.displacements)
+    ++(add_displacement(d) ? result.displacements_used : result.displacements_dropped);
+  for (const AntennaPassage& p : input.passages)
+    ++(add_passage(p) ? result.displacements_used : result.displacements_dropped);
+  for (const UserFactor& factor : input.factors) {
+    std::string refusal = add_user_factor(factor, result.place_information);
+    if (refusal.empty())
+      ++result.factors_used;
+    else
+      result.refused.push_back({factor.name, std::move(refusal)});
+  }
 }
 
 void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicted,

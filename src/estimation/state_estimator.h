@@ -157,6 +157,10 @@ class StateEstimator {
   const Batch* recorded() const { return batch_ ? &*batch_ : nullptr; }
 
  private:
+  void take_corrections(const StateInput& input);
+  void add_motion(const StateInput& input, const ImuPreintegration& imu,
+                  FixedLagSmoother::StateId b);
+  void add_measurements(const StateInput& input, StateResult& result);
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
   void update_slips(const std::vector<IntervalSlip>& slips);
