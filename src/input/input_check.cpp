@@ -74,6 +74,7 @@ TimeNs& InputCheck::stuck(const InputMessage& message) {
 bool InputCheck::accept(InputMessage& message) {
   const std::string reason = refusal(message);
   const TimeNs time = time_of(message);
+  if (const auto* fix = std::get_if<PositionFix>(&message)) note_outage(*fix);
   if (!reason.empty()) {
     health_.count(channel_of(message, config_).name, reason);
     if (reason == kStuck) stuck(message) = time;
@@ -135,6 +136,12 @@ std::string InputCheck::refusal(const GprTrace& trace) {
                       : "of a second antenna: name both in gpr.antennas";
   const std::string reason = antenna->second.format.check(trace);
   return reason.empty() ? antenna->second.quality.check(trace, wheel_m_) : reason;
+}
+
+void InputCheck::note_outage(const PositionFix& fix) {
+  const bool outage = fix.quality == FixQuality::kNone;
+  if (!outage || outage_begin_ == 0) outage_begin_ = outage ? fix.time : 0;
+  outage_now_ = fix.time;
 }
 
 // Reports weaknesses of a message that is used all the same.
@@ -214,6 +221,9 @@ void InputCheck::watch_silence(bool radar_used) {
                   ? "the first one of gpr.antennas is gone: another one is used in its place, and "
                     "revisits are not found"
                   : "");
+  const bool outage = outage_begin_ > 0 && outage_begin_ + kSecond <= outage_now_;
+  health_.set(config_.channels.position_fix, HealthLevel::kOk,
+              outage ? "outage: no position for a second or more" : "");
   if (antennas_.empty()) watch(config_.channels.gpr_trace, radar_used && is_silent(0), 0);
   for (const auto& [id, antenna] : antennas_) {
     const bool followed = id == antenna_;

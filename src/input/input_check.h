@@ -91,6 +91,7 @@ class InputCheck {
   void watch(const InputMessage& message);
   bool is_silent(TimeNs newest_trace) const;
   void choose_antenna();
+  void note_outage(const PositionFix& fix);
 
   const Config& config_;
   Health& health_;
@@ -105,6 +106,8 @@ class InputCheck {
   std::array<ClockWatch, kMessages> clocks_;  // likewise
   TimeNs imu_now_ = 0, wheel_now_ = 0;
   bool pair_heard_ = false;
+  // Of fixes without a position since the last one that had it; 0: there are none.
+  TimeNs outage_begin_ = 0, outage_now_ = 0;
   TimeNs imu_stuck_ = 0;  // newest sample that was dropped as stuck
   double wheel_m_ = 0.0;  // newest distance; of a pair the mean
   TimeNs next_lost_status_ = 0;

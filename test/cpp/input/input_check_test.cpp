@@ -193,5 +193,40 @@ TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
   EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
 
+// As in a tunnel. Nothing is wrong with the estimate; a receiver that is silent is none.
+TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext) {
+  const Config config = default_config({});
+  Health health{10.0};
+  InputCheck check(config, health);
+  const TimeNs begin = 1'700'000'000'000'000'000;
+  int ticks = 0;  // of the IMU, the clock, 100 a second
+  const auto told_after = [&](double seconds, FixQuality quality) {
+    for (; ticks <= 100 * seconds; ++ticks) {
+      ImuSample imu;
+      imu.time = begin + ticks * 10'000'000L;
+      imu.acceleration.z() = 9.8 + 1e-3 * (ticks % 7);
+      InputMessage clock = imu;
+      EXPECT_TRUE(check.accept(clock));
+    }
+    PositionFix fix;
+    fix.time = begin + from_seconds(seconds);
+    fix.frame = FixFrame::kSite;
+    fix.quality = quality;
+    fix.covariance = Eigen::Matrix3d::Identity();
+    InputMessage message = fix;
+    EXPECT_EQ(check.accept(message), quality != FixQuality::kNone);
+    check.watch_silence(false);
+    const Status status = health.status(fix.time);
+    return std::count(status.reasons.begin(), status.reasons.end(),
+                      config.channels.position_fix + ": outage: no position for a second or more");
+  };
+  EXPECT_EQ(told_after(0.0, FixQuality::kFixed), 0);
+  EXPECT_EQ(told_after(0.5, FixQuality::kNone), 0);
+  EXPECT_EQ(told_after(1.0, FixQuality::kNone), 0);
+  EXPECT_EQ(told_after(1.5, FixQuality::kNone), 1);
+  EXPECT_EQ(told_after(2.0, FixQuality::kFixed), 0);
+  EXPECT_EQ(told_after(2.5, FixQuality::kNone), 0);
+}
+
 }  // namespace
 }  // namespace gprodom
