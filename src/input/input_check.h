@@ -106,7 +106,8 @@ class InputCheck {
   std::array<ClockWatch, kMessages> clocks_;  // likewise
   TimeNs imu_now_ = 0, wheel_now_ = 0;
   bool pair_heard_ = false;
-  // Of fixes without a position since the last one that had it; 0: there are none.
+  // Stamps of the first fix without a position since the last one with it (0: there is none), and
+  // of the newest fix.
   TimeNs outage_begin_ = 0, outage_now_ = 0;
   TimeNs imu_stuck_ = 0;  // newest sample that was dropped as stuck
   double wheel_m_ = 0.0;  // newest distance; of a pair the mean

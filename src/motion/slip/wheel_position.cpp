@@ -13,9 +13,9 @@ constexpr double kPriorSigma = 0.5;
 // That the wheel is where it is configured. Most users measure it. Between 0.5 and 0.85 a car with
 // its wheel elsewhere differs by 3 %.
 constexpr double kAsConfigured = 0.8;
-// m, one standard deviation. What bends show is the wheel's place beside the IMU, and an IMU is
-// seldom in the middle of a robot: that moves no wheel. Between 0.1 and 0.2 real robots differ by
-// 0.3 %.
+// m, one standard deviation of the IMU's lateral place. Bends show the place of the wheel less that
+// of the IMU, never one of them alone, so a prior must tell which one is not where it is
+// configured. Between 0.1 and 0.2 real robots differ by 0.3 %.
 constexpr double kImuAside = 0.1;
 constexpr double kBetweenRuns = 0.02;  // m; the IMU or the wheel was taken off and put back
 
@@ -43,8 +43,8 @@ void WheelPosition::resume(const LearntPosition& earlier) {
 }
 
 // Two models: the wheel is where it is configured and the offset is the IMU's, or the wheel is
-// anywhere (the prior). The bends say
-// N(offset, variance); a model of width w says of that N(offset; 0, variance + w^2).
+// anywhere (the prior). The bends say N(offset, variance); a model of width w says of that
+// N(offset; 0, variance + w^2).
 double WheelPosition::believed_m() const {
   if (!learns() || learnt_.sigma_m <= 0) return learnt_.y_m;
   const double learnt_m = learnt_.y_m - configured_m_;

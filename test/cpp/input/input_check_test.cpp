@@ -193,7 +193,7 @@ TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
   EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
 
-// As in a tunnel. Nothing is wrong with the estimate; a receiver that is silent is none.
+// As in a tunnel. A receiver that sends nothing has no outage: fixes may be rare.
 TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext) {
   const Config config = default_config({});
   Health health{10.0};

@@ -243,7 +243,7 @@ TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
   slip::WheelPosition measured{WheelConfig()};
   measured.resume({0.06, 0.005});
   EXPECT_NEAR(measured.believed_m(), 0.0, 0.01);
-  // So is the middle of a Kobuki, from its IMU.
+  // As a Kobuki showed, whose wheels are where they are configured: its IMU is aside.
   slip::WheelPosition imu_aside{WheelConfig()};
   imu_aside.resume({0.16, 0.034});
   EXPECT_NEAR(imu_aside.believed_m(), 0.0, 0.02);
