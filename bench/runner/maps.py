@@ -60,7 +60,7 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
             (
                 Job(
                     "all",
-                    ("{data}", "--lines=8", "--strangers=8", "--jobs=1", "--change", "0"),
+                    ("{data}", "--lines=8", "--strangers=8", "--change", "0"),
                     ("{data}/real_ground",),
                 ),
             ),

@@ -84,14 +84,15 @@ std::vector<WayPoint> StateEstimator::way() const {
   std::vector<WayPoint> way;
   for (auto id = smoother_.oldest_id(); id <= smoother_.newest_id(); ++id) {
     const NavState& b = smoother_.state(id);
-    double s = 0.0;
+    double s = 0.0, heading = 0.0;
     if (!way.empty()) {
       const NavState& a = smoother_.state(id - 1);
+      heading = way.back().heading_rad + so3::log(a.q_odom_body.conjugate() * b.q_odom_body).z();
       const Vector3d ahead =
           (a.q_odom_body * Vector3d::UnitX() + b.q_odom_body * Vector3d::UnitX());
       s = way.back().s_m + ahead.normalized().dot(b.p_odom - a.p_odom);
     }
-    way.push_back({b.time, s});
+    way.push_back({b.time, s, heading});
   }
   return way;
 }

@@ -156,18 +156,21 @@ void RandomWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& 
 
 WheelFactor::WheelFactor(const WheelIncrement& increment, const Vector3d& lever_arm,
                          const Vector3d& variance, double robust_threshold,
-                         std::shared_ptr<const WheelSlipTerm> slip)
+                         std::shared_ptr<const WheelSlipTerm> slip,
+                         std::shared_ptr<const WheelPlaceTerm> place)
     : increment_(increment),
       lever_arm_(lever_arm),
       robust_threshold_(robust_threshold),
       variance_(variance),
-      slip_(std::move(slip)) {}
+      slip_(std::move(slip)),
+      place_(std::move(place)) {}
 
 void WheelFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                            Jacobian* Jb) const {
   resize(r, Ja, Jb, 3);
   const Matrix3d RaT = a.R_odom_body().transpose();
-  const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
+  const Vector3d wheel_at(lever_arm_.x(), place_ ? place_->y_m : lever_arm_.y(), lever_arm_.z());
+  const BodyPoint ca(a, wheel_at), cb(b, wheel_at);
   const double s = a.wheel_scale;
   const double stretch = slip_ ? std::exp(slip_->l) : 1.0;
   const Matrix3d d_dbg = stretch * increment_.d_dbg();

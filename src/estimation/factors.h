@@ -83,6 +83,11 @@ struct WheelSlipTerm {
   double l = 0.0, sigma = 0.0;
 };
 
+// Lateral position of a single wheel in body, as bends have shown it up to now.
+struct WheelPlaceTerm {
+  double y_m = 0.0;
+};
+
 // U (R_a^T (c_b - c_a) - e^l dp(bg) / s) with c = p + R lever_arm: forward, lateral, vertical,
 // metres, with dp the wheel's increments rotated by the gyro. U = diag(s, 1, 1), since the wheel's
 // error is on the distance that it reports, and side slip on the true one. The last two rows are
@@ -91,11 +96,12 @@ struct WheelSlipTerm {
 class WheelFactor final : public Factor {
  public:
   // variance: forward, lateral, vertical, m^2; the variance of l is added to the forward one.
-  // robust_threshold: standard deviations; 0: quadratic. slip: read at each evaluation; null: no
-  // slip.
+  // robust_threshold: standard deviations; 0: quadratic. Read at each evaluation: slip (null:
+  // none), and place (null: that of the lever arm).
   WheelFactor(const WheelIncrement& increment, const Eigen::Vector3d& lever_arm,
               const Eigen::Vector3d& variance, double robust_threshold,
-              std::shared_ptr<const WheelSlipTerm> slip = nullptr);
+              std::shared_ptr<const WheelSlipTerm> slip = nullptr,
+              std::shared_ptr<const WheelPlaceTerm> place = nullptr);
   int dimension() const override { return 3; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
@@ -108,6 +114,7 @@ class WheelFactor final : public Factor {
   double robust_threshold_;
   Eigen::Vector3d variance_;
   std::shared_ptr<const WheelSlipTerm> slip_;
+  std::shared_ptr<const WheelPlaceTerm> place_;
 };
 
 // |c_b - c_a| - |d| / s, metres: the paper's wheel term, which has no sign. The norm is smoothed

@@ -16,8 +16,8 @@ namespace {
 
 using Matrix93d = Eigen::Matrix<double, 9, 3>;
 
-NavState moved(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
-               double gravity_mps2) {
+NavState moved_by(const NavState& x, double dt, const ImuPreintegration::Delta& delta,
+                  double gravity_mps2) {
   const Vector3d g(0, 0, -gravity_mps2);
   NavState y = x;
   y.time = x.time + from_seconds(dt);
@@ -63,19 +63,19 @@ PropagationJacobian movement_since(const NavState& x, const PropagationJacobian&
 }  // namespace
 
 NavState propagate(const NavState& x, const ImuPreintegration& since, double gravity_mps2) {
-  return moved(x, since.duration(), since.delta(x.gyro_bias, x.accel_bias), gravity_mps2);
+  return moved_by(x, since.duration(), since.delta(x.gyro_bias, x.accel_bias), gravity_mps2);
 }
 
 PropagationJacobian propagation_jacobian(const NavState& x, const ImuPreintegration& since,
                                          double gravity_mps2) {
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  return jacobian(x, moved(x, since.duration(), delta, gravity_mps2), since, delta);
+  return jacobian(x, moved_by(x, since.duration(), delta, gravity_mps2), since, delta);
 }
 
 OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
                          const ImuPreintegration& since, double gravity_mps2) {
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
+  const NavState y = moved_by(x, since.duration(), delta, gravity_mps2);
   const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
   Matrix9d P = propagated_covariance(jacobian(x, y, since, delta), covariance);
   // Preintegrated noise: rotation (at y), velocity, position (at x).
@@ -152,7 +152,7 @@ void take_wheel(const NavState& x, const StateMatrix& covariance, const ImuPrein
                 double gravity_mps2, const PredictedWay& way, const WheelWaySince& wheel,
                 double robust_threshold, OdometryEstimate& estimate) {
   const auto delta = since.delta(x.gyro_bias, x.accel_bias);
-  const NavState y = moved(x, since.duration(), delta, gravity_mps2);
+  const NavState y = moved_by(x, since.duration(), delta, gravity_mps2);
   const Vector3d rolled_m(wheel.moved_m.x() / x.wheel_scale, wheel.moved_m.y(), wheel.moved_m.z());
   const Vector3d innovation = rolled_m - way.moved_m;
   auto H = way.d_state;  // of the innovation, by the state's error

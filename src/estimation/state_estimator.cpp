@@ -128,6 +128,7 @@ StateResult StateEstimator::add(const StateInput& input) {
   predicted.time = input.time;
 
   update_slips(input.slips);
+  update_places(input);
   motion_.add(before.time, input.noise, input.steps);
   const auto b = smoother_.add_state(predicted);
   if (batch_) batch_->add_state(predicted);
@@ -302,6 +303,15 @@ void StateEstimator::update_slips(const std::vector<IntervalSlip>& slips) {
   }
 }
 
+// So does the place of the wheel, since bends show it only when much has been turned with a wrong
+// one.
+void StateEstimator::update_places(const StateInput& input) {
+  const TimeNs oldest = smoother_.state(smoother_.oldest_id()).time;
+  while (!places_.empty() && places_.front().first <= oldest) places_.pop_front();
+  places_.emplace_back(input.time, std::make_shared<WheelPlaceTerm>());
+  for (auto& [to, term] : places_) term->y_m = input.wheel_y_m;
+}
+
 std::shared_ptr<const WheelSlipTerm> StateEstimator::slip_of(TimeNs time) const {
   for (const auto& [to, term] : slips_)
     if (to == time) return term;
@@ -336,7 +346,7 @@ void StateEstimator::add_wheel_factor(const StateInput& input, FixedLagSmoother:
                                                    wheel_at, c.robust_threshold);
   else
     factor = std::make_shared<WheelFactor>(increment, wheel_at, variance, c.robust_threshold,
-                                           slip_of(input.time));
+                                           slip_of(input.time), places_.back().second);
   add_factor(a, b, factor);
 }
 

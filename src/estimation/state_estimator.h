@@ -62,10 +62,11 @@ struct AntennaPassage {
   double sigma_m = 0.0;  // along the track
 };
 
-// How far the robot had gone along its track, signed, from any origin.
+// How far the robot had gone along its track, signed, and turned about its z; both from any origin.
 struct WayPoint {
   TimeNs time = 0;
   double s_m = 0.0;
+  double heading_rad = 0.0;
 };
 
 // What is known about the interval from the newest state to a new one.
@@ -104,6 +105,8 @@ struct StateResult {
   std::optional<NavState> settled;         // newest settled state, as the window has it now
   std::optional<NavState> before_settled;  // the state before it, likewise, while it is in there
   double settled_slip_sigma = 0.0;         // of the wheel's slip in the interval before that state
+  // Likewise, as antennas in a row leave it, if there are any: 0 where they measured the distance.
+  std::optional<double> settled_slip_by_pair;
   SolveSummary solve;
   bool standing = false;
   bool no_wheel = false;
@@ -111,8 +114,9 @@ struct StateResult {
   bool carried = false;  // for so long that the wheel alone predicts the state
   int displacements_used = 0, displacements_dropped = 0;
   // Slip that was not detected (motion/slip_drift.h); not part of `covariance`. Standard deviation
-  // of l over the last interval, and the covariance of the position (x, y, m^2) that results.
-  double slip_sigma = 0.0;
+  // of l over the last interval (as it is, and if no antennas had measured the distance), and the
+  // covariance of the position (x, y, m^2) that results.
+  double slip_sigma = 0.0, unmeasured_slip_sigma = 0.0;
   Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
   std::vector<WayPoint> way;  // of the window's states, if antennas in a row are matched along it
   int factors_used = 0;
@@ -164,6 +168,7 @@ class StateEstimator {
   void add_wheel_factor(const StateInput& input, FixedLagSmoother::StateId a,
                         FixedLagSmoother::StateId b);
   void update_slips(const std::vector<IntervalSlip>& slips);
+  void update_places(const StateInput& input);
   std::shared_ptr<const WheelSlipTerm> slip_of(TimeNs time) const;  // null: not known
   bool add_displacement(const PlacedDisplacement& displacement);
   bool add_passage(const AntennaPassage& passage);
@@ -217,7 +222,8 @@ class StateEstimator {
   double gap_s_ = 0.0;  // length of the current gap of the IMU, up to the newest state
   FixedLagSmoother smoother_;
   std::deque<std::pair<TimeNs, std::shared_ptr<WheelSlipTerm>>> slips_;  // of the window's factors
-  RecentMotion motion_;                                                  // over the window
+  std::deque<std::pair<TimeNs, std::shared_ptr<WheelPlaceTerm>>> places_;  // likewise
+  RecentMotion motion_;                                                    // over the window
   FixedLagSmoother::StateId id_offset_ = 0;  // number in the batch of the smoother's first state
   std::optional<Batch> batch_;
 };

@@ -28,7 +28,7 @@ std::string escaped(const std::string& name) {
   return pattern;
 }
 
-[[noreturn]] void fail(const std::string& url) {
+[[noreturn]] void fail_at(const std::string& url) {
   throw std::runtime_error("LCM URL " + url + ": cannot be used; expected one like " +
                            kDefaultLcmUrl +
                            " and a route for multicast (ip route add 224.0.0.0/4 dev lo)");
@@ -38,7 +38,7 @@ std::string escaped(const std::string& name) {
 
 LcmLink::LcmLink(const std::string& url)
     : url_(url), lcm_(lcm_create(with_receive_buffer(url).c_str()), lcm_destroy) {
-  if (!lcm_) fail(url);
+  if (!lcm_) fail_at(url);
 }
 
 LcmLink::~LcmLink() { unsubscribe(); }
@@ -55,7 +55,7 @@ void LcmLink::subscribe(const ChannelConfig& channels, Sink sink, OnStatus on_st
 void LcmLink::subscribe(const std::string& channel, Handler handler) {
   lcm_subscription_t* subscription =
       lcm_subscribe(lcm_.get(), escaped(channel).c_str(), handler, this);
-  if (!subscription) fail(url_);
+  if (!subscription) fail_at(url_);
   lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
   subscriptions_.push_back(subscription);
 }

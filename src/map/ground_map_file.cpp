@@ -167,7 +167,7 @@ void keep_first(std::uint64_t columns, const ByteReader& in, std::vector<gpr::St
   runs.resize(whole);
 }
 
-void append(const gpr::StoredRun& more, gpr::StoredRun& run) {
+void append_run(const gpr::StoredRun& more, gpr::StoredRun& run) {
   run.times.insert(run.times.end(), more.times.begin(), more.times.end());
   gpr::Levels levels(run.levels.rows() + more.levels.rows(), run.levels.cols());
   levels << run.levels, more.levels;
@@ -203,7 +203,7 @@ void get_newest(ByteReader& in, bool with_datum, GroundMap& ground, Pieces& piec
   keep_first(columns, in, pieces.runs);
   auto first = newest.runs.begin();
   if (continues && first != newest.runs.end() && !pieces.runs.empty())
-    append(*first++, pieces.runs.back());
+    append_run(*first++, pieces.runs.back());
   pieces.runs.insert(pieces.runs.end(), first, newest.runs.end());
   pieces.sessions = std::move(newest.sessions);
   const auto is_newer = [&](const KnownPlace& place) { return place.column >= columns_before; };

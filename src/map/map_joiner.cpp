@@ -9,8 +9,8 @@
 namespace gprodom {
 namespace {
 
-constexpr double kQueryEvery = 2.0;     // m between two searches of all ground
-constexpr double kConfirmWithin = 8.0;  // m without a revisit, then a hypothesis is dropped
+constexpr double kQueryEvery = 2.0;   // m between two searches of all ground
+constexpr double kGiveUpAfter = 8.0;  // m without a revisit, then a hypothesis is dropped
 
 // A join is proven by revisits over so many patches of ground, none of which overlaps another. A
 // track that is located has one; a file that is wrong stays so.
@@ -44,8 +44,8 @@ std::optional<JoinedTracks> MapJoiner::join(int map, const std::vector<gpr::Memo
       const auto found = locator_.place(ground_, begin_, {run.first, end}, body->pose);
       if (!found) continue;
       TrackJoint joint(ground_, map, runs, *found, end - 1, config_);
-      const std::size_t far = columns(kConfirmWithin);
-      joint.sweep(std::max(run.first + far, end) - far, kConfirmWithin);
+      const std::size_t far = columns(kGiveUpAfter);
+      joint.sweep(std::max(run.first + far, end) - far, kGiveUpAfter);
       JoinedTracks joined = joint.result();
       const bool proven = joined.proven(config_);
       if (proven) {

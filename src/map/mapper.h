@@ -95,7 +95,8 @@ struct UsedFix {
 struct TrackPiece {
   TimeNs from = 0;
   PlanarPose in_odom, in_map;  // of its beginning
-  double slip = 0.0;           // ln of the distance in map over that in odom
+  // ln of the distance in map over that in odom; none where antennas in a row have measured it.
+  std::optional<double> slip;
 };
 
 class Mapper {

@@ -1,5 +1,6 @@
 // Mapper: removes nodes of passes over known ground from the graph.
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "map/mapper.h"
@@ -23,8 +24,9 @@ std::vector<TrackPiece> Mapper::track() const {
   std::vector<TrackPiece> pieces;
   for (std::size_t node = 0; graph_ && node < path_.nodes(); ++node) {
     const bool last = node + 1 == path_.nodes();
-    pieces.push_back({path_.time_of(node), path_.pose_of(node), graph_->nodes()[node],
-                      last ? newest_node_.slip : graph_->slip(node)});
+    std::optional<double> slip;
+    if (graph_->slip_sigma(node) > 0) slip = last ? newest_node_.slip : graph_->slip(node);
+    pieces.push_back({path_.time_of(node), path_.pose_of(node), graph_->nodes()[node], slip});
   }
   return pieces;
 }

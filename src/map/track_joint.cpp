@@ -17,14 +17,14 @@ using Eigen::Vector2d;
 
 // Errors of the steps of a finished map are those of the odometry along its path; more than this
 // even of neighbours, as poses are rounded and columns lie between states.
-constexpr double kLeastPosition = 1e-3, kLeastYaw = 1e-4;
+constexpr double kTieLeastPosition = 1e-3, kTieLeastYaw = 1e-4;
 constexpr double kPieces = 0.05;  // m, more between two pieces of a track
 
 // Error of a predicted place: at a tie, and by the distance from it, where the heading counts most.
 constexpr double kAtTie = 0.2, kFromTie = 0.05;
 
-constexpr double kSolveEvery = 2.0;       // m driven, and
-constexpr double kSolveEveryNode = 2e-3;  // m a node, so that the work stays bounded
+constexpr double kSolveEvery_m = 2.0;       // m driven, and
+constexpr double kSolveEveryNode_m = 2e-3;  // m a node, so that the work stays bounded
 constexpr std::size_t kMostWindows = 2;
 
 PlanarStep step_from(const PlanarPose& a, const PlanarPose& b, bool gap, double scale_share,
@@ -34,8 +34,8 @@ PlanarStep step_from(const PlanarPose& a, const PlanarPose& b, bool gap, double 
   step.d_scale.head<2>() = scale_share * step.measured.p;
   const double distance = step.measured.p.norm();
   const double position = errors.position * errors.position * distance +
-                          kLeastPosition * kLeastPosition + (gap ? kPieces * kPieces : 0.0);
-  const double yaw = errors.yaw * errors.yaw * distance + kLeastYaw * kLeastYaw;
+                          kTieLeastPosition * kTieLeastPosition + (gap ? kPieces * kPieces : 0.0);
+  const double yaw = errors.yaw * errors.yaw * distance + kTieLeastYaw * kTieLeastYaw;
   step.covariance = Eigen::Vector3d(position, position, yaw).asDiagonal();
   return step;
 }
@@ -118,7 +118,7 @@ void TrackJoint::search_run(gpr::MemoryRange run, std::size_t first, double give
     since_found_m_ = found ? 0.0 : since_found_m_ + kQuerySpacing;
     if (since_found_m_ > give_up_m) return;
     const double nodes = static_cast<double>(graph_->nodes().size());
-    if (found && since_solved_m_ >= std::max(kSolveEvery, kSolveEveryNode * nodes)) solve();
+    if (found && since_solved_m_ >= std::max(kSolveEvery_m, kSolveEveryNode_m * nodes)) solve();
   }
 }
 

@@ -60,6 +60,7 @@ class MotionJudge {
 
   // Whether antennas in a row have measured the path up to now, but for what they need to see.
   bool measured_by_pair() const { return pair_slip_.knows(imu_now_); }
+  std::optional<double> slip_left_by_pair(TimeNs time) const { return pair_slip_.left(time); }
 
   // The detection limit of the radar front end.
   void add_sight(const gpr::Sight& sight);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "estimation/graph/slip_model.h"
@@ -22,6 +23,9 @@ class PairSlip {
 
   // Whether a passage has ended so shortly before that the path is measured.
   bool knows(TimeNs time) const;
+  // Standard deviation of l that passages leave at that time, of the last seconds: 0 where one has
+  // measured the path, infinite where none tells of it. Nothing without antennas in a row.
+  std::optional<double> left(TimeNs time) const;
 
   // The slips up to `to`, by the passages as far as they reach, otherwise unchanged. Where nothing
   // else follows the slip (none are given), intervals without a passage have none.
@@ -30,8 +34,11 @@ class PairSlip {
  private:
   struct Seen {
     TimeNs middle;
-    double l;  // ln(true distance / distance by the wheel)
+    TimeNs lasted;
+    double l, variance;  // ln(true distance / distance by the wheel)
   };
+  Seen with_prior(const Seen& measured) const;
+  std::optional<IntervalSlip> at(TimeNs time) const;
   bool used_;
   SlipModel model_;
   std::deque<TimeNs> ends_;  // of the last intervals

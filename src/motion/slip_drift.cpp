@@ -25,17 +25,12 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   if (!last_) joint_(2, 2) = enabled_ ? std::pow(model_.sigma(), 2) : 0.0;
   const NavState last = last_.value_or(state);
   last_ = state;
-  sigma_ = 0.0;
-  moves_ = false;
   remember(last.time);
-  const double seconds = to_seconds(state.time - last.time);
-  if (!enabled_ || seconds <= 0) return;
-  const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
-  const double speed = moved.norm() / seconds;
-  moves_ = speed > kMoves_mps;
-  model_.share = share;
-  double variance = unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
+  double variance = unseen(state, last, noise, share);
   sigma_ = std::sqrt(variance);
+  if (variance <= 0) return;
+  const double seconds = to_seconds(state.time - last.time);
+  const Eigen::Vector2d moved = (state.p_odom - last.p_odom).head<2>();
   if (left) variance = std::min(variance, *left + model_.surface * model_.surface);
 
   const double kept = model_.correlation(seconds);
@@ -47,15 +42,28 @@ void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double sha
   joint_ = (F * joint_ * F.transpose()).eval();
 }
 
+// Variance of l by accelerations alone.
+double SlipDrift::unseen(const NavState& state, const NavState& last, const ImuNoise& noise,
+                         double share) {
+  moves_ = false;
+  const double seconds = to_seconds(state.time - last.time);
+  if (!enabled_ || seconds <= 0) return 0.0;
+  const double speed = (state.p_odom - last.p_odom).head<2>().norm() / seconds;
+  moves_ = speed > kMoves_mps;
+  model_.share = share;
+  return unseen_.variance(std::pow(model_.sigma(), 2), speed, noise);
+}
+
 void SlipDrift::remember(TimeNs time) {
   earlier_.push_back({time, joint_});
   while (earlier_.front().time < time - kRemembered) earlier_.pop_front();
 }
 
-void SlipDrift::measured(const NavState& state) {
-  remember(last_.value_or(state).time);
+void SlipDrift::measured(const NavState& state, const ImuNoise& noise, double share) {
+  const NavState last = last_.value_or(state);
+  remember(last.time);
   last_ = state;
-  sigma_ = 0.0;
+  sigma_ = std::sqrt(unseen(state, last, noise, share));
   moves_ = false;
   joint_.row(2).setZero();
   joint_.col(2).setZero();

@@ -31,7 +31,7 @@ class SlipDrift {
                std::optional<double> left = std::nullopt);
 
   // The next state, where the distance is measured whatever the wheel does.
-  void measured(const NavState& state);
+  void measured(const NavState& state, const ImuNoise& noise, double share);
 
   // The distance since that time has been measured after all, and with it the slip, with the
   // standard deviation l_sigma. What slip had added to the position's covariance since then is
@@ -54,6 +54,7 @@ class SlipDrift {
 
  private:
   void remember(TimeNs time);
+  double unseen(const NavState& state, const NavState& last, const ImuNoise& noise, double share);
 
   SlipModel model_;
   bool enabled_;

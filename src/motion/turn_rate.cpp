@@ -13,7 +13,7 @@ namespace {
 constexpr double kRate = 0.35, kCorrelation_s = 2.0, kCount = 50.0;
 // s. Below the first an interval is not short; beyond the second a robot only waits or turns for
 // ever, and the gap's ends would be extrapolated too far.
-constexpr double kShortest_s = 0.3, kLongest_s = 10.0;
+constexpr double kShortestMemory_s = 0.3, kLongestMemory_s = 10.0;
 constexpr TimeNs kLag = 1'000'000'000, kJitter = 100'000'000;
 
 // Share of a gap's variance that its first part has, by the part's length over the gap's: the turn
@@ -72,8 +72,8 @@ TurnRate::Process TurnRate::about(double mean) const {
   const double shown = count_ - kCount;
   const double added = shown * mean * mean - 2 * mean * sum_;
   const double square = square_ + added, product = product_ + added, lag_s = to_seconds(kLag);
-  const double correlation =
-      std::clamp(product / square, std::exp(-lag_s / kShortest_s), std::exp(-lag_s / kLongest_s));
+  const double correlation = std::clamp(product / square, std::exp(-lag_s / kShortestMemory_s),
+                                        std::exp(-lag_s / kLongestMemory_s));
   return {mean, 0.0, square / count_, -lag_s / std::log(correlation)};
 }
 

@@ -13,15 +13,15 @@ namespace {
 constexpr std::size_t kHalfSpan = 3;
 
 constexpr double kForget = 1.0 / 600;  // share of the sums, per interval: two minutes of driving
-// A delay is reported after kFewest squares, if the sum of squares without the delay is
-// kSignificant times that with it. At a constant speed only the noises of wheel and IMU are
+// A delay is reported after kFewestSquares squares, if the sum of squares without the delay is
+// kSignificantRatio times that with it. At a constant speed only the noises of wheel and IMU are
 // compared. Then at most 0.2 % of two-minute drives pass both limits by chance (with 40 squares
 // and 1.5 times: 29 %).
-constexpr double kFewest = 100;
-constexpr double kSignificant = 2.0;
+constexpr double kFewestSquares = 100;
+constexpr double kSignificantRatio = 2.0;
 // Noises are not alike. So less is enough if wheel and IMU have, with the delay, a correlation of
-// more than kAlike: then most of what is compared are changes of the robot's speed.
-constexpr double kAlike = 0.6;
+// more than kLeastAlike: then most of what is compared are changes of the robot's speed.
+constexpr double kLeastAlike = 0.6;
 constexpr double kEnoughIfAlike = 1.5;
 
 }  // namespace
@@ -52,11 +52,11 @@ void WheelDelay::add(double by_imu_mps, double by_wheel_mps, double dt) {
 // Minimum of the parabola through the smallest sum and its neighbours. At the longest lag there is
 // no parabola; the delay is then at least this lag.
 double WheelDelay::delay_s() const {
-  if (count_ < kFewest) return 0.0;
+  if (count_ < kFewestSquares) return 0.0;
   const auto least = std::min_element(squares_.begin(), squares_.end());
   const auto at = static_cast<std::size_t>(std::distance(squares_.begin(), least));
-  const bool alike = products_[at] > kAlike * std::sqrt(wheel_square_ * imu_square_);
-  if (squares_.front() < (alike ? kEnoughIfAlike : kSignificant) * *least) return 0.0;
+  const bool alike = products_[at] > kLeastAlike * std::sqrt(wheel_square_ * imu_square_);
+  if (squares_.front() < (alike ? kEnoughIfAlike : kSignificantRatio) * *least) return 0.0;
   const auto lag = static_cast<double>(at);
   if (least == squares_.begin() || std::next(least) == squares_.end()) return lag * dt_;
   const double before = *std::prev(least), after = *std::next(least);

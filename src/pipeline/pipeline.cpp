@@ -251,12 +251,15 @@ void Pipeline::take_map_answers() {
 
 void Pipeline::adopt(StateResult result, TimeNs effective) {
   const ImuNoise noise = motion_.noise(result.state.time, imu_now_);
-  if (motion_.measured_by_pair())
-    slip_drift_.measured(result.state);
+  const bool measured = motion_.measured_by_pair();
+  if (measured)
+    slip_drift_.measured(result.state, noise, motion_.slip_share());
   else
     slip_drift_.advance(result.state, noise, motion_.slip_share(), motion_.slip_left());
   slip_drift_.measure(result.place_information);
-  result.slip_sigma = slip_drift_.sigma();
+  result.unmeasured_slip_sigma = slip_drift_.sigma();
+  result.slip_sigma = measured ? 0.0 : slip_drift_.sigma();
+  if (result.settled) result.settled_slip_by_pair = motion_.slip_left_by_pair(result.settled->time);
   result.slip_covariance = slip_drift_.covariance();
   const Eigen::Vector3d before = prediction_.position();
   prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());

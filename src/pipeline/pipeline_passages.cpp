@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/kernels/so3.h"
 #include "pipeline/pipeline.h"
 
 namespace gprodom {
@@ -57,7 +58,8 @@ void Pipeline::report_antennas(gpr::PairState state) {
 void Pipeline::keep_way(const StateResult& result) {
   if (result.way.empty()) return;
   std::vector<gpr::Travel::Point> way;
-  for (const WayPoint& point : result.way) way.push_back({point.time, point.s_m});
+  for (const WayPoint& point : result.way)
+    way.push_back({point.time, point.s_m, point.heading_rad});
   travel_.revise(way);
   travel_.forget_before(result.state.time - kTravelKept);
 }
@@ -72,8 +74,11 @@ gpr::Travel Pipeline::travel() const {
   travel.set_speed(x_axis.dot(base.state.v_odom), std::sqrt(x_axis.dot(v_covariance * x_axis)),
                    config_.wheel.enabled && !base.no_wheel);
   if (prediction_.time() <= travel.points().back().time) return travel;
-  const double ahead = x_axis.dot(prediction_.position() - base.state.p_odom);
-  travel.append(prediction_.time(), travel.points().back().s_m + ahead);
+  const NavState now = prediction_.state();
+  const double ahead = x_axis.dot(now.p_odom - base.state.p_odom);
+  const Eigen::Vector3d turned = so3::log(base.state.q_odom_body.conjugate() * now.q_odom_body);
+  const gpr::Travel::Point& newest = travel.points().back();
+  travel.append({prediction_.time(), newest.s_m + ahead, newest.heading_rad + turned.z()});
   return travel;
 }
 

@@ -40,9 +40,8 @@ class Prediction {
   // its values.
   bool lost() const { return bridged_s_ > kLongestBridge || (base_.carried && bridged_s_ > 0.0); }
   TimeNs time() const { return time_; }
-  Eigen::Vector3d position() const {
-    return propagate(base_.state, since_, kStandardGravity).p_odom;
-  }
+  NavState state() const { return propagate(base_.state, since_, kStandardGravity); }
+  Eigen::Vector3d position() const { return state().p_odom; }
 
  private:
   void integrate(const ImuHistory& imu, TimeNs from, TimeNs to);

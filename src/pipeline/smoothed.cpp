@@ -15,7 +15,7 @@ namespace {
 // the track.
 NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose& odom_from_map) {
   const PlanarPose begins = compose(odom_from_map, piece.in_map);
-  const double turn = begins.yaw - piece.in_odom.yaw, stretch = std::exp(piece.slip);
+  const double turn = begins.yaw - piece.in_odom.yaw, stretch = std::exp(piece.slip.value_or(0.0));
   const Eigen::Quaterniond q(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d from(piece.in_odom.p.x(), piece.in_odom.p.y(), state.p_odom.z());
   NavState result = state;

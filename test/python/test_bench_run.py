@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,36 @@ def test_unknown_names_are_refused(tmp_path: Path) -> None:
     assert "no_such: expected some of" in unknown
     assert "coverage, consistency" in unknown  # they need no recorded data
     assert "expected one of" in run(RUNNER, "coverage/none", "-o", tmp_path, code=2).stderr
+
+
+def test_every_program_takes_what_it_is_given(shared: Path) -> None:
+    """The words of all jobs, in both forms, against the help of their programs."""
+    code = """
+import json, sys
+from pathlib import Path
+from benches import benches
+words = {}
+for bench in benches(Path(sys.argv[1])):
+    for job in bench.jobs:
+        all_words = (*job.command(short=False), *job.command(short=True))
+        own = all_words[: all_words.index("--")] if "--" in all_words else all_words
+        words.setdefault(bench.program, set()).update(w.split("=")[0] for w in own)
+print(json.dumps({p: sorted(w for w in found if w.startswith("--")) for p, found in words.items()}))
+"""
+    listed = subprocess.run(
+        [sys.executable, "-c", code, str(shared)],
+        capture_output=True, text=True, check=True, cwd=RUNNER,
+    )  # fmt: skip
+    words: dict[str, list[str]] = json.loads(listed.stdout)
+    programs = [program for program in words if program.endswith(".py") and words[program]]
+    assert len(programs) > 15
+    with ThreadPoolExecutor() as pool:
+        helps = pool.map(lambda program: run(RUNNER.parent / program, "--help").stdout, programs)
+        unknown = {
+            program: [word for word in words[program] if word not in help_text]
+            for program, help_text in zip(programs, helps, strict=True)
+        }
+    assert not any(unknown.values()), unknown
 
 
 def test_without_recorded_data_the_rest_is_measured(tmp_path: Path) -> None:

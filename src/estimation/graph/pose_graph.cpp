@@ -37,6 +37,14 @@ PlanarPose place_at(const std::vector<PlanarPose>& nodes, const std::vector<doub
   return compose(nodes[node], step < slips.size() ? stretched(at, way, slips[step]) : at);
 }
 
+// With slip as an error of this step alone, where it is not to be estimated.
+Matrix3d with_slip(const PlanarStep& step) {
+  Matrix3d covariance = step.covariance;
+  covariance.topLeftCorner<2, 2>() +=
+      step.slip_sigma * step.slip_sigma * step.measured.p * step.measured.p.transpose();
+  return covariance;
+}
+
 Matrix3d whitening_of(const Matrix3d& covariance) {
   const Eigen::LLT<Matrix3d> llt(covariance);
   if (llt.info() != Eigen::Success) {
@@ -83,10 +91,12 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   step.measured = compose(middle, second.measured);
   step.scale = second.scale;
   step.d_scale = F * first.d_scale + turn * second.d_scale;
-  step.covariance =
-      F * first.covariance * F.transpose() + turn * second.covariance * turn.transpose();
+  // Two steps have one slip, unless the distance of one was measured whatever the wheel did.
+  const bool one_slip = (first.slip_sigma > 0) == (second.slip_sigma > 0);
+  step.covariance = F * (one_slip ? first.covariance : with_slip(first)) * F.transpose() +
+                    turn * (one_slip ? second.covariance : with_slip(second)) * turn.transpose();
   step.seconds = first.seconds + second.seconds;
-  step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
+  if (one_slip) step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
   step.believed_slip_sigma = std::max(first.believed_slip_sigma, second.believed_slip_sigma);
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
@@ -155,7 +165,8 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
       slid_m += slips_[i - 1] * step.measured.p.norm();
       if (nodes[i]) {
         steps.push_back(way ? WhitenedStep{*way, whitening_of(way->covariance)} : steps_[i - 1]);
-        slips.push_back(way_m > 0 ? slid_m / way_m : 0.0);
+        const bool slips_at_all = steps.back().odometry.slip_sigma > 0;
+        slips.push_back(slips_at_all && way_m > 0 ? slid_m / way_m : 0.0);
         way.reset();
         slid_m = way_m = 0.0;
       }

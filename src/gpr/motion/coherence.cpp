@@ -13,16 +13,16 @@ namespace {
 // a slip to show.
 constexpr TimeNs kSpan = 1'000'000'000;
 constexpr double kGatePeriods = 1.25;
-constexpr float kMinSnr = 3.0f;     // least energy over noise of a gate that is used
-constexpr float kMaxSnr = 20.0f;    // energy over noise from which on its weight stays the same
-constexpr double kStep = 0.1;       // q at which the newest trace becomes the anchor
-constexpr double kPartStep = 0.04;  // least q of a step that is not complete
-constexpr double kTooLong = 0.75;   // share of the largest q; beyond, a step has no known length
-constexpr int kFar = 10;            // anchors between two places that count as far apart
-constexpr int kUnlikePlaces = 20;   // number of such pairs that are kept
-constexpr float kMoved = 4.0f;      // change over noise that counts as motion while no gate is used
-constexpr int kPlaces = 100;        // anchors that the background remembers
-constexpr int kLevelPlaces = 50;    // anchors that a gate's usual energy remembers
+constexpr float kMinSnr = 3.0f;      // least energy over noise of a gate that is used
+constexpr float kMaxSnr = 20.0f;     // energy over noise from which on its weight stays the same
+constexpr double kAnchorStep = 0.1;  // q at which the newest trace becomes the anchor
+constexpr double kPartStep = 0.04;   // least q of a step that is not complete
+constexpr double kTooLong = 0.75;    // share of the largest q; beyond, a step has no known length
+constexpr int kFar = 10;             // anchors between two places that count as far apart
+constexpr int kUnlikePlaces = 20;    // number of such pairs that are kept
+constexpr float kMoved = 4.0f;    // change over noise that counts as motion while no gate is used
+constexpr int kPlaces = 100;      // anchors that the background remembers
+constexpr int kLevelPlaces = 50;  // anchors that a gate's usual energy remembers
 constexpr float kNoiseRise = 1.003f;  // per second: twice in four minutes
 constexpr TimeNs kBlock = 1'000'000'000;
 constexpr int kMinBlock = 4;  // traces
@@ -159,7 +159,7 @@ void DecorrelationPath::add(const float* y, int n, TimeNs time) {
     if (change_.sum() > kMoved * noise_.sum()) move_anchor();
     return;
   }
-  if (s.q > kStep) {
+  if (s.q > kAnchorStep) {
     base_ += s.step;
     length_ = base_;
     ++steps_;

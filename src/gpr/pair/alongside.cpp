@@ -17,7 +17,7 @@ constexpr double kSamePlace_m = 0.05;
 
 // Independent columns lie so far apart along the track, m: an eighth of a wavelength of 400 MHz in
 // ground of 0.1 m/ns on either side. A wrong value is corrected by the scatter of the matches
-// (PairFrontEnd::follow_excess).
+// (MatchScatter).
 constexpr double kIndependent_m = 0.06;
 
 constexpr std::array<double, 5> kStretches = {-0.16, -0.08, 0.0, 0.08, 0.16};

@@ -59,10 +59,10 @@ constexpr TimeNs kWindow = 5'000'000'000;  // ns, of the estimator (smoother.lag
 
 constexpr double kPathSigma = 0.001;  // m, of the path between two states
 
-// The variance of a match over that which noise explains is learnt from so many of them. It begins
-// with that of ground that was never seen, which counts as a few matches.
-constexpr double kFirstExcess = 4.0;
-constexpr std::size_t kMemory = 30, kFirstWeight = 5;
+// m. Where the trailing antenna passes further beside the place of the leading one, it sees other
+// ground: the correlation of real ground is cos(d / 0.11 m) at the distance d across the track
+// (bench/lateral.py).
+constexpr double kMostAside = 0.1;
 
 void subtract_mean(ColumnMatrix& rows) {
   const Eigen::RowVectorXf mean = rows.colwise().mean();
@@ -153,14 +153,15 @@ std::vector<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
     refuse_swapped();
     return {};
   }
-  if (match.outcome == Outcome::kNotCompared) {
+  if (!match.compared()) {
     if (state_ != PairState::kFollows) state_ = PairState::kWaits;
+    if (match.outcome == Outcome::kAside) next_s_ = 0.25 * kPatch;
     return {};
   }
   next_s_ = kPatch;
   if (match.outcome == Outcome::kFound)
     return confirmed(tick, accept(match, believed && travel.by_wheel()));
-  last_ = {};
+  scatter_.interrupt();
   // Before the transfer is known, unrelated columns are a little alike in many places.
   const bool ambiguous = match.outcome == Outcome::kAmbiguous &&
                          (transfer_known() || match.found.correlation > kRepeats);
@@ -183,8 +184,7 @@ PairFrontEnd::Match PairFrontEnd::compare_in_order(const Run& run, const Travel&
       is_direction_known(travel, kOrderSigmas) && run.direction() * travel.speed_mps() > 0;
   if (!direction_known || (believed && transfer_known() && order_.confirmed())) return match;
   const Match other = compare(run.mirrored());
-  if (match.outcome == Outcome::kNotCompared || other.outcome == Outcome::kNotCompared)
-    return match;
+  if (!match.compared() || !other.compared()) return match;
   const double here = evidence(match.found.correlation), there = evidence(other.found.correlation);
   if (unjudged_m_ >= kPatch) {
     const bool confirms = here > there && !order_.doubted();
@@ -220,7 +220,7 @@ void PairFrontEnd::refuse_swapped() {
   transfer_.clear();
   next_s_ = kPatch;
   missed_ = 0;
-  last_ = {};
+  scatter_.interrupt();
   state_ = PairState::kSwapped;
 }
 
@@ -237,19 +237,19 @@ PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) cons
        speed *= kSpeedStep)
     for (const int direction : {1, -1})
       if (!direction_known || direction * travel.speed_mps() > 0)
-        runs.emplace_back(tick, direction * speed, 1.2 * needed / speed);
+        runs.emplace_back(travel, tick, direction * speed, 1.2 * needed / speed);
   Match best;
   std::vector<Match> matches;
   for (const Run& run : runs) {
     matches.push_back(compare(run));
     const Match& match = matches.back();
-    const bool compared = match.outcome != Outcome::kNotCompared;
-    if (compared &&
-        (best.outcome == Outcome::kNotCompared || match.found.correlation > best.found.correlation))
+    if (match.compared()
+            ? !best.compared() || match.found.correlation > best.found.correlation
+            : match.outcome == Outcome::kAside && best.outcome == Outcome::kNotCompared)
       best = match;
   }
   for (const Match& match : matches)
-    if (match.found.correlation > 0 && !same_place(match, best) &&
+    if (match.compared() && match.found.correlation > 0 && !same_place(match, best) &&
         evidence(best.found.correlation) < evidence(match.found.correlation) + kLeastScore &&
         best.outcome == Outcome::kFound)
       best.outcome = Outcome::kAmbiguous;
@@ -294,9 +294,24 @@ PairFrontEnd::Match PairFrontEnd::compare(const Run& run) const {
   match.memory = aligned_rows(memory, count, reach, found->offset, found->stretch);
   const double middle = 0.5 * (begin + end);
   match.predicted_m = distance_m_ - found->offset * kSpacing;
+  match.scale = distance_m_ / std::max(match.predicted_m, 0.1 * distance_m_);
   match.to = run.time_at(middle);
   match.from = run.time_at(middle - match.predicted_m);
+  if (is_aside(run, match, begin, end)) match.outcome = Outcome::kAside;
   return match;
+}
+
+// Between two bends, or where the robot turns on the spot. Judged at the patch's ends, too, since
+// its other end is what a robot that has turned round sees in the middle.
+bool PairFrontEnd::is_aside(const Run& run, const Match& match, double begin, double end) const {
+  const bool forwards = match.forwards != run.is_mirrored();
+  const Eigen::Vector3d &leading = antennas_[forwards ? 0 : 1].lever,
+                        &trailing = antennas_[forwards ? 1 : 0].lever;
+  const auto is_far = [&](double s) {
+    const TimeNs from = run.time_at(s - match.predicted_m), to = run.time_at(s);
+    return run.apart(from, leading, to, trailing, match.scale) > kMostAside;
+  };
+  return is_far(begin) || is_far(0.5 * (begin + end)) || is_far(end);
 }
 
 std::optional<Passage> PairFrontEnd::accept(const Match& match, bool by_wheel) {
@@ -311,41 +326,18 @@ std::optional<Passage> PairFrontEnd::accept(const Match& match, bool by_wheel) {
   passage.lever_from = antennas_[match.forwards ? 0 : 1].lever;
   passage.lever_to = antennas_[match.forwards ? 1 : 0].lever;
   passage.score = match.found.score;
-  const double scale = distance_m_ / std::max(match.predicted_m, 0.1 * distance_m_);
   // Before the transfer is known there is no variance of the match: a column.
   double sigma_m = kSpacing;
   if (known) {
+    const double variance_m2 = match.found.variance * kSpacing * kSpacing;
     if (by_wheel)
-      follow_scatter(match);
+      scatter_.add(match.found.offset * kSpacing, variance_m2);
     else
-      last_ = {};
-    sigma_m = std::sqrt(excess() * match.found.variance) * kSpacing;
+      scatter_.interrupt();
+    sigma_m = std::sqrt(scatter_.excess() * variance_m2);
   }
-  passage.sigma_m = std::hypot(sigma_m * scale, kPathSigma);
+  passage.sigma_m = std::hypot(sigma_m * match.scale, kPathSigma);
   return passage;
-}
-
-// A wheel's path is wrong by a factor that hardly changes over three matches, so what scatters are
-// the matches.
-void PairFrontEnd::follow_scatter(const Match& match) {
-  last_[0] = last_[1];
-  last_[1] = last_[2];
-  last_[2] = {match.found.offset * kSpacing, match.found.variance * kSpacing * kSpacing};
-  if (last_[0].variance <= 0) return;
-  const double bend = last_[1].offset_m - 0.5 * (last_[0].offset_m + last_[2].offset_m);
-  const double expected = last_[1].variance + 0.25 * (last_[0].variance + last_[2].variance);
-  scatter_.push_back(bend * bend / expected);
-  if (scatter_.size() > kMemory) scatter_.pop_front();
-}
-
-// By the median, since a slip that begins bends the path, too.
-double PairFrontEnd::excess() const {
-  constexpr double kMedianOfSquares = 0.455;  // of a normal distribution
-  std::vector<double> sorted(scatter_.begin(), scatter_.end());
-  sorted.resize(sorted.size() + kFirstWeight, kFirstExcess * kMedianOfSquares);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle / kMedianOfSquares;
 }
 
 std::optional<Alongside> PairFrontEnd::find(ColumnMatrix query, ColumnMatrix memory,

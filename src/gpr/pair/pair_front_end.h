@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "gpr/filter/trace_quality.h"
 #include "gpr/pair/alongside.h"
 #include "gpr/pair/columns.h"
+#include "gpr/pair/match_scatter.h"
 #include "gpr/pair/order_watch.h"
 #include "gpr/pair/spectra.h"
 #include "gpr/pair/transfer.h"
@@ -77,7 +77,7 @@ class PairFrontEnd {
     TimeNs newest = 0;
   };
 
-  enum class Outcome { kNotCompared, kUnlike, kAmbiguous, kFound };
+  enum class Outcome { kNotCompared, kAside, kUnlike, kAmbiguous, kFound };
 
   // The comparison along one path.
   struct Match {
@@ -85,10 +85,13 @@ class PairFrontEnd {
     bool forwards = true;
     Alongside found;             // in columns
     double predicted_m = 0.0;    // way from one passage to the other, by the path
+    double scale = 1.0;          // true way over that one, at most 10
     TimeNs from = 0, to = 0;     // times of the passages
     ColumnMatrix query, memory;  // columns of the same places: what was seen
+    bool compared() const { return outcome != Outcome::kNotCompared && outcome != Outcome::kAside; }
   };
   Match compare(const Run& run) const;
+  bool is_aside(const Run& run, const Match& match, double begin, double end) const;
   Match search(const Travel& travel, TimeNs tick) const;
   Match compare_in_order(const Run& run, const Travel& travel, TimeNs tick, bool believed);
   void refuse_swapped();
@@ -97,8 +100,6 @@ class PairFrontEnd {
   std::optional<Passage> accept(const Match& match, bool by_wheel);
   bool transfer_known() const;
   bool is_believed(const Travel& travel) const;
-  void follow_scatter(const Match& match);
-  double excess() const;
   std::optional<Alongside> find(ColumnMatrix query, ColumnMatrix memory, Eigen::Index reach,
                                 bool forwards) const;
   void learn(const ColumnMatrix& query, const ColumnMatrix& memory, bool forwards);
@@ -118,12 +119,8 @@ class PairFrontEnd {
   double next_s_ = 0.0;  // way to go until the next match, m
   double last_s_ = 0.0;  // of the path at the last tick
   TimeNs next_search_ = 0;
-  int missed_ = 0;  // matches in a row
-  struct Offset {
-    double offset_m = 0.0, variance = 0.0;
-  };
-  std::array<Offset, 3> last_;  // of matches in a row along a wheel's path
-  std::deque<double> scatter_;  // squares of their bends over those expected
+  int missed_ = 0;        // matches in a row
+  MatchScatter scatter_;  // of matches along a wheel's path
 };
 
 }  // namespace gprodom::gpr

@@ -11,7 +11,7 @@ namespace {
 // Share of the newest columns. The transfer is followed over some hundred matches, which are tens
 // of metres: time zero that drifts by 1 ns in ten minutes turns the phase by less than 0.1 rad
 // meanwhile.
-constexpr float kRate = 0.01f;
+constexpr float kLeastRate = 0.01f;
 
 // Largest coherence that is believed: beyond it, what the transfer does not model (the lateral
 // offset, the path) is the noise.
@@ -46,7 +46,7 @@ double Transfer::coherence(const ColumnMatrix& rear, const ColumnMatrix& front) 
 
 void Transfer::learn(const ColumnMatrix& rear, const ColumnMatrix& front) {
   const Products p(rear, front);
-  const float rate = std::max(kRate, 1.0f / static_cast<float>(++learnt_));
+  const float rate = std::max(kLeastRate, 1.0f / static_cast<float>(++learnt_));
   if (learnt_ == 1) {
     rear_power_ = p.rear;
     front_power_ = p.front;

@@ -1,5 +1,6 @@
 #include "gpr/pair/travel.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -14,19 +15,33 @@ constexpr double kTurnsBack = 0.02;
 
 bool before(const Travel::Point& point, TimeNs time) { return point.time < time; }
 
+double heading_of(const std::vector<Travel::Point>& points, TimeNs time) {
+  const auto after = std::lower_bound(points.begin(), points.end(), time, before);
+  if (after == points.begin()) return points.front().heading_rad;
+  if (after == points.end()) return points.back().heading_rad;
+  const Travel::Point &a = *(after - 1), &b = *after;
+  return a.heading_rad + (b.heading_rad - a.heading_rad) * static_cast<double>(time - a.time) /
+                             static_cast<double>(b.time - a.time);
+}
+
 }  // namespace
 
 void Travel::revise(const std::vector<Point>& newest) {
   if (newest.empty()) return;
-  const double shift = points_.empty() ? 0.0 : at(newest.front().time) - newest.front().s_m;
+  const Point& first = newest.front();
+  const double shift = points_.empty() ? 0.0 : at(first.time) - first.s_m;
+  const double turn = points_.empty() ? 0.0 : heading_at(first.time) - first.heading_rad;
   const auto from = std::lower_bound(points_.begin(), points_.end(), newest.front().time, before);
   points_.erase(from, points_.end());
-  for (const Point& point : newest) points_.push_back({point.time, point.s_m + shift});
+  for (const Point& point : newest)
+    points_.push_back({point.time, point.s_m + shift, point.heading_rad + turn});
 }
 
 void Travel::forget_before(TimeNs time) {
   points_.erase(points_.begin(), std::lower_bound(points_.begin(), points_.end(), time, before));
 }
+
+double Travel::heading_at(TimeNs time) const { return heading_of(points_, time); }
 
 double Travel::at(TimeNs time) const {
   const auto after = std::lower_bound(points_.begin(), points_.end(), time, before);
@@ -68,7 +83,7 @@ Run::Run(const Travel& travel, TimeNs now, double scale) {
       least = std::min(least, s);
       most = std::max(most, s);
     }
-    back.push_back({time, s});
+    back.push_back({time, s, travel.heading_at(time)});
   }
   points_.assign(back.rbegin(), back.rend());
   // The part before the extreme point belongs to the way in the other direction.
@@ -83,14 +98,20 @@ Run::Run(const Travel& travel, TimeNs now, double scale) {
   for (Travel::Point& point : points_) point.s_m *= scale;
 }
 
-Run::Run(TimeNs now, double speed_mps, double seconds)
-    : direction_(speed_mps < 0 ? -1 : 1),
-      steady_(true),
-      points_{{now - from_seconds(seconds), 0.0}, {now, std::abs(speed_mps) * seconds}} {}
+Run::Run(const Travel& travel, TimeNs now, double speed_mps, double seconds)
+    : direction_(speed_mps < 0 ? -1 : 1), steady_(true) {
+  const TimeNs begin = now - from_seconds(seconds);
+  for (TimeNs time = begin;; time = std::min(time + kStep, now)) {
+    points_.push_back(
+        {time, std::abs(speed_mps) * to_seconds(time - begin), travel.heading_at(time)});
+    if (time == now) break;
+  }
+}
 
 Run Run::mirrored() const {
   Run other = *this;
   other.direction_ = -direction_;
+  other.mirrored_ = !mirrored_;
   return other;
 }
 
@@ -112,6 +133,22 @@ TimeNs Run::time_at(double s_m) const {
   const Travel::Point &a = *(after - 1), &b = *after;
   return a.time + static_cast<TimeNs>((s_m - a.s_m) / (b.s_m - a.s_m) *
                                       static_cast<double>(b.time - a.time));
+}
+
+double Run::apart(TimeNs from, const Eigen::Vector3d& part_from, TimeNs to,
+                  const Eigen::Vector3d& part_to, double scale) const {
+  const double heading = heading_of(points_, from);
+  Eigen::Vector2d moved = Eigen::Vector2d::Zero();  // in body at time `from`
+  TimeNs a = from;
+  while (a < to) {
+    const TimeNs b = std::min(a + kStep, to);
+    const double way = (mirrored_ ? -direction_ : direction_) * (at(b) - at(a));
+    const double turned = heading_of(points_, a + (b - a) / 2) - heading;
+    moved += way * Eigen::Vector2d(std::cos(turned), std::sin(turned));
+    a = b;
+  }
+  const Eigen::Rotation2Dd turned(heading_of(points_, to) - heading);
+  return (scale * moved + turned * part_to.head<2>() - part_from.head<2>()).norm();
 }
 
 }  // namespace gprodom::gpr

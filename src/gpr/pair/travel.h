@@ -1,7 +1,8 @@
-// How far the robot has driven along its track, over time: the motion that a pair of antennas is
-// matched with. It comes from the estimator, and is corrected by what the pair finds.
+// How far the robot has driven along its track, and turned, over time: the motion that a pair of
+// antennas is matched with. It comes from the estimator, and is corrected by what the pair finds.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "gprodom/types.h"
@@ -12,16 +13,17 @@ class Travel {
  public:
   struct Point {
     TimeNs time = 0;
-    double s_m = 0.0;  // signed distance along the track, from any origin
+    double s_m = 0.0;          // signed distance along the track, from any origin
+    double heading_rad = 0.0;  // about the body's z, from any origin; not wrapped
   };
 
   Travel() = default;
   explicit Travel(std::vector<Point> points) : points_(std::move(points)) {}
 
-  // Replaces the points from the first of these on, which are in order of time. Their distances are
-  // shifted so that the path continues.
+  // Replaces the points from the first of these on, which are in order of time. Their distances
+  // and headings are shifted so that the path continues.
   void revise(const std::vector<Point>& newest);
-  void append(TimeNs time, double s_m) { points_.push_back({time, s_m}); }
+  void append(const Point& point) { points_.push_back(point); }
   void forget_before(TimeNs time);
 
   // The speed at its end, m/s, and its standard deviation: how far the path can be believed.
@@ -38,8 +40,9 @@ class Travel {
   bool empty() const { return points_.empty(); }
   const std::vector<Point>& points() const { return points_; }
 
-  // Cubic between points; constant beyond the ends. Must not be empty.
-  double at(TimeNs time) const;
+  // Constant beyond the ends. Must not be empty.
+  double at(TimeNs time) const;  // distance (m), cubic between points
+  double heading_at(TimeNs time) const;
 
  private:
   std::vector<Point> points_;  // in order of time
@@ -55,14 +58,15 @@ class Run {
   Run(const Travel& travel, TimeNs now, double scale = 1.0);
 
   // At a constant speed (m/s; negative: backwards) during the last `seconds`, where nothing is
-  // known of the path.
-  Run(TimeNs now, double speed_mps, double seconds);
+  // known of the path but how it turns.
+  Run(const Travel& travel, TimeNs now, double speed_mps, double seconds);
   bool steady() const { return steady_; }
   // The same way in the other direction: what antennas see whose order is the opposite.
   Run mirrored() const;
   static constexpr TimeNs kLongestSteady = 10'000'000'000;  // ns
 
   int direction() const { return direction_; }  // 1 forwards, -1 backwards
+  bool is_mirrored() const { return mirrored_; }
   TimeNs begin() const { return points_.front().time; }
   double length() const { return points_.back().s_m - points_.front().s_m; }
   double newest() const { return points_.back().s_m; }
@@ -70,10 +74,14 @@ class Run {
   double at(TimeNs time) const;
   // When the robot passed it; within the run.
   TimeNs time_at(double s_m) const;
+  // m, in the plane, between the place of one part of the robot at time `from` and that of another
+  // at time `to`, if the path in between is `scale` times as long; the parts in body.
+  double apart(TimeNs from, const Eigen::Vector3d& part_from, TimeNs to,
+               const Eigen::Vector3d& part_to, double scale) const;
 
  private:
   int direction_ = 1;
-  bool steady_ = false;
+  bool steady_ = false, mirrored_ = false;
   std::vector<Travel::Point> points_;
 };
 

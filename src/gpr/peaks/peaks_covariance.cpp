@@ -5,7 +5,7 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr double kTwoPi = 6.28318530717958647692;
+constexpr double kTurn = 6.28318530717958647692;
 
 }  // namespace
 
@@ -22,8 +22,8 @@ Peak peak_of_fit(const DampedSinusoid* pulses, int count, int k, const GroupFit&
   peak.phi = std::atan2(-b, a);
 
   const double theta = -std::atan2(peak.alpha, peak.omega);
-  const double turns = std::ceil((peak.phi - theta) / kTwoPi);
-  const double t = (theta - peak.phi + kTwoPi * turns) / peak.omega;
+  const double turns = std::ceil((peak.phi - theta) / kTurn);
+  const double t = (theta - peak.phi + kTurn * turns) / peak.omega;
   const double decayed = peak.beta * std::exp(-peak.alpha * t);
   peak.sample = pulse.start + t;
   peak.amplitude = peak.gamma + decayed * std::cos(theta);

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSupport = 2.5;  // standard deviations within which a sample follows the curve
 constexpr int kMinGate = 6;       // samples of a pulse's own
 
-std::size_t index(int k) { return static_cast<std::size_t>(k); }
+std::size_t as_index(int k) { return static_cast<std::size_t>(k); }
 
 // P(F(4, freedom) > f), in closed form since 4 is even.
 double f_survival(double f, int freedom) {
@@ -48,13 +48,13 @@ FTest::FTest(double significance) {
       const double middle = 0.5 * (low + high);
       (f_survival(middle, freedom) > significance ? low : high) = middle;
     }
-    critical_[index(freedom)] = high;
+    critical_[as_index(freedom)] = high;
   }
   critical_[0] = critical_[1];
 }
 
 double FTest::critical(int freedom) const {
-  return critical_[index(std::clamp(freedom, 0, kMaxGroupSamples - 1))];
+  return critical_[as_index(std::clamp(freedom, 0, kMaxGroupSamples - 1))];
 }
 
 JointFit::JointFit(const PeakOptions& options, const FTest& f_test)
@@ -76,7 +76,7 @@ void JointFit::fit_range(int begin, int end) {
     start(begin, end);
     if (count_ == 0) return;
     if (!fit() || (widen_gates() && !fit())) {
-      const int blamed = origin_[index(fit_.offender)];
+      const int blamed = origin_[as_index(fit_.offender)];
       if (fit_.status == FitStatus::kTooFewSamples && count_ > 1) {
         leave_out_lower_neighbour();
         continue;
@@ -88,7 +88,7 @@ void JointFit::fit_range(int begin, int end) {
     }
     const int least = least_significant();
     if (least < 0) break;
-    use_[index(origin_[index(least)] - base_)] = Use::kInsignificant;
+    use_[as_index(origin_[as_index(least)] - base_)] = Use::kInsignificant;
     ++counts_->insignificant;
   }
   for (int k = 0; k < count_; ++k) accept(k);
@@ -97,9 +97,9 @@ void JointFit::fit_range(int begin, int end) {
 // Two pulses that are too close for two gates count as one: the lower one is dropped.
 void JointFit::leave_out_lower_neighbour() {
   const int k = fit_.offender + 1 < count_ ? fit_.offender : fit_.offender - 1;
-  const auto height = [this](int j) { return (*all_)[index(origin_[index(j)])].height; };
+  const auto height = [this](int j) { return (*all_)[as_index(origin_[as_index(j)])].height; };
   const int lower = height(k) < height(k + 1) ? k : k + 1;
-  use_[index(origin_[index(lower)] - base_)] = Use::kInsignificant;
+  use_[as_index(origin_[as_index(lower)] - base_)] = Use::kInsignificant;
   ++counts_->insignificant;
 }
 
@@ -107,9 +107,9 @@ void JointFit::start(int begin, int end) {
   const auto& all = *all_;
   count_ = 0;
   for (int j = begin; j < end; ++j) {
-    if (use_[index(j - base_)] != Use::kFitted) continue;
-    const Pulse& candidate = all[index(j)];
-    DampedSinusoid& pulse = pulse_[index(count_)];
+    if (use_[as_index(j - base_)] != Use::kFitted) continue;
+    const Pulse& candidate = all[as_index(j)];
+    DampedSinusoid& pulse = pulse_[as_index(count_)];
     pulse.start = candidate.maximum;
     pulse.alpha = candidate.alpha;
     pulse.omega = candidate.omega;
@@ -118,9 +118,9 @@ void JointFit::start(int begin, int end) {
     pulse.alpha_min = -0.1 * candidate.centre_omega;
     pulse.alpha_max = candidate.centre_omega;
     int last = j;  // dropped pulses have no valley of their own
-    while (last + 1 < end && use_[index(last + 1 - base_)] == Use::kInsignificant) ++last;
-    stop_[index(count_)] = std::min(candidate.gate_end, all[index(last)].valley + 1);
-    origin_[index(count_)] = j;
+    while (last + 1 < end && use_[as_index(last + 1 - base_)] == Use::kInsignificant) ++last;
+    stop_[as_index(count_)] = std::min(candidate.gate_end, all[as_index(last)].valley + 1);
+    origin_[as_index(count_)] = j;
     ++count_;
   }
 }
@@ -129,10 +129,10 @@ void JointFit::gather() {
   samples_.size = 0;
   int from = 0;
   for (int k = 0; k < count_; ++k) {
-    for (from = std::max(from, pulse_[index(k)].start);
-         from < stop_[index(k)] && samples_.size < kMaxGroupSamples - 1; ++from) {
-      samples_.index[index(samples_.size)] = from;
-      samples_.value[index(samples_.size)] = trace_[from];
+    for (from = std::max(from, pulse_[as_index(k)].start);
+         from < stop_[as_index(k)] && samples_.size < kMaxGroupSamples - 1; ++from) {
+      samples_.index[as_index(samples_.size)] = from;
+      samples_.value[as_index(samples_.size)] = trace_[from];
       ++samples_.size;
     }
   }
@@ -140,7 +140,7 @@ void JointFit::gather() {
 
 bool JointFit::fit() {
   for (int k = 0; k < count_; ++k) {
-    if (stop_[index(k)] - pulse_[index(k)].start < kMinGate) {
+    if (stop_[as_index(k)] - pulse_[as_index(k)].start < kMinGate) {
       fit_.status = FitStatus::kTooFewSamples;
       fit_.offender = k;
       return false;
@@ -170,7 +170,7 @@ double JointFit::prediction_error(int count, int sample) const {
   slope[linear - 1] = 1.0;
   double value = fit_.gamma;
   for (int k = 0; k < count; ++k) {
-    const DampedSinusoid& pulse = pulse_[index(k)];
+    const DampedSinusoid& pulse = pulse_[as_index(k)];
     const double i = sample - pulse.start;
     const Basis at = basis(pulse, i);
     const double curve = pulse.cosine * at.cosine + pulse.sine * at.sine;
@@ -196,20 +196,21 @@ bool JointFit::widen_gates() {
   bool grown = false;
   std::array<int, kMaxJointPulses> start{};
   for (int k = 0; k < count_; ++k) {
-    const DampedSinusoid& pulse = pulse_[index(k)];
+    const DampedSinusoid& pulse = pulse_[as_index(k)];
     const int reach = pulse.start - static_cast<int>(M_PI / pulse.omega);
-    const int limit = std::max(k > 0 ? stop_[index(k - 1)] : 0, reach);
-    start[index(k)] = pulse.start;
-    while (start[index(k)] > limit && belongs(k, start[index(k)] - 1)) --start[index(k)];
-    grown |= start[index(k)] < pulse.start;
+    const int limit = std::max(k > 0 ? stop_[as_index(k - 1)] : 0, reach);
+    start[as_index(k)] = pulse.start;
+    while (start[as_index(k)] > limit && belongs(k, start[as_index(k)] - 1)) --start[as_index(k)];
+    grown |= start[as_index(k)] < pulse.start;
     if (k == 0) continue;
-    for (int& stop = stop_[index(k - 1)];
-         stop < start[index(k)] && prediction_error(k, stop) <= kSupport; ++stop) {
+    for (int& stop = stop_[as_index(k - 1)];
+         stop < start[as_index(k)] && prediction_error(k, stop) <= kSupport; ++stop) {
       grown = true;
     }
   }
   for (int k = 0; k < count_; ++k) {
-    if (start[index(k)] < pulse_[index(k)].start) move_start(pulse_[index(k)], start[index(k)]);
+    if (start[as_index(k)] < pulse_[as_index(k)].start)
+      move_start(pulse_[as_index(k)], start[as_index(k)]);
   }
   return grown;
 }
@@ -237,20 +238,20 @@ void JointFit::reject(FitStatus status) {
 }
 
 void JointFit::accept(int k) {
-  if (!(pulse_[index(k)].alpha > 0.0)) {
+  if (!(pulse_[as_index(k)].alpha > 0.0)) {
     ++counts_->out_of_bounds;
     return;
   }
   Peak peak = peak_of_fit(pulse_.data(), count_, k, fit_, variance_);
-  peak.gate_end = stop_[index(k)];
+  peak.gate_end = stop_[as_index(k)];
   peak.joint = count_;
 
   double misfit = 0.0, energy = 0.0;
   for (int row = 0; row < samples_.size; ++row) {
-    const int i = samples_.index[index(row)];
+    const int i = samples_.index[as_index(row)];
     if (i < peak.gate_begin || i >= peak.gate_end) continue;
-    const double signal = samples_.value[index(row)] - peak.gamma;
-    misfit += fit_.residual[index(row)] * fit_.residual[index(row)];
+    const double signal = samples_.value[as_index(row)] - peak.gamma;
+    misfit += fit_.residual[as_index(row)] * fit_.residual[as_index(row)];
     energy += signal * signal;
   }
   const double share = static_cast<double>(fit_.freedom) / samples_.size;

@@ -131,7 +131,7 @@ Columns without_wow(Eigen::Index samples, double cut) {
   return Columns::Identity(samples, samples) - mean;
 }
 
-void check(const Columns& traces, double spacing, double sample_interval) {
+void check_input(const Columns& traces, double spacing, double sample_interval) {
   if (traces.rows() < 16 || traces.cols() < 16) {
     throw std::invalid_argument("traces: expected at least 16 of at least 16 samples");
   }
@@ -194,7 +194,7 @@ PatchFilter::PatchFilter(LearntPatchFilter learnt) : learnt_(std::move(learnt)) 
 
 PatchFilter::PatchFilter(const Columns& traces, double spacing, double sample_interval,
                          const PatchFilterOptions& options) {
-  check(traces, spacing, sample_interval);
+  check_input(traces, spacing, sample_interval);
   Columns repaired = traces;
   repair_columns(repaired);
   learn_projection(repaired, spacing, sample_interval, options);

@@ -8,7 +8,7 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr double kLargestRho = 0.9999;
+constexpr double kMostCorrelation = 0.9999;
 
 }  // namespace
 
@@ -107,7 +107,7 @@ RevisitMatch PatchSurvey::judge(const Peak& peak) const {
   match.accepted = match.score >= min_score_ && match.half_sigmas >= min_half_;
 
   // Sub-column: a parabola through the evidence; the variance from the correlation's curvature.
-  const double rho = std::clamp(match.correlation, 0.01, kLargestRho);
+  const double rho = std::clamp(match.correlation, 0.01, kMostCorrelation);
   double subcolumn = 0.0, curvature = 0.01 * rho;  // per column^2
   if (at > 0 && at + 1 < best.size()) {
     const double before = best.evidence[at - 1], after = best.evidence[at + 1];

@@ -10,16 +10,16 @@ namespace gprodom::gpr {
 
 namespace {
 
-constexpr int kBins = 64;             // of the histogram that Otsu's threshold is read from
+constexpr int kLevels = 64;           // of the histogram that Otsu's threshold is read from
 constexpr double kDynamicRange = 12;  // natural logarithms below the maximum that the bins cover
 
 // The boundary between bins 0..b and b+1.. with the greatest variance between the two classes.
-int otsu_bin(const std::array<int, kBins>& histogram, int total) {
+int otsu_bin(const std::array<int, kLevels>& histogram, int total) {
   double sum_all = 0.0;
-  for (int b = 0; b < kBins; ++b) sum_all += static_cast<double>(b) * histogram[b];
+  for (int b = 0; b < kLevels; ++b) sum_all += static_cast<double>(b) * histogram[b];
   double best = -1.0, sum_below = 0.0;
   int best_bin = 0, below = 0;
-  for (int b = 0; b + 1 < kBins; ++b) {
+  for (int b = 0; b + 1 < kLevels; ++b) {
     below += histogram[b];
     sum_below += static_cast<double>(b) * histogram[b];
     const int above = total - below;
@@ -59,14 +59,14 @@ void trace_energy(const float* trace, std::size_t n, int half_width, float* ener
 double background_threshold(const float* energy, std::size_t n) {
   const float strongest = n > 0 ? *std::max_element(energy, energy + n) : 0.0F;
   if (!(strongest > 0.0F)) return 0.0;
-  std::array<int, kBins> histogram{};
+  std::array<int, kLevels> histogram{};
   for (std::size_t i = 0; i < n; ++i) {
     const double level = std::log(std::max(energy[i] / strongest, 1e-30F)) / kDynamicRange + 1.0;
-    ++histogram[std::clamp(static_cast<int>(level * kBins), 0, kBins - 1)];
+    ++histogram[std::clamp(static_cast<int>(level * kLevels), 0, kLevels - 1)];
   }
-  if (histogram[kBins - 1] == static_cast<int>(n)) return 0.0;  // all equal
+  if (histogram[kLevels - 1] == static_cast<int>(n)) return 0.0;  // all equal
   const int bin = otsu_bin(histogram, static_cast<int>(n));
-  return strongest * std::exp(((bin + 1.0) / kBins - 1.0) * kDynamicRange);
+  return strongest * std::exp(((bin + 1.0) / kLevels - 1.0) * kDynamicRange);
 }
 
 EnergyPoints energy_points(const float* energy, std::size_t n, int first_row, double threshold) {

@@ -62,6 +62,7 @@ PathState path_state(const StateResult& newest) {
   state.pose_covariance = to_pose * state.covariance * to_pose.transpose();
   state.pose_covariance.topLeftCorner<2, 2>() += newest.slip_covariance;
   state.slip_sigma = newest.slip_sigma;
+  state.unmeasured_slip_sigma = newest.unmeasured_slip_sigma;
   const double variance = newest.covariance(row::kScale, row::kScale);
   if (variance > kHeldScaleVariance) {
     state.d_scale = with_scale / variance;
@@ -74,6 +75,8 @@ void settle(PathState& state, const StateResult& result, const std::optional<Pat
   state.pose = planar(*result.settled);
   state.scale = result.state.wheel_scale;
   state.believed_slip_sigma = result.settled_slip_sigma;
+  if (result.settled_slip_by_pair)
+    state.slip_sigma = std::min(state.unmeasured_slip_sigma, *result.settled_slip_by_pair);
   if (!before) return;
   state.path_from_odom = before->path_from_odom;
   if (result.before_settled && result.before_settled->time == before->time)

@@ -29,6 +29,7 @@ struct PathState {
   // Of slip since the state before (slip_model.h): of slip that no witness sees, and of the
   // estimate of slip that the pose is corrected for.
   double slip_sigma = 0.0, believed_slip_sigma = 0.0;
+  double unmeasured_slip_sigma = 0.0;  // slip_sigma where no antennas have measured the distance
 };
 
 // The newest state, with the uncertainty that it has now.

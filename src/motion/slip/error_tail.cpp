@@ -14,7 +14,7 @@ constexpr double kUpper = 0.9;
 // Intervals that the assumption of normal errors counts for. The median of so many has a relative
 // standard deviation of 40 %, and that much is not known about a noise beforehand either.
 constexpr int kPrior = 20;
-constexpr std::size_t kMost = 600;  // three minutes of driving
+constexpr std::size_t kMostIntervals = 600;  // three minutes of driving
 
 // 2: a normal error, whose standard deviation varies like another one. Beyond, it is slip.
 constexpr double kLargestExponent = 2.0;
@@ -39,7 +39,7 @@ void ErrorTail::add(double square) {
   if (!std::isfinite(square)) return;
   kept_.push_back(square);
   sorted_.insert(std::upper_bound(sorted_.begin(), sorted_.end(), square), square);
-  if (kept_.size() > kMost) {
+  if (kept_.size() > kMostIntervals) {
     sorted_.erase(std::lower_bound(sorted_.begin(), sorted_.end(), kept_.front()));
     kept_.pop_front();
   }

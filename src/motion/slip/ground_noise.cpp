@@ -8,7 +8,7 @@ namespace gprodom::slip {
 
 namespace {
 
-constexpr double kMedian = 0.455;  // of the squares of normal errors of unit variance
+constexpr double kMedianOfSquares = 0.455;  // of the squares of normal errors of unit variance
 // Distance of the spans that are compared, m: neighbours, and pairs whose errors of the place are
 // hardly correlated. A slip seldom begins or ends within such a distance.
 constexpr double kNear = 0.8, kFarFrom = 1.6, kFarTo = 2.6;
@@ -49,7 +49,8 @@ void GroundNoise::add(double at_m, double log_metres_per_length) {
   };
   const double correlation_near = correlation(near_m, near.size()),
                correlation_far = correlation(far_m, far.size());
-  const double half_near = 0.5 * median(near) / kMedian, half_far = 0.5 * median(far) / kMedian;
+  const double half_near = 0.5 * median(near) / kMedianOfSquares,
+               half_far = 0.5 * median(far) / kMedianOfSquares;
   const double place = std::max(0.0, (half_far - half_near) / (correlation_near - correlation_far));
   const double span = std::max(0.0, half_near - place * (1 - correlation_near));
 

@@ -9,7 +9,7 @@ namespace {
 
 // m, one standard deviation before anything is known: cars and large robots are up to two metres
 // wide, and a single wheel may be on either side.
-constexpr double kPriorSigma = 0.5;
+constexpr double kPriorSigma_m = 0.5;
 // That the wheel is where it is configured. Most users measure it. Between 0.5 and 0.85 a car with
 // its wheel elsewhere differs by 3 %.
 constexpr double kAsConfigured = 0.8;
@@ -23,7 +23,7 @@ constexpr double kBetweenRuns = 0.02;  // m; the IMU or the wheel was taken off 
 
 WheelPosition::WheelPosition(const WheelConfig& config)
     : configured_m_(config.lever_arm.y()),
-      prior_sigma_m_(config.drive == WheelDrive::kSingle ? kPriorSigma : 0.0),
+      prior_sigma_m_(config.drive == WheelDrive::kSingle ? kPriorSigma_m : 0.0),
       learnt_{configured_m_, prior_sigma_m_} {}
 
 void WheelPosition::learn(const std::vector<Hypothesis>& hypotheses) {

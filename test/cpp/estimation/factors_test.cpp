@@ -136,8 +136,32 @@ TEST(Factors, WheelJacobians) {
     check(WheelFactor(w, lever, variance, 0,
                       std::make_shared<WheelSlipTerm>(WheelSlipTerm{-0.3, 0.1})),
           a, b);
+    check(WheelFactor(w, lever, variance, 0, nullptr,
+                      std::make_shared<WheelPlaceTerm>(WheelPlaceTerm{0.4})),
+          a, b);
     check(WheelDistanceFactor(w.distance(), 0.01, lever, 0), a, b);
   }
+}
+
+// A body that turns on the spot. Its wheel, at y, rolls backwards by y times the turn; what the
+// window learns of y later counts in intervals of before.
+TEST(Factors, AWheelCountsAsItsPlaceIsKnown) {
+  constexpr double kTurn = 0.2, kY = 0.3, kSigma = 0.01;
+  WheelIncrement w(Vector3d::Zero());
+  for (int k = 0; k < 20; ++k) w.integrate({0, 0, kTurn / (20 * 0.01)}, 0.01, -kY * kTurn / 20);
+  NavState a, b;
+  b.q_odom_body = Eigen::AngleAxisd(kTurn, Vector3d::UnitZ());
+  const auto place = std::make_shared<WheelPlaceTerm>();
+  const WheelFactor factor(w, Vector3d::Zero(), Vector3d::Constant(kSigma * kSigma), 0, nullptr,
+                           place);
+  const auto forwards = [&] {
+    Residual r;
+    factor.evaluate(a, b, r, nullptr, nullptr);
+    return r[0];
+  };
+  EXPECT_NEAR(forwards(), kY * kTurn / kSigma, 0.1);
+  place->y_m = kY;
+  EXPECT_NEAR(forwards(), 0.0, 0.05);
 }
 
 TEST(Factors, StandstillJacobians) {

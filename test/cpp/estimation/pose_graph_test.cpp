@@ -327,6 +327,20 @@ TEST(PoseGraph, NodesWithoutRevisitsGoWithoutLoss) {
   EXPECT_LT((whole.covariance - left.covariance).norm(), 0.02 * whole.covariance.norm());
 }
 
+// A slip between distances that were measured whatever the wheel did is not one of all of them.
+TEST(PoseGraph, ASlipBesideAMeasuredDistanceIsAnErrorOfTheJoinedStep) {
+  const PlanarStep measured = step_of({{0.5, 0.0}, 0.0});
+  PlanarStep slips = measured;
+  slips.slip_sigma = 0.2;
+  const double known = joined(measured, measured).covariance(0, 0);
+  for (const PlanarStep& both : {joined(measured, slips), joined(slips, measured)}) {
+    EXPECT_EQ(both.slip_sigma, 0.0);
+    EXPECT_NEAR(both.covariance(0, 0) - known, 0.01, 1e-9);  // (0.2 * 0.5 m)^2
+  }
+  EXPECT_EQ(joined(slips, slips).slip_sigma, 0.2);
+  EXPECT_NEAR(joined(slips, slips).covariance(0, 0), known, 1e-9);
+}
+
 TEST(PoseGraph, CovarianceIsTrueOfWhatIsLeft) {
   double nees = 0;
   constexpr int kRuns = 800;

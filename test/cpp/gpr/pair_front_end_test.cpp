@@ -42,10 +42,12 @@ struct Drive {
   double noise = 100.0;
   double speed_known_from = 0.0;                      // s; before, its sign is not certain
   std::function<double(double)> told_path = nullptr;  // in place of `told`
+  std::function<double(double)> heading = [](double) { return 0.0; };  // rad, told
 };
 
 struct Found {
   double error_m, sigma_m;
+  double from_s, to_s;
 };
 
 // Errors of the passages' displacement, and the state at the end.
@@ -75,7 +77,7 @@ Result driven(const Drive& drive) {
     if (i % 2 != 0) continue;
     const double told = drive.told_path ? drive.told_path(t) : drive.told * s;
     const double before = travel.empty() ? told : travel.points().back().s_m;
-    travel.append(from_seconds(t), told);
+    travel.append({from_seconds(t), told, drive.heading(t)});
     travel.set_speed((told - before) / 0.1, t < drive.speed_known_from ? 0.3 : 0.01, true);
     for (const Passage& passage : pair.tick(from_seconds(t), travel)) {
       if (++result.given == 1) result.first_given_s = t;
@@ -84,7 +86,8 @@ Result driven(const Drive& drive) {
       const double moved =
           drive.place(to_seconds(passage.to)) - drive.place(to_seconds(passage.from));
       result.last_s = to_seconds(passage.to);
-      result.passages.push_back({moved - passage.distance_m(), passage.sigma_m});
+      result.passages.push_back({moved - passage.distance_m(), passage.sigma_m,
+                                 to_seconds(passage.from), to_seconds(passage.to)});
     }
   }
   result.state = pair.state();
@@ -134,6 +137,22 @@ TEST(PairFrontEnd, AStopOnTheWayDoesNotMatter) {
   const Result result = driven({place, 1.1});
   ASSERT_GT(result.passages.size(), 15U);
   EXPECT_NEAR(mean(result.passages), 0.0, 0.002);
+}
+
+// The ground goes on as if the antennas had gone straight on, so that it is alike; but a robot that
+// has turned by a right angle at its stop passes beside the places where its front antenna was.
+TEST(PairFrontEnd, NothingIsComparedAcrossATurnOnTheSpot) {
+  Drive drive{[](double t) { return 2.0 + 0.4 * (t < 20.5 ? t : std::max(20.5, t - 4.0)); }};
+  const auto over_the_stop = [](const Found& found) {
+    return found.from_s < 20.5 && found.to_s > 24.5;
+  };
+  const Result straight = driven(drive);
+  EXPECT_GT(std::count_if(straight.passages.begin(), straight.passages.end(), over_the_stop), 0);
+  drive.heading = [](double t) { return 1.6 * std::clamp((t - 21.0) / 2.0, 0.0, 1.0); };
+  const Result turned = driven(drive);
+  EXPECT_EQ(std::count_if(turned.passages.begin(), turned.passages.end(), over_the_stop), 0);
+  EXPECT_GT(turned.passages.size(), straight.passages.size() - 4);
+  EXPECT_GT(turned.last_s, 35.0);
 }
 
 TEST(PairFrontEnd, BackwardsTheRearAntennaLeads) {
@@ -202,18 +221,45 @@ TEST(PairFrontEnd, NeedsTwoAntennasOneBehindTheOther) {
 
 TEST(Travel, ARevisedPathContinuesTheOneBefore) {
   Travel travel;
-  for (int i = 0; i <= 10; ++i) travel.append(from_seconds(i), 0.5 * i);
+  for (int i = 0; i <= 10; ++i) travel.append({from_seconds(i), 0.5 * i});
   travel.revise({{from_seconds(8), 100.0}, {from_seconds(9), 101.0}});
   EXPECT_DOUBLE_EQ(travel.at(from_seconds(8)), 4.0);
   EXPECT_DOUBLE_EQ(travel.at(from_seconds(9)), 5.0);
   EXPECT_DOUBLE_EQ(travel.at(from_seconds(12)), 5.0);
 }
 
+// In a steady bend the rear antenna follows the front one; over a turn on the spot it does not.
+TEST(Run, TellsHowFarAsideAPartPassesThePlaceOfAnother) {
+  const Eigen::Vector3d front(0.15, 0, 0), rear(-0.15, 0, 0);
+  constexpr double kSpeed = 0.4, kRadius = 1.0;
+  for (const double sense : {1.0, -1.0}) {
+    const auto path = [sense](const auto& heading) {
+      Travel travel;
+      for (int i = 0; i <= 100; ++i) {
+        const double t = 0.1 * i;
+        travel.append({from_seconds(t), sense * kSpeed * t, heading(t)});
+      }
+      return gpr::Run(travel, from_seconds(10));
+    };
+    const Eigen::Vector3d &leads = sense > 0 ? front : rear, &follows = sense > 0 ? rear : front;
+    const TimeNs from = from_seconds(5), to = from_seconds(5 + 0.3 / kSpeed);
+    const gpr::Run straight = path([](double) { return 1.0; });
+    EXPECT_NEAR(straight.apart(from, leads, to, follows, 1.0), 0.0, 1e-6);
+    EXPECT_NEAR(straight.mirrored().apart(from, leads, to, follows, 1.0), 0.0, 1e-6);
+    EXPECT_NEAR(straight.apart(from, leads, to, leads, 1.0), 0.3, 1e-6);
+    const gpr::Run bend = path([=](double t) { return sense * kSpeed / kRadius * t; });
+    EXPECT_LT(bend.apart(from, leads, to, follows, 1.0), 0.003);
+    EXPECT_NEAR(bend.apart(from, leads, to, follows, 1.2), 0.06, 0.003);
+    const gpr::Run corner = path([](double t) { return t < 5.05 ? 0.0 : M_PI / 2; });
+    EXPECT_GT(corner.apart(from, leads, to, follows, 1.0), 0.1);
+  }
+}
+
 TEST(Run, EndsWhereTheRobotTurnedBack) {
   Travel travel;
   for (int i = 0; i <= 40; ++i) {
     const double t = 0.25 * i;
-    travel.append(from_seconds(t), t < 5 ? t : 10 - t);
+    travel.append({from_seconds(t), t < 5 ? t : 10 - t});
   }
   const gpr::Run run(travel, from_seconds(8));
   EXPECT_EQ(run.direction(), -1);

@@ -119,6 +119,27 @@ TEST(MapPath, WhatIsLearntOfThePastIsNoMotion) {
   EXPECT_LT((seen_from(b, a).pose.p - compose(turned, first).p).norm(), 1e-9);
 }
 
+// Antennas in a row tell of a distance seconds later.
+TEST(MapPath, ASettledStateHasTheSlipThatAntennasHaveLeft) {
+  Path path;
+  path.step(0.2, 0.0);
+  StateResult result = path.result(1);
+  result.slip_sigma = 0.1;
+  result.unmeasured_slip_sigma = 0.2;
+  const auto settled = [&](std::optional<double> by_pair) {
+    PathState state = path_state(result);
+    StateResult later = result;
+    later.settled = result.state;
+    later.settled_slip_by_pair = by_pair;
+    settle(state, later);
+    return state.slip_sigma;
+  };
+  EXPECT_EQ(settled(std::nullopt), 0.1);
+  EXPECT_EQ(settled(0.0), 0.0);
+  EXPECT_EQ(settled(0.15), 0.15);
+  EXPECT_EQ(settled(INFINITY), 0.2);
+}
+
 TEST(MapPath, PlacesBetweenNodesLieOnTheArc) {
   MapPath path(0.5);
   const double radius = 3.0;

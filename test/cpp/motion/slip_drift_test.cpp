@@ -113,7 +113,7 @@ TEST(SlipDrift, ADistanceMeasuredAfterwardsTakesBackWhatSlipHadAdded) {
   SlipDrift told = drift;
   drift.measured_since(state_at(kStates - 50).time, 1e3);  // nothing is known of the slip
   EXPECT_LT((drift.covariance() - then).norm(), 1e-6);
-  drift.measured(state_at(kStates + 1));
+  drift.measured(state_at(kStates + 1), kShaken, SlipModel().share);
   EXPECT_LT((drift.covariance() - then).norm(), 1e-6);
   told.measured_since(state_at(kStates - 50).time, 0.01);
   EXPECT_LT(told.covariance().trace(), 0.99 * then.trace()) << "slip before was much the same";
