@@ -63,7 +63,7 @@ PairSlip::Seen PairSlip::with_prior(const Seen& measured) const {
   }
   if (sum <= 0.0) return measured;  // far from all of them
   mean /= sum;
-  return {measured.middle, measured.lasted, mean, square / sum - mean * mean};
+  return {measured.middle, measured.lasted, mean, std::max(0.0, square / sum - mean * mean)};
 }
 
 bool PairSlip::knows(TimeNs time) const { return newest_ > 0 && time < newest_ + kMeasured; }

@@ -15,13 +15,19 @@ constexpr double kTurnsBack = 0.02;
 
 bool before(const Travel::Point& point, TimeNs time) { return point.time < time; }
 
-double heading_of(const std::vector<Travel::Point>& points, TimeNs time) {
+// Linear between points, constant beyond the ends.
+double value_at(const std::vector<Travel::Point>& points, TimeNs time,
+                double Travel::Point::*value) {
   const auto after = std::lower_bound(points.begin(), points.end(), time, before);
-  if (after == points.begin()) return points.front().heading_rad;
-  if (after == points.end()) return points.back().heading_rad;
+  if (after == points.begin()) return points.front().*value;
+  if (after == points.end()) return points.back().*value;
   const Travel::Point &a = *(after - 1), &b = *after;
-  return a.heading_rad + (b.heading_rad - a.heading_rad) * static_cast<double>(time - a.time) /
-                             static_cast<double>(b.time - a.time);
+  return a.*value + (b.*value - a.*value) * static_cast<double>(time - a.time) /
+                        static_cast<double>(b.time - a.time);
+}
+
+double heading_of(const std::vector<Travel::Point>& points, TimeNs time) {
+  return value_at(points, time, &Travel::Point::heading_rad);
 }
 
 }  // namespace
@@ -115,14 +121,7 @@ Run Run::mirrored() const {
   return other;
 }
 
-double Run::at(TimeNs time) const {
-  const auto after = std::lower_bound(points_.begin(), points_.end(), time, before);
-  if (after == points_.begin()) return points_.front().s_m;
-  if (after == points_.end()) return points_.back().s_m;
-  const Travel::Point &a = *(after - 1), &b = *after;
-  return a.s_m + (b.s_m - a.s_m) * static_cast<double>(time - a.time) /
-                     static_cast<double>(b.time - a.time);
-}
+double Run::at(TimeNs time) const { return value_at(points_, time, &Travel::Point::s_m); }
 
 TimeNs Run::time_at(double s_m) const {
   const auto after =
