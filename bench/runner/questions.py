@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator
 from layout import Figures, Row, metres, plain, table, whole
 
 UNKNOWN = "?"  # in an answer that is not written
+LASTING = ("ramps", "steps", "turns", "gravel", "ice")  # as bench/runner/benches.py has them
+MOST_FAULTS = 4
+PAIR_METHODS = ("gprodom", "radar_imu")  # as bench/pair_faults.py has them
 
 
 def questions(f: Figures) -> str:
@@ -162,6 +165,19 @@ def joined(f: Figures) -> Iterator[Row]:
     yield [what, "; ".join(found) or UNKNOWN, "`merge`"]
 
 
+def tied(f: Figures) -> Iterator[Row]:
+    """To one datum, and the wheel's scale by fixes."""
+    days = [f"days/{kind}" for kind in f.parts("anchors", 1)]
+    if found := f.all("anchors", (f"{day}/joined" for day in days)):
+        off = metres(f.mean("anchors", days, "error_m")) or "no"
+        keys = ("sigma_over_limit", "nees")
+        over, nees = (plain(f.of("anchors", f"scale/mean/{key}")) or "not measured" for key in keys)
+        what = "maps of two days tied to one datum: joined, error; two fixes of 2 cm, 90 m apart: "
+        what += "sigma of the wheel's scale over its limit, NEES"
+        answer = f"{sum(found):.0f} of {len(found)}, {off} m; {over}, {nees}"
+        yield [what, answer, "`anchors`"]
+
+
 def ground(f: Figures) -> Iterator[Row]:
     """Revisits on real lines, calibration, and the simulated ground."""
     for variant in f.parts("revisit_along")[:1]:  # the whole matcher; then one check off at a time
@@ -187,15 +203,116 @@ def ground(f: Figures) -> Iterator[Row]:
         yield [what, f"{max(waves):.3f} ns", "`fdtd`"]
 
 
+def lasting_slip(f: Figures) -> Iterator[Row]:
+    """Over dead reckoning, by kind."""
+    names = f.parts("slip_kinds", 2)
+    found = []
+    for i, kind in enumerate(LASTING):
+        some = [name for name in names if int(name.split("-")[0]) % len(LASTING) == i]
+        sums = [
+            sum(f.all("slip_kinds", (f"{way}/{name}/ate_rmse_m" for name in some)))
+            for way in ("gprodom_full/causal", "gprodom_full/smoothed", "wheel/causal")
+        ]
+        if sums[2]:
+            found.append(f"{kind} {plain(sums[0] / sums[2])}, {plain(sums[1] / sums[2])}")
+    what = "lasting slip by kind: `gprodom_full` over dead reckoning, live, afterwards"
+    yield [what, "; ".join(found) or UNKNOWN, "`slip_kinds`"]
+
+
+def sensor_faults(f: Figures) -> Iterator[Row]:
+    """What they cost, and whether anything was wrong."""
+    drives, names = f.parts("faults"), f.parts("faults", 1)
+    rows = {name: [f"{drive}/{name}" for drive in drives] for name in names}
+    means = {name: f.mean("faults", each, "error_ratio") for name, each in rows.items()}
+    known = {name: mean for name, mean in means.items() if mean is not None}
+    if not known:
+        return
+    below = sum(ratio < 1.1 for ratio in known.values())
+    worst = sorted(known, key=lambda name: known[name], reverse=True)[:MOST_FAULTS]
+    what = "faults of sensors that cost less than 10 % of the error; dearest, over the clean run"
+    dearest = "; ".join(f"{name} {plain(known[name])}" for name in worst)
+    yield [what, f"{below} of {len(known)}; {dearest}", "`faults`"]
+    wrong = sum(f.all("faults", (f"{row}/wrong" for each in rows.values() for row in each)))
+    what = "poses of them not finite or back in time, ends, faults of which `STATUS` is silent"
+    yield [what, f"{wrong:.0f}", "`faults`"]
+
+
+def pair_faults(f: Figures) -> Iterator[Row]:
+    """Two antennas over ground that repeats itself, and with faults."""
+
+    def total(key: str, *rows: str) -> float:
+        return sum(f.all("pair_faults", (f"{row}/{key}" for row in rows)))
+
+    if total("passages", "rebar/none/gprodom"):
+        found = []
+        for kind in ("pitch", "half", "third"):
+            rows, free = ([f"rebar/{k}/{m}" for m in PAIR_METHODS] for k in (kind, "none"))
+            share = total("passages", *rows) / max(1.0, total("passages", *free))
+            found.append(f"{kind}: {total('wrong', *rows):.0f}, {100 * share:.0f} %")
+        what = "rebar at the antennas' distance, half, a third: wrong passages; answers over those"
+        what += " without rebar"
+        yield [what, "; ".join(found), "`pair_faults`"]
+    grounds = [ground for ground in f.parts("pair_faults") if ground != "rebar"]
+    if grounds:
+        each = {
+            fault: [f"{ground}/{fault}/gprodom" for ground in grounds]
+            for fault in ("none", "swapped", "silent", "time zero")
+        }
+        answer = "; ".join(f"{k}: {total('passages', *r):.0f}" for k, r in each.items())
+        wrong = total("wrong", *(row for rows in each.values() for row in rows))
+        back = f.greatest("pair_faults", each["silent"], "back_after_s")
+        what = "pair with faults: passages; wrong ones; used again after a silence of 10 s"
+        yield [what, f"{answer}; {wrong:.0f}; {plain(back, 1)} s", "`pair_faults`"]
+
+
+def speed(f: Figures) -> Iterator[Row]:
+    """Times, on the machine of the run."""
+    for log in f.parts("replay_speed"):
+        found = {
+            case: f.of("replay_speed", f"{log}/{case}/times_real_time_cpu")
+            for case in f.parts("replay_speed", 1)
+        }
+        cases = [case for case, value in found.items() if value is not None]
+        times = [whole(found[case]) for case in cases]
+        what = f"replay of {log}: {'; '.join(cases)}"
+        yield [what, f"{'; '.join(times)} times real time", "`replay_speed`"]
+    for log in f.parts("window_solvers"):
+        keys = ("ceres_x", "chain_x")
+        times = [whole(f.of("window_solvers", f"{log}/{key}")) for key in keys]
+        apart = f.of("window_solvers", f"{log}/max_m")
+        answer = f"{times[0]} and {times[1]} times real time; {apart:.0e} m"
+        yield [f"{log} by Ceres and by the chain; apart by", answer, "`window_solvers`"]
+    for job, name in (("idle", "nothing beside it"), ("busy", "two busy processes beside it")):
+        keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "core_percent", "memory_mb")
+        values = [f.of("live", f"{job}/{key}") for key in keys]
+        if None not in values:
+            p50, p99, core, memory = (plain(value) for value in values)
+            answer = f"{p50} ms; {p99} ms; {core} % of a core; {memory} MB"
+            what = f"daemon live, {name}: IMU to pose, median; p99; load; memory"
+            yield [what, answer, "`live`"]
+    labels = [label for label in f.parts("smoothers") if f.of("smoothers", f"{label}/median_ms")]
+    if labels:
+        times = [plain(f.of("smoothers", f"{label}/median_ms")) for label in labels]
+        errors = [metres(f.of("smoothers", f"{label}/error_m")) for label in labels]
+        both = (f"{time} ms, {error} m" for time, error in zip(times, errors, strict=True))
+        what = f"an update, median, and error: {'; '.join(labels)}"
+        yield [what, "; ".join(both), "`smoothers`"]
+
+
 PARTS = (
     starts,
     wheel,
     standing,
+    lasting_slip,
+    sensor_faults,
+    pair_faults,
     covariance,
     revisits,
     located,
     begun_with_a_map,
     joined,
+    tied,
     ground,
     live,
+    speed,
 )

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from statistics import fmean, geometric_mean
+from statistics import geometric_mean
 
 from layout import Figures, Row, metres, plain, table, whole
 
 REAL_GROUND = ("1700010000", "1700011000", "1700012000")  # of the twelve: the beach
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
-MOST_FAULTS = 4
-LASTING = ("ramps", "steps", "turns", "gravel", "ice")  # as bench/runner/benches.py has them
 
 
 def ratios(f: Figures, key: str) -> list[float]:
@@ -110,137 +108,65 @@ def varied(f: Figures, name: str) -> tuple[str, str]:
     return f"{within} of {len(over)}{started}", f"{over[worst]:.2f} ({worst})"
 
 
-def slip_kinds(f: Figures) -> str:
-    """Over dead reckoning, by kind."""
-    names = f.parts("slip_kinds", 2)
-    lines: list[Row] = []
-    for i, kind in enumerate(LASTING):
-        some = [name for name in names if int(name.split("-")[0]) % len(LASTING) == i]
-        dead = f.all("slip_kinds", (f"wheel/causal/{name}/ate_rmse_m" for name in some))
-        if not dead:
-            continue
-        cells: list[object] = [f"{kind} ({len(dead)})", metres(fmean(dead))]
-        for way in [*(f"{m}/causal" for m in METHODS), f"{ALL}/smoothed"]:
-            errors = f.all("slip_kinds", (f"{way}/{name}/ate_rmse_m" for name in some))
-            cells.append(plain(sum(errors) / sum(dead)))
-        nees = f.all("slip_kinds", (f"{ALL}/causal/{name}/nees_xy" for name in some))
-        lines.append([*cells, f"{fmean(nees):.1f} ({max(nees):.1f})"])
-    header = ["slip (drives)", "dead reckoning (m)", *(f"`{m}`, over it" for m in METHODS)]
-    return table([*header, "smoothed", "NEES (worst)"], lines) if lines else ""
-
-
 def methods(f: Figures) -> str:
-    """Mean over the twelve."""
+    """Mean over the twelve, a column a method."""
+    names = [name for name in f.parts("methods") if not name.endswith("_signed")]
+    drives = f.parts("methods", 2)
+
+    def line(title: str, mode: str, key: str, digits: int) -> Row:
+        rows = ([f"{name}/{mode}/{drive}" for drive in drives] for name in names)
+        return [title, *(plain(f.mean("methods", each, key), digits) for each in rows)]
+
+    lines = [
+        line("live", "causal", "ate_rmse_m", 3),
+        line("afterwards", "smoothed", "ate_rmse_m", 3),
+        line("NEES x,y", "causal", "nees_xy", 1),
+    ]
+    return table(["", *(f"`{name}`" for name in names)], lines) if names else ""
+
+
+def pair_distance(f: Figures) -> str:
+    """Error and its limit, a column a case."""
+    cases = f.parts("pair_distance", 1)
     lines: list[Row] = []
-    for method in f.parts("methods"):
-        if method.endswith("_signed"):
-            continue
-        cells = [
-            metres(
-                f.mean(
-                    "methods", [f"{method}/{mode}/{s}" for s in f.parts("methods", 2)], "ate_rmse_m"
-                )
-            )
-            for mode in ("causal", "smoothed")
-        ]
-        rows = [f"{method}/causal/{s}" for s in f.parts("methods", 2)]
-        lines.append([f"`{method}`", *cells, plain(f.mean("methods", rows, "nees_xy"), 1)])
-    return table(["method", "live", "afterwards", "NEES x,y"], lines) if lines else ""
-
-
-def faults(f: Figures) -> str:
-    """Those that cost most, and whether anything was wrong."""
-    drives, names = f.parts("faults"), f.parts("faults", 1)
-    known: list[tuple[float, str]] = []
-    for name in names:
-        ratio = f.mean("faults", [f"{drive}/{name}" for drive in drives], "error_ratio")
-        if ratio is not None:
-            known.append((ratio, name))
-    rows: list[Row] = []
-    for ratio, name in sorted(known, reverse=True)[:MOST_FAULTS]:
-        each = [f"{drive}/{name}" for drive in drives]
-        worst, silent = (f.greatest("faults", each, key) for key in ("error_ratio", "silent_s"))
-        rows.append([name, plain(ratio), plain(worst), plain(silent, 1)])
-    if not rows:
-        return ""
-    wrong = sum(f.all("faults", (f"{drive}/{name}/wrong" for drive in drives for name in names)))
-    below = sum(ratio < 1.1 for ratio, _ in known)
-    text = (
-        f"Of {len(known)} faults on {len(drives)} drives {below} cost less than 10 %; those "
-        "that cost most are below. Ended programs, poses that are not finite or go back in time, "
-        f"and faults of which `STATUS` is silent: {wrong:.0f}.\n\n"
-    )
-    return text + table(["fault", "error over clean", "worst", "longest silence (s)"], rows)
+    for ground in f.parts("pair_distance"):
+        cells = []
+        for case in cases:
+            row = f"{ground}/{case}"
+            error, limit = (f.of("pair_distance", f"{row}/{k}_percent") for k in ("rms", "limit"))
+            cells.append(f"{plain(error)} ({plain(limit)})")
+        lines.append([ground, *cells])
+    return table(["ground", *cases], lines) if lines else ""
 
 
 def anchors(f: Figures) -> str:
     """What fixes give between them, and what faults of a receiver cost."""
+    names, kinds = f.parts("anchors"), f.parts("anchors", 1)
+    keys = ("smoothed_without_m", "smoothed_m", "smoothed_placed_m", "smoothed_site_m")
     between: list[Row] = []
-    against: list[Row] = []
-    for name in f.parts("anchors"):
-        for kind in f.parts("anchors", 1):
-            row = f"{name}/{kind}"
-            ratio, over = f.of("anchors", f"{row}/smoothed_ratio"), f"{row}/smoothed_over"
-            if ratio is not None:
-                keys = ("smoothed_without_m", "smoothed_m", "smoothed_placed_m", "smoothed_site_m")
-                cells = [metres(f.of("anchors", f"{row}/{key}")) for key in keys]
-                placed = plain(f.of("anchors", f"{row}/smoothed_site_ratio"))
-                between.append([name, kind, *cells[:2], plain(ratio), *cells[2:], placed])
-            if (smoothed := f.of("anchors", over)) is not None:
-                causal, after = (f.of("anchors", f"{row}/{k}") for k in ("causal_over", "after_s"))
-                against.append([name, kind, plain(smoothed), plain(causal), plain(after, 0)])
+    for row in (f"{name}/{kind}" for name in names for kind in kinds):
+        ratio = f.of("anchors", f"{row}/smoothed_ratio")
+        if ratio is not None:
+            cells = [metres(f.of("anchors", f"{row}/{key}")) for key in keys]
+            placed = plain(f.of("anchors", f"{row}/smoothed_site_ratio"))
+            between.append([*row.split("/"), *cells[:2], plain(ratio), *cells[2:], placed])
     if not between:
         return ""
-    header = [
-        "recording",
-        "fixes",
-        "shape, without",
-        "with",
-        "over",
-        "placed, without",
-        "with",
-        "over",
-    ]
-    heads = ["recording", "fault", "afterwards", "live", "named after (s)"]
-    days = [f"days/{kind}" for kind in f.parts("anchors", 1)]
-    joined = f.all("anchors", (f"{day}/joined" for day in days))
-    text = table(header, between) + "\n\n" + table(heads, against)
-    if joined:
-        off = f.mean("anchors", days, "error_m")
-        text += (
-            "\n\nMaps of two days on different ground, tied to one datum: joined "
-            f"{sum(joined):.0f} of {len(joined)}" + (f", error {metres(off)} m." if off else ".")
-        )
-    return text
+    shape, placed = (["without", "with", "over"] for _ in range(2))
+    shape[0], placed[0] = "shape, without", "placed, without"
+    text = table(["recording", "fixes", *shape, *placed], between)
+    return text + "\n\n" + receiver_faults(f, names, kinds)
 
 
-def speed(f: Figures) -> str:
-    """Times, on the machine of the run."""
+def receiver_faults(f: Figures, names: Sequence[str], kinds: Sequence[str]) -> str:
+    """A row a fault, three columns a recording."""
+    keys = ("smoothed_over", "causal_over", "after_s")
+    against = [n for n in names if f.all("anchors", (f"{n}/{k}/{keys[0]}" for k in kinds))]
     lines: list[Row] = []
-    for log in f.parts("replay_speed"):
-        cases = f.parts("replay_speed", 1)
-        times = [whole(f.of("replay_speed", f"{log}/{c}/times_real_time_cpu")) for c in cases]
-        lines.append(
-            [f"replay of {log}: {'; '.join(cases)}", f"{'; '.join(times)} times real time"]
-        )
-    for log in f.parts("window_solvers"):
-        keys = ("ceres_x", "chain_x")
-        times = [whole(f.of("window_solvers", f"{log}/{key}")) for key in keys]
-        apart = f.of("window_solvers", f"{log}/max_m")
-        answer = f"{times[0]} and {times[1]} times real time; {apart:.0e} m"
-        lines.append([f"{log} by Ceres and by the chain; apart by", answer])
-    for job, name in (("idle", "nothing beside it"), ("busy", "two busy processes beside it")):
-        keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "core_percent", "memory_mb")
-        values = [f.of("live", f"{job}/{key}") for key in keys]
-        if None not in values:
-            p50, p99, core, memory = (plain(value) for value in values)
-            answer = f"{p50} ms; {p99} ms; {core} % of a core; {memory} MB"
-            lines.append([f"daemon live, {name}: IMU to pose, median; p99; load; memory", answer])
-    labels = [label for label in f.parts("smoothers") if f.of("smoothers", f"{label}/median_ms")]
-    if labels:
-        times = [plain(f.of("smoothers", f"{label}/median_ms")) for label in labels]
-        errors = [metres(f.of("smoothers", f"{label}/error_m")) for label in labels]
-        both = (f"{time} ms, {error} m" for time, error in zip(times, errors, strict=True))
-        what = f"an update, median, and error: {'; '.join(labels)}"
-        lines.append([what, "; ".join(both)])
-    return table(["what", "measured"], lines) if lines else ""
+    for kind in kinds:
+        cells = [[f.of("anchors", f"{name}/{kind}/{key}") for key in keys] for name in against]
+        if any(each[0] is not None for each in cells):
+            texts = ((plain(after), plain(live), whole(told)) for after, live, told in cells)
+            lines.append([kind, *(cell for each in texts for cell in each)])
+    header = (h for n in against for h in (f"{n}: afterwards", "live", "named after (s)"))
+    return table(["fault", *header], lines)

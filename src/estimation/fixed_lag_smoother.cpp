@@ -63,8 +63,9 @@ SolveSummary FixedLagSmoother::solve() {
   return summary;
 }
 
-void FixedLagSmoother::marginalise() {
-  const TimeNs horizon = newest().time - from_seconds(lag_s_);
+void FixedLagSmoother::marginalise(std::optional<TimeNs> keep_since) {
+  const TimeNs by_lag = newest().time - from_seconds(lag_s_);
+  const TimeNs horizon = std::min(by_lag, keep_since.value_or(by_lag));
   while (window_.states.size() > 1 && window_.states.front().time < horizon)
     prior_gained_ |= marginalise_oldest(window_);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "estimation/window_solver.h"
 #include "gprodom/choices.h"
@@ -30,8 +31,9 @@ class FixedLagSmoother {
   // If it fails, the states do not change.
   SolveSummary solve();
 
-  // Marginalises the states older than the lag.
-  void marginalise();
+  // Marginalises the states older than the lag, but none from `keep_since` on: measurements that
+  // are still to come refer to them.
+  void marginalise(std::optional<TimeNs> keep_since = std::nullopt);
 
   StateId oldest_id() const { return window_.first_id; }
   StateId newest_id() const {

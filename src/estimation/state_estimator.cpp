@@ -140,7 +140,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     result.solve.usable = true;
     result.carried = true;
   } else {
-    solve(b, predicted, result);
+    solve(input, b, predicted, result);
   }
   result.state = smoother_.newest();
   if (config_.gpr.antennas.size() > 1) result.way = way();
@@ -204,15 +204,15 @@ void StateEstimator::add_measurements(const StateInput& input, StateResult& resu
   }
 }
 
-void StateEstimator::solve(FixedLagSmoother::StateId b, const NavState& predicted,
-                           StateResult& result) {
+void StateEstimator::solve(const StateInput& input, FixedLagSmoother::StateId b,
+                           const NavState& predicted, StateResult& result) {
   result.solve = smoother_.solve();
   result.solve.usable = result.solve.usable && smoother_.newest().finite();
   if (batch_)  // starting values of the batch solution
     for (auto id = smoother_.oldest_id(); id <= b; ++id)
       batch_->set_state(static_cast<size_t>(id + id_offset_), smoother_.state(id));
   if (result.solve.usable) {
-    smoother_.marginalise();
+    smoother_.marginalise(input.keep_since);
     motion_.forget_before(smoother_.state(smoother_.oldest_id()).time);
     last_covariance_ = smoother_.newest_covariance() + common_;
     const auto since = std::lround(kSettledAfter * config_.smoother.state_rate);

@@ -90,6 +90,8 @@ struct StateInput {
   std::vector<PlacedDisplacement> displacements;    // newly in effect, for any earlier time
   std::vector<AntennaPassage> passages;             // likewise
   std::vector<UserFactor> factors;                  // likewise
+  // States from then on stay in the window beyond the lag: passages to come begin there.
+  std::optional<TimeNs> keep_since;
 };
 
 // s after which the pose graph takes a state as it is: most slips have been seen by then, and have
@@ -182,7 +184,8 @@ class StateEstimator {
   // Returns the reason if the factor is refused, otherwise an empty string. Adds the factor's
   // information to place_information.
   std::string add_user_factor(const UserFactor& factor, Eigen::Matrix2d& place_information);
-  void solve(FixedLagSmoother::StateId newest, const NavState& predicted, StateResult& result);
+  void solve(const StateInput& input, FixedLagSmoother::StateId newest, const NavState& predicted,
+             StateResult& result);
   void discard_window(const NavState& state);
   void carry_over(const StateInput& input);
   void continue_from(const CarriedState& state);

@@ -133,7 +133,7 @@ void MotionJudge::adopt(const StateResult& newest) {
   newest_ = newest;
   immobilised_.add(newest);
   imu_.forget_before(std::min(judged_to_, newest.state.time) - ImmobilisedWatch::kMemory);
-  wheel_.forget_before(judged_to_ - SlipWatch::kMemory);
+  wheel_.forget_before(judged_to_ - std::max(SlipWatch::kMemory, pair_slip_.memory()));
   pair_.forget_before(judged_to_ - SlipWatch::kMemory);
 }
 
@@ -261,13 +261,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_contradicted |= immobilised;
   if (!input.standing) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
-  if (late_wheel_.follow(input)) slip_belief_.restart();
-  compare_with_wheel();
-  if (!late_wheel_.waits())
-    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
-                         drive_noise_.accel_density_of_one_second());
-  input.slips = pair_slip_.revise(slip_belief_.recent(), to);
-  if (input.wheel_late) keep_shown(input.slips);
+  follow_slip(input, from);
   input.displacements = take_displacements(to);
   input.passages = take_passages(to);
   if (immobilised && !input.standing) input.displacements.emplace_back(no_displacement(from, to));
@@ -297,6 +291,18 @@ std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
     if (enters_estimate(*waiting)) taken.push_back(std::move(waiting->displacement));
   displacements_.erase(displacements_.begin(), later);
   return taken;
+}
+
+// By accelerations, and by the passages of two antennas in a row where they tell of it.
+void MotionJudge::follow_slip(StateInput& input, TimeNs from) {
+  if (late_wheel_.follow(input)) slip_belief_.restart();
+  compare_with_wheel();
+  if (!late_wheel_.waits())
+    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
+                         drive_noise_.accel_density_of_one_second());
+  input.slips = pair_slip_.revise(slip_belief_.recent(), input.time);
+  if (input.wheel_late) keep_shown(input.slips);
+  newest_slip_ = input.slips.empty() ? IntervalSlip{} : input.slips.back();
 }
 
 // The coherence is learnt from the wheel, so it adds nothing while the wheel can be used.
@@ -340,13 +346,16 @@ std::optional<WheelWaySince> MotionJudge::wheel_since(TimeNs state, const Predic
   const bool tells = begin && end && wheel_delay_s() <= 0 &&
                      immobilised_.at(way.time, wheel_) != Immobilised::kYes &&
                      !slip_.between(state, way.time, heard);
-  const double moved_m = tells ? *end - *begin : way.moved_m.x(), path_m = std::abs(moved_m);
+  // As the window takes it: its slip goes on.
+  const double moved_m = tells ? (*end - *begin) * std::exp(newest_slip_.l) : way.moved_m.x(),
+               path_m = std::abs(moved_m);
   const auto sigma_of = [&c, path_m](double noise) {
     return std::sqrt(noise * noise * path_m + c.noise_floor * c.noise_floor);
   };
   Eigen::Vector3d sigma_m(sigma_of(c.noise), sigma_of(c.lateral_noise), sigma_of(c.vertical_noise));
-  sigma_m.x() =
-      tells ? std::max(sigma_m.x(), drive_noise_.increment_sigma()) : kUnknownDistanceSigma_m;
+  sigma_m.x() = tells ? std::hypot(std::max(sigma_m.x(), drive_noise_.increment_sigma()),
+                                   newest_slip_.sigma * moved_m)
+                      : kUnknownDistanceSigma_m;
   const double speed = path_m / to_seconds(way.time - state);
   sigma_m.y() = std::hypot(sigma_m.y(), side_slip(drive_traits(c), way.turned_rad, speed));
   if (c.form == WheelForm::kDistance) sigma_m.tail<2>().setConstant(kUnknownDistanceSigma_m);

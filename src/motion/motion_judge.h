@@ -145,6 +145,7 @@ class MotionJudge {
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
+  void follow_slip(StateInput& input, TimeNs from);
   std::vector<PlacedDisplacement> take_displacements(TimeNs to);
   std::vector<AntennaPassage> take_passages(TimeNs to);
   struct Waiting {
@@ -185,6 +186,7 @@ class MotionJudge {
   SlipWatch slip_;
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
+  IntervalSlip newest_slip_;              // of the last interval judged
   std::vector<AntennaPassage> passages_;  // not handed out yet
   LateWheel late_wheel_;
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding

@@ -9,11 +9,9 @@ namespace gprodom {
 
 namespace {
 
-constexpr TimeNs kMemory = 8'000'000'000;  // ns; longer than the window
-
-// ns, from a passage's end until the path counts as unmeasured. A passage is known half a patch of
-// ground after its end; slower robots and stops take longer.
-constexpr TimeNs kMeasured = 4'000'000'000;
+// In durations of the last passage: from its end until the path counts as unmeasured. The next one
+// is known 0.6 m of ground later, which is twice to three times the way of a passage.
+constexpr TimeNs kMeasured = 5;
 
 // Standard deviations of l: below it the wheel's own error counts, beyond the wheel says nothing.
 constexpr double kMostSlip = 2.0;
@@ -21,7 +19,7 @@ constexpr double kMostSlip = 2.0;
 }  // namespace
 
 void PairSlip::add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale) {
-  newest_ = std::max(newest_, passage.to);
+  known_until_ = std::max(known_until_, passage.to + kMeasured * (passage.to - passage.from));
   const auto from = wheel.distance(passage.from), to = wheel.distance(passage.to);
   if (!from || !to) return;
   const double moved = (passage.lever_from - passage.lever_to).x();
@@ -66,7 +64,7 @@ PairSlip::Seen PairSlip::with_prior(const Seen& measured) const {
   return {measured.middle, measured.lasted, mean, std::max(0.0, square / sum - mean * mean)};
 }
 
-bool PairSlip::knows(TimeNs time) const { return newest_ > 0 && time < newest_ + kMeasured; }
+bool PairSlip::knows(TimeNs time) const { return time < known_until_; }
 
 // Each passage tells of the antennas' distance; half of that to the next one is taken as seen with
 // it.
@@ -82,7 +80,7 @@ std::optional<double> PairSlip::left(TimeNs time) const {
 // By the nearest passage, with the model of the pose graph's prior: since then another slip has
 // begun, or the wheel grips, or the slip goes on. Nothing where no passage tells of it.
 std::optional<IntervalSlip> PairSlip::at(TimeNs time) const {
-  if (seen_.empty() || time < seen_.front().middle - kMeasured || !knows(time)) return std::nullopt;
+  if (seen_.empty() || !knows(time)) return std::nullopt;
   const auto apart = [&](const Seen& s) { return std::abs(s.middle - time); };
   const Seen& nearest =
       *std::min_element(seen_.begin(), seen_.end(),
@@ -98,10 +96,16 @@ std::vector<IntervalSlip> PairSlip::revise(std::vector<IntervalSlip> slips, Time
   if (!used_) return slips;
   ends_.push_back(to);
   while (ends_.front() < to - kMemory) ends_.pop_front();
-  if (slips.empty())
-    for (const TimeNs end : ends_) slips.push_back({end});
-  for (IntervalSlip& slip : slips) slip = at(slip.to).value_or(slip);
-  return slips;
+  // Those of a robot that is so slow that only passages tell of them.
+  std::vector<IntervalSlip> all;
+  const TimeNs given_since = slips.empty() ? std::numeric_limits<TimeNs>::max() : slips.front().to;
+  for (const TimeNs end : ends_) {
+    const auto slip = at(end);
+    if (end < given_since && (slip || slips.empty()))
+      all.push_back(slip.value_or(IntervalSlip{end}));
+  }
+  for (const IntervalSlip& slip : slips) all.push_back(at(slip.to).value_or(slip));
+  return all;
 }
 
 }  // namespace gprodom

@@ -18,6 +18,9 @@ class PairSlip {
  public:
   explicit PairSlip(const Config& config) : used_(config.gpr.antennas.size() > 1) {}
 
+  // How far back the wheel's distance must be known: of a robot that is slow, or stops on the way.
+  TimeNs memory() const { return used_ ? kMemory : 0; }
+
   // The distance of a passage is compared with the wheel's between its times.
   void add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale);
 
@@ -32,6 +35,7 @@ class PairSlip {
   std::vector<IntervalSlip> revise(std::vector<IntervalSlip> slips, TimeNs to);
 
  private:
+  static constexpr TimeNs kMemory = 40'000'000'000;  // ns; longer than the window
   struct Seen {
     TimeNs middle;
     TimeNs lasted;
@@ -43,7 +47,7 @@ class PairSlip {
   SlipModel model_;
   std::deque<TimeNs> ends_;  // of the last intervals
   std::deque<Seen> seen_;    // of the last seconds, newest last
-  TimeNs newest_ = 0;        // end of the last passage
+  TimeNs known_until_ = 0;   // so far the last one's slip is taken to go on
 };
 
 }  // namespace gprodom

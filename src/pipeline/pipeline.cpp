@@ -330,6 +330,7 @@ void Pipeline::make_states() {
                   prediction_.base().state.gyro_bias);
     health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());
     input.factors = factors_.take(next_state_);
+    input.keep_since = gpr::PairFrontEnd::begin_of_next(config_.gpr, travel_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
   }

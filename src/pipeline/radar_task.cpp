@@ -46,7 +46,7 @@ void drop_unusable(TimeNs tick, RadarAnswer& answer) {
 RadarTask::RadarTask(const GprConfig& config, const gpr::FrontEndFactory& front_end)
     : is_ours_(!front_end) {
   if (config.enabled) front_end_ = front_end ? made(front_end) : gpr::make_front_end(config);
-  if (gpr::PairFrontEnd::configured(config)) pair_.emplace(config);
+  if (const auto row = gpr::antenna_row(config)) pair_.emplace(config, *row);
 }
 
 void RadarTask::add(const GprTrace& trace, bool has_pauses, RadarAnswer& answer) {

@@ -9,10 +9,11 @@ from conftest import CHECKOUT
 
 sys.path.append(str(CHECKOUT / "bench" / "runner"))
 
+from anchoring import BETWEEN, FAULT
 from figures import Figure, Measured, Report, read_reports
 from layout import Figures
 from page import BEGIN, END, page, with_table
-from readers import DAY, FOUND, MAP, REVISIT, START, VISIT
+from readers import DAY, FOUND, MAP, PAIR, PAIR_FAULT, REVISIT, START, VISIT
 from tables import head
 
 METHODS = ("imu_wheel", "gprodom", "gprodom_full")
@@ -74,6 +75,11 @@ def test_all_that_is_measured_fits_on_the_page() -> None:
     names["slip_kinds"] = rows_of(kinds, "ate_rmse_m", "nees_xy")
     names["methods"] = rows_of([f"method{i}/causal/1-0-x" for i in range(8)], "ate_rmse_m")
     names["faults"] = rows_of([f"1/fault{i}" for i in range(87)], "error_ratio")
+    names["pair_distance"] = rows_of([f"{g}/case{i}" for g in "abc" for i in range(11)], *PAIR)
+    names["pair_faults"] = rows_of(["rebar/none/gprodom", "beach/none/gprodom"], *PAIR_FAULT)
+    between = rows_of([f"{n}/{k} m" for n in "abc" for k in (1, 3)] + ["husky/own"], *BETWEEN)
+    receiver = rows_of([f"{n}/fault{i}" for n in "ab" for i in range(9)], *FAULT)
+    names["anchors"] = between + receiver + ["days/1/joined"]
     names["mid_drive"] = rows_of(["1/30 s"], *START)
     cut = [f"{how}, {use}_m" for how in ("missing", "stuck") for use in ("never", "contradicted")]
     names["wheel_fails"] = rows_of("1", *cut)

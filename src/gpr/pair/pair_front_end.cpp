@@ -11,9 +11,6 @@ namespace gprodom::gpr {
 
 namespace {
 
-// m. Antennas closer together see the same ground at the same time: their footprints overlap.
-constexpr double kLeastDistance = 0.1;
-
 constexpr double kSpacing = 0.02;  // m, of the columns that are compared
 constexpr double kPatch = 0.4;     // m of ground in a match, and between two: they are independent
 
@@ -34,13 +31,13 @@ constexpr double kLeastScore = 0.1, kLeastCorrelation = 0.4;
 // Correlation, without the transfer, of ground that repeats itself: half of the power.
 constexpr double kRepeats = 0.7;
 
-// In a row: until places further away are searched; until the transfer is learnt anew, and that is
-// told (16 m).
+// In a row: until places further away are searched, while the transfer is learnt (afterwards, one);
+// until the transfer is learnt anew, and that is told (16 m).
 constexpr int kMissesToSearch = 3, kMissesToLose = 40;
 
 // Where matches are missed, the predicted speed may be wrong by more than a patch can be stretched:
-// a wheel that spins at 2.5 times the speed, or one that is blocked.
-constexpr double kScales[] = {0.75, 0.55, 0.4, 1.35};
+// a wheel that spins at 2.5 times the speed, or one that skids at a third of it.
+constexpr double kScales[] = {0.75, 0.55, 0.4, 1.35, 1.8, 2.4, 3.2};
 
 // Constant speeds that are tried where the path is not believed: neighbours overlap, as each is
 // searched within kReachFollowing; m/s, at most a fast walk.
@@ -57,6 +54,11 @@ constexpr TimeNs kSearchPeriod = 500'000'000;  // ns: a new patch at 0.8 m/s
 
 constexpr TimeNs kWindow = 5'000'000'000;  // ns, of the estimator (smoother.lag)
 
+// ns, for which the window is kept longer where a slow robot's passage begins earlier: 0.05 m/s. It
+// has twice as many states then. Longer passages enter by the wheel's slip alone, which hardly
+// differs (motion/pair_slip.h).
+constexpr TimeNs kLongestWindow = 10'000'000'000;
+
 constexpr double kPathSigma = 0.001;  // m, of the path between two states
 
 // m. Where the trailing antenna passes further beside the place of the leading one, it sees other
@@ -71,23 +73,24 @@ void subtract_mean(ColumnMatrix& rows) {
 
 }  // namespace
 
-bool PairFrontEnd::configured(const GprConfig& config) {
-  if (!config.enabled || config.antennas.size() < 2) return false;
-  const auto by_x = [](const auto& a, const auto& b) { return a.second.x() < b.second.x(); };
-  const auto [rear, front] =
-      std::minmax_element(config.antennas.begin(), config.antennas.end(), by_x);
-  return front->second.x() - rear->second.x() >= kLeastDistance;
+std::optional<TimeNs> PairFrontEnd::begin_of_next(const GprConfig& config, const Travel& travel) {
+  const auto row = antenna_row(config);
+  if (!row || travel.empty()) return std::nullopt;
+  const TimeNs now = travel.points().back().time;
+  const Run run(travel, now);
+  const double behind = (1 + kReachFollowing) * row->distance_m() + 0.5 * kPatch;
+  if (run.length() < kSpacing) return std::nullopt;
+  // Not from the standstill on with which the run may begin.
+  const TimeNs since = run.time_at(run.newest() - std::min(behind, run.length() - 0.5 * kSpacing));
+  return since + kLongestWindow < now ? std::nullopt : std::optional(since);
 }
 
-PairFrontEnd::PairFrontEnd(const GprConfig& config) : band_(config.filter) {
-  const auto by_x = [](const auto& a, const auto& b) { return a.second.x() < b.second.x(); };
-  const auto [rear, front] =
-      std::minmax_element(config.antennas.begin(), config.antennas.end(), by_x);
-  antennas_[0].id = front->first;
-  antennas_[0].lever = front->second;
-  antennas_[1].id = rear->first;
-  antennas_[1].lever = rear->second;
-  distance_m_ = antennas_[0].lever.x() - antennas_[1].lever.x();
+PairFrontEnd::PairFrontEnd(const GprConfig& config, const AntennaRow& row)
+    : band_(config.filter), distance_m_(row.distance_m()) {
+  antennas_[0].id = row.front.id;
+  antennas_[0].lever = row.front.lever;
+  antennas_[1].id = row.rear.id;
+  antennas_[1].lever = row.rear.lever;
 }
 
 void PairFrontEnd::reset() {
@@ -121,8 +124,9 @@ bool PairFrontEnd::transfer_known() const { return transfer_.learnt() >= kMatche
 bool PairFrontEnd::is_believed(const Travel& travel) const {
   constexpr double kLongest_s = to_seconds(kWindow), kSigmas = 2.0;
   const double speed = std::abs(travel.speed_mps());
+  if (!travel.by_wheel() && speed > kFastest) return false;  // accelerations alone have run off
   const double seconds = speed * kLongest_s > distance_m_ ? distance_m_ / speed : kLongest_s;
-  return missed_ < kMissesToSearch &&
+  return missed_ < (transfer_known() ? 1 : kMissesToSearch) &&
          kSigmas * travel.speed_sigma_mps() * seconds < kReachFollowing * distance_m_;
 }
 
@@ -176,14 +180,19 @@ std::vector<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
 
 // Until the order of the antennas is confirmed, and wherever places away from the path are
 // searched, the same ground is also looked for as the antennas would see it in the opposite order:
-// along the path alone, as among many paths some ground is always a little alike.
+// along as many paths, as long as that decides about the order, since among many some ground is
+// always a little alike.
 PairFrontEnd::Match PairFrontEnd::compare_in_order(const Run& run, const Travel& travel,
                                                    TimeNs tick, bool believed) {
   Match match = believed ? compare(run) : search(travel, tick);
   const bool direction_known =
       is_direction_known(travel, kOrderSigmas) && run.direction() * travel.speed_mps() > 0;
   if (!direction_known || (believed && transfer_known() && order_.confirmed())) return match;
-  const Match other = compare(run.mirrored());
+  // Without a wheel the speed runs off while no passage holds it. So what was found along a known
+  // path is not taken back along another.
+  if (order_.swapped() && !believed) return match;
+  const Match other = believed || order_.confirmed() ? compare(run.mirrored())
+                                                     : search(travel, tick, /*swapped=*/true);
   if (!match.compared() || !other.compared()) return match;
   const double here = evidence(match.found.correlation), there = evidence(other.found.correlation);
   if (unjudged_m_ >= kPatch) {
@@ -227,7 +236,7 @@ void PairFrontEnd::refuse_swapped() {
 // Paths other than the predicted one, too: with its distances scaled; without a wheel also at
 // constant speeds up to that at which a trace is too far from the next, and unless the direction is
 // certain in both. All of them compete, so that ground that repeats itself gives no answer.
-PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) const {
+PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick, bool swapped) const {
   std::vector<Run> runs = {Run(travel, tick)};
   for (const double scale : kScales) runs.emplace_back(travel, tick, scale);
   const double needed = (1 + kReachFollowing) * distance_m_ + kPatch + 4 * kSpacing;
@@ -241,7 +250,7 @@ PairFrontEnd::Match PairFrontEnd::search(const Travel& travel, TimeNs tick) cons
   Match best;
   std::vector<Match> matches;
   for (const Run& run : runs) {
-    matches.push_back(compare(run));
+    matches.push_back(compare(swapped ? run.mirrored() : run));
     const Match& match = matches.back();
     if (match.compared()
             ? !best.compared() || match.found.correlation > best.found.correlation

@@ -15,6 +15,7 @@
 #include "base/trace_format.h"
 #include "gpr/filter/trace_quality.h"
 #include "gpr/pair/alongside.h"
+#include "gpr/pair/antenna_row.h"
 #include "gpr/pair/columns.h"
 #include "gpr/pair/match_scatter.h"
 #include "gpr/pair/order_watch.h"
@@ -48,10 +49,11 @@ enum class PairState {
 
 class PairFrontEnd {
  public:
-  // Whether the configuration has two antennas far enough apart along the track.
-  static bool configured(const GprConfig& config);
+  // When the passages begin that are still to come: the leading antenna was there, the trailing one
+  // is not yet. Nothing where that is more than 10 s ago, as after a stop.
+  static std::optional<TimeNs> begin_of_next(const GprConfig& config, const Travel& travel);
 
-  explicit PairFrontEnd(const GprConfig& config);
+  PairFrontEnd(const GprConfig& config, const AntennaRow& row);
 
   // A trace of any antenna, in order of time for each of them. by_distance: traces come by the way,
   // so that a pause is a standstill; else it is a gap, across which nothing is compared.
@@ -92,7 +94,8 @@ class PairFrontEnd {
   };
   Match compare(const Run& run) const;
   bool is_aside(const Run& run, const Match& match, double begin, double end) const;
-  Match search(const Travel& travel, TimeNs tick) const;
+  // swapped: as antennas in the opposite order would see it.
+  Match search(const Travel& travel, TimeNs tick, bool swapped = false) const;
   Match compare_in_order(const Run& run, const Travel& travel, TimeNs tick, bool believed);
   void refuse_swapped();
   std::vector<Passage> confirmed(TimeNs tick, const std::optional<Passage>& newest);

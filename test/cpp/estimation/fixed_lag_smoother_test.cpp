@@ -73,6 +73,29 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
   EXPECT_LT(local(batch.solve({}).back(), smoother.newest()).norm(), 1e-9);
 }
 
+TEST_P(FixedLagSmootherTest, StatesThatAMeasurementIsStillToReferToStay) {
+  NoisyDrive drive;
+  StateVector sigma = StateVector::Constant(0.01);
+  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+                            origin_prior(drive.start(), sigma));
+  const auto extend = [&](int states, std::optional<TimeNs> since) {
+    for (int k = 0; k < states; ++k) {
+      drive.extend(smoother);
+      ASSERT_TRUE(smoother.solve().usable);
+      smoother.marginalise(since);
+    }
+  };
+  extend(30, std::nullopt);
+  const auto oldest = smoother.oldest_id();
+  ASSERT_GT(oldest, 0);
+  const TimeNs since = smoother.state(oldest).time;
+  extend(20, since);
+  EXPECT_EQ(smoother.oldest_id(), oldest);
+  extend(1, smoother.newest().time);
+  EXPECT_NEAR(to_seconds(smoother.newest().time - smoother.state(smoother.oldest_id()).time), 2.0,
+              0.5);
+}
+
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   NoisyDrive drive;
   StateVector sigma;  // the origin's prior: 1 mm, 1 mrad of yaw

@@ -43,6 +43,7 @@ struct Drive {
   double speed_known_from = 0.0;                      // s; before, its sign is not certain
   std::function<double(double)> told_path = nullptr;  // in place of `told`
   std::function<double(double)> heading = [](double) { return 0.0; };  // rad, told
+  std::function<double(double)> sigma_without_wheel = nullptr;         // m/s, of the told speed
 };
 
 struct Found {
@@ -62,7 +63,7 @@ struct Result {
 Result driven(const Drive& drive) {
   const SyntheticGround ground(drive.ground, 25.0);
   SyntheticRadar front(5, drive.noise), rear(6, drive.noise);
-  PairFrontEnd pair(two_antennas());
+  PairFrontEnd pair(two_antennas(), antenna_row(two_antennas()).value());
   Result result;
   Travel travel;
   for (int i = 1; i < static_cast<int>(drive.seconds * 20); ++i) {
@@ -78,7 +79,9 @@ Result driven(const Drive& drive) {
     const double told = drive.told_path ? drive.told_path(t) : drive.told * s;
     const double before = travel.empty() ? told : travel.points().back().s_m;
     travel.append({from_seconds(t), told, drive.heading(t)});
-    travel.set_speed((told - before) / 0.1, t < drive.speed_known_from ? 0.3 : 0.01, true);
+    const double sigma = t < drive.speed_known_from ? 0.3 : 0.01;
+    const auto& alone = drive.sigma_without_wheel;
+    travel.set_speed((told - before) / 0.1, alone ? alone(t) : sigma, !alone);
     for (const Passage& passage : pair.tick(from_seconds(t), travel)) {
       if (++result.given == 1) result.first_given_s = t;
       result.first_s = std::min(result.first_s, to_seconds(passage.to));
@@ -173,6 +176,42 @@ TEST(PairFrontEnd, IsFoundAgainWhenTheToldSpeedJumps) {
   EXPECT_NEAR(mean(result.passages), 0.0, 0.003);
 }
 
+// A wheel that begins to skid, at a third of the speed.
+TEST(PairFrontEnd, IsFoundAgainWhereTheWheelSkids) {
+  Drive drive{[](double t) { return 2.0 + 0.4 * t; }};
+  drive.told_path = [](double t) { return 0.4 * (t - 0.67 * std::max(0.0, t - 20.0)); };
+  const Result result = driven(drive);
+  const auto begins_in_it = [](const Found& found) { return found.from_s > 20.0; };
+  const auto first = std::find_if(result.passages.begin(), result.passages.end(), begins_in_it);
+  ASSERT_NE(first, result.passages.end());
+  EXPECT_LT(first->to_s, 24.5) << "the next match is looked for after 0.4 m of the told path: 3 s";
+  EXPECT_GT(result.last_s, 35.0);
+  EXPECT_NEAR(mean(result.passages), 0.0, 0.003);
+}
+
+// At 5 cm/s the leading antenna passed 12.4 s ago what the trailing one sees now; after a stop of 4
+// s on the way, at 0.4 m/s, some 6 s ago.
+TEST(PairFrontEnd, TellsWhenThePassagesBeginThatAreStillToCome) {
+  const GprConfig config = two_antennas();
+  const auto begin_of = [&](const std::function<double(double)>& place, double now) {
+    Travel travel;
+    for (double t = 0.0; t <= now; t += 0.2) travel.append({from_seconds(t), place(t), 0.0});
+    return PairFrontEnd::begin_of_next(config, travel);
+  };
+  const double behind = 1.4 * kApart + 0.2;
+  const auto steady = begin_of([](double t) { return 0.4 * t; }, 20.0);
+  ASSERT_TRUE(steady);
+  EXPECT_NEAR(to_seconds(*steady), 20.0 - behind / 0.4, 0.1);
+  const auto stopped = [](double t) { return 0.4 * (t - std::clamp(t - 19.0, 0.0, 4.0)); };
+  const auto across = begin_of(stopped, 23.6);
+  ASSERT_TRUE(across);
+  EXPECT_NEAR(to_seconds(*across), 19.6 - behind / 0.4, 0.1);
+  EXPECT_FALSE(begin_of([](double t) { return 0.05 * t; }, 50.0)) << "too long ago";
+  EXPECT_FALSE(begin_of([](double) { return 1.0; }, 20.0)) << "it has not moved";
+  GprConfig one;
+  EXPECT_FALSE(PairFrontEnd::begin_of_next(one, Travel({{0, 0.0, 0.0}})));
+}
+
 // On whichever ground, with a wheel that is right or not, and in either direction.
 TEST(PairFrontEnd, CablesThatAreSwappedAreNoticedAndGiveNoDisplacement) {
   for (const int ground : {1, 2, 3, 4})
@@ -186,6 +225,22 @@ TEST(PairFrontEnd, CablesThatAreSwappedAreNoticedAndGiveNoDisplacement) {
         EXPECT_EQ(result.given, 0) << ground << ' ' << told << ' ' << speed;
         EXPECT_EQ(result.state, PairState::kSwapped) << ground << ' ' << told << ' ' << speed;
       }
+}
+
+// Accelerations alone run off, as on a drive by `radar_imu`: after 20 s the told speed is twice the
+// true one, and 5 sigma from a standstill.
+TEST(PairFrontEnd, CablesThatAreSwappedStaySoWhereTheSpeedRunsOff) {
+  for (const int ground : {1, 2, 3, 4}) {
+    Drive drive{[](double t) { return 2.0 + 0.4 * t; }};
+    drive.ground = ground;
+    drive.swapped = [](double) { return true; };
+    drive.told_path = [](double t) { return 0.4 * t + 0.01 * t * t; };
+    drive.sigma_without_wheel = [](double t) { return 0.008 * t; };
+    drive.seconds = 120.0;
+    const Result result = driven(drive);
+    EXPECT_EQ(result.given, 0) << ground;
+    EXPECT_EQ(result.state, PairState::kSwapped) << ground;
+  }
 }
 
 // Without a known direction the antennas may be swapped. What is found meanwhile is held back, and
@@ -213,10 +268,10 @@ TEST(PairFrontEnd, GoesOnAfterSwappedCablesWereExchanged) {
 
 TEST(PairFrontEnd, NeedsTwoAntennasOneBehindTheOther) {
   GprConfig config;
-  EXPECT_FALSE(PairFrontEnd::configured(config));
+  EXPECT_FALSE(antenna_row(config));
   config.antennas = {{0, {0.1, 0.2, 0}}, {1, {0.1, -0.2, 0}}};
-  EXPECT_FALSE(PairFrontEnd::configured(config)) << "side by side";
-  EXPECT_TRUE(PairFrontEnd::configured(two_antennas()));
+  EXPECT_FALSE(antenna_row(config)) << "side by side";
+  EXPECT_NEAR(antenna_row(two_antennas()).value().distance_m(), kApart, 1e-12);
 }
 
 TEST(Travel, ARevisedPathContinuesTheOneBefore) {

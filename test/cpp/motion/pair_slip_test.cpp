@@ -74,7 +74,7 @@ TEST(PairSlip, AWeakMatchTellsLittle) {
   const WheelHistory wheel = rolling();
   PairSlip slip(two_antennas());
   const auto l_at = [&](double time) {
-    return slip.revise({{from_seconds(time)}}, from_seconds(time)).front();
+    return slip.revise({{from_seconds(time)}}, from_seconds(time)).back();
   };
   slip.add(passage(14, 14.3), wheel, 1.0);
   EXPECT_NEAR(l_at(14.2).l, 0.0, 1e-3);
@@ -84,6 +84,21 @@ TEST(PairSlip, AWeakMatchTellsLittle) {
   EXPECT_LT(l_at(15.2).l, 0.02) << "0.18 by itself";
   slip.add(passage(16, 16.25), wheel, 1.0);
   EXPECT_NEAR(l_at(16.2).l, std::log(0.3 / 0.25), 2e-3);
+}
+
+// A robot of 4 cm/s, or one that stops on the way: others follow the slip of the last second alone.
+TEST(PairSlip, OfALongPassageCountsForAllOfIt) {
+  WheelHistory wheel(5.0);
+  for (int i = 0; i <= 300; ++i) wheel.insert({from_seconds(10 + 0.1 * i), 0.008 * i});
+  PairSlip slip(two_antennas());
+  for (double end = 15.0; end < 30.0; end += 0.5) slip.revise({}, from_seconds(end));
+  slip.add(passage(17, 24.5), wheel, 1.0);
+  const auto after = slip.revise({{from_seconds(30.0), 0.0, 0.01}}, from_seconds(30.0));
+  ASSERT_EQ(after.size(), 31U);
+  for (const IntervalSlip& each : after) EXPECT_NEAR(each.l, std::log(0.5), 1e-3);
+  EXPECT_TRUE(slip.knows(from_seconds(30))) << "the next one is not to be expected yet";
+  EXPECT_GE(slip.memory(), from_seconds(30));
+  EXPECT_EQ(PairSlip(Config()).memory(), 0);
 }
 
 TEST(PairSlip, TellsWhereAPassageHasMeasuredThePath) {

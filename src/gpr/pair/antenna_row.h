@@ -1,0 +1,24 @@
+// Which of the configured antennas are the front and the rear one of a pair in a row.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "gprodom/config.h"
+
+namespace gprodom::gpr {
+
+struct AntennaRow {
+  struct Antenna {
+    int id = 0;
+    Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // m, of its centre in body
+  };
+  Antenna front, rear;
+
+  double distance_m() const { return front.lever.x() - rear.lever.x(); }  // along the track
+};
+
+// Nothing without two antennas far enough apart along the track.
+std::optional<AntennaRow> antenna_row(const GprConfig& config);
+
+}  // namespace gprodom::gpr
