@@ -7,7 +7,7 @@ antennas with faults of their own, 0.3 m apart, the rear one 1 cm aside, ground 
 exact, and the wheel true, so that only the passages are measured. A drive's error is that of the
 sum of all passages' distances over that of the true ways between their times. Columns:
 
-    passages   of a drive; one each 0.4 m at most
+    passages   of a drive; three for the antennas' distance at most
     rms %      error of the distance, over drives; beside it the limit
     bias %     its mean
     match mm   standard deviation of a passage; beside it the limit for 0.4 m of ground

@@ -96,8 +96,8 @@ def of_grounds() -> tuple[Job, ...]:
     """pair_distance.py on each ground."""
     jobs = []
     for ground in ("fdtd", "beach", "field"):
-        words = ("{data}/real_ground", f"--ground={ground}", "-j1")
-        short = ground == "fdtd" and (*words, "--drives=1", "--case=centre")
+        words = ("{data}/real_ground", f"--ground={ground}", "-j1", "--drives=20")
+        short = ground == "fdtd" and (*words[:-1], "--drives=1", "--case=centre")
         jobs.append(Job(ground, words, ("{data}/real_ground",), short))
     return tuple(jobs)
 

@@ -25,8 +25,8 @@ void Pipeline::take_passage(const gpr::Passage& passage, TimeNs effective) {
   d.distance_m = passage.distance_m();
   d.sigma_m = passage.sigma_m;
   d.score = passage.score;
-  motion_.add_passage(
-      {passage.from, passage.to, passage.lever_from, passage.lever_to, passage.sigma_m});
+  motion_.add_passage({passage.from, passage.to, passage.lever_from, passage.lever_to,
+                       passage.sigma_m * std::sqrt(passage.overlap)});
   slip_drift_.measured_since(passage.from, passage.sigma_m / std::abs(d.distance_m));
   health_.add("pair.passages", 1);
   out_.displacements.push_back(stamped(std::move(d)));

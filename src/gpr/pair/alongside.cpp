@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gpr/pair/spectra.h"
+#include "gpr/pair/transfer.h"
 
 namespace gprodom::gpr {
 
@@ -130,6 +131,10 @@ double variance_at(const std::vector<Block>& blocks, Eigen::Index reach, const P
   return information > 0 ? 1 / information : 0.0;
 }
 
+// Least mean squared coherence; that of unrelated columns is one over the number of independent
+// ones in a patch, some 0.12.
+constexpr double kLeastCoherence = 0.3;
+
 }  // namespace
 
 double evidence(double correlation) {
@@ -177,6 +182,36 @@ ColumnMatrix aligned_rows(const ColumnMatrix& memory, Eigen::Index count, Eigen:
     rows.row(i) = (1 - f) * memory.row(j) + f * memory.row(j + 1);
   }
   return rows;
+}
+
+void subtract_mean(ColumnMatrix& rows) {
+  const Eigen::RowVectorXf mean = rows.colwise().mean();
+  rows.rowwise() -= mean;
+}
+
+std::optional<Alongside> find_by_coherence(const ColumnMatrix& query, const ColumnMatrix& memory,
+                                           Eigen::Index reach) {
+  const Eigen::Index count = query.rows();
+  ColumnMatrix q = query;
+  subtract_mean(q);
+  Eigen::VectorXd coherence(2 * reach + 1);
+  for (Eigen::Index o = 0; o <= 2 * reach; ++o) {
+    ColumnMatrix m = memory.middleRows(o, count);
+    subtract_mean(m);
+    coherence[o] = Transfer::coherence(q, m);
+  }
+  Eigen::Index best = 0;
+  const double most = coherence.maxCoeff(&best);
+  double second = 0;
+  constexpr Eigen::Index kNear = 3;  // columns that show the same ground
+  for (Eigen::Index o = 0; o <= 2 * reach; ++o)
+    if (std::abs(o - best) > kNear) second = std::max(second, coherence[o]);
+  if (best == 0 || best == 2 * reach || most < kLeastCoherence) return std::nullopt;
+  Alongside found;
+  found.offset = static_cast<double>(best - reach);
+  found.correlation = std::sqrt(most);
+  found.score = std::log((1 - second) / std::max(1e-6, 1 - most));
+  return found;
 }
 
 }  // namespace gprodom::gpr

@@ -23,8 +23,16 @@ std::optional<Alongside> find_alongside(const ColumnMatrix& query, const ColumnM
                                         Eigen::Index reach, const Eigen::ArrayXf& weights,
                                         double spacing_m);
 
+// The same by the coherence of each frequency along the track, which a factor between the antennas
+// does not change: before the transfer is known. Whole columns, without a stretch or a variance.
+std::optional<Alongside> find_by_coherence(const ColumnMatrix& query, const ColumnMatrix& memory,
+                                           Eigen::Index reach);
+
 // What speaks for a correlation: less of the variance is left.
 double evidence(double correlation);
+
+// The mean over the rows is subtracted from each.
+void subtract_mean(ColumnMatrix& rows);
 
 // The rows of the memory that belong to those of the query.
 ColumnMatrix aligned_rows(const ColumnMatrix& memory, Eigen::Index count, Eigen::Index reach,

@@ -12,17 +12,18 @@ namespace gprodom::gpr {
 namespace {
 
 constexpr double kSpacing = 0.02;  // m, of the columns that are compared
-constexpr double kPatch = 0.4;     // m of ground in a match, and between two: they are independent
+constexpr double kPatch = 0.4;     // m of ground in a match, and between two that are independent
+
+// Matches in one way of the antennas' distance. Their patches overlap; but every part of the path
+// is measured, and the slip is known sooner.
+constexpr double kMatchesPerDistance = 3.0;
 
 // The part of the antennas' distance by which the predicted motion may be wrong: while the wheel's
 // slip is followed, and before.
 constexpr double kReachFollowing = 0.4, kReachLearning = 0.8, kReachMargin_m = 0.02;
 
-// Matches without the transfer from which it is learnt at first, and their least mean squared
-// coherence; that of unrelated columns is one over the number of independent ones in a patch, some
-// 0.12.
+// Matches without the transfer from which it is learnt at first.
 constexpr int kMatchesToLearn = 6;
-constexpr double kLeastCoherence = 0.3;
 
 // The residual variance must be a tenth smaller than at the second place (as for revisits), and the
 // correlation far above that of chance.
@@ -32,8 +33,8 @@ constexpr double kLeastScore = 0.1, kLeastCorrelation = 0.4;
 constexpr double kRepeats = 0.7;
 
 // In a row: until places further away are searched, while the transfer is learnt (afterwards, one);
-// until the transfer is learnt anew, and that is told (16 m).
-constexpr int kMissesToSearch = 3, kMissesToLose = 40;
+// until the transfer is learnt anew, and that is told (16 m with antennas 0.3 m apart).
+constexpr int kMissesToSearch = 3, kMissesToLose = 160;
 
 // Where matches are missed, the predicted speed may be wrong by more than a patch can be stretched:
 // a wheel that spins at 2.5 times the speed, or one that skids at a third of it.
@@ -65,11 +66,6 @@ constexpr double kPathSigma = 0.001;  // m, of the path between two states
 // ground: the correlation of real ground is cos(d / 0.11 m) at the distance d across the track
 // (bench/lateral.py).
 constexpr double kMostAside = 0.1;
-
-void subtract_mean(ColumnMatrix& rows) {
-  const Eigen::RowVectorXf mean = rows.colwise().mean();
-  rows.rowwise() -= mean;
-}
 
 }  // namespace
 
@@ -162,7 +158,7 @@ std::vector<Passage> PairFrontEnd::tick(TimeNs tick, const Travel& travel) {
     if (match.outcome == Outcome::kAside) next_s_ = 0.25 * kPatch;
     return {};
   }
-  next_s_ = kPatch;
+  next_s_ = spacing();
   if (match.outcome == Outcome::kFound)
     return confirmed(tick, accept(match, believed && travel.by_wheel()));
   scatter_.interrupt();
@@ -211,11 +207,10 @@ PairFrontEnd::Match PairFrontEnd::compare_in_order(const Run& run, const Travel&
 std::vector<Passage> PairFrontEnd::confirmed(TimeNs tick, const std::optional<Passage>& newest) {
   const auto is_old = [tick](const Passage& p) { return p.from + kWindow < tick; };
   held_.erase(std::remove_if(held_.begin(), held_.end(), is_old), held_.end());
-  // Without a known speed the way between two matches may be too short: they are independent only
-  // where the robot has driven on by a patch.
+  // Without a known speed the way between two matches may be too short.
   const auto is_next = [this](const Passage& p) {
-    const TimeNs patch = from_seconds(kPatch / distance_m_ * to_seconds(p.to - p.from));
-    return held_.empty() || p.to - held_.back().to > patch / 2;
+    const TimeNs apart = from_seconds(to_seconds(p.to - p.from) / kMatchesPerDistance);
+    return held_.empty() || p.to - held_.back().to > apart / 2;
   };
   if (newest && is_next(*newest)) held_.push_back(*newest);
   if (order_.confirmed()) return std::exchange(held_, {});
@@ -293,7 +288,7 @@ PairFrontEnd::Match PairFrontEnd::compare(const Run& run) const {
       !leading.columns.sample(run, memory_begin, kSpacing, count + 2 * reach, memory))
     return match;
   const auto found = transfer_known() ? find(match.query, memory, reach, match.forwards)
-                                      : find_without_transfer(match.query, memory, reach);
+                                      : find_by_coherence(match.query, memory, reach);
   const bool alike = found && (!transfer_known() || found->correlation >= kLeastCorrelation);
   match.outcome = !alike                       ? Outcome::kUnlike
                   : found->score < kLeastScore ? Outcome::kAmbiguous
@@ -310,8 +305,9 @@ PairFrontEnd::Match PairFrontEnd::compare(const Run& run) const {
   return match;
 }
 
-// Between two bends, or where the robot turns on the spot. Judged at the patch's ends, too, since
-// its other end is what a robot that has turned round sees in the middle.
+// Between two bends, or where the robot turns on the spot. Judged all over the patch: its other end
+// is what a robot that has turned round sees in the middle, and after a quarter of a turn its
+// middle is where both antennas cross.
 bool PairFrontEnd::is_aside(const Run& run, const Match& match, double begin, double end) const {
   const bool forwards = match.forwards != run.is_mirrored();
   const Eigen::Vector3d &leading = antennas_[forwards ? 0 : 1].lever,
@@ -320,8 +316,12 @@ bool PairFrontEnd::is_aside(const Run& run, const Match& match, double begin, do
     const TimeNs from = run.time_at(s - match.predicted_m), to = run.time_at(s);
     return run.apart(from, leading, to, trailing, match.scale) > kMostAside;
   };
-  return is_far(begin) || is_far(0.5 * (begin + end)) || is_far(end);
+  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
+    if (is_far(begin + share * (end - begin))) return true;
+  return false;
 }
+
+double PairFrontEnd::spacing() const { return distance_m_ / kMatchesPerDistance; }
 
 std::optional<Passage> PairFrontEnd::accept(const Match& match, bool by_wheel) {
   const bool known = transfer_known();
@@ -346,6 +346,7 @@ std::optional<Passage> PairFrontEnd::accept(const Match& match, bool by_wheel) {
     sigma_m = std::sqrt(scatter_.excess() * variance_m2);
   }
   passage.sigma_m = std::hypot(sigma_m * match.scale, kPathSigma);
+  if (known) passage.overlap = std::max(1.0, kPatch / spacing());
   return passage;
 }
 
@@ -362,34 +363,6 @@ void PairFrontEnd::learn(const ColumnMatrix& query, const ColumnMatrix& memory, 
   subtract_mean(q);
   subtract_mean(m);
   transfer_.learn(forwards ? q : m, forwards ? m : q);
-}
-
-// By the coherence of each frequency along the track, which a factor between the antennas does not
-// change. Whole columns, without a stretch.
-std::optional<Alongside> PairFrontEnd::find_without_transfer(const ColumnMatrix& query,
-                                                             const ColumnMatrix& memory,
-                                                             Eigen::Index reach) const {
-  const Eigen::Index count = query.rows();
-  ColumnMatrix q = query;
-  subtract_mean(q);
-  Eigen::VectorXd coherence(2 * reach + 1);
-  for (Eigen::Index o = 0; o <= 2 * reach; ++o) {
-    ColumnMatrix m = memory.middleRows(o, count);
-    subtract_mean(m);
-    coherence[o] = Transfer::coherence(q, m);
-  }
-  Eigen::Index best = 0;
-  const double most = coherence.maxCoeff(&best);
-  double second = 0;
-  constexpr Eigen::Index kNear = 3;  // columns that show the same ground
-  for (Eigen::Index o = 0; o <= 2 * reach; ++o)
-    if (std::abs(o - best) > kNear) second = std::max(second, coherence[o]);
-  if (best == 0 || best == 2 * reach || most < kLeastCoherence) return std::nullopt;
-  Alongside found;
-  found.offset = static_cast<double>(best - reach);
-  found.correlation = std::sqrt(most);
-  found.score = std::log((1 - second) / std::max(1e-6, 1 - most));
-  return found;
 }
 
 }  // namespace gprodom::gpr

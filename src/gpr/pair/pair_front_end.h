@@ -34,6 +34,9 @@ struct Passage {
   Eigen::Vector3d lever_to = Eigen::Vector3d::Zero();
   double sigma_m = 0.0;  // along the track, without that of the antennas' distance
   double score = 0.0;    // of the match: evidence over the second-best place
+  // In how many passages each part of the ground is: if they count as independent, the variance of
+  // each is so many times as large.
+  double overlap = 1.0;
   // Displacement along the track that the antennas' distance says, signed, m.
   double distance_m() const { return (lever_from - lever_to).x(); }
 };
@@ -101,14 +104,12 @@ class PairFrontEnd {
   std::vector<Passage> confirmed(TimeNs tick, const std::optional<Passage>& newest);
   static bool same_place(const Match& a, const Match& b);
   std::optional<Passage> accept(const Match& match, bool by_wheel);
+  double spacing() const;  // m, from match to match
   bool transfer_known() const;
   bool is_believed(const Travel& travel) const;
   std::optional<Alongside> find(ColumnMatrix query, ColumnMatrix memory, Eigen::Index reach,
                                 bool forwards) const;
   void learn(const ColumnMatrix& query, const ColumnMatrix& memory, bool forwards);
-  std::optional<Alongside> find_without_transfer(const ColumnMatrix& query,
-                                                 const ColumnMatrix& memory,
-                                                 Eigen::Index reach) const;
 
   GprFilterConfig band_;
   std::array<Antenna, 2> antennas_;  // front, rear

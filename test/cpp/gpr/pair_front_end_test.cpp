@@ -154,7 +154,7 @@ TEST(PairFrontEnd, NothingIsComparedAcrossATurnOnTheSpot) {
   drive.heading = [](double t) { return 1.6 * std::clamp((t - 21.0) / 2.0, 0.0, 1.0); };
   const Result turned = driven(drive);
   EXPECT_EQ(std::count_if(turned.passages.begin(), turned.passages.end(), over_the_stop), 0);
-  EXPECT_GT(turned.passages.size(), straight.passages.size() - 4);
+  EXPECT_GT(turned.passages.size(), straight.passages.size() - 16);
   EXPECT_GT(turned.last_s, 35.0);
 }
 
