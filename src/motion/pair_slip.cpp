@@ -10,7 +10,8 @@ namespace gprodom {
 namespace {
 
 // In durations of the last passage: from its end until the path counts as unmeasured. The next one
-// is known 0.6 m of ground later, which is twice to three times the way of a passage.
+// is known half a patch and a third of the antennas' distance later, about one duration; a few may
+// be missed.
 constexpr TimeNs kMeasured = 5;
 
 // Standard deviations of l: below it the wheel's own error counts, beyond the wheel says nothing.
