@@ -12,7 +12,7 @@ namespace {
 // In durations of the last passage: from its end until the path counts as unmeasured. The next one
 // is known half a patch and a third of the antennas' distance later, about one duration; a few may
 // be missed.
-constexpr TimeNs kMeasured = 5;
+constexpr TimeNs kDurationsKnown = 5;
 
 // Standard deviations of l: below it the wheel's own error counts, beyond the wheel says nothing.
 constexpr double kMostSlip = 2.0;
@@ -20,7 +20,7 @@ constexpr double kMostSlip = 2.0;
 }  // namespace
 
 void PairSlip::add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale) {
-  known_until_ = std::max(known_until_, passage.to + kMeasured * (passage.to - passage.from));
+  known_until_ = std::max(known_until_, passage.to + kDurationsKnown * (passage.to - passage.from));
   const auto from = wheel.distance(passage.from), to = wheel.distance(passage.to);
   if (!from || !to) return;
   const double moved = (passage.lever_from - passage.lever_to).x();
