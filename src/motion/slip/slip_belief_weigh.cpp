@@ -15,6 +15,7 @@ namespace row_of = slip::row;
 namespace {
 
 constexpr double kStands_mps = 2e-3;
+constexpr double kLeastAxes = 1e-6;  // determinant; its logarithm is finite
 
 }  // namespace
 
@@ -49,6 +50,9 @@ void SlipBelief::weigh(Hypothesis& h) const {
   const Measured left = sideways(h);
   const double density = std::max(b.noise.accel_density, b.noise.sideways_density);
   h.log_weight += h.update(left.H, left.residual, density * density * b.dt, kOutlier);
+  // The residuals are in metres and m/s on the ground, the measurement is M^-1 times that, so its
+  // density has the factor |M|. Without it, axes that have shrunk explain everything.
+  h.log_weight += std::log(std::max(std::abs(h.axes().determinant()), kLeastAxes));
 }
 
 void SlipBelief::weigh_standing(Hypothesis& h) const {
