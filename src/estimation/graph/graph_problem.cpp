@@ -18,8 +18,8 @@ constexpr double kHeld = 1e18;  // weight of what is held
 constexpr double kSlipBegins = 2.0;
 constexpr double kLeastSeconds = 1e-3;  // s
 // A step that reduces the cost by less than this is the last one. No unknown, and no function of
-// them, is then moved by more than 1.4 % of its standard deviation.
-constexpr double kLeastGain = 1e-4;
+// them, is then moved by more than 5 % of its standard deviation.
+constexpr double kLeastGain = 1e-3;
 constexpr double kFirstDamping = 1e-4, kMoreDamping = 10.0;
 
 using One = Eigen::Matrix<double, 1, 1>;
