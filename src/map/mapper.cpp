@@ -21,9 +21,9 @@ constexpr double kSupposeEvery = 1.0;     // m between two choices of a change n
 constexpr double kSolveEvery = 1.0;       // s of data time, and
 constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
 // Where the track has crossed itself again and again, a solution costs far more than by its nodes:
-// it may take this much work (NormalMatrix::work()) for each second of data until the next one: two
-// hundredths of a core that does 1e9 multiplications a second.
-constexpr double kSolveWork = 2e7;
+// it may take this much work (NormalMatrix::work()) for each second of data until the next one: a
+// twentieth of a core that does 1e9 multiplications a second.
+constexpr double kSolveWork = 5e7;
 constexpr double kSolveAnyway = 10.0;  // s of data time; solves without a new revisit, since the
                                        // scale is learnt meanwhile
 

@@ -258,6 +258,15 @@ std::optional<std::vector<bool>> PoseGraph::still_trusted(
   return leaves_out ? std::optional(std::move(agrees)) : std::nullopt;
 }
 
+// Steps before the newest revisit that the last solution trusted. Their slips lie between places
+// that are known, and would take as many iterations as there are of them to be found again.
+std::size_t PoseGraph::settled_steps() const {
+  std::size_t settled = 0;
+  for (std::size_t i = 0; i < trusted_.size(); ++i)
+    if (trusted_[i]) settled = std::max(settled, revisits_[i].query);
+  return settled;
+}
+
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   GraphProblem problem(steps_, revisits_, fixes_, {{scale, scale_sigma}, first_prior_}, options_);
   const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale), lasting_};
@@ -269,6 +278,7 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   bool tries_all = !begin_with;
   std::vector<bool> trusted = begin_with.value_or(std::vector<bool>(revisits_.size(), true));
   double width = tries_all ? widest(at_start) : 1.0;
+  const std::size_t settled = settled_steps();
   // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
   // redescending kernel; right ones among them are restored afterwards. In the final solution most
   // have their full weight.
@@ -276,8 +286,8 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   for (Stage stage = Stage::kDrop;;) {
     const auto kernel =
         stage == Stage::kFinal ? RevisitKernel::kFullWeight : RevisitKernel::kRedescending;
-    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width}, at);
-    problem.solve({trusted, kernel, 1.0}, at);
+    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width, settled}, at);
+    problem.solve({trusted, kernel, 1.0, settled}, at);
     if (stage == Stage::kFinal) break;
     const std::vector<double> deviation = deviations(at.nodes, at.slips);
     double worst = 0;

@@ -161,6 +161,7 @@ class PoseGraph {
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes,
                                  const std::vector<double>& slips) const;
   double widest(const std::vector<double>& deviations) const;
+  std::size_t settled_steps() const;
   std::optional<std::vector<bool>> still_trusted(const std::vector<double>& deviations) const;
 };
 
