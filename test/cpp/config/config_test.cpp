@@ -279,6 +279,7 @@ TEST(Config, AFileOfTheVersionBeforeIsReadAsTheDefaults) {
   Config defaults;
   defaults.wheel.max_speed = 5.0;  // the defaults of that version
   defaults.wheel.robust_threshold = 1.5;
+  defaults.smoother.solver = SolverKind::kCeres;
   EXPECT_TRUE(differences(defaults, config).empty());
   ASSERT_EQ(notices.size(), 2u);
   for (const RemovedKey& key : removed_keys())
