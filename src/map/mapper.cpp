@@ -76,6 +76,8 @@ MapAnswer Mapper::run(const MapInput& input) {
       path_.newest().time >= (more ? next_solve_ : solve_anyway_) && (more || moved)) {
     solve(input.scale, input.scale_sigma, answer);
     merge();
+  } else if (more && path_.newest().time >= next_newest_) {
+    solve_newest(answer);
   }
   const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
   const int refused = static_cast<int>(trusted_.size()) - trusted;
@@ -345,15 +347,41 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
     trusted_ = solution.trusted;
     solve_work_ += solution.work;
     every = std::max(every, solution.work / kSolveWork);
-    for (std::size_t i = 0; i < trusted_.size(); ++i) {
-      const double at_m = path_.travelled_at(graph_->revisits()[i].query);
-      if (trusted_[i]) tied_at_m_ = std::max(tied_at_m_.value_or(at_m), at_m);
-    }
+    solved_to_m_ = path_.travelled_at(path_.nodes() - 1);
+    solved_to_known_ = newest_node_.covariance.topLeftCorner<3, 3>();
+    for (std::size_t i = 0; i < trusted_.size(); ++i)
+      if (trusted_[i]) note_tie(i);
   } catch (const std::runtime_error& error) {
     answer.notes.emplace_back(error.what());
   }
+  next_newest_ = path_.newest().time + from_seconds(kSolveEvery);
   next_solve_ = path_.newest().time + from_seconds(every);
   solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
+}
+
+// Where a solution takes long, so that the next one is far off: revisits since then correct the
+// newest nodes meanwhile. What is known of them is not taken to be more, as the older nodes have
+// errors, too.
+void Mapper::solve_newest(MapAnswer& answer) {
+  next_newest_ = path_.newest().time + from_seconds(kSolveEvery);
+  if (trusted_.empty()) return;  // no solution yet
+  std::size_t from = path_.nodes() - 1;
+  while (from > 0 && path_.travelled_at(from) > solved_to_m_) --from;
+  try {
+    const auto solution = graph_->solve_newest(from, solved_to_known_);
+    if (!solution) return;
+    newest_node_.pose = solution->newest;
+    newest_node_.slip = solution->slip;
+    solve_work_ += solution->work;
+    for (std::size_t revisit : solution->trusted) note_tie(revisit);
+  } catch (const std::runtime_error& error) {
+    answer.notes.emplace_back(error.what());
+  }
+}
+
+void Mapper::note_tie(std::size_t revisit) {
+  const double at_m = path_.travelled_at(graph_->revisits()[revisit].query);
+  tied_at_m_ = std::max(tied_at_m_.value_or(at_m), at_m);
 }
 
 }  // namespace gprodom

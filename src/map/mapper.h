@@ -220,6 +220,8 @@ class Mapper {
   void move_ground(int map, const PlanarPose& by);
   void move_newest(const PlanarPose& by);
   void solve(double scale, double scale_sigma, MapAnswer& answer);
+  void solve_newest(MapAnswer& answer);
+  void note_tie(std::size_t revisit);
   void merge();
   Revisit told(std::size_t revisit) const;
   std::optional<std::size_t> column_at(std::size_t node) const;
@@ -232,7 +234,9 @@ class Mapper {
   MapPath path_;
   std::optional<PoseGraph> graph_;
   PlanarEstimate newest_node_;
-  TimeNs next_solve_ = 0, solve_anyway_ = 0;
+  TimeNs next_solve_ = 0, solve_anyway_ = 0, next_newest_ = 0;
+  double solved_to_m_ = 0.0;  // travelled at the newest node of the last solution
+  Eigen::Matrix3d solved_to_known_ = Eigen::Matrix3d::Zero();  // its covariance
   double solve_work_ = 0.0;
   double fresh_at_m_ =
       0.0;  // travelled; from here on the graph has a new node since the last solution

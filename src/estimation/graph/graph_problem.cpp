@@ -74,12 +74,11 @@ void GraphProblem::add_slip_prior(std::size_t i, const std::vector<double>& slip
   equations_.add<1, 2>({slip(i - 1), slip(i)}, RowOfTwo(-kept, 1.0), change, weight_of_change);
 }
 
-double GraphProblem::add_slip_priors(SlipPrior prior, const Terms& all,
+double GraphProblem::add_slip_priors(SlipPrior prior, double width,
                                      const std::vector<double>& slips) {
   double cost = 0.0;
   for (std::size_t i = 0; i < slips.size(); ++i) {
     const SlipTerms& terms = slip_terms_[i];
-    const double width = i < all.settled ? 1.0 : all.width;
     if (!terms.possible) {
       equations_.hold(slip(i), kHeld);
     } else if (prior == SlipPrior::kGaussian) {
@@ -183,7 +182,7 @@ double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknow
                          residual.value, 1.0);
     cost += residual.value.squaredNorm();
   }
-  cost += add_slip_priors(prior, terms, at.slips);
+  cost += add_slip_priors(prior, terms.width, at.slips);
   bool tied = false;
   for (std::size_t i = 0; i < revisits_.size(); ++i) {
     cost += add_revisit(revisits_[i], terms.trusted[i], terms, at);
@@ -250,7 +249,7 @@ void GraphProblem::solve(const Terms& terms, Unknowns& at) {
 }
 
 Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const Unknowns& at) {
-  linearise({trusted, RevisitKernel::kFullWeight, 1.0, 0}, SlipPrior::kGaussian, at);
+  linearise({trusted, RevisitKernel::kFullWeight, 1.0}, SlipPrior::kGaussian, at);
   if (!equations_.factorise()) {
     throw std::runtime_error("pose graph: the normal equations are singular");
   }

@@ -32,13 +32,11 @@ class GraphProblem {
     ScalePrior scale;
     std::optional<FirstPrior> first;
   };
-  // Which revisits count, with which kernel, and a factor on the width of all redescending kernels
-  // but for the slips of the first `settled` steps.
+  // Which revisits count, with which kernel, and a factor on the width of all redescending kernels.
   struct Terms {
     const std::vector<bool>& trusted;
     RevisitKernel kernel;
     double width;
-    std::size_t settled;
   };
 
   // The problem refers to steps, revisits and fixes.
@@ -78,7 +76,7 @@ class GraphProblem {
 
   // Half the sum of the squares, and its normal equations.
   double linearise(const Terms& terms, SlipPrior prior, const Unknowns& at);
-  double add_slip_priors(SlipPrior prior, const Terms& all, const std::vector<double>& slips);
+  double add_slip_priors(SlipPrior prior, double width, const std::vector<double>& slips);
   void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
                       double kept, double weight_of_change);
   double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);

@@ -258,15 +258,6 @@ std::optional<std::vector<bool>> PoseGraph::still_trusted(
   return leaves_out ? std::optional(std::move(agrees)) : std::nullopt;
 }
 
-// Steps before the newest revisit that the last solution trusted. Their slips lie between places
-// that are known, and would take as many iterations as there are of them to be found again.
-std::size_t PoseGraph::settled_steps() const {
-  std::size_t settled = 0;
-  for (std::size_t i = 0; i < trusted_.size(); ++i)
-    if (trusted_[i]) settled = std::max(settled, revisits_[i].query);
-  return settled;
-}
-
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   GraphProblem problem(steps_, revisits_, fixes_, {{scale, scale_sigma}, first_prior_}, options_);
   const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale), lasting_};
@@ -278,7 +269,6 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   bool tries_all = !begin_with;
   std::vector<bool> trusted = begin_with.value_or(std::vector<bool>(revisits_.size(), true));
   double width = tries_all ? widest(at_start) : 1.0;
-  const std::size_t settled = settled_steps();
   // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
   // redescending kernel; right ones among them are restored afterwards. In the final solution most
   // have their full weight.
@@ -286,8 +276,8 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   for (Stage stage = Stage::kDrop;;) {
     const auto kernel =
         stage == Stage::kFinal ? RevisitKernel::kFullWeight : RevisitKernel::kRedescending;
-    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width, settled}, at);
-    problem.solve({trusted, kernel, 1.0, settled}, at);
+    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width}, at);
+    problem.solve({trusted, kernel, 1.0}, at);
     if (stage == Stage::kFinal) break;
     const std::vector<double> deviation = deviations(at.nodes, at.slips);
     double worst = 0;
@@ -331,6 +321,40 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   lasting_ = std::move(at.lasting);
   solution.nodes = std::move(at.nodes);
   return solution;
+}
+
+std::optional<PoseGraph::NewestSolution> PoseGraph::solve_newest(std::size_t from,
+                                                                 const Matrix3d& known) {
+  PoseGraph part(nodes_[from], options_);
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < revisits_.size(); ++i) {
+    RevisitEdge edge = revisits_[i];
+    if (edge.query <= from || !fixes_.empty()) continue;
+    edge.query -= from;
+    if (edge.memory != kInMap && edge.memory > from) {
+      edge.memory -= from;
+    } else {
+      edge.memory_at = place_at(nodes_, slips_, edge.memory, edge.memory_at, edge.memory_way);
+      edge.memory_way = {};
+      edge.memory = kInMap;
+    }
+    part.revisits_.push_back(edge);
+    numbers.push_back(i);
+  }
+  if (numbers.empty()) return std::nullopt;
+  part.set_first_prior(known);
+  const auto since = static_cast<std::ptrdiff_t>(from);
+  part.nodes_.assign(nodes_.begin() + since, nodes_.end());
+  part.steps_.assign(steps_.begin() + since, steps_.end());
+  part.slips_.assign(slips_.begin() + since, slips_.end());
+  part.scale_ = scale_;
+  const PoseGraphSolution solution = part.solve(scale_.value_or(1.0), 0.0);
+  std::copy(solution.nodes.begin() + 1, solution.nodes.end(), nodes_.begin() + since + 1);
+  std::copy(part.slips_.begin(), part.slips_.end(), slips_.begin() + since);
+  NewestSolution newest{solution.newest.pose, solution.newest.slip, {}, solution.work};
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (solution.trusted[i]) newest.trusted.push_back(numbers[i]);
+  return newest;
 }
 
 }  // namespace gprodom

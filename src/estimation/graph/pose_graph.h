@@ -131,6 +131,17 @@ class PoseGraph {
   // is found.
   PoseGraphSolution solve(double scale, double scale_sigma);
 
+  // Between two solutions: the nodes after `from` alone, where the others and the scale stay as
+  // they are. known: covariance of (x, y, yaw) of `from`, map axes. Nothing without a revisit of
+  // these nodes, or with fixes. Throws std::runtime_error if no solution is found.
+  struct NewestSolution {
+    PlanarPose newest;
+    double slip = 0.0;                 // of the last step
+    std::vector<std::size_t> trusted;  // numbers of revisits
+    double work = 0.0;
+  };
+  std::optional<NewestSolution> solve_newest(std::size_t from, const Eigen::Matrix3d& known);
+
   // In map, of the last solution; later nodes are dead reckoned from it.
   const std::vector<PlanarPose>& nodes() const { return nodes_; }
   const std::vector<RevisitEdge>& revisits() const { return revisits_; }
@@ -161,7 +172,6 @@ class PoseGraph {
   std::vector<double> deviations(const std::vector<PlanarPose>& nodes,
                                  const std::vector<double>& slips) const;
   double widest(const std::vector<double>& deviations) const;
-  std::size_t settled_steps() const;
   std::optional<std::vector<bool>> still_trusted(const std::vector<double>& deviations) const;
 };
 

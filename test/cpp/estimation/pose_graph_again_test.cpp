@@ -99,5 +99,39 @@ TEST(PoseGraphAgain, WhatWasLeftOutStaysSoWhenNodesGo) {
   EXPECT_LE(solution.iterations, 10);
 }
 
+// Half a round since the last solution, whose error is that of dead reckoning. The newest nodes
+// alone come to lie as all of them would, at a small part of the work.
+TEST(PoseGraphAgain, TheNewestNodesAreCorrectedBetweenSolutions) {
+  Rounds rounds(10 * kRound), whole(10 * kRound);
+  const auto before = rounds.solve();
+  whole.solve();
+  const std::size_t from = rounds.graph.nodes().size() - 1;
+  rounds.drive(kRound / 2);
+  whole.drive(kRound / 2);
+  const PlanarPose reckoned = rounds.graph.nodes().back();
+  const auto newest =
+      rounds.graph.solve_newest(from, before.newest.covariance.topLeftCorner<3, 3>());
+  const auto all = whole.solve();
+  ASSERT_TRUE(newest);
+  const double off_m = (reckoned.p - all.newest.pose.p).norm();
+  EXPECT_GT(off_m, 0.03);
+  EXPECT_LT((newest->newest.p - all.newest.pose.p).norm(), 0.3 * off_m);
+  EXPECT_LT(newest->work, 0.1 * all.work);
+  EXPECT_EQ(newest->trusted.size(), 10U);
+  EXPECT_EQ(newest->trusted.back(), rounds.graph.revisits().size() - 1);
+  EXPECT_EQ(rounds.graph.nodes()[from].p, before.nodes[from].p);
+  EXPECT_EQ(rounds.graph.nodes().back().p, newest->newest.p);
+}
+
+TEST(PoseGraphAgain, NodesWithoutARevisitStayWhereTheyAre) {
+  Rounds rounds(2 * kRound);
+  const auto before = rounds.solve();
+  const std::size_t from = rounds.graph.nodes().size() - 1;
+  rounds.drive(2);
+  const PlanarPose reckoned = rounds.graph.nodes().back();
+  EXPECT_FALSE(rounds.graph.solve_newest(from, before.newest.covariance.topLeftCorner<3, 3>()));
+  EXPECT_EQ(rounds.graph.nodes().back().p, reckoned.p);
+}
+
 }  // namespace
 }  // namespace gprodom
