@@ -51,8 +51,9 @@ void SlipBelief::weigh(Hypothesis& h) const {
   const double density = std::max(b.noise.accel_density, b.noise.sideways_density);
   h.log_weight += h.update(left.H, left.residual, density * density * b.dt, kOutlier);
   // The residuals are in metres and m/s on the ground, the measurement is M^-1 times that, so its
-  // density has the factor |M|. Without it, axes that have shrunk explain everything.
-  h.log_weight += std::log(std::max(std::abs(h.axes().determinant()), kLeastAxes));
+  // density has the factor |M|. Without it, axes that have shrunk explain everything. Of axes that
+  // have grown, the noise has grown as much, which takes the factor back.
+  h.log_weight += std::log(std::clamp(std::abs(h.axes().determinant()), kLeastAxes, 1.0));
 }
 
 void SlipBelief::weigh_standing(Hypothesis& h) const {
