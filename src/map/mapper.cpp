@@ -374,7 +374,7 @@ void Mapper::solve_newest(MapAnswer& answer) {
     newest_node_.slip = solution->slip;
     solve_work_ += solution->work;
     for (std::size_t revisit : solution->trusted) note_tie(revisit);
-  } catch (const std::runtime_error& error) {
+  } catch (const std::exception& error) {
     answer.notes.emplace_back(error.what());
   }
 }
