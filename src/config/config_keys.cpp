@@ -98,7 +98,7 @@ void add_smoother(Keys& keys, SmootherConfig& c) {
   keys.insert(keys.end(), {
     {"smoother.state_rate", &c.state_rate, "Hz", between(0.5, 50), "states per second"},
     {"smoother.lag", &c.lag, "s", between(0.2, 1000), "length of the sliding window"},
-    {"smoother.solver", &c.solver, "", kAny, "solver of the window: our own, or Ceres, which takes the same steps at several times the cost"},
+    {"smoother.solver", &c.solver, "", kAny, "solver of the window: chain is our own; ceres takes the same steps at several times the cost"},
     {"smoother.latency", &c.latency, "s", between(0, 1), "data time from a state until its solution takes effect"},
   });
 }

@@ -348,7 +348,7 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
     solve_work_ += solution.work;
     every = std::max(every, solution.work / kSolveWork);
     solved_to_m_ = path_.travelled_at(path_.nodes() - 1);
-    solved_to_known_ = newest_node_.covariance.topLeftCorner<3, 3>();
+    solved_to_covariance_ = newest_node_.covariance.topLeftCorner<3, 3>();
     for (std::size_t i = 0; i < trusted_.size(); ++i)
       if (trusted_[i]) note_tie(i);
   } catch (const std::runtime_error& error) {
@@ -359,16 +359,16 @@ void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
   solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
 }
 
-// Where a solution takes long, so that the next one is far off: revisits since then correct the
-// newest nodes meanwhile. What is known of them is not taken to be more, as the older nodes have
-// errors, too.
+// Of a large graph, solutions come seconds apart. Meanwhile revisits correct the nodes since the
+// last one. The covariance stays that of dead reckoning, since the older nodes, which are held,
+// have errors too.
 void Mapper::solve_newest(MapAnswer& answer) {
   next_newest_ = path_.newest().time + from_seconds(kSolveEvery);
   if (trusted_.empty()) return;  // no solution yet
   std::size_t from = path_.nodes() - 1;
   while (from > 0 && path_.travelled_at(from) > solved_to_m_) --from;
   try {
-    const auto solution = graph_->solve_newest(from, solved_to_known_);
+    const auto solution = graph_->solve_newest(from, solved_to_covariance_);
     if (!solution) return;
     newest_node_.pose = solution->newest;
     newest_node_.slip = solution->slip;

@@ -236,7 +236,7 @@ class Mapper {
   PlanarEstimate newest_node_;
   TimeNs next_solve_ = 0, solve_anyway_ = 0, next_newest_ = 0;
   double solved_to_m_ = 0.0;  // travelled at the newest node of the last solution
-  Eigen::Matrix3d solved_to_known_ = Eigen::Matrix3d::Zero();  // its covariance
+  Eigen::Matrix3d solved_to_covariance_ = Eigen::Matrix3d::Zero();  // of its pose
   double solve_work_ = 0.0;
   double fresh_at_m_ =
       0.0;  // travelled; from here on the graph has a new node since the last solution

@@ -325,11 +325,12 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
 
 std::optional<PoseGraph::NewestSolution> PoseGraph::solve_newest(std::size_t from,
                                                                  const Matrix3d& known) {
+  if (!fixes_.empty()) return std::nullopt;
   PoseGraph part(nodes_[from], options_);
-  std::vector<std::size_t> numbers;
+  std::vector<std::size_t> numbers;  // of its revisits
   for (std::size_t i = 0; i < revisits_.size(); ++i) {
     RevisitEdge edge = revisits_[i];
-    if (edge.query <= from || !fixes_.empty()) continue;
+    if (edge.query <= from) continue;
     edge.query -= from;
     if (edge.memory != kInMap && edge.memory > from) {
       edge.memory -= from;

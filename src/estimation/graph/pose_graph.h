@@ -133,7 +133,8 @@ class PoseGraph {
 
   // Between two solutions: the nodes after `from` alone, where the others and the scale stay as
   // they are. known: covariance of (x, y, yaw) of `from`, map axes. Nothing without a revisit of
-  // these nodes, or with fixes. Throws std::runtime_error if no solution is found.
+  // these nodes, or with fixes. Throws std::runtime_error if no solution is found, and
+  // std::invalid_argument if `known` is not positive definite.
   struct NewestSolution {
     PlanarPose newest;
     double slip = 0.0;                 // of the last step

@@ -2,6 +2,7 @@
 // standstill.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "motion/slip/slip_belief.h"
 
@@ -15,7 +16,6 @@ namespace row_of = slip::row;
 namespace {
 
 constexpr double kStands_mps = 2e-3;
-constexpr double kLeastAxes = 1e-6;  // determinant; its logarithm is finite
 
 }  // namespace
 
@@ -53,7 +53,8 @@ void SlipBelief::weigh(Hypothesis& h) const {
   // The residuals are in metres and m/s on the ground, the measurement is M^-1 times that, so its
   // density has the factor |M|. Without it, axes that have shrunk explain everything. Of axes that
   // have grown, the noise has grown as much, which takes the factor back.
-  h.log_weight += std::log(std::clamp(std::abs(h.axes().determinant()), kLeastAxes, 1.0));
+  constexpr double kLeast = std::numeric_limits<double>::min();  // its logarithm is finite
+  h.log_weight += std::log(std::clamp(std::abs(h.axes().determinant()), kLeast, 1.0));
 }
 
 void SlipBelief::weigh_standing(Hypothesis& h) const {
