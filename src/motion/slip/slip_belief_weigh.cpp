@@ -25,18 +25,25 @@ Eigen::Vector2d SlipBelief::errors(const Hypothesis& h) const {
          block_.by_tilt() * h.x.segment<2>(row_of::kTilt);
 }
 
-// Centripetal acceleration: the change of speed to the left is speed times turn.
+// Centripetal acceleration: the change of speed to the left is the integral of speed times turn
+// rate. The speed is that at the block's end, less what the accelerations have added since. Their
+// error that lasts is left out: it is one along the path, and with it here an acceleration that is
+// wrong in one bend moves the wheel (test).
 SlipBelief::Measured SlipBelief::sideways(const Hypothesis& h) const {
   const slip::Block& b = block_;
   const Eigen::Matrix2d axes = h.axes();
+  const double before = b.dt > 0 ? b.turn_s / b.dt : 0.0;  // mean turn before an acceleration, rad
+  const Eigen::Vector2d gained = b.gained - errors(h);
+  const Eigen::Vector2d turned_before = b.turned_before - before * errors(h);
+  const Eigen::RowVector2d by_errors = axes.row(1) + before * axes.row(0);
   Measured left{Vector::Zero(), 0.0};
   left.H[row_of::kSpeed] = b.turned;
-  left.H.segment<2>(row_of::kTilt) = axes.row(1) * b.by_tilt();
-  left.H.segment<2>(row_of::kAccelBias) = b.dt * axes.row(1);
-  left.H.segment<2>(row_of::kAxes) = -b.turned_before;
-  left.H.segment<2>(row_of::kAxes + 2) = -b.gained;
-  left.residual = axes.row(1).dot(b.gained - errors(h)) + axes.row(0).dot(b.turned_before) -
-                  b.turned * h.x[row_of::kSpeed];
+  left.H.segment<2>(row_of::kTilt) = by_errors * b.by_tilt();
+  left.H.segment<2>(row_of::kAccelBias) = b.dt * by_errors;
+  left.H.segment<2>(row_of::kAxes) = -turned_before;
+  left.H.segment<2>(row_of::kAxes + 2) = -gained;
+  left.residual =
+      axes.row(1).dot(gained) + axes.row(0).dot(turned_before) - b.turned * h.x[row_of::kSpeed];
   return left;
 }
 

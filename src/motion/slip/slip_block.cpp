@@ -35,7 +35,9 @@ void Block::add(const StateInput& input, const LevelMotion& motion, double wheel
   }
   const Eigen::Vector2d more = motion.level(motion.dv);
   behind_m += more * (dt + motion.dt) - motion.level(motion.dp);
-  turned_before += more * (turned + 0.5 * motion.turned.z());
+  const double turn = turned + 0.5 * motion.turned.z();
+  turned_before += more * turn;
+  turn_s += motion.dt * turn;
   gained += more;
   rates += motion.turned;
   turned += motion.turned.z();

@@ -44,6 +44,7 @@ struct Block {
   // is less than that at the last speed (m); change of speed times the turn before it (m/s).
   Eigen::Vector2d gained = Eigen::Vector2d::Zero(), behind_m = Eigen::Vector2d::Zero(),
                   turned_before = Eigen::Vector2d::Zero();
+  double turn_s = 0;  // rad s; integral of the turn since the block's beginning
   Eigen::Vector2d forwards = Eigen::Vector2d::Zero(), leftwards = Eigen::Vector2d::Zero();  // s
   Eigen::Vector3d rates = Eigen::Vector3d::Zero();  // rad, body
   double wheel_variance = 0;                        // m^2

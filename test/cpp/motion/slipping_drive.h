@@ -62,6 +62,12 @@ class SlippingDrive {
   // Adds to the accelerations forwards, m/s^2.
   void disturb(OfTime by) { disturbed_ = std::move(by); }
 
+  // The accelerometer's bias forwards, m/s^2, as it was seen at standstill. Before the drive.
+  void bias(double by) {
+    start_.state.accel_bias.x() = by;
+    disturbed_ = [by](double) { return by; };
+  }
+
   // Turns the accelerometer about the up axis against what is configured (rad), and mirrors its x.
   void mount(double yaw, bool mirrored) {
     mount_ << std::cos(yaw), std::sin(yaw), -std::sin(yaw), std::cos(yaw);
