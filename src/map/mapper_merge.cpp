@@ -49,8 +49,8 @@ void Mapper::merge() {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     nodes[i] = {path_.travelled_at(i), column_at(i).has_value(), graph_->nodes()[i].p};
   }
-  std::vector<bool> stay = merger_.judge(nodes, graph_->revisits(), trusted_);
-  for (const FixEdge& fix : graph_->fixes()) stay[fix.node] = true;
+  for (const FixEdge& fix : graph_->fixes()) nodes[fix.node].has_fix = true;
+  const auto [stay, cut] = merger_.judge(nodes, graph_->revisits(), trusted_);
   if (std::find(stay.begin(), stay.end(), false) == stay.end()) return;
 
   std::vector<bool> trusted;  // revisits newer than the last solution are at nodes that stay anyway
@@ -65,7 +65,7 @@ void Mapper::merge() {
     }
   }
   trusted_ = std::move(trusted);
-  graph_->keep_only(stay);
+  graph_->keep_only(stay, cut);
   path_.keep_only(stay);
   place_fixes();
 }

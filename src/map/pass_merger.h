@@ -21,31 +21,42 @@ class PassMerger {
     double travelled_m = 0.0;                          // distance driven up to the node, unsigned
     bool has_ground = false;                           // the memory stores the ground there
     Eigen::Vector2d in_map = Eigen::Vector2d::Zero();  // m
+    bool has_fix = false;
   };
 
-  // Takes all nodes of the graph and its revisits, of which the trusted ones count. Returns which
-  // nodes stay. Only nodes that have come to lie further back than `kInFull` since the last call
-  // are judged; all others stay.
-  std::vector<bool> judge(const std::vector<Node>& nodes, const std::vector<RevisitEdge>& revisits,
-                          const std::vector<bool>& trusted);
+  // For each node: whether it stays, and whether the step into it is cut.
+  struct Judgement {
+    std::vector<bool> stay, cut;
+  };
+  // Takes all nodes of the graph and its revisits, of which the trusted ones count. Only nodes that
+  // have come to lie further back than `kInFull` since the last call are judged; all others stay.
+  // A step is cut only between nodes that trusted revisits tie to the map.
+  Judgement judge(const std::vector<Node>& nodes, const std::vector<RevisitEdge>& revisits,
+                  const std::vector<bool>& trusted);
 
   static constexpr double kInFull = 50.0;  // m driven; newer nodes all stay
 
  private:
-  using Cell = std::pair<int, int>;  // of map, kCell long and wide
-
-  struct Tied;
-  struct Visit {
-    Cell cell;
-    double travelled_m;
+  // A place of the map, to which what lies near by belongs. It moves with its node.
+  struct Place {
+    std::size_t node = 0;                         // kInMap: it is held
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();  // m
   };
-  bool is_worth_keeping(const Visit& visit, const std::optional<Visit>& next);
+  class Ties;
+  class Cells;
+  struct Piece;
+  std::optional<Piece> next_piece(const std::vector<Node>& nodes, const Ties& ties);
+  void cut(const Piece& piece, const Ties& ties, Judgement& result);
+  void renumber(std::size_t next, const std::vector<bool>& stay);
 
-  std::size_t judged_ = 0;         // number of nodes judged so far that stay
-  std::optional<Visit> previous_;  // of the last node judged that lies on or is tied to a cell
+  std::vector<std::optional<Place>> places_;  // the number of one is that of its cell
+  // The first node that is not judged yet; it lies on or is tied to a cell, or begins the track.
+  std::size_t next_ = 0;
+  bool keeps_next_ = false;  // the step into it relates two cells
+  bool cut_next_ = false;    // the step into it is cut
   // m driven up to the last node judged that was tied; it may not have stayed
   double tied_at_m_ = -std::numeric_limits<double>::infinity();
-  std::map<std::pair<Cell, Cell>, int> relations_;
+  std::map<std::pair<std::size_t, std::size_t>, int> relations_;  // of two cells
 };
 
 }  // namespace gprodom

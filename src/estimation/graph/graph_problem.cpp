@@ -13,6 +13,8 @@ namespace {
 // A fixed wheel scale needs a finite weight too: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
 constexpr double kHeld = 1e18;  // weight of what is held
+// Of a node after a cut, so that the equations are regular whatever ties it. As of 100 m.
+constexpr double kAfterCut = 1e-4;
 // Cauchy threshold, standard deviations of the random walk: a larger change is a slip that begins
 // or ends.
 constexpr double kSlipBegins = 2.0;
@@ -175,6 +177,10 @@ double GraphProblem::linearise(const Terms& terms, SlipPrior prior, const Unknow
   equations_.add<1, 1>({scale()}, One(1.0), scale_error, weight);
   double cost = weight * scale_error.squaredNorm();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
+    if (steps_[i].odometry.cut) {
+      for (int k = 0; k < 3; ++k) equations_.hold(node(i + 1) + k, kAfterCut);
+      continue;
+    }
     const PlanarResidual residual =
         step_residual(steps_[i], at.nodes[i], at.nodes[i + 1], at.scale, at.slips[i]);
     const int a = node(i), b = node(i + 1);

@@ -98,6 +98,8 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   step.seconds = first.seconds + second.seconds;
   if (one_slip) step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
   step.believed_slip_sigma = std::max(first.believed_slip_sigma, second.believed_slip_sigma);
+  step.cut = first.cut || second.cut;
+  if (step.cut) step.slip_sigma = 0.0;
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
     step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: no information
@@ -147,7 +149,7 @@ Eigen::Vector2d PoseGraph::lasting_error(std::size_t fix) const {
   return Eigen::LLT<Eigen::Matrix2d>(fixes_[fix].covariance).matrixL() * lasting_[fix];
 }
 
-void PoseGraph::keep_only(const std::vector<bool>& nodes) {
+void PoseGraph::keep_only(const std::vector<bool>& nodes, const std::vector<bool>& cut) {
   if (nodes.size() != nodes_.size() || !nodes.front() || !nodes.back()) {
     throw std::invalid_argument("pose graph: the first and the newest node must stay");
   }
@@ -159,12 +161,17 @@ void PoseGraph::keep_only(const std::vector<bool>& nodes) {
   std::vector<double> slips;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (i > 0) {
-      const PlanarStep& step = steps_[i - 1].odometry;
+      PlanarStep step = steps_[i - 1].odometry;
+      if (i < cut.size() && cut[i]) {
+        step.cut = true;
+        step.slip_sigma = 0.0;
+      }
       if (way || !nodes[i]) way = way ? joined(*way, step) : step;
       way_m += step.measured.p.norm();
       slid_m += slips_[i - 1] * step.measured.p.norm();
       if (nodes[i]) {
-        steps.push_back(way ? WhitenedStep{*way, whitening_of(way->covariance)} : steps_[i - 1]);
+        steps.push_back(way ? WhitenedStep{*way, whitening_of(way->covariance)}
+                            : WhitenedStep{step, steps_[i - 1].whitening});
         const bool slips_at_all = steps.back().odometry.slip_sigma > 0;
         slips.push_back(slips_at_all && way_m > 0 ? slid_m / way_m : 0.0);
         way.reset();

@@ -38,6 +38,7 @@ struct PlanarStep {
   // Prior standard deviation of slip (slip_model.h) that was not detected; 0: no slip is possible.
   double slip_sigma = 0.0;
   double believed_slip_sigma = 0.0;  // of the estimated slip that `measured` is already free of
+  bool cut = false;                  // it says nothing, and the solution is without it
 };
 
 // A position from outside: the antenna was at `p` in map. Its error is partly white, and partly a
@@ -118,9 +119,10 @@ class PoseGraph {
   // Removes all fixes, and nodes together with their revisits; the other nodes keep their order.
   // The steps to and from a removed node are combined into one, so no odometry is lost. If the yaw
   // of a combined step is uncertain by some degrees, the step only keeps the graph connected and
-  // has no information. Throws std::invalid_argument if the first or the newest node is to be
-  // removed.
-  void keep_only(const std::vector<bool>& nodes);
+  // has no information. cut: for each node, whether the step into it is cut. Revisits should then
+  // tie what lies between two cuts to the rest. Throws std::invalid_argument if the first or the
+  // newest node is to be removed.
+  void keep_only(const std::vector<bool>& nodes, const std::vector<bool>& cut = {});
 
   // Gauss-Newton from the last solution, first with a redescending kernel on the revisits, which
   // begins wide enough for the worst of them. Revisits that contradict the solution are left out,

@@ -99,6 +99,17 @@ TEST(PoseGraphAgain, WhatWasLeftOutStaysSoWhenNodesGo) {
   EXPECT_LE(solution.iterations, 10);
 }
 
+TEST(PoseGraphAgain, APieceThatNothingTiesStaysWhereItWas) {
+  Rounds rounds(2 * kRound);
+  const std::size_t between = rounds.graph.revisits().back().query + 1;
+  rounds.drive(4);
+  std::vector<bool> cut(rounds.graph.nodes().size());
+  cut[between] = cut[between + 1] = true;
+  rounds.graph.keep_only(std::vector<bool>(cut.size(), true), cut);
+  const PlanarPose before = rounds.graph.nodes()[between];
+  EXPECT_LT((rounds.solve().nodes[between].p - before.p).norm(), 1e-6);
+}
+
 // Half a round since the last solution, whose error is that of dead reckoning. The newest nodes
 // alone come to lie as all of them would, at a small part of the work.
 TEST(PoseGraphAgain, TheNewestNodesAreCorrectedBetweenSolutions) {

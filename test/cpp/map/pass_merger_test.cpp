@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace gprodom {
 namespace {
@@ -26,6 +27,7 @@ struct Track {
       const Eigen::Vector2d place =
           known ? nodes[ground[i % ground.size()]].in_map : Eigen::Vector2d(travelled, 0.0);
       nodes.push_back({travelled, !known, place});
+      cut.push_back(false);
       if (known) {
         revisits.push_back({ground[i % ground.size()], nodes.size() - 1});
         trusted.push_back(true);
@@ -35,14 +37,20 @@ struct Track {
   }
 
   void merge() {
-    const std::vector<bool> stay = merger.judge(nodes, revisits, trusted);
+    const auto [stay, cut_now] = merger.judge(nodes, revisits, trusted);
     ASSERT_EQ(stay.size(), nodes.size());
     std::vector<std::size_t> number;
     std::vector<PassMerger::Node> left;
+    std::vector<bool> left_cut;
+    bool cuts = false;  // between the last node that stays and this one
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       number.push_back(left.size());
-      if (stay[i]) left.push_back(nodes[i]);
+      cuts = cuts || cut[i] || cut_now[i];
+      if (!stay[i]) continue;
+      left.push_back(nodes[i]);
+      left_cut.push_back(std::exchange(cuts, false));
     }
+    cut = std::move(left_cut);
     std::vector<RevisitEdge> edges;
     std::vector<bool> left_trusted;
     for (std::size_t i = 0; i < revisits.size(); ++i) {
@@ -59,7 +67,27 @@ struct Track {
     trusted = std::move(left_trusted);
   }
 
+  // Longest step that is not cut, m. What lies between two cuts is tied.
+  double longest_step() const {
+    double longest = 0.0;
+    std::vector<bool> tied(nodes.size());
+    for (const RevisitEdge& edge : revisits) tied[edge.query] = tied[edge.memory] = true;
+    bool piece_tied = tied.front();
+    for (std::size_t i = 1; i < nodes.size(); ++i) {
+      if (cut[i]) {
+        EXPECT_TRUE(piece_tied) << i;
+        piece_tied = false;
+      } else {
+        longest = std::max(longest, nodes[i].travelled_m - nodes[i - 1].travelled_m);
+      }
+      piece_tied = piece_tied || tied[i];
+    }
+    EXPECT_TRUE(piece_tied);
+    return longest;
+  }
+
   double travelled = 0.0;
+  std::vector<bool> cut;  // for each node: the step into it
 };
 
 std::vector<std::size_t> all_of(std::size_t first, std::size_t count) {
@@ -84,6 +112,31 @@ TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   EXPECT_EQ(track.nodes.size(), early);
   // The first passes are those that stay, and are still tied to where they were.
   EXPECT_EQ(track.revisits.front().query, 20U);
+}
+
+// Steps over ground that enough passes relate would lead over a whole drive.
+TEST(PassMerger, StepsOverWellKnownGroundAreCut) {
+  Track track;
+  track.drive(200, {});
+  for (int lap = 0; lap < 20; ++lap) track.drive(200, all_of(0, 200));
+  EXPECT_LT(track.longest_step(), 4.0);
+  track.drive(40, {});  // and on to new ground
+  for (int lap = 0; lap < 5; ++lap) track.drive(200, all_of(0, 200));
+  EXPECT_LT(track.longest_step(), 4.0);
+  EXPECT_GT(std::count(track.cut.begin(), track.cut.end(), true), 1);
+}
+
+// Revisits move the map as a whole. That does not make its ground new.
+TEST(PassMerger, AMapThatMovesIsTheSameMap) {
+  Track track;
+  track.drive(20, {});
+  track.drive(1000, all_of(0, 20));
+  const std::size_t early = track.nodes.size();
+  for (int i = 1; i <= 10; ++i) {
+    for (PassMerger::Node& node : track.nodes) node.in_map += Eigen::Vector2d(0.3, 0.7);
+    track.drive(1000, all_of(0, 20));
+  }
+  EXPECT_LT(track.nodes.size(), early + 10);
 }
 
 // A robot that wanders stores several passes over a place, and is tied now to one, now to another.
