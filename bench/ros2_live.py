@@ -5,9 +5,9 @@ A log is played at --speed times real time to gprodom_ros2 in a network namespac
 again and again (stamped on) until --seconds are played, and its poses are taken. Printed are the
 time from an IMU message's being written by its publisher to its pose's being read by a
 subscriber, both on Fast DDS; poses that did not come; messages that the node knows to be lost;
-and what the node itself counts from the arrival of an IMU message to its pose being out. It needs
-what scripts/check-ros2 builds. Exit code 1 where a pose did not come or, with reliable sensors, a
-message was lost.
+and what the node itself counts from the arrival of an IMU message to its pose being out. The node
+and its peer are built first if they are not there (scripts/check-ros2 --build). Exit code 1 where a
+pose did not come or, with reliable sensors, a message was lost.
 
     bench/ros2_live.py SEQ|LOG
     bench/ros2_live.py SEQ|LOG --seconds 600 --best-effort --json
@@ -16,6 +16,7 @@ message was lost.
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 import tempfile
 import time
@@ -105,7 +106,9 @@ def main() -> int:
     parser.add_argument("--best-effort", action="store_true", help="sensors are best effort")
     args = parse_inside(parser)
     if not (kit.BIN / "peer").is_file():
-        raise Error(f"{kit.BIN}: no test programs; scripts/check-ros2 builds them")
+        build = [str(kit.CHECKOUT / "scripts" / "check-ros2"), "--build"]
+        if subprocess.run(build, stdout=sys.stderr).returncode != 0:
+            raise Error("the ROS 2 node and its peer could not be built (see above)")
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         figures = measure(args.log, args.configs, args, Path(name))
     print_figures(args, figures, list_of(figures))

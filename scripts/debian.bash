@@ -103,6 +103,65 @@ build_options() {
   echo "DEB_BUILD_OPTIONS=nocheck noautodbgsym parallel=$(jobs_at_once)"
 }
 
+# make_previous PACKAGES FOLDER: in FOLDER the packages under an older number, with the configuration of 0.1,
+# which had every key: the version before.
+make_previous() {
+  local deb tree
+  mkdir -p "$2"
+  for deb in "$1"/{gprodom,libgprodom0,python3-gprodom}_*.deb; do
+    tree=$(mktemp -d -p "$work")
+    dpkg-deb --raw-extract "$deb" "$tree"
+    sed -i -E '/^(Version|Depends):/s/(Version: |\(= )[^)]+/\10.0.1/g' "$tree/DEBIAN/control"
+    [ ! -d "$tree/etc" ] || cp test/package/gprodom-0.1.yaml "$tree/etc/gprodom/gprodom.yaml"
+    dpkg-deb --root-owner-group --build "$tree" "$2" >/dev/null
+  done
+}
+
+# root_with RELEASE NAME PACKAGES: prints the folder of a new minimal system, in whose /check lie what
+# test/package and debian/tests take: packages (new/, from the folder PACKAGES), the sequence, scripts/live.
+root_with() {
+  local root
+  root=$(new_root "$1" "$2")
+  mkdir "$root/check/new"
+  cp "$3"/*.deb "$root/check/new/"
+  cp -r scripts/live test/package/* sample/*-cmu-gpr.zip "$root/check/"
+  git ls-files -z --cached --others --exclude-standard debian sample test/outside \
+    test/python/{conftest.py,pytest.ini,test_export.py} examples/cpp/{beacons,front_end} |
+    tar -c --null -T - | tar -x --one-top-level="$root/check/source"
+  echo "$root"
+}
+
+# run_autopkgtest RELEASE PACKAGES: debian/tests, in a minimal system.
+run_autopkgtest() {
+  local root
+  root=$(root_with "$1" tests "$2")
+  enter "$root" sh -e -c '
+    { apt-get -q update && apt-get -q -y --no-install-recommends install autopkgtest; } \
+      >/check/said 2>&1 || { cat /check/said; exit 1; }
+    cd /check && autopkgtest new/*.deb source/ -- null >/check/said 2>&1 || { cat /check/said; exit 1; }
+    sed -n "/ summary$/,\$p" /check/said'
+  rm -rf "$root"
+}
+
+# begin_piuparts RELEASE PACKAGES starts it, as process $piuparts; end_piuparts PACKAGES waits for it. What
+# systemd and debconf leave, on which the packages depend, is ignored.
+begin_piuparts() {
+  local path ignored=()
+  for path in ~root/.ssh/ /var/{cache,lib,log}/private/ /var/lib/systemd/{coredump,pstore}/ \
+    /etc/default/locale /etc/vconsole.conf /var/cache/debconf/tmp.ci/; do
+    ignored+=("--ignore=$path")
+  done
+  piuparts --no-upgrade-test --no-eatmydata --keep-sources-list -d "$1" "${ignored[@]}" \
+    -b "$out/$1.tar.gz" "$2"/{gprodom,libgprodom0,libgprodom-dev,python3-gprodom,ros2-gprodom}_*.deb \
+    >"$2/piuparts.log" 2>&1 &
+  piuparts=$!
+}
+end_piuparts() {
+  wait "$piuparts" || { tail -n 40 "$1/piuparts.log"; die "piuparts: all of it is in $1/piuparts.log"; }
+  piuparts=
+  grep -E "PASS|leftover|WARN" "$1/piuparts.log" || true
+}
+
 # since STARTED: the time that a script has taken so far.
 since() {
   echo "-- $((SECONDS - $1)) s"
