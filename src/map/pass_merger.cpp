@@ -105,8 +105,8 @@ class PassMerger::Cells {
 // The nodes that are judged now, and the first one after them.
 struct PassMerger::Piece {
   std::size_t first, end;
-  // From `first` to `end`: whether the step into a node relates two cells and stays; whether enough
-  // passes relate the cells of that step.
+  // For each node from `first` to `end`. kept: it is an end of a step that relates two cells and
+  // stays. known: enough other passes relate the two cells of the step into it.
   std::vector<bool> kept, known;
 
   bool is_kept(std::size_t node) const { return kept[node - first]; }
@@ -171,8 +171,8 @@ std::optional<PassMerger::Piece> PassMerger::next_piece(const std::vector<Node>&
 }
 
 // Where nodes go because enough passes relate their cells, the others are not joined: such steps
-// would lead ever further, and many of them side by side make the solution dear. Both ends of a cut
-// need a tie.
+// would lead ever further, and many of them side by side make a solution expensive. Both ends of a
+// cut need a tie.
 void PassMerger::cut(const Piece& piece, const Ties& ties, Judgement& result) {
   std::vector<bool>& stay = result.stay;
   cut_next_ = false;

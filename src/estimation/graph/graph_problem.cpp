@@ -13,7 +13,8 @@ namespace {
 // A fixed wheel scale needs a finite weight too: 0.1 ppm.
 constexpr double kHeldScaleSigma = 1e-7;
 constexpr double kHeld = 1e18;  // weight of what is held
-// Of a node after a cut, so that the equations are regular whatever ties it. As of 100 m.
+// Weight of a node after a cut, so that the equations stay regular if its revisits are left out:
+// that of a position known to 100 m.
 constexpr double kAfterCut = 1e-4;
 // Cauchy threshold, standard deviations of the random walk: a larger change is a slip that begins
 // or ends.

@@ -99,7 +99,6 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   if (one_slip) step.slip_sigma = std::max(first.slip_sigma, second.slip_sigma);
   step.believed_slip_sigma = std::max(first.believed_slip_sigma, second.believed_slip_sigma);
   step.cut = first.cut || second.cut;
-  if (step.cut) step.slip_sigma = 0.0;
   if (step.covariance(2, 2) > kLooseYawSigma * kLooseYawSigma) {
     step.d_scale.setZero();
     step.covariance = Eigen::Vector3d(1e4, 1e4, 10).asDiagonal();  // m^2, rad^2: no information

@@ -26,9 +26,9 @@ Eigen::Vector2d SlipBelief::errors(const Hypothesis& h) const {
 }
 
 // Centripetal acceleration: the change of speed to the left is the integral of speed times turn
-// rate. The speed is that at the block's end, less what the accelerations have added since. Their
-// error that lasts is left out: it is one along the path, and with it here an acceleration that is
-// wrong in one bend moves the wheel (test).
+// rate. The speed is that at the block's end, less what the accelerations have added since. The
+// lasting error of acceleration is left out: with it, an acceleration that is wrong in one bend
+// moves the estimated place of the wheel (AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel).
 SlipBelief::Measured SlipBelief::sideways(const Hypothesis& h) const {
   const slip::Block& b = block_;
   const Eigen::Matrix2d axes = h.axes();
