@@ -26,20 +26,22 @@ Eigen::Vector2d SlipBelief::errors(const Hypothesis& h) const {
 }
 
 // Centripetal acceleration: the change of speed to the left is the integral of speed times turn
-// rate. The speed is that at the block's end, less what the accelerations have added since. The
-// lasting error of acceleration is left out: with it, an acceleration that is wrong in one bend
-// moves the estimated place of the wheel (AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel).
+// rate. The speed is that at the block's end, less what the accelerations have added since. Bias
+// and tilt are taken out of that sum, but H has no derivatives of it, as in weigh_wheel(). With
+// them here alone, a bias learnt in the first turn is wrong by 3 sigma
+// (ABiasIsLearntFromTurnsIfGravityShowsThatThereIsSome). The lasting error of acceleration is left
+// out: with it, an acceleration that is wrong in one bend moves the estimated place of the wheel
+// (AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel).
 SlipBelief::Measured SlipBelief::sideways(const Hypothesis& h) const {
   const slip::Block& b = block_;
   const Eigen::Matrix2d axes = h.axes();
   const double before = b.dt > 0 ? b.turn_s / b.dt : 0.0;  // mean turn before an acceleration, rad
   const Eigen::Vector2d gained = b.gained - errors(h);
   const Eigen::Vector2d turned_before = b.turned_before - before * errors(h);
-  const Eigen::RowVector2d by_errors = axes.row(1) + before * axes.row(0);
   Measured left{Vector::Zero(), 0.0};
   left.H[row_of::kSpeed] = b.turned;
-  left.H.segment<2>(row_of::kTilt) = by_errors * b.by_tilt();
-  left.H.segment<2>(row_of::kAccelBias) = b.dt * by_errors;
+  left.H.segment<2>(row_of::kTilt) = axes.row(1) * b.by_tilt();
+  left.H.segment<2>(row_of::kAccelBias) = b.dt * axes.row(1);
   left.H.segment<2>(row_of::kAxes) = -turned_before;
   left.H.segment<2>(row_of::kAxes + 2) = -gained;
   left.residual =

@@ -34,10 +34,10 @@ struct Driven {
 
 // A robot that stands for `stands` seconds, and then turns on the spot by 0.7 rad and goes ahead by
 // 0.75 m, for 3 s each.
-Driven drive(const Sensor& sensor, double stands_s = 3.0) {
+Driven drive(const Sensor& sensor, double stands_s = 3.0, unsigned seed = 1) {
   Driven run;
   Odometry odometry(without_radar());
-  std::mt19937 random(1);
+  std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   const auto noise = [&](double sigma) {
     return Vector3d(sigma * normal(random), sigma * normal(random), sigma * normal(random));
@@ -127,9 +127,14 @@ TEST(Accelerometer, AWrongScaleIsTakenOutOnTheMove) {
 // Across gravity no standstill tells a bias from a tilt; along it, that the sensor has some.
 TEST(Accelerometer, ABiasIsLearntFromTurnsIfGravityShowsThatThereIsSome) {
   const Vector3d bias(0.3, -0.2, 0.2);
-  const Driven right = drive(scaled(1.0));
-  const Driven run = drive([&](const Vector3d& force) { return Vector3d(force + bias); });
-  EXPECT_LT(run.worst_m, right.worst_m + 0.02);
+  const Sensor biased = [&](const Vector3d& force) { return Vector3d(force + bias); };
+  double mean_m = 0.0, right_m = 0.0;
+  constexpr unsigned kDrives = 12;
+  for (unsigned seed = 1; seed <= kDrives; ++seed) {
+    mean_m += drive(biased, 3.0, seed).worst_m / kDrives;
+    right_m += drive(scaled(1.0), 3.0, seed).worst_m / kDrives;
+  }
+  EXPECT_LT(mean_m, right_m + 0.01);
 }
 
 }  // namespace
