@@ -74,10 +74,10 @@ CASES = (
     Case("0 cm aside", aside_m=0.0),
     Case("3 cm aside", aside_m=0.03),
     Case("10 dB", snr_db=10.0),
-    Case("0.1 m/s", speed=0.1),
-    Case("1 m/s", speed=1.0),
-    Case("50 traces/s", rate=50.0),
-    Case("100 traces/s", rate=100.0),
+    Case("0.1 m per s", speed=0.1),
+    Case("1 m per s", speed=1.0),
+    Case("50 traces per s", rate=50.0),
+    Case("100 traces per s", rate=100.0),
     Case("stops, reversals", turns_back=True),
 )
 

@@ -267,21 +267,21 @@ def pair_faults(f: Figures) -> Iterator[Row]:
 
 def speed(f: Figures) -> Iterator[Row]:
     """Times, on the machine of the run."""
-    for log in f.parts("replay_speed"):
-        found = {
-            case: f.of("replay_speed", f"{log}/{case}/times_real_time_cpu")
-            for case in f.parts("replay_speed", 1)
-        }
-        cases = [case for case, value in found.items() if value is not None]
-        times = [whole(found[case]) for case in cases]
-        what = f"replay of {log}: {'; '.join(cases)}"
-        yield [what, f"{'; '.join(times)} times real time", "`replay_speed`"]
-    for log in f.parts("window_solvers"):
-        keys = ("ceres_x", "chain_x")
-        times = [whole(f.of("window_solvers", f"{log}/{key}")) for key in keys]
-        apart = f.of("window_solvers", f"{log}/max_m")
-        answer = f"{times[0]} and {times[1]} times real time; {apart:.0e} m"
-        yield [f"{log} by Ceres and by the chain; apart by", answer, "`window_solvers`"]
+    logs = f.parts("replay_speed")
+    for case in f.parts("replay_speed", 1):
+        times = [f.of("replay_speed", f"{log}/{case}/times_real_time_cpu") for log in logs]
+        if None not in times:
+            answer = f"{', '.join(whole(value) for value in times)} times real time"
+            yield [f"replay of {', '.join(logs)}: {case}", answer, "`replay_speed`"]
+    logs = f.parts("window_solvers")
+    if logs:
+        ceres, chain = (
+            ", ".join(whole(f.of("window_solvers", f"{log}/{key}")) for log in logs)
+            for key in ("ceres_x", "chain_x")
+        )
+        apart = max(f.of("window_solvers", f"{log}/max_m") for log in logs)
+        what = f"{', '.join(logs)} by Ceres; by the chain; apart by at most"
+        yield [what, f"{ceres}; {chain} times real time; {apart:.0e} m", "`window_solvers`"]
     for job, name in (("idle", "nothing beside it"), ("busy", "two busy processes beside it")):
         keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "core_percent", "memory_mb")
         values = [f.of("live", f"{job}/{key}") for key in keys]
