@@ -282,6 +282,16 @@ def speed(f: Figures) -> Iterator[Row]:
         apart = max(f.of("window_solvers", f"{log}/max_m") for log in logs)
         what = f"{', '.join(logs)} by Ceres; by the chain; apart by at most"
         yield [what, f"{ceres}; {chain} times real time; {apart:.0e} m", "`window_solvers`"]
+    told = []
+    for job in f.parts("ros2_live"):
+        keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "lost")
+        values = [f.of("ros2_live", f"{job}/{key}") for key in keys]
+        if None not in values:
+            p50, p99, lost = values
+            told.append(f"{job.replace('_', ' ')} {plain(p50)} ms, {plain(p99)} ms, {lost:.0f}")
+    if told:
+        what = "ROS 2 node live: IMU to pose, median, p99; lost"
+        yield [what, "; ".join(told), "`ros2_live`"]
     for job, name in (("idle", "nothing beside it"), ("busy", "two busy processes beside it")):
         keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "core_percent", "memory_mb")
         values = [f.of("live", f"{job}/{key}") for key in keys]
