@@ -26,12 +26,14 @@ Eigen::Vector2d SlipBelief::errors(const Hypothesis& h) const {
 }
 
 // Centripetal acceleration: the change of speed to the left is the integral of speed times turn
-// rate. The speed is that at the block's end, less what the accelerations have added since. Bias
-// and tilt are taken out of that sum, but H has no derivatives of it, as in weigh_wheel(). With
-// them here alone, a bias learnt in the first turn is wrong by 3 sigma
-// (ABiasIsLearntFromTurnsIfGravityShowsThatThereIsSome). The lasting error of acceleration is left
-// out: with it, an acceleration that is wrong in one bend moves the estimated place of the wheel
-// (AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel).
+// rate. The speed is that at the block's end, less what the accelerations have added since.
+//
+// Bias and tilt are taken out of what they have added, but H has no derivatives of that by bias and
+// tilt. weigh_wheel() has none either, and with them here alone a bias learnt in the first turn is
+// wrong by 3 sigma (ABiasIsLearntFromTurnsIfGravityShowsThatThereIsSome).
+//
+// The lasting error of acceleration is left out: with it, an acceleration that is wrong in one bend
+// moves the estimated place of the wheel (AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel).
 SlipBelief::Measured SlipBelief::sideways(const Hypothesis& h) const {
   const slip::Block& b = block_;
   const Eigen::Matrix2d axes = h.axes();
