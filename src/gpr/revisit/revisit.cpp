@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "gpr/kernels/add_multiple.h"
 #include "gpr/revisit/matrix_product.h"
@@ -42,6 +43,23 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
   return -(1.0 - rho.max(0.0).min(kLargestRho).square()).log();
 }
 
+// Energy of each column. A column with far more than the median is scaled down, in place: a glitch
+// of the receiver, or one strong reflector, would decide by itself.
+Eigen::ArrayXf limit_energy(Columns& columns) {
+  constexpr float kMost = 4.0F;  // times the median
+  Eigen::ArrayXf energy = columns.array().square().rowwise().sum();
+  std::vector<float> sorted(energy.data(), energy.data() + energy.size());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const float limit = kMost * *middle;
+  for (Eigen::Index i = 0; i < energy.size(); ++i) {
+    if (!(energy[i] > limit)) continue;
+    columns.row(i) *= std::sqrt(limit / energy[i]);
+    energy[i] = limit;
+  }
+  return energy;
+}
+
 }  // namespace
 
 PatchMatcher::PatchMatcher(const PatchFilter& filter, double spacing, RevisitOptions options)
@@ -65,14 +83,14 @@ void PatchMatcher::correlate(const Columns& memory, const Columns& query) {
   memory_energy_.resize(tables_.size());
   for (int b = 0; b < options_.depth_blocks; ++b) {
     const int from = edges_[b], n = edges_[b + 1] - edges_[b];
-    const auto block = shifted.middleCols(from, n);
-    memory_energy_[b] = memory.middleCols(from, n).array().square().rowwise().sum();
-    query_energy_[b] = block.array().square().rowwise().sum();
+    Columns stored = memory.middleCols(from, n), block = shifted.middleCols(from, n);
+    memory_energy_[b] = limit_energy(stored);
+    query_energy_[b] = limit_energy(block);
     // The tables keep their width: another width each time would allocate (and clear) each time.
     if (tables_[b].rows() != block.rows() || tables_[b].cols() < memory.rows()) {
       tables_[b].resize(block.rows(), memory.rows());
     }
-    multiply_by_rows(block, memory.middleCols(from, n), tables_[b]);
+    multiply_by_rows(block, stored, tables_[b]);
   }
 }
 

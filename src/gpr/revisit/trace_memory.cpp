@@ -25,15 +25,27 @@ TraceMemory::TraceMemory(TraceMemoryOptions options) : options_(options) {
 void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sample_interval,
                       double distance_m) {
   const auto n = static_cast<Eigen::Index>(samples.size());
-  if ((filter_ && n != filter_->samples()) || (last_ && last_->values.size() != n)) {
+  if ((filter_ && n != filter_->samples()) || (waiting_ && waiting_->values.size() != n)) {
     throw std::invalid_argument("trace memory: the traces' length has changed; clear() first");
   }
   sample_interval_ = sample_interval;
   Sample sample{time, distance_m, 1, Eigen::Map<const Eigen::RowVectorXf>(samples.data(), n)};
-  if (last_ && std::abs(distance_m - last_->distance) > options_.gap_m) end_run();
+  Eigen::RowVectorXf seen = sample.values;
+  if (filter_) seen = filter_->project(Columns(sample.values)).row(0);
+  if (waiting_ && !glitches_.is_glitch(before_, now_, seen)) {
+    before_ = std::move(now_);
+    take(std::move(*waiting_));
+  }
+  now_ = std::move(seen);
+  waiting_ = std::move(sample);
+}
+
+void TraceMemory::take(Sample sample) {
+  if (last_ && std::abs(sample.distance - last_->distance) > options_.gap_m)
+    end_run_before_waiting();
   if (!last_) {
     last_ = std::move(sample);
-  } else if (std::abs(distance_m - last_->distance) < 0.5 * options_.spacing_m) {
+  } else if (std::abs(sample.distance - last_->distance) < 0.5 * options_.spacing_m) {
     // Traces at one place are averaged: noise falls, and a standstill costs no memory.
     const auto weight = 1.0F / static_cast<float>(std::min(++last_->count, 20));
     last_->values += weight * (sample.values - last_->values);
@@ -52,7 +64,7 @@ void TraceMemory::step_to(Sample next) {
   const double ahead = direction_ * (next.distance - last_->distance);
   if (ahead < 0.0) {  // back over ground just seen: ignored, unless it becomes a reversal
     if (-ahead <= options_.reversal_m) return;
-    end_run();
+    end_run_before_waiting();
     last_ = std::move(next);
     return;
   }
@@ -121,7 +133,6 @@ void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeN
 Columns TraceMemory::limited_pending() const {
   Columns limited(pending_.size(), to_limited_.rows());
   for (std::size_t i = 0; i < pending_.size(); ++i) limited.row(i) = pending_[i].limited;
-  repair_columns(limited);
   const BandLimit& session = sessions_.back();
   session.high_pass_along(limited);
   limited.array().rowwise() /= session.deviation.array();
@@ -131,7 +142,6 @@ Columns TraceMemory::limited_pending() const {
 Columns TraceMemory::filtered_pending() const {
   Columns features(pending_.size(), filter_->rows());
   for (std::size_t i = 0; i < pending_.size(); ++i) features.row(i) = pending_[i].features;
-  repair_columns(features);
   filter_->band_pass_along(features);
   return features;
 }
@@ -217,6 +227,11 @@ void TraceMemory::forget_oldest() {
 }
 
 void TraceMemory::end_run() {
+  if (waiting_) take(*std::exchange(waiting_, std::nullopt));
+  end_run_before_waiting();
+}
+
+void TraceMemory::end_run_before_waiting() {
   if (filter_) keep_settled(true);
   if (!known_.empty()) end_piece();
   known_.clear();

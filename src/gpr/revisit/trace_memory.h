@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "gpr/filter/glitch_check.h"
 #include "gpr/revisit/band_limit.h"
 #include "gpr/revisit/byte_columns.h"
 #include "gpr/revisit/patch_filter.h"
@@ -67,7 +68,8 @@ class TraceMemory {
   explicit TraceMemory(TraceMemoryOptions options = {});
 
   // One trace, in time order, at `distance_m` along the track (signed: it falls when driving
-  // back). Throws std::invalid_argument on another number of samples than before; clear() first.
+  // back). It counts once the next one has come, unless it is a glitch of the receiver. Throws
+  // std::invalid_argument on another number of samples than before; clear() first.
   void add(TimeNs time, const std::vector<float>& samples, double sample_interval,
            double distance_m);
 
@@ -175,6 +177,7 @@ class TraceMemory {
     Eigen::RowVectorXf limited;   // band-limited
   };
 
+  void take(Sample sample);
   void step_to(Sample next);
   void emit(const MemoryColumn& place, const Eigen::RowVectorXf& trace);
   void learn();
@@ -182,6 +185,7 @@ class TraceMemory {
   void keep_settled(bool all);
   bool is_known(const MemoryColumn& place) const;
   void end_piece();
+  void end_run_before_waiting();
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
   const Run& run_at(std::size_t number) const;
   SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
@@ -199,6 +203,12 @@ class TraceMemory {
   bool begins_session_ = false;               // with the next column
   Columns to_limited_;  // of the newest session: traces to band-limited columns
   int context_ = 0;     // columns that the band-pass reaches to either side
+
+  // A trace waits for the next one, which shows whether it is a glitch. It is compared as features
+  // once there is a filter, as is the good one before it.
+  std::optional<Sample> waiting_;
+  Eigen::RowVectorXf before_, now_;
+  GlitchCheck glitches_;
 
   std::optional<Sample> last_;
   int direction_ = 0;  // of the run under way; 0: not known yet

@@ -1,0 +1,42 @@
+#include "gpr/filter/glitch_check.h"
+
+#include <algorithm>
+
+namespace gprodom::gpr {
+namespace {
+
+constexpr float kFarFromUsual = 36.0F;  // times the usual mean square
+constexpr float kFarFromBoth = 9.0F;    // times the mean square of what its neighbours differ by
+
+}  // namespace
+
+bool GlitchCheck::is_glitch(const Eigen::RowVectorXf& before, const Eigen::RowVectorXf& trace,
+                            const Eigen::RowVectorXf& after) {
+  if (before.size() != after.size() || trace.size() != after.size()) return false;
+  const Eigen::RowVectorXf step = (after - before).cwiseAbs();
+  if (step_.size() != step.size()) {
+    step_ = step;
+    seen_ = 0;
+  }
+  const float rate = 1.0F / static_cast<float>(std::min(seen_ + 1, kRecent));
+  step_ += rate * (step - step_);
+  const float least = std::max(1e-30F, 1e-6F * step_.maxCoeff());
+  const Eigen::RowVectorXf weight = step_.cwiseMax(least).cwiseInverse();
+  const auto n = static_cast<float>(step.size());
+  const float unlike = (trace - 0.5F * (before + after)).cwiseProduct(weight).squaredNorm() / n;
+  const float apart = step.cwiseProduct(weight).squaredNorm() / n;
+  const bool glitch =
+      seen_ >= kRecent / 4 && unlike > kFarFromUsual * usual() && unlike > kFarFromBoth * apart;
+  recent_[seen_++ % kRecent] = unlike;
+  return glitch;
+}
+
+float GlitchCheck::usual() const {
+  std::array<float, kRecent> sorted = recent_;
+  const std::size_t n = std::min(seen_, kRecent);
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
+  return *middle;
+}
+
+}  // namespace gprodom::gpr
