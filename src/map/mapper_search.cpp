@@ -85,11 +85,10 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
   const double sigma = sigma_m();
   const double gate = std::clamp(kGateSigmas * sigma, kGateMin, kGateMax);
   const double aside = kLateralGate + std::min(kGateSigmas * sigma, kGateMax);
-  // Leaves out the query itself and the ground just before it.
-  const double newest = path_.travelled_at(at.node) - config_.patch_length - gate;
+  const double query_begins = path_.travelled_at(at.node) - config_.patch_length;
 
   PassFinder finder(here, antenna_, gate + kNodeSpacing, aside);
-  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < newest; ++node) {
+  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < query_begins; ++node) {
     if (path_.begins_piece(node)) finder.interrupt();
     finder.offer(node, graph_->nodes()[node], false);
   }
@@ -99,6 +98,13 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
                             : !column_at(pass.place);
   };
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
+  // Ground just before the query that was driven in the same direction would be found as itself.
+  const auto is_query = [&](const Pass& pass) {
+    if (path_.travelled_at(pass.place) < query_begins - gate) return false;
+    const int then = ground_.memory.column(*column_at(pass.place)).direction;
+    return pass.turned == (then != query.direction);
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_query), passes.end());
   if (located_ || candidate_) {
     const PlanarPose in_map = located_ ? here : compose(candidate_->at.map_from_track, here);
     PassFinder before(in_map, antenna_, gate + kNodeSpacing, aside);
@@ -159,11 +165,14 @@ void Mapper::predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
   const double sigma_now = graph_->slip_sigma(here);
   // The slip of an earlier track is not known; its variance is taken to be that of this one.
   const double sigma_then = pass.from_before ? sigma_now : graph_->slip_sigma(pass.place);
+  window.grip = (1.0 - slip_.probability(sigma_now)) * (1.0 - slip_.probability(sigma_then));
   window.stretch = graph_->slip(here) - slip_then;
   window.stretch_sigma = std::hypot(std::sqrt(newest_node_.covariance(4, 4)), sigma_then);
-  const double seconds = last_query_ ? to_seconds(query.time - last_query_->time) : 0.0;
-  const double kept = slip_.correlation(seconds);
-  window.stretch_change = std::hypot(sigma_now, sigma_then) * std::sqrt(1 - kept * kept);
+  if (window.grip < 1.0) window.stretch_sigma /= std::sqrt(1.0 - window.grip);
+  // Both slips may begin, end or change, the one now and the one then.
+  const double seconds = last_query_ ? 2.0 * to_seconds(query.time - last_query_->time) : 0.0;
+  window.kept = slip_.correlation(seconds);
+  window.stretch_change = slip_.change * std::sqrt(seconds);
 }
 
 }  // namespace gprodom

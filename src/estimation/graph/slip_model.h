@@ -3,6 +3,7 @@
 // docs/estimation.md, "Slip of a step".
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "gprodom/config.h"
@@ -19,7 +20,12 @@ struct SlipModel {
   // Standard deviation of l if it is not known whether the wheel slips.
   double sigma() const { return std::sqrt(share * size * size + surface * surface); }
 
-  // Correlation of l over a time.
+  // Probability that the wheel slips on a step whose l has this standard deviation.
+  double probability(double sigma) const {
+    return std::clamp((sigma * sigma - surface * surface) / (size * size), 0.0, 1.0);
+  }
+
+  // Correlation of l over a time: the probability that no slip has begun or ended.
   double correlation(double seconds) const { return std::exp(-seconds / lasts_s); }
 };
 

@@ -12,6 +12,10 @@ constexpr double kUnlikely = 1e-3;
 // Without a belief from before, stretches within so many standard deviations are compared.
 constexpr double kWithin = 2.0;
 
+bool is_possible(const std::optional<bool>& mirrored, int direction) {
+  return !mirrored || *mirrored == (direction == 1);
+}
+
 Eigen::ArrayXd normal_weights(int first, int last, double mean, double sigma) {
   const Eigen::ArrayXd at = Eigen::ArrayXd::LinSpaced(last - first + 1, first, last);
   const Eigen::ArrayXd weights = (-0.5 * ((at - mean) / sigma).square()).exp();
@@ -63,18 +67,7 @@ std::vector<PlaceFound> RevisitSearch::find(const Columns& newest, double moved_
     const Stretches asked = stretches(window, before);
     PatchSurvey survey = survey_of(query, window, before, asked, moved_m);
     if (survey.empty()) continue;
-    Belief belief = expect(window, before, survey, asked, moved_m);
-    // Patches overlap, and each piece of ground counts once.
-    const double fresh = belief.patches == 0 ? 1.0 : std::min(1.0, moved_m / options_.patch_m);
-    const Eigen::ArrayXXd log_ratio[2] = {fresh * survey.log_likelihood(false),
-                                          fresh * survey.log_likelihood(true)};
-    const double highest = std::max({0.0, log_ratio[0].maxCoeff(), log_ratio[1].maxCoeff()});
-    for (int d = 0; d < 2; ++d) belief.places[d] *= (log_ratio[d] - highest).exp();
-    belief.nowhere *= std::exp(-highest);
-    const double sum = belief.nowhere + belief.places[0].sum() + belief.places[1].sum();
-    for (auto& places : belief.places) places /= sum;
-    belief.nowhere /= sum;
-    ++belief.patches;
+    Belief belief = update(expect(window, before, survey, asked, moved_m), survey, moved_m);
     for (PlaceFound place : decide(belief, survey, window)) {
       place.window = w;
       if (agrees_backwards(newest, window, place)) found.push_back(place);
@@ -85,13 +78,47 @@ std::vector<PlaceFound> RevisitSearch::find(const Columns& newest, double moved_
   return found;
 }
 
-// The belief about the run that contains a window.
+// Bayes' rule. Patches overlap, and each piece of ground counts once: at a place to which the
+// belief has moved on, the new part of the patch. Where a pass begins, none of the patch has
+// counted.
+RevisitSearch::Belief RevisitSearch::update(Prior prior, const PatchSurvey& survey,
+                                            double moved_m) const {
+  Belief belief = std::move(prior.belief);
+  const double fresh = std::min(1.0, moved_m / options_.patch_m);
+  const Eigen::ArrayXd expected[2] = {belief.places[0].rowwise().sum(),
+                                      belief.places[1].rowwise().sum()};
+  Eigen::ArrayXXd log_ratio[2];
+  double highest = 0.0;
+  for (int d = 0; d < 2; ++d) {
+    if (!is_possible(belief.mirrored, d)) continue;
+    log_ratio[d] = survey.log_likelihood(d == 1);
+    highest = std::max(highest, log_ratio[d].maxCoeff());
+  }
+  for (int d = 0; d < 2; ++d) {
+    if (!is_possible(belief.mirrored, d)) continue;
+    belief.places[d] = belief.places[d] * (fresh * log_ratio[d] - highest).exp() +
+                       prior.begun[d] * (log_ratio[d] - highest).exp();
+  }
+  belief.nowhere *= std::exp(-highest);
+  const double sum = belief.nowhere + belief.places[0].sum() + belief.places[1].sum();
+  for (auto& places : belief.places) places /= sum;
+  belief.nowhere /= sum;
+  const Peak peak = peak_of(belief);
+  if (lobe_share(expected[peak.direction], peak.at) < 0.5) {  // the pass was not expected here
+    belief.patches = 0;
+    belief.clear = false;
+  }
+  ++belief.patches;
+  return belief;
+}
+
+// The belief about the run that contains a window, driven in the same direction.
 const RevisitSearch::Belief* RevisitSearch::last_belief_on(const SearchWindow& window) const {
   const auto first = static_cast<std::ptrdiff_t>(window.first);
   const Belief* before = nullptr;
   std::ptrdiff_t most = 0;
   for (const Belief& b : beliefs_) {
-    if (b.run != window.run) continue;
+    if (b.run != window.run || b.mirrored != window.mirrored) continue;
     const std::ptrdiff_t overlap =
         std::min<std::ptrdiff_t>(first + window.features.rows(), b.first + b.places[0].rows()) -
         std::max(first, b.first);
@@ -111,11 +138,15 @@ RevisitSearch::Peak RevisitSearch::peak_of(const Belief& belief) const {
   const double highest[2] = {places[0].maxCoeff(&at[0]), places[1].maxCoeff(&at[1])};
   peak.direction = highest[1] > highest[0] ? 1 : 0;
   peak.at = at[peak.direction];
-  const auto lobe = static_cast<Eigen::Index>(options_.matcher.lobe_m / matcher_.spacing());
-  const auto from = std::max<Eigen::Index>(0, peak.at - lobe);
-  const auto to = std::min(places[peak.direction].size(), peak.at + lobe + 1);
-  peak.share = places[peak.direction].segment(from, to - from).sum();
+  peak.share = lobe_share(places[peak.direction], peak.at);
   return peak;
+}
+
+double RevisitSearch::lobe_share(const Eigen::ArrayXd& places, Eigen::Index at) const {
+  const auto lobe = static_cast<Eigen::Index>(options_.matcher.lobe_m / matcher_.spacing());
+  const auto from = std::max<Eigen::Index>(0, at - lobe);
+  const auto to = std::min(places.size(), at + lobe + 1);
+  return places.segment(from, to - from).sum();
 }
 
 // The place of the query if the belief of before is certain: it has moved along.
@@ -162,17 +193,22 @@ RevisitSearch::Stretches RevisitSearch::prior_stretches(const SearchWindow& wind
   const double most = options_.max_stretch;
   const double mean = std::clamp(window.stretch, -most, most);
   const double sigma = std::hypot(window.stretch_sigma, options_.drift);
-  const double low = std::max(-most, mean - kWithin * sigma);
-  const double high = std::min(most, mean + kWithin * sigma);
+  const double gripping = window.grip > 0.0 ? 0.0 : mean;
+  const double low = std::max(-most, std::min(gripping, mean - kWithin * sigma));
+  const double high = std::min(most, std::max(gripping, mean + kWithin * sigma));
   Stretches all;
   all.first = static_cast<int>(std::floor(low / step_));
-  all.share = normal_weights(all.first, static_cast<int>(std::ceil(high / step_)), mean / step_,
-                             std::hypot(sigma / step_, 0.5));
+  const int last = static_cast<int>(std::ceil(high / step_));
+  const auto weights = [&](double about, double deviation) {
+    return normal_weights(all.first, last, about / step_, std::hypot(deviation / step_, 0.5));
+  };
+  all.share =
+      window.grip * weights(gripping, options_.drift) + (1.0 - window.grip) * weights(mean, sigma);
   return all;
 }
 
-// Transition probabilities of the stretch from one query to the next, in steps up and down. The
-// middle entry is "no change".
+// Transition probabilities of the stretch from one query to the next, if no slip has begun or
+// ended, in steps up and down. The middle entry is "no change".
 Eigen::ArrayXd RevisitSearch::stretch_transition(const SearchWindow& window) const {
   const double sigma = std::hypot(window.stretch_change, options_.drift) / step_;
   const int reach = static_cast<int>(std::ceil(kWithin * sigma));
@@ -196,11 +232,12 @@ RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
                                 before->first_stretch + static_cast<int>(held.size()) + reach) -
                            1);
   Eigen::ArrayXd share = Eigen::ArrayXd::Zero(high - low + 1);
-  share.segment(fresh.first - low, fresh.size()) = before->nowhere * fresh.share;
+  const double anew = before->nowhere + (1.0 - window.kept) * held.sum();
+  share.segment(fresh.first - low, fresh.size()) = anew * fresh.share;
   for (int k = low; k <= high; ++k) {
     for (int i = 0; i < held.size(); ++i) {
       const int by = k - before->first_stretch - i;
-      if (std::abs(by) <= reach) share[k - low] += held[i] * change[by + reach];
+      if (std::abs(by) <= reach) share[k - low] += window.kept * held[i] * change[by + reach];
     }
   }
   share /= share.sum();
@@ -212,54 +249,67 @@ RevisitSearch::Stretches RevisitSearch::stretches(const SearchWindow& window,
 
 // The prior of a window's places before the new patch is compared: uniform, or the last posterior
 // of this ground, moved along.
-RevisitSearch::Belief RevisitSearch::expect(const SearchWindow& window, const Belief* before,
-                                            const PatchSurvey& survey, const Stretches& stretches,
-                                            double moved_m) const {
-  Belief belief;
+RevisitSearch::Prior RevisitSearch::expect(const SearchWindow& window, const Belief* before,
+                                           const PatchSurvey& survey, const Stretches& stretches,
+                                           double moved_m) const {
+  Prior prior;
+  Belief& belief = prior.belief;
   belief.run = window.run;
+  belief.mirrored = window.mirrored;
   belief.first = static_cast<std::ptrdiff_t>(window.first) + survey.first();
   belief.first_stretch = stretches.first;
-  const double share = (1.0 - options_.nowhere) / (2.0 * survey.size());
-  for (auto& places : belief.places) {
-    places = share * stretches.share.transpose().replicate(survey.size(), 1);
+  const double share = (1.0 - options_.nowhere) / survey.size();
+  for (int d = 0; d < 2; ++d) {
+    const double way = !is_possible(window.mirrored, d) ? 0.0 : window.mirrored ? 1.0 : 0.5;
+    prior.begun[d] = way * share * stretches.share.transpose().replicate(survey.size(), 1);
+    belief.places[d] = Eigen::ArrayXXd::Zero(survey.size(), stretches.size());
   }
   belief.nowhere = options_.nowhere;
-  if (before != nullptr) move(*before, window, moved_m, belief);
-  return belief;
+  if (before != nullptr) move(*before, window, moved_m, prior);
+  return prior;
 }
 
 // Prediction step of the filter. Places move by the distance driven times the stretch: forwards if
 // driven as then, backwards if mirrored. Belief that leaves the window is dropped, and a small
 // share is spread evenly over all places.
 void RevisitSearch::move(const Belief& before, const SearchWindow& window, double moved_m,
-                         Belief& after) const {
+                         Prior& after) const {
+  Belief& belief = after.belief;
   const Eigen::ArrayXd change = stretch_transition(window);
+  const Stretches fresh = prior_stretches(window);
   const int reach = static_cast<int>(change.size() / 2);
   const double spacing = matcher_.spacing();
   double kept = 0.0;
   for (int d = 0; d < 2; ++d) {
-    Eigen::ArrayXXd moved = Eigen::ArrayXXd::Zero(after.places[d].rows(), after.places[d].cols());
+    after.begun[d] *= options_.lost;
+    if (!is_possible(belief.mirrored, d)) continue;
+    Eigen::ArrayXXd& places = belief.places[d];
+    Eigen::ArrayXd anew = Eigen::ArrayXd::Zero(places.rows());  // with another stretch
     for (Eigen::Index i = 0; i < before.places[d].cols(); ++i) {
       const int stretch = before.first_stretch + static_cast<int>(i);
       const double step = moved_m * std::exp(stretch * step_) / spacing;
       // Stretches lie one step apart, so each stands for an interval of that width.
       const double sigma = std::max(0.7, std::hypot(options_.drift, 0.5 * step_) * step);
       const double shift =
-          static_cast<double>(before.first - after.first) + (d == 0 ? step : -step);
-      const Eigen::ArrayXd on =
-          moved_on(before.places[d].col(i), shift, sigma, after.places[d].rows());
-      for (Eigen::Index k = 0; k < moved.cols(); ++k) {
-        const int by = after.first_stretch + static_cast<int>(k) - stretch;
-        if (std::abs(by) <= reach) moved.col(k) += change[by + reach] * on;
+          static_cast<double>(before.first - belief.first) + (d == 0 ? step : -step);
+      const Eigen::ArrayXd on = moved_on(before.places[d].col(i), shift, sigma, places.rows());
+      for (Eigen::Index k = 0; k < places.cols(); ++k) {
+        const int by = belief.first_stretch + static_cast<int>(k) - stretch;
+        if (std::abs(by) <= reach) places.col(k) += window.kept * change[by + reach] * on;
       }
+      anew += (1.0 - window.kept) * on;
     }
-    after.places[d] = options_.lost * after.places[d] + (1.0 - options_.lost) * moved;
-    kept += moved.sum();
+    for (Eigen::Index k = 0; k < places.cols(); ++k) {
+      const Eigen::Index i = belief.first_stretch + k - fresh.first;
+      if (i >= 0 && i < fresh.size()) places.col(k) += fresh.share[i] * anew;
+    }
+    kept += places.sum();
+    places *= 1.0 - options_.lost;
   }
-  after.nowhere =
-      options_.lost * after.nowhere + (1.0 - options_.lost) * std::max(before.nowhere, 1.0 - kept);
-  after.patches = before.patches;
-  after.clear = before.clear;
+  belief.nowhere =
+      options_.lost * belief.nowhere + (1.0 - options_.lost) * std::max(before.nowhere, 1.0 - kept);
+  belief.patches = before.patches;
+  belief.clear = before.clear;
 }
 
 std::vector<PlaceFound> RevisitSearch::decide(Belief& belief, PatchSurvey& survey,

@@ -41,9 +41,12 @@ struct SearchWindow {
   double expected = 0.0;  // number of the column at which the query's centre is expected
   double bound_m = 0.0;   // the place lies within so much of it, along the memory
 
-  // Stretch: ln of metres of memory per metre of query. Its mean, its standard deviation, and the
-  // standard deviation of its change since the last query. All are 0 without slip then and now.
+  // Stretch: ln of metres of memory per metre of query, that is, the slip now less the slip then.
+  // `grip`: probability that the wheel slips neither then nor now, so that it is 0; else its mean
+  // and standard deviation. `kept`: probability that since the last query neither slip has begun or
+  // ended; it has changed by so much then (standard deviation).
   double stretch = 0.0, stretch_sigma = 0.0, stretch_change = 0.0;
+  double grip = 0.0, kept = 1.0;
   std::optional<bool> mirrored;  // driven against the memory's direction, where that is known
 };
 
@@ -74,12 +77,19 @@ class RevisitSearch {
  private:
   struct Belief {
     std::size_t run = 0;
-    std::ptrdiff_t first = 0;   // number of the column of row 0
-    int first_stretch = 0;      // of column 0, in steps of step_
-    Eigen::ArrayXXd places[2];  // (place, stretch), as driven and mirrored
+    std::optional<bool> mirrored;  // as of the window: the other direction has no share then
+    std::ptrdiff_t first = 0;      // number of the column of row 0
+    int first_stretch = 0;         // of column 0, in steps of step_
+    Eigen::ArrayXXd places[2];     // (place, stretch), as driven and mirrored
     double nowhere = 1.0;
-    int patches = 0;
+    int patches = 0;     // since the most probable place has been the same
     bool clear = false;  // since the place is certain, a patch has shown it by itself
+  };
+  // Before the newest patch counts. begun: the share of each place that the pass lies there from
+  // this patch on, and was nowhere or elsewhere before.
+  struct Prior {
+    Belief belief;
+    Eigen::ArrayXXd begun[2];
   };
   // The stretches at which a query is compared (first * step_, ...) and their probabilities.
   struct Stretches {
@@ -101,15 +111,17 @@ class RevisitSearch {
 
   const Belief* last_belief_on(const SearchWindow& window) const;
   Peak peak_of(const Belief& belief) const;
+  double lobe_share(const Eigen::ArrayXd& places, Eigen::Index at) const;
   std::optional<Held> held_place(const Belief* before, double moved_m) const;
   PatchSurvey survey_of(const Columns& query, const SearchWindow& window, const Belief* before,
                         const Stretches& asked, double moved_m);
   Stretches prior_stretches(const SearchWindow& window) const;
   Stretches stretches(const SearchWindow& window, const Belief* before) const;
   Eigen::ArrayXd stretch_transition(const SearchWindow& window) const;
-  Belief expect(const SearchWindow& window, const Belief* before, const PatchSurvey& survey,
-                const Stretches& stretches, double moved_m) const;
-  void move(const Belief& before, const SearchWindow& window, double moved_m, Belief& after) const;
+  Prior expect(const SearchWindow& window, const Belief* before, const PatchSurvey& survey,
+               const Stretches& stretches, double moved_m) const;
+  void move(const Belief& before, const SearchWindow& window, double moved_m, Prior& after) const;
+  Belief update(Prior prior, const PatchSurvey& survey, double moved_m) const;
   std::vector<PlaceFound> decide(Belief& belief, PatchSurvey& survey,
                                  const SearchWindow& window) const;
   bool agrees_backwards(const Columns& newest, const SearchWindow& window, const PlaceFound& found);
