@@ -9,6 +9,8 @@
 namespace gprodom {
 namespace {
 
+// Squared correlation: of ground that is less alike, as 20 cm aside, most is new.
+constexpr double kAlike = 0.5;
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 
 }  // namespace
@@ -98,7 +100,7 @@ void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, d
   const Sighting seen = sighting(*memory_end, then, query, found.match, moved_m);
   const bool joins = memory_end->node == kInMap && !located_;
   if (!(joins ? support(seen, answer) : use(seen, answer))) return;
-  mark_known(query);
+  if (found.match.correlation * found.match.correlation > kAlike) mark_known(query);
 }
 
 // The ground of a query is not stored once more. But a track that is not located yet keeps all its
