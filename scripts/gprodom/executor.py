@@ -58,7 +58,7 @@ class LocalExecutor:
         waiting = deque(range(len(tasks)))
         losses: Counter[int] = Counter()
         while waiting:
-            pool = ProcessPoolExecutor(self.workers, initializer=_leave_interrupts)
+            pool = ProcessPoolExecutor(self.workers, initializer=_leave_signals)
             running: dict[Future[Result], int] = {}
             broken = False
             try:
@@ -91,9 +91,12 @@ def _lost() -> Future[Result]:
     return future
 
 
-def _leave_interrupts() -> None:
-    """An interrupt ends a worker at once, without a traceback; the parent cancels the rest."""
+def _leave_signals() -> None:
+    """An interrupt ends a worker at once, without a traceback; the parent cancels the rest. So does
+    SIGTERM, by which a pool ends its workers when one has died: as an exception (`gprodom.cli`) it
+    would end the task alone, and the pool waits for ever."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 NO_ANSWER = -1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -81,6 +82,20 @@ def test_a_task_that_always_ends_its_worker_fails_alone(tmp_path: Path) -> None:
     found = outputs(LocalExecutor(WORKERS), tasks)
     assert "ended without a word 3 times" in found.pop(0)
     assert found == {i: str(i) for i in range(1, 9)}
+
+
+def test_a_dead_worker_ends_the_others_though_the_command_line_takes_signals(
+    tmp_path: Path,
+) -> None:
+    def stop(*_: object) -> None:
+        raise SystemExit(143)
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        tasks = [kills_its_worker(tmp_path / "once"), Call(("sleep", "1"), {}, 60)]
+        assert outputs(LocalExecutor(WORKERS), tasks) == {0: "lived", 1: ""}
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def test_what_takes_too_long_is_ended() -> None:
