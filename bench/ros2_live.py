@@ -105,10 +105,13 @@ def main() -> int:
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default: 1)")
     parser.add_argument("--best-effort", action="store_true", help="sensors are best effort")
     args = parse_inside(parser)
-    if not (kit.BIN / "peer").is_file():
+    if not any(path.is_file() for path in (kit.BIN / "peer", kit.NO_PEER)):
         build = [str(kit.CHECKOUT / "scripts" / "check-ros2"), "--build"]
         if subprocess.run(build, stdout=sys.stderr).returncode != 0:
             raise Error("the ROS 2 node and its peer could not be built (see above)")
+    if kit.NO_PEER.is_file():
+        print(kit.NO_PEER.read_text(), file=sys.stderr)
+        return 3
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         figures = measure(args.log, args.configs, args, Path(name))
     print_figures(args, figures, list_of(figures))

@@ -9,7 +9,8 @@
 
 DIR gets NAME.json for each bench. What was measured before, with the same program, data and
 arguments, is taken from the cache (out/bench), so that a run that was ended goes on where it was. A
-job that fails is told, and the others go on. Exit code: 0; 1 where a job failed; 2 for bad usage.
+job that fails, or is not possible here, is told, and the others go on. Exit code: 0; 1 where a job
+failed; 2 for bad usage.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from gprodom.files import write_bytes
 
 # A bench ends with 1 where a figure is over what its program asks for, which is no failure here.
 FINE = (0, 1)
+NOT_HERE = 3  # a bench that is not possible on this machine says why
 
 
 @dataclass(frozen=True)
@@ -104,8 +105,11 @@ class Measurement:
             workers = executor.workers
             for task, answer in self._run(some, executor):
                 try:
-                    measured[task.name] = self._read(task, answer)
-                    said = f"{answer.seconds:.0f} s"
+                    if answer.code == NOT_HERE:
+                        said = f"NOT RUN: {answer.said.strip()}"
+                    else:
+                        measured[task.name] = self._read(task, answer)
+                        said = f"{answer.seconds:.0f} s"
                 except Error as error:
                     failed[task.name] = str(error)
                     said = f"failed: {str(error).splitlines()[0]}"

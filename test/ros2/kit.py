@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from gprodom.lcm import EventLog
@@ -20,6 +21,7 @@ from gprodom.lcm.messages import message
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 BIN = Path(os.environ.get("GPRODOM_ROS2_BUILD", CHECKOUT / "build-ros2")) / "bin"
+NO_PEER = BIN.parent / "no-peer"  # why there is none, where Fast DDS is of another kind
 PACKAGE = CHECKOUT / "ros2" / "gprodom_msgs"
 IS_SANITIZED = bool(os.environ.get("GPRODOM_SANITIZE"))  # slower, and larger
 PATIENCE_S = 240.0 if IS_SANITIZED else 60.0
@@ -266,6 +268,8 @@ class Peer:
         topics: dict[str, tuple[str, str]],
         *options: str,
     ) -> None:
+        if NO_PEER.is_file():
+            pytest.skip(NO_PEER.read_text())
         self.out = folder / f"{name}.out"
         write_plan(folder / f"{name}.plan", plan)
         command = [str(BIN / "peer"), str(folder / f"{name}.plan"), str(self.out), *options]
