@@ -6,8 +6,7 @@ add_library(gprodom_settings INTERFACE)
 target_compile_features(gprodom_settings INTERFACE cxx_std_17)
 target_compile_options(gprodom_settings INTERFACE -Wall -Wextra -Werror)
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
-  # g++ 14 (Debian 13) warns of every other member of a std::variant that is moved into a vector. g++ 12 keeps
-  # the warning.
+  # g++ 14 (Debian 13) warns wrongly where a std::variant is moved into a vector. g++ 12 keeps the warning.
   target_compile_options(gprodom_settings INTERFACE -Wno-maybe-uninitialized)
 endif()
 if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")

@@ -14,6 +14,12 @@ constexpr std::size_t kMaxWindows = 2;  // passes over a place that are searched
 // kLateralGate. Beyond, the poses do not tell which passes lie beside the robot.
 constexpr double kKnowsPassesFor = 100.0 * kLateralGate;
 
+// Whether the ground is driven against the memory's direction. The memory has the direction of
+// driving, the poses have the heading.
+bool is_mirrored(const Pass& pass, const gpr::MemoryColumn& then, const gpr::MemoryColumn& query) {
+  return pass.turned != (then.direction != query.direction);
+}
+
 }  // namespace
 
 // Every kQuerySpacing, searches the memory for the newest ground.
@@ -101,8 +107,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
   // Ground just before the query that was driven in the same direction would be found as itself.
   const auto is_query = [&](const Pass& pass) {
     if (path_.travelled_at(pass.place) < query_begins - gate) return false;
-    const int then = ground_.memory.column(*column_at(pass.place)).direction;
-    return pass.turned == (then != query.direction);
+    return !is_mirrored(pass, ground_.memory.column(*column_at(pass.place)), query);
   };
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_query), passes.end());
   if (located_ || candidate_) {
@@ -151,8 +156,7 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
   const double ahead = distance + longer * pass.along - then.distance_m;
   gpr::SearchWindow window = window_on(memory, column, ahead, longer * gate, search_->reach_m());
   predict_stretch(pass, query, window);
-  // The memory has the direction of driving, the poses have the heading.
-  window.mirrored = pass.turned != (then.direction != query.direction);
+  window.mirrored = is_mirrored(pass, then, query);
   return window;
 }
 

@@ -9,7 +9,8 @@
 namespace gprodom {
 namespace {
 
-// Squared correlation: of ground that is less alike, as 20 cm aside, most is new.
+// Squared correlation, the share of the variance that the stored ground explains. Below a half most
+// of the ground is new, as 20 cm aside.
 constexpr double kAlike = 0.5;
 constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no longer stored twice
 

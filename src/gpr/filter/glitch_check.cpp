@@ -5,8 +5,10 @@
 namespace gprodom::gpr {
 namespace {
 
-constexpr float kFarFromUsual = 36.0F;  // times the usual mean square
-constexpr float kFarFromBoth = 9.0F;    // times the mean square of what its neighbours differ by
+// Squares of ratios of standard deviations: 6 times the usual difference, 3 times that between the
+// two neighbours.
+constexpr float kFarFromUsual = 36.0F;
+constexpr float kFarFromBoth = 9.0F;
 
 }  // namespace
 

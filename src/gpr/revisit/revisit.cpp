@@ -44,7 +44,8 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
 }
 
 // Energy of each column. A column with far more than the median is scaled down, in place: a glitch
-// of the receiver, or one strong reflector, would decide by itself.
+// of the receiver, or one strong reflector, would decide by itself. Twice the usual amplitude is
+// left as it is; chance alone rarely reaches that with the dozen rows of a block.
 Eigen::ArrayXf limit_energy(Columns& columns) {
   constexpr float kMost = 4.0F;  // times the median
   Eigen::ArrayXf energy = columns.array().square().rowwise().sum();

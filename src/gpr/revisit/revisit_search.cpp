@@ -104,7 +104,8 @@ RevisitSearch::Belief RevisitSearch::update(Prior prior, const PatchSurvey& surv
   for (auto& places : belief.places) places /= sum;
   belief.nowhere /= sum;
   const Peak peak = peak_of(belief);
-  if (lobe_share(expected[peak.direction], peak.at) < 0.5) {  // the pass was not expected here
+  // Other places together were likelier before: the evidence for this one begins with this patch.
+  if (lobe_share(expected[peak.direction], peak.at) < 0.5) {
     belief.patches = 0;
     belief.clear = false;
   }

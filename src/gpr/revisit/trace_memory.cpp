@@ -30,13 +30,13 @@ void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sam
   }
   sample_interval_ = sample_interval;
   Sample sample{time, distance_m, 1, Eigen::Map<const Eigen::RowVectorXf>(samples.data(), n)};
-  Eigen::RowVectorXf seen = sample.values;
-  if (filter_) seen = filter_->project(Columns(sample.values)).row(0);
-  if (waiting_ && !glitches_.is_glitch(before_, now_, seen)) {
-    before_ = std::move(now_);
+  Eigen::RowVectorXf features = sample.values;
+  if (filter_) features = filter_->project(Columns(sample.values)).row(0);
+  if (waiting_ && !glitches_.is_glitch(features_before_, waiting_features_, features)) {
+    features_before_ = std::move(waiting_features_);
     take(std::move(*waiting_));
   }
-  now_ = std::move(seen);
+  waiting_features_ = std::move(features);
   waiting_ = std::move(sample);
 }
 

@@ -204,10 +204,10 @@ class TraceMemory {
   Columns to_limited_;  // of the newest session: traces to band-limited columns
   int context_ = 0;     // columns that the band-pass reaches to either side
 
-  // A trace waits for the next one, which shows whether it is a glitch. It is compared as features
-  // once there is a filter, as is the good one before it.
+  // A trace waits for the next one, which shows whether it is a glitch. It is compared with its
+  // neighbours as raw samples until the filter is learnt, then as features.
   std::optional<Sample> waiting_;
-  Eigen::RowVectorXf before_, now_;
+  Eigen::RowVectorXf waiting_features_, features_before_;  // features_before_: of the last good one
   GlitchCheck glitches_;
 
   std::optional<Sample> last_;

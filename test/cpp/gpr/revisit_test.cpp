@@ -113,6 +113,18 @@ TEST_F(Revisit, AGlitchedTraceDoesNotMatter) {
   EXPECT_NEAR(found.offset_m, 6.0 + 0.5 * (kPatch - 1) * kSpacing - 8.0, 0.25 * kSpacing);
 }
 
+// Two columns of a glitch that are equal, 30 times as large as the ground, do not make a place.
+TEST_F(Revisit, OneColumnThatIsFarLargerDecidesNothing) {
+  Columns query =
+      filter_.apply(drive(ground_, 8.0 - 0.5 * (kPatch - 1) * kSpacing, kSpacing, kPatch, 3));
+  query.row(30) = 30.0F * memory_.row(100);
+  Columns memory = memory_;
+  memory.row(300) = query.row(30);  // where the query's centre would lie 0.32 m further
+  const RevisitMatch found = PatchMatcher(filter_, kSpacing).match(memory, query, 0.2, 0.6);
+  EXPECT_TRUE(found.accepted) << found.score;
+  EXPECT_NEAR(found.offset_m, 0.0, kSpacing);
+}
+
 TEST_F(Revisit, PlacesOutsideTheMemoryAreNotCompared) {
   PatchMatcher matcher(filter_, kSpacing);
   const Columns query = memory_.topRows(kPatch);
