@@ -107,6 +107,8 @@ void Odometry::save_due(Outputs& out) {
     else if (newest)
       begin_saving_newest();
   }
+  // Else the disk's speed would decide which STATUS tells of a file.
+  if (execution_ == Execution::kInline) store_->writer().flush();
   take_notices();
   pipeline_->report_files(store_->trouble(), store_->kept_aside(), store_->other_format());
   out.warnings.insert(out.warnings.begin(), std::make_move_iterator(notices_.begin()),
