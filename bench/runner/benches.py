@@ -26,7 +26,7 @@ from jobs import (
 )
 from looking import looking
 from maps import of_maps
-from new_robots import commissioning, triggering
+from new_robots import commissioning, mountings, triggering
 from readers import (
     DRIVE,
     FDTD,
@@ -142,6 +142,7 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             settable=False,
         ),
         commissioning(),
+        mountings(data),
         triggering(),
         Bench(
             "salient",

@@ -1,11 +1,14 @@
-"""The benches of `gprodom commission`, and of carts whose wheel triggers the radar."""
+"""The benches of robots that nobody has measured, and of carts whose wheel triggers the radar."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from job import Bench, Job
+from jobs import RECORDINGS, drives, recordings
 from readers import ERROR_M, commission
 
-from figures import Unit, rows
+from figures import RATIO, SECONDS, Unit, by_row, rows
 
 
 def commissioning() -> Bench:
@@ -17,6 +20,24 @@ def commissioning() -> Bench:
         commission,
         _jobs(),
         settable=False,
+    )
+
+
+def mountings(data: Path) -> Bench:
+    """An IMU that is mounted in any way, of the gentle drives and of recordings with points."""
+    of_robots = recordings(("-j1",), ("f1tenth3",))
+    return Bench(
+        "mounting",
+        "Mountings of the IMU at random, found while driving",
+        "mounting_found.py",
+        by_row(
+            lambda row: row["recording"],
+            {"over": RATIO, "right_m": ERROR_M, "auto_m": ERROR_M, "known_s": SECONDS},
+        ),
+        (
+            *drives(data, "cmu_like", (9,)),
+            *(job for job in of_robots if RECORDINGS[job.name].points),
+        ),
     )
 
 

@@ -30,11 +30,29 @@ def starts(f: Figures) -> Iterator[Row]:
     live, normal, after, normal_after = (
         metres(f.mean("mid_drive", rows, key)) or UNKNOWN for key in keys
     )
-    what = "start in mid-drive: mean error (of a normal start, same stretch), live; afterwards"
-    yield [what, f"{live} m ({normal}); {after} m ({normal_after})", "`mid_drive`"]
     nees, late = (f.greatest("mid_drive", rows, key) for key in ("nees_xy", "start_s"))
-    answer = f"{plain(nees) or UNKNOWN}; {plain(late, 1)} s"
-    yield ["its NEES and time until the first pose, largest", answer, "`mid_drive`"]
+    what = (
+        "start in mid-drive: mean error (of a normal start, same stretch), live; afterwards; "
+        "largest NEES, time until the first pose"
+    )
+    answer = f"{live} m ({normal}); {after} m ({normal_after}); {plain(nees) or UNKNOWN}"
+    yield [what, f"{answer}, {plain(late, 1)} s", "`mid_drive`"]
+
+
+def mountings(f: Figures) -> Iterator[Row]:
+    """That are found while driving."""
+    names = f.parts("mounting")
+    groups = {
+        "gentle": [name for name in names if name.isdigit()],
+        "real robots": [name for name in names if not name.isdigit()],
+    }
+    what = "IMU mounted at random, `auto`: error over that of the right mounting, mean (worst)"
+    answers = [
+        f"{group} {plain(f.mean('mounting', rows, 'over')) or UNKNOWN} "
+        f"({plain(f.greatest('mounting', rows, 'over'))})"
+        for group, rows in groups.items()
+    ]
+    yield [what, "; ".join(answers), "`mounting`"]
 
 
 def wheel(f: Figures) -> Iterator[Row]:
@@ -311,6 +329,7 @@ def speed(f: Figures) -> Iterator[Row]:
 
 PARTS = (
     starts,
+    mountings,
     wheel,
     standing,
     lasting_slip,

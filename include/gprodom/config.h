@@ -42,9 +42,14 @@ struct TimeConfig {
   double reorder_window = 0.35;  // s; data later than this behind the newest are dropped
 };
 
+// rad; roll, pitch, yaw of a rotation; nothing (`auto` in YAML): the drive shows it.
+struct MountingAngles {
+  std::optional<Eigen::Vector3d> rpy = Eigen::Vector3d::Zero();
+};
+
 struct ImuConfig {
-  Eigen::Vector3d rpy_body_imu = Eigen::Vector3d::Zero();  // rad; roll, pitch, yaw of R_body_imu
-  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();     // m; the accelerometer's place in body
+  MountingAngles rpy_body_imu;                          // of R_body_imu
+  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // m; the accelerometer's place in body
   double gyro_noise_density = 2.3e-4;   // rad/s/sqrt(Hz); floor, raised by what a standstill shows
   double accel_noise_density = 8.3e-4;  // m/s^2/sqrt(Hz); floor, likewise
   double gyro_bias_walk = 1.0e-5;       // rad/s^2/sqrt(Hz)

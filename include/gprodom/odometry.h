@@ -123,6 +123,10 @@ class GPRODOM_EXPORT Odometry {
 
  private:
   void restart(StartingPoint start);
+  Pipeline& ground_owner() const;  // that has the ground
+  std::unique_ptr<Pipeline> made(StartingPoint start);
+  void use(std::unique_ptr<Pipeline> pipeline);
+  void estimate_again(std::size_t most);
   std::optional<GroundMap> ground_of(const TraceFormat& format);
   std::optional<GroundMap> rescued_ground(bool of_map);
   void save_state();
@@ -141,6 +145,9 @@ class GPRODOM_EXPORT Odometry {
   Execution execution_;
   gpr::FrontEndFactory front_end_;
   std::unique_ptr<Pipeline> pipeline_;
+  std::unique_ptr<Pipeline> again_;  // estimates the data so far again, and then takes over
+  std::size_t heard_again_ = 0;      // messages, by that
+  bool records_ = false;
   std::unique_ptr<MapFrame> map_frame_;
   std::unique_ptr<Rescue> rescue_;
   bool map_exchanged_ = false;  // in this step

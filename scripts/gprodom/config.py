@@ -13,6 +13,7 @@ from typing import Any
 import gprodom
 from gprodom.errors import Error
 
+AUTO = "auto"  # of imu.rpy_body_imu: the estimator finds it
 TRUTH_CHANNEL = "TOTAL_STATION"  # position_truth_t in logs; the estimator knows nothing of it
 
 
@@ -93,12 +94,18 @@ def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Chann
 
 def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> tuple[float, ...]:
     """`imu.rpy_body_imu`: roll, pitch, yaw (rad); zeros where nothing says it."""
+    return mounting_angles(_setting(configs, overrides, "imu.rpy_body_imu", (0.0, 0.0, 0.0)))
+
+
+def mounting_angles(value: Any) -> tuple[float, ...]:
+    """Of a value of `imu.rpy_body_imu`; zeros for `auto`."""
     key = "imu.rpy_body_imu"
-    value = _setting(configs, overrides, key, (0.0, 0.0, 0.0))
+    if value == AUTO:
+        return 0.0, 0.0, 0.0
     try:
         roll, pitch, yaw = (float(part) for part in value)
     except (TypeError, ValueError):
-        raise Error(f"{key}: expected three angles (rad), got {value!r}") from None
+        raise Error(f"{key}: expected three angles (rad) or {AUTO}, got {value!r}") from None
     return roll, pitch, yaw
 
 

@@ -49,7 +49,7 @@ void add_time(Keys& keys, TimeConfig& c) {
 
 void add_imu(Keys& keys, ImuConfig& c) {
   keys.insert(keys.end(), {
-    {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body"},
+    {"imu.rpy_body_imu", &c.rpy_body_imu, "rad", between(-6.3, 6.3), "roll, pitch, yaw of the IMU's axes in body; auto: found while driving"},
     {"imu.lever_arm", &c.lever_arm, "m", between(-100, 100), "the accelerometer's place in body"},
     {"imu.gyro_noise_density", &c.gyro_noise_density, "rad/s/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},
     {"imu.accel_noise_density", &c.accel_noise_density, "m/s^2/sqrt(Hz)", kPositive, "lower limit; raised if a standstill shows more"},

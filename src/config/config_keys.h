@@ -36,10 +36,11 @@ struct Text {
 
 using Allowed = std::variant<Range, Text>;
 // gprodom/choices.h has the enums and the names of their values.
-using FieldPointer = std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*,
-                                  std::optional<Eigen::Vector3d>*, Antennas*, AntennaOffsets*,
-                                  WheelDrive*, WheelForm*, FrontEndKind*, Fusion*, DistanceForm*,
-                                  Trigger*, CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
+using FieldPointer =
+    std::variant<bool*, int*, double*, std::string*, Eigen::Vector3d*,
+                 std::optional<Eigen::Vector3d>*, MountingAngles*, Antennas*, AntennaOffsets*,
+                 WheelDrive*, WheelForm*, FrontEndKind*, Fusion*, DistanceForm*, Trigger*,
+                 CoherenceUse*, SolverKind*, MapUse*, LogLevel*>;
 
 struct ConfigKey {
   std::string name;  // "wheel.scale"

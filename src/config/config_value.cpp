@@ -24,6 +24,10 @@ std::string to_text(const Eigen::Vector3d& v) {
 
 std::string to_text(const std::optional<Eigen::Vector3d>& v) { return v ? to_text(*v) : "[]"; }
 
+std::string to_text(const MountingAngles& angles) {
+  return angles.rpy ? to_text(*angles.rpy) : "auto";
+}
+
 template <class Value>
 std::string to_text(const std::map<int, Value>& by_antenna) {
   std::string text;
@@ -104,6 +108,14 @@ std::optional<std::optional<Eigen::Vector3d>> parse(const ConfigKey& key, const 
   return vector;
 }
 
+std::optional<MountingAngles> parse(const ConfigKey& key, const YAML::Node& node,
+                                    const MountingAngles*) {
+  if (node.IsScalar() && node.Scalar() == "auto") return MountingAngles{std::nullopt};
+  const auto angles = vector_within(key, node);
+  if (!angles) return std::nullopt;
+  return MountingAngles{angles};
+}
+
 template <class Value>
 std::optional<std::map<int, Value>> parse(const ConfigKey& key, const YAML::Node& node,
                                           const std::map<int, Value>*) {
@@ -147,6 +159,9 @@ struct KindName {
   std::string operator()(const std::optional<Eigen::Vector3d>*) const {
     return "[a, b, c], three numbers, or []";
   }
+  std::string operator()(const MountingAngles*) const {
+    return "auto, or [roll, pitch, yaw], three numbers";
+  }
   std::string operator()(const Antennas*) const {
     return "a map of antenna_id to [x, y, z], each id once";
   }
@@ -168,6 +183,7 @@ struct ValueText {
   std::string operator()(const std::optional<Eigen::Vector3d>* field) const {
     return to_text(*field);
   }
+  std::string operator()(const MountingAngles* field) const { return to_text(*field); }
   template <class Value>
   std::string operator()(const std::map<int, Value>* field) const {
     return to_text(*field);

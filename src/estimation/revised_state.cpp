@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/kernels/so3.h"
 #include "estimation/state_estimator.h"
 
 namespace gprodom {
@@ -49,6 +50,26 @@ CarriedState with_gyro_bias(const CarriedState& from, const Vector3d& gyro_bias,
   return {x, 0.5 * (P + P.transpose())};
 }
 
+// The IMU's attitude in the world is known, apart from the heading: R' = Rz R R_new_old^T, with Rz
+// such that the heading stays. An error theta, in odom, then becomes Rz theta; those of position
+// and velocity do not change, beside what the chart makes of that of the attitude.
+CarriedState with_turned_axes(const CarriedState& from, const Matrix3d& R_new_old) {
+  NavState x = from.state;
+  const Matrix3d R = x.R_odom_body(), turned = R * R_new_old.transpose();
+  const double back = std::atan2(R(1, 0), R(0, 0)) - std::atan2(turned(1, 0), turned(0, 0));
+  const Matrix3d Rz = Eigen::AngleAxisd(back, Vector3d::UnitZ()).toRotationMatrix();
+  x.q_odom_body = Eigen::Quaterniond(Rz * turned).normalized();
+  x.gyro_bias = R_new_old * x.gyro_bias;
+  x.accel_bias = R_new_old * x.accel_bias;
+
+  StateMatrix J = StateMatrix::Identity();
+  J.block<3, 3>(row::kTheta, row::kTheta) = Rz;
+  J.block<3, 3>(row::kP, row::kTheta) = so3::skew(x.p_odom) * (Rz - Matrix3d::Identity());
+  J.block<3, 3>(row::kV, row::kTheta) = so3::skew(x.v_odom) * (Rz - Matrix3d::Identity());
+  J.block<3, 3>(row::kBg, row::kBg) = J.block<3, 3>(row::kBa, row::kBa) = R_new_old;
+  return {x, J * from.covariance * J.transpose()};
+}
+
 CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction) {
   NavState x = from.state;
   const Matrix3d R = x.R_odom_body();
@@ -80,7 +101,8 @@ StateMatrix StateEstimator::covariance_of_held_scale() const {
 
 // s, of an interval with a usable wheel.
 double StateEstimator::driven(const StateInput& input) const {
-  const bool drives = !input.standing && input.has_wheel && !input.wheel_contradicted;
+  const bool drives =
+      input.axes_known && !input.standing && input.has_wheel && !input.wheel_contradicted;
   return drives ? to_seconds(input.time - smoother_.newest().time) : 0.0;
 }
 

@@ -164,6 +164,7 @@ void StateEstimator::take_corrections(const StateInput& input) {
   }
   try_scale_again(input);
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
+  if (input.turned_axes) continue_from(with_turned_axes(now(), *input.turned_axes));
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
 }
@@ -181,7 +182,7 @@ void StateEstimator::add_motion(const StateInput& input, const ImuPreintegration
   const double scale_step = std::max(scale_walk * root_dt, kFixedScaleSigma);
   const auto walk = std::make_shared<RandomWalkFactor>(gyro_walk, accel_walk, scale_step);
   const auto step = std::make_shared<RandomWalkFactor>(kGyroBiasStep, kAccelBiasStep, scale_step);
-  add_factor(a, b, walk, input.gyro_bias ? step : walk);
+  add_factor(a, b, walk, input.gyro_bias || input.turned_axes ? step : walk);
   if (input.standing) {
     add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
   } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {

@@ -85,6 +85,9 @@ struct StateInput {
   bool wheel_contradicted = false;  // the robot does not move as the wheel says
   // rad/s, body; set if a standstill shows that the bias has changed by more than its walk.
   std::optional<Eigen::Vector3d> gyro_bias;
+  // The body has other axes from the newest state on, new from old, as have the steps.
+  std::optional<Eigen::Matrix3d> turned_axes;
+  bool axes_known = true;  // else accelerations tell nothing of the wheel's scale
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
   std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
   std::vector<PlacedDisplacement> displacements;    // newly in effect, for any earlier time

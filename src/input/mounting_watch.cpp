@@ -12,7 +12,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kWindow_s = 0.5;
 constexpr std::size_t kWindows = 8;               // of a block, and one before and after them
 constexpr std::size_t kFewest = 10, kMost = 120;  // blocks
 constexpr double kDriven_m = 0.25;                // in a block that is counted
@@ -55,45 +54,24 @@ bool MountingWatch::Angle::beyond(double limit, double sigmas) const {
 
 void MountingWatch::add(const std::vector<MotionStep>& steps, std::optional<double> wheel_m,
                         const Vector3d& gyro_bias) {
-  if (imu_silent(steps)) {
-    open_ = {};
-    windows_.clear();
-    wheel_m_ = wheel_m;
-    return;
-  }
-  for (const MotionStep& step : steps) {
-    open_.seconds += step.dt;
-    open_.force += step.acceleration * step.dt;
-    open_.rate += (step.angular_velocity - gyro_bias) * step.dt;
-  }
-  if (open_.seconds >= kWindow_s) close_window(wheel_m);
-}
-
-void MountingWatch::close_window(std::optional<double> wheel_m) {
-  open_.force /= open_.seconds;
-  open_.rate /= open_.seconds;
-  open_.wheel = wheel_m && wheel_m_;
-  if (open_.wheel) open_.speed = (*wheel_m - *wheel_m_) / open_.seconds;
-  windows_.push_back(open_);
-  open_ = {};
-  wheel_m_ = wheel_m;
-  if (windows_.size() < kWindows + 2) return;
+  if (!windows_.add(steps, wheel_m, gyro_bias) || windows_.complete().size() < kWindows + 2) return;
   close_block();
-  windows_.erase(windows_.begin(), windows_.begin() + kWindows);
+  windows_.forget_oldest(kWindows);
   trouble_ = judge();
 }
 
 void MountingWatch::close_block() {
+  const std::vector<MountingWindow>& windows = windows_.complete();
   Block block;
   Vector3d force = Vector3d::Zero();
   std::vector<Vector2d> by_wheel, by_imu;  // horizontal accelerations
   double driven = 0.0;
   bool wheel = true;
   for (std::size_t i = 1; i <= kWindows; ++i) {
-    const Window &before = windows_[i - 1], &now = windows_[i], &after = windows_[i + 1];
-    const double apart = 0.5 * (before.seconds + after.seconds) + now.seconds;
-    by_wheel.emplace_back((after.speed - before.speed) / apart, now.speed * now.rate.z());
-    by_imu.emplace_back(now.force.head<2>());
+    const MountingWindow &before = windows[i - 1], &now = windows[i], &after = windows[i + 1];
+    const MountingAccelerations found = accelerations(before, now, after);
+    by_wheel.push_back(found.by_wheel);
+    by_imu.push_back(found.by_imu);
     force += now.force / kWindows;
     block.turned += now.rate.head<2>() * now.rate.z();
     block.turned_up += now.rate.z() * now.rate.z();

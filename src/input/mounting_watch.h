@@ -8,14 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "estimation/recent_motion.h"
+#include "input/mounting_windows.h"
 
 namespace gprodom {
 
 class MountingWatch {
  public:
-  // An interval that follows the one before. steps: IMU in body axes. wheel_m: the wheel's distance
-  // (signed) at its end; nothing where it is not known.
+  // As MountingWindows::add().
   void add(const std::vector<MotionStep>& steps, std::optional<double> wheel_m,
            const Eigen::Vector3d& gyro_bias);
 
@@ -23,14 +22,6 @@ class MountingWatch {
   const std::string& trouble() const { return trouble_; }
 
  private:
-  // Means over a half to a whole second.
-  struct Window {
-    double seconds = 0.0;
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // m/s^2
-    Eigen::Vector3d rate = Eigen::Vector3d::Zero();   // rad/s, less the bias
-    double speed = 0.0;                               // m/s, by the wheel
-    bool wheel = true;                                // it is known
-  };
   // Of some seconds; sums over their windows.
   struct Block {
     double across = 0.0, along = 0.0;  // of accelerations: turned from the wheel's; as the wheel's
@@ -44,15 +35,12 @@ class MountingWatch {
     bool beyond(double limit, double sigmas) const;
   };
 
-  void close_window(std::optional<double> wheel_m);
   void close_block();
   Angle turned_about_up() const;
   Angle axis_along(const Eigen::Vector2d& direction) const;
   std::string judge() const;
 
-  Window open_;
-  std::optional<double> wheel_m_;  // at the open window's beginning
-  std::vector<Window> windows_;
+  MountingWindows windows_;
   std::deque<Block> blocks_;
   double gravity_off_ = 0.0;  // rad, of late
   std::string trouble_;

@@ -142,10 +142,15 @@ ImuNoise MotionJudge::noise(TimeNs from, TimeNs to) const {
   if (samples.size() < kEnoughForNoise) samples = imu_.between(to - kSecond, to);
   if (samples.size() < kEnoughForNoise) samples = imu_.last(kEnoughForNoise, to);  // a slow IMU
   ImuNoise noise = prevailing_noise(samples, rest_.noise());
-  if (newest_.standing) return noise;
-  const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
-  noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
-  noise.sideways_density = std::min(most, drive_noise_.sideways_density());
+  if (!newest_.standing) {
+    const double prevailing = noise.accel_density, most = kLargestDensityRatio * prevailing;
+    noise.accel_density = std::max(prevailing, std::min(most, drive_noise_.accel_density()));
+    noise.sideways_density = std::min(most, drive_noise_.sideways_density());
+  }
+  // An error of the accelerations lasts about as long as one of them: a second.
+  if (!axes_known_)
+    noise.accel_density =
+        std::hypot(noise.accel_density, error_of_unknown_axes(imu_.steps(from, to)));
   return noise;
 }
 
@@ -220,7 +225,6 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.steps = imu_.steps(from, to);
   const TimeNs margin = state_period_ / 2;  // more samples for the same noise
   input.noise = noise(from - margin, to + margin);
-  // An error of the accelerations lasts about as long as one of them: a second.
   input.noise.accel_density =
       std::hypot(input.noise.accel_density, slip_belief_.axes_error(input.steps));
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
@@ -228,6 +232,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   turn_rate_.complete(input, from, newest_.state.gyro_bias, imu_);
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
+  input.axes_known = axes_known_;
   input.wheel_y_m = slip_belief_.position().believed_m();
   slip_.set_wheel_position(input.wheel_y_m);
   input.wheel_sigma_m = drive_noise_.increment_sigma();
@@ -259,7 +264,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (pair_.received()) pair_.complete(input, from, newest_.state, wheel_, slip_.ground(from, to));
   const bool immobilised = immobilised_.at(to, wheel_) == Immobilised::kYes;
   input.wheel_contradicted |= immobilised;
-  if (!input.standing) drive_noise_.add(input, newest_.state);
+  if (!input.standing && axes_known_) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
   follow_slip(input, from);
   input.displacements = take_displacements(to);
@@ -297,7 +302,7 @@ std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
 void MotionJudge::follow_slip(StateInput& input, TimeNs from) {
   if (late_wheel_.follow(input)) slip_belief_.restart();
   compare_with_wheel();
-  if (!late_wheel_.waits())
+  if (!late_wheel_.waits() && axes_known_)
     slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
                          drive_noise_.accel_density_of_one_second());
   input.slips = pair_slip_.revise(slip_belief_.recent(), input.time);
@@ -325,7 +330,7 @@ bool MotionJudge::follow(OdometryEstimate& estimate) {
   if (newest_.carried) speed_known_after_ = newest_.state.time + lag_;
   const bool speed_known = estimate.time > speed_known_after_;
   const bool slipped = slip_.now() != WheelSlip::kNone;
-  if (!newest_.bridged) slip_.add(estimate, wheel_, wheel_now_, speed_known);
+  if (!newest_.bridged && axes_known_) slip_.add(estimate, wheel_, wheel_now_, speed_known);
   estimate.flags = flags();
   coherence_.add(estimate, speed_known);
   sight_.add(estimate, speed_known);

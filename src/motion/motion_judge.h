@@ -103,6 +103,13 @@ class MotionJudge {
   void resume_slip(const slip::Learnt& earlier) { slip_belief_.take_up(earlier); }
   // The samples so far are divided by this; later ones come so.
   void divide_forces(double accel_scale) { imu_.divide_forces(accel_scale); }
+  // While the yaw of the IMU's mounting is not known, accelerations tell nothing of slip and of the
+  // wheel's scale.
+  void set_axes_known(bool known) { axes_known_ = known; }
+  // To other axes of the body, new from old; the newest state as well.
+  void turn_axes(const Eigen::Matrix3d& R_new_old);
+  // m/s^2, mean over the last initializer.duration; nothing without samples.
+  std::optional<Eigen::Vector3d> mean_force() const;
   void forget_wheel() { wheel_ = WheelHistory(config_.wheel.max_speed); }
 
   // A newer state is in effect. Forgets samples that no later call needs.
@@ -129,6 +136,7 @@ class MotionJudge {
   ImuNoise noise(TimeNs from, TimeNs to) const;
   const ImuNoise& noise_at_standstill() const { return rest_.noise(); }
 
+  const StateResult& newest() const { return newest_; }  // in effect
   const ImuHistory& imu() const { return imu_; }
   const WheelHistory& wheel() const { return wheel_; }
   const WheelPair& pair() const { return pair_; }
@@ -137,6 +145,7 @@ class MotionJudge {
 
  private:
   void set_wheel_resolution(double resolution_m);
+  double error_of_unknown_axes(const std::vector<MotionStep>& steps) const;
   Initialization initialize_at_rest(TimeNs from, double share);
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
@@ -196,7 +205,8 @@ class MotionJudge {
   CoherenceScale coherence_;
   CoherenceScale sight_;          // m/s, the detection limit of the radar
   TimeNs speed_known_after_ = 0;  // until then the speed comes from the wheel alone
-  TimeNs no_wheel_until_ = 0;     // end of the last state interval without a usable wheel
+  bool axes_known_ = true;
+  TimeNs no_wheel_until_ = 0;  // end of the last state interval without a usable wheel
 };
 
 }  // namespace gprodom

@@ -1,8 +1,11 @@
 // The start of the estimator: at rest, from a short stop, or on the move.
 #include <algorithm>
+#include <cmath>
 
+#include "estimation/revised_state.h"
 #include "motion/gyro_bias_size.h"
 #include "motion/motion_judge.h"
+#include "motion/slip/slip_block.h"
 
 namespace gprodom {
 
@@ -71,6 +74,29 @@ Initialization MotionJudge::initialize() {
     if (moving.initial) return moving;
   }
   return found;
+}
+
+std::optional<Eigen::Vector3d> MotionJudge::mean_force() const {
+  const auto samples =
+      imu_.between(imu_now_ - from_seconds(config_.initializer.duration), imu_now_);
+  if (samples.empty()) return std::nullopt;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : samples) sum += sample.acceleration;
+  return sum / static_cast<double>(samples.size());
+}
+
+void MotionJudge::turn_axes(const Eigen::Matrix3d& R_new_old) {
+  imu_.turn(R_new_old);
+  const CarriedState turned = with_turned_axes({newest_.state, newest_.covariance}, R_new_old);
+  newest_.state = turned.state;
+  newest_.covariance = turned.covariance;
+  slip_belief_.restart();
+}
+
+// m/s^2, root mean square: what a horizontal acceleration errs by if its direction is not known.
+double MotionJudge::error_of_unknown_axes(const std::vector<MotionStep>& steps) const {
+  const slip::LevelMotion motion(steps, newest_.state.q_odom_body, newest_.state.gyro_bias);
+  return motion.dt > 0 ? std::sqrt(2.0) * motion.mean_acceleration().norm() : 0.0;
 }
 
 Initialization MotionJudge::initialize_at_rest(TimeNs from, double share) {

@@ -31,6 +31,7 @@ constexpr double kNewestEvery = 10.0;
 const char* const kWheelFile = "/wheel.state";
 const char* const kSlipFile = "/slip.state";
 const char* const kPairFile = "/wheels.state";
+const char* const kMountingFile = "/imu.state";
 const char* const kStateFile = "/pose.state";
 
 const char* const kOtherWheel =
@@ -134,6 +135,11 @@ std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) co
   return reason.empty() ? std::optional(pair->learnt) : std::nullopt;
 }
 
+std::optional<LearntMounting> StateStore::mounting(std::vector<std::string>& notices) const {
+  if (!keeps_state() || config_.imu.rpy_body_imu.rpy) return std::nullopt;
+  return read(directory_ + kMountingFile, notices, saved_mounting_from);
+}
+
 // Why it cannot be that of the configured pair; empty if it can.
 std::string StateStore::why_not(const SavedPair& pair) const {
   if (pair.setting != pair_setting(config_))
@@ -221,6 +227,10 @@ void StateStore::save(const LearntTurn& pair) {
 void StateStore::save(const slip::Learnt& slip) {
   if (keeps_state() && is_locked() && slip.counts.rolled_s > 0)
     writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
+}
+
+void StateStore::save(const LearntMounting& mounting) {
+  if (keeps_state() && is_locked()) writer_.write(directory_ + kMountingFile, to_bytes(mounting));
 }
 
 void StateStore::save_ground(const std::string& path, SavedGround ground, bool asked) {

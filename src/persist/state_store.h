@@ -13,6 +13,7 @@
 #include "gprodom/types.h"
 #include "map/ground_files.h"
 #include "map/ground_map.h"
+#include "persist/saved_mounting.h"
 #include "persist/saved_state.h"
 #include "persist/saved_wheel.h"
 
@@ -32,7 +33,7 @@ class StateStore {
 
   // The configuration, with the scale of the last run as the prior of the wheel's scale. It is not
   // changed if there is no saved scale, if the scale is held or configured more precisely, if the
-  // wheel is another one, or if the scale contradicts the configured prior. This and the next four
+  // wheel is another one, or if the scale contradicts the configured prior. This and the next five
   // functions add to notices what was found, or why it cannot be used.
   Config config_with_wheel_scale(std::vector<std::string>& notices) const;
   // How much the wheel slipped in the last run, and where it is, if it is the same wheel.
@@ -40,6 +41,8 @@ class StateStore {
   // The turn calibration of the last run, if the configured wheels are the same and the expected
   // track is not another one.
   std::optional<LearntTurn> pair(std::vector<std::string>& notices) const;
+  // The mounting of the IMU that the last run found, if the configuration leaves it to be found.
+  std::optional<LearntMounting> mounting(std::vector<std::string>& notices) const;
   // The saved state. If it is of another wheel, it gets the configured scale.
   std::optional<SavedState> state(std::vector<std::string>& notices) const;
   std::optional<GroundMap> ground(const gpr::TraceMemoryOptions& options,
@@ -64,6 +67,7 @@ class StateStore {
   void save(const OdometryEstimate& estimate, const std::optional<SavedState>& state);
   void save(const LearntTurn& pair);
   void save(const slip::Learnt& slip);
+  void save(const LearntMounting& mounting);
 
   // The file of the ground: ground.map, or, where that has ground of another setting of the radar,
   // one that is named after the setting.

@@ -17,6 +17,8 @@ namespace gprodom {
 
 namespace {
 
+constexpr std::size_t kFaster = 10;  // messages, in estimate_again(), for each new one
+
 constexpr std::uint64_t kOfNoFile = ~std::uint64_t{0};  // as GroundMap::taken_from()
 
 std::vector<OdometryEstimate> poses(const std::vector<NavState>& states, const Pipeline& pipeline) {
@@ -38,12 +40,14 @@ Odometry::Odometry(const Config& config, Execution execution, gpr::FrontEndFacto
       front_end_(std::move(front_end)),
       map_frame_(std::make_unique<MapFrame>()),
       rescue_(std::make_unique<Rescue>()) {
-  StartingPoint start{store_->ground(memory_options(config), notices_),
-                      store_->state(notices_),
-                      store_->pair(notices_),
-                      store_->slip(notices_),
-                      1.0,
-                      {}};
+  StartingPoint start;
+  start.ground = store_->ground(memory_options(config), notices_);
+  start.state = store_->state(notices_);
+  start.pair = store_->pair(notices_);
+  start.slip = store_->slip(notices_);
+  start.mounting = store_->mounting(notices_);
+  // A state is of axes that have to be known.
+  if (!config.imu.rpy_body_imu.rpy && !start.mounting) start.state.reset();
   if (start.state && start.ground && !start.ground->goes_on_from(start.state->ground)) {
     start.state->correction.reset();
     start.state->map = -1;
@@ -66,7 +70,9 @@ void Odometry::reject(const std::string& channel, const std::string& reason) {
 void Odometry::start_jobs() { pipeline_->start_jobs(); }
 
 Outputs Odometry::step() {
+  const std::size_t heard_before = pipeline_->heard().size();
   Outputs out = pipeline_->step();
+  if (pipeline_->hears()) estimate_again(kFaster * (pipeline_->heard().size() - heard_before));
   if (std::exchange(map_exchanged_, false)) map_frame_->reset();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);
@@ -83,6 +89,7 @@ Outputs Odometry::step() {
 }
 
 Outputs Odometry::finish() {
+  if (again_) estimate_again(pipeline_->heard().size());
   Outputs out = pipeline_->finish();
   out.odometry_in_map = map_frame_->place(out);
   if (store_->enabled()) {
@@ -120,23 +127,26 @@ void Odometry::save_state() {
   auto state = pipeline_->state(map_frame_->now());
   if (state && !store_->uses_main_ground()) state->ground = kOfNoFile;  // the next run begins there
   store_->save(newest_, state);
-  if (const auto pair = pipeline_->learnt_pair()) store_->save(*pair);
-  store_->save(pipeline_->learnt_slip());
+  const StartingPoint learnt = pipeline_->learnt();
+  if (learnt.pair) store_->save(*learnt.pair);
+  if (learnt.slip) store_->save(*learnt.slip);
+  if (learnt.mounting) store_->save(*learnt.mounting);
 }
 
 void Odometry::begin_saving(const std::string& path, bool asked) {
-  if (!pipeline_->has_map()) return;
+  if (!ground_owner().has_map()) return;
   const bool main = path == store_->ground_path();
-  pipeline_->save_ground(main, [store = store_.get(), path, asked](SavedGround ground) {
+  ground_owner().save_ground(main, [store = store_.get(), path, asked](SavedGround ground) {
     store->save_ground(path, std::move(ground), asked);
   });
 }
 
 void Odometry::begin_saving_newest() {
-  if (!pipeline_->has_map()) return;
-  pipeline_->save_newest([store = store_.get(), path = store_->ground_path()](SavedGround ground) {
-    store->save_ground(path, std::move(ground), false);
-  });
+  if (!ground_owner().has_map()) return;
+  ground_owner().save_newest(
+      [store = store_.get(), path = store_->ground_path()](SavedGround ground) {
+        store->save_ground(path, std::move(ground), false);
+      });
 }
 
 // Before the ground driven over is exchanged for another. Waits for the disk. False if it cannot be
@@ -164,7 +174,7 @@ void Odometry::begin_saving_map(const std::string& path) {
 void Odometry::save_map(const std::string& path) {
   expect_map(path);
   expect_writable(path);
-  const SavedGround ground = pipeline_->saved_ground();
+  const SavedGround ground = ground_owner().saved_ground();
   store_->writer().flush();
   std::vector<std::string> told;
   const bool replaced = store_->ground_files().replace(path, ground, told);
@@ -187,7 +197,7 @@ void Odometry::load_map(const std::string& path) {
   if (!save_ground())
     throw FileError(path + ": not loaded: the ground driven over so far cannot be saved");
   store_->use_main_ground();
-  pipeline_->set_ground(std::move(*ground));
+  ground_owner().set_ground(std::move(*ground));
   map_frame_->reset();
 }
 
@@ -196,7 +206,7 @@ void Odometry::load_map(const std::string& path) {
 std::optional<GroundMap> Odometry::ground_of(const TraceFormat& format) {
   std::vector<GroundMap>& unsaved = rescue_->unsaved;
   const bool saved = save_ground() && store_->enabled() && store_->writes_ground();
-  if (!saved) unsaved.push_back(pipeline_->take_ground());
+  if (!saved) unsaved.push_back(ground_owner().take_ground());
   map_exchanged_ = true;
   if (store_->enabled()) store_->use_ground_of(format);
   const auto kept = std::find_if(unsaved.begin(), unsaved.end(), [&](const GroundMap& ground) {
@@ -229,7 +239,7 @@ void Odometry::locate_at(const RoughPlace& place) {
 
 // Throws an error about the file unless there is a map.
 void Odometry::expect_map(const std::string& path) const {
-  if (!pipeline_->has_map())
+  if (!ground_owner().has_map())
     throw FileError(path + ": there is no map: gpr.enabled or graph.enabled is false");
 }
 
@@ -238,7 +248,10 @@ void Odometry::expect_writable(const std::string& path) const {
     throw FileError(path + ": state.map is read_only: no ground is written");
 }
 
-void Odometry::record() { pipeline_->record(); }
+void Odometry::record() {
+  records_ = true;
+  pipeline_->record();
+}
 
 std::vector<OdometryEstimate> Odometry::recorded() const {
   return poses(pipeline_->batch().states(), *pipeline_);
@@ -251,12 +264,9 @@ std::vector<OdometryEstimate> Odometry::smoothed() const {
 Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
-  restart({pipeline_->take_ground(),
-           std::nullopt,
-           pipeline_->learnt_pair(),
-           pipeline_->learnt_slip(),
-           pipeline_->accel_scale(),
-           {}});
+  StartingPoint start = pipeline_->learnt();
+  start.ground = ground_owner().take_ground();
+  restart(std::move(start));
 }
 
 void Odometry::forget() {
@@ -279,9 +289,18 @@ void Odometry::set_ground_aside() {
   store_->tell(told, notices_);
 }
 
-void Odometry::restart(StartingPoint start) {
+void Odometry::restart(StartingPoint start) { use(made(std::move(start))); }
+
+Pipeline& Odometry::ground_owner() const { return again_ ? *again_ : *pipeline_; }
+
+std::unique_ptr<Pipeline> Odometry::made(StartingPoint start) {
   start.ground_of = [this](const TraceFormat& format) { return ground_of(format); };
-  pipeline_ = std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
+  return std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
+}
+
+void Odometry::use(std::unique_ptr<Pipeline> pipeline) {
+  again_.reset();
+  pipeline_ = std::move(pipeline);
   map_frame_->reset();
   here_ = {};
 }

@@ -45,6 +45,7 @@ Outputs Pipeline::step() {
   while (!inbox_.empty() && !must_restart()) {
     Message message = std::move(inbox_.front());
     inbox_.pop_front();
+    if (hears_) heard_.push_back(message);
     const bool usable = input_.accept(message);                    // time guard and plausibility
     if (usable) store(message);                                    // into the histories, by stamp
     if (!usable || !std::holds_alternative<ImuSample>(message)) {  // the IMU is the clock
@@ -77,6 +78,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       motion_(config),
       ground_format_(start.ground ? start.ground->known_format() : std::nullopt),
       ground_of_(std::move(start.ground_of)),
+      begins_at_(start.begins_at),
       slip_drift_(config),
       radar_(config.gpr, front_end),
       solver_(execution),
@@ -86,6 +88,9 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
   imu_mounting_.divide_forces(start.accel_scale);
+  if (!config.imu.rpy_body_imu.rpy) find_mounting(start);
+  earlier_pair_ = start.pair;
+  earlier_slip_ = start.slip;
   if (start.pair) motion_.resume_pair(*start.pair);
   if (start.slip) motion_.resume_slip(*start.slip);
   saved_ = std::move(start.state);
@@ -110,16 +115,16 @@ void Pipeline::store(Message& message) {
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
     const bool followed = trace->antenna_id == input_.followed();
-    if (trace->antenna_id == input_.antenna() && map_->enabled()) add_to_map(*trace);
+    if (trace->antenna_id == input_.antenna() && map_->enabled() && !hears_) add_to_map(*trace);
     if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
       traces_.push_back(std::move(*trace));
   } else if (auto* fix = std::get_if<PositionFix>(&message)) {
     health_.add("fixes.received", 1);
-    map_->add(*fix);
+    if (!hears_) map_->add(*fix);
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
-      map_->add(displacement);
+      if (!hears_) map_->add(displacement);
       return;
     }
     // Motion has no sign; any other kind is signed along the track.
@@ -172,6 +177,8 @@ void Pipeline::start() {
     return;
   }
   next_start_try_ = imu_now_ + kSecond / 10;
+  level_imu();
+  if (imu_now_ < begins_at_) return;
   auto [initial, refusal] = motion_.initialize();
   health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
   if (!initial) return;
@@ -182,6 +189,7 @@ void Pipeline::start() {
 
 void Pipeline::begin(const InitialState& initial, const StateResult& first) {
   started_ = true;
+  began_at_ = imu_now_;
   estimator_ = std::make_unique<StateEstimator>(config_, initial);
   if (record_) {
     estimator_->record();
@@ -264,7 +272,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   const Eigen::Vector3d before = prediction_.position();
   prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());
   motion_.adopt(result);
-  map_->add(result, effective);
+  if (!hears_) map_->add(result, effective);
   keep_way(result);
 
   health_.value("wheel.unwitnessed", result.slip_sigma);
@@ -315,7 +323,9 @@ void Pipeline::make_states() {
       health_.count("smoother", "state left out: the solver is slower than smoother.state_rate");
       continue;
     }
+    const auto turned_axes = take_mounting();
     StateInput input = motion_.judge(next_state_);
+    input.turned_axes = turned_axes;
     if (input.speed_correction)
       health_.count(input_.wheel_channel(), "the estimated speed was wrong and is corrected");
     if (input.gyro_bias)
@@ -326,9 +336,7 @@ void Pipeline::make_states() {
                     ? "a steady turn while all other sensors show a standstill: its bias has "
                       "changed, or the robot is turned on the spot"
                     : "");
-    mounting_.add(input.steps, motion_.wheel().distance(next_state_),
-                  prediction_.base().state.gyro_bias);
-    health_.set("IMU mounting", HealthLevel::kDegraded, mounting_.trouble());
+    watch_mounting(input);
     input.factors = factors_.take(next_state_);
     input.keep_since = gpr::PairFrontEnd::begin_of_next(config_.gpr, travel_);
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);

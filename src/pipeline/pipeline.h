@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/dated_worker.h"
+#include "base/learnt_mounting.h"
 #include "base/trace_format.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
@@ -20,6 +21,7 @@
 #include "input/health.h"
 #include "input/imu_mounting.h"
 #include "input/input_check.h"
+#include "input/mounting_search.h"
 #include "input/mounting_watch.h"
 #include "map/map_task.h"
 #include "motion/motion_judge.h"
@@ -34,10 +36,14 @@ namespace gprodom {
 // What a pipeline takes over from the one before it, or from a saved run.
 struct StartingPoint {
   std::optional<GroundMap> ground;
-  std::optional<SavedState> state;   // used if it is at most state.resume_within old
-  std::optional<LearntTurn> pair;    // calibration of left and right wheels
-  std::optional<slip::Learnt> slip;  // of the wheel
-  double accel_scale = 1.0;          // of the accelerometer
+  std::optional<SavedState> state;         // used if it is at most state.resume_within old
+  std::optional<LearntTurn> pair;          // calibration of left and right wheels
+  std::optional<slip::Learnt> slip;        // of the wheel
+  double accel_scale = 1.0;                // of the accelerometer
+  std::optional<LearntMounting> mounting;  // of the IMU; used where the configuration says auto
+  // Data up to then have shown it, and count once. The pipeline before began at its first pose.
+  TimeNs mounting_of = 0, begins_at = 0;
+  bool hears = true;  // it may be found better with the data since the start
   // The radar has another setting than the ground: saves the ground, and returns that of the new
   // setting, if there is any.
   std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
@@ -76,10 +82,8 @@ class Pipeline {
   // The current state, for the next pipeline or run. Nothing before the start, or if the last solve
   // failed. correction: the one in effect.
   std::optional<SavedState> state(const std::optional<Correction>& correction) const;
-  // Likewise the calibration of left and right wheels (WheelPair::learnt).
-  std::optional<LearntTurn> learnt_pair() const { return motion_.pair().learnt(); }
-  slip::Learnt learnt_slip() const { return motion_.learnt_slip(); }
-  double accel_scale() const { return imu_mounting_.accel_scale(); }
+  // What a pipeline after this one knows from the begin, but for ground and state.
+  StartingPoint learnt() const;
   // The correction of the resumed state; returned once.
   std::optional<Correction> take_resumed_correction() {
     return std::exchange(resumed_correction_, std::nullopt);
@@ -96,7 +100,10 @@ class Pipeline {
   std::optional<TraceFormat> trace_format() const { return input_.trace_format(); }
   // Replaces the map by one that has this ground of an earlier run, and begins a new track in it.
   void set_ground(GroundMap ground);
-  void locate_at(const ToldPlace& place) { map_->locate_at(place); }
+  void locate_at(const ToldPlace& place) {
+    if (hears_) told_ = place;
+    map_->locate_at(place);
+  }
   // Runs on the map's thread, after its current jobs.
   // main: to the file that save_newest() adds to.
   void save_ground(bool main, std::function<void(SavedGround)> take) {
@@ -118,6 +125,18 @@ class Pipeline {
   bool must_restart() const { return input_.clock_moved(); }
   std::deque<Message> take_inbox() { return std::exchange(inbox_, {}); }
 
+  // Whether it keeps the data since the start, with which the mounting of the IMU may still be
+  // found.
+  bool hears() const { return hears_; }
+  const std::deque<Message>& heard() const { return heard_; }
+  // It has been found, or found better, since the last call.
+  bool take_found() { return std::exchange(found_, false); }
+  // For a pipeline that estimates these data again. Takes the ground.
+  StartingPoint beginning_again();
+  // Whether the mounting will be found better while the data are kept.
+  bool may_hear() const;
+  const std::optional<ToldPlace>& told() const { return told_; }
+
  private:
   // Stations of a message, in the order step() visits them.
   void store(Message& message);
@@ -126,6 +145,11 @@ class Pipeline {
   void start();
   bool resume();
   void begin(const InitialState& initial, const StateResult& first);
+  void find_mounting(const StartingPoint& start);
+  void level_imu();
+  std::optional<Eigen::Matrix3d> take_mounting();
+  void watch_mounting(const StateInput& input);
+  void forget_heard();
   void take_radar_answers();
   void take_passage(const gpr::Passage& passage, TimeNs effective);
   std::optional<Eigen::Vector3d> place_of(int antenna) const;
@@ -173,10 +197,20 @@ class Pipeline {
   const std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of_;
   FactorQueue factors_;
   MountingWatch mounting_;
+  std::optional<MountingSearch> search_;  // imu.rpy_body_imu is auto
+  TimeNs searched_to_;
+  // While the mounting may still be found with them: the data since the start. The map waits.
+  bool hears_ = false, found_ = false;
+  std::deque<Message> heard_;
+  TimeNs moves_since_ = 0;
+  std::optional<ToldPlace> told_;
+  std::optional<LearntTurn> earlier_pair_;  // of earlier runs
+  std::optional<slip::Learnt> earlier_slip_;
 
   std::optional<Correction> resumed_correction_;
   std::optional<SavedState> saved_;  // to resume from; empty after the first attempt
   bool started_ = false, record_ = false;
+  TimeNs begins_at_, began_at_ = 0;  // not before; did
   TimeNs next_start_try_ = 0, next_tick_ = 0, next_status_ = 0;
   TimeNs next_state_ = 0;
   Prediction prediction_;

@@ -54,12 +54,7 @@ void Odometry::recover(const std::exception_ptr& failure) {
   }
   take_scale(newest_, config_.wheel);
   // Without the ground, which would be lost if this throws.
-  restart({std::nullopt,
-           std::nullopt,
-           pipeline_->learnt_pair(),
-           pipeline_->learnt_slip(),
-           pipeline_->accel_scale(),
-           {}});
+  restart(pipeline_->learnt());
   if (rescue_->ground) pipeline_->set_ground(std::move(*rescue_->ground));
   rescue_->ground.reset();
   rescue_->begun = false;
@@ -68,9 +63,9 @@ void Odometry::recover(const std::exception_ptr& failure) {
 // The ground that the failed estimator has. After a failure of the map it must be whole, as a file
 // that is read must be; otherwise that of the last saving counts.
 std::optional<GroundMap> Odometry::rescued_ground(bool of_map) {
-  if (!pipeline_->has_map()) return std::nullopt;
+  if (!ground_owner().has_map()) return std::nullopt;
   try {
-    GroundMap ground = pipeline_->take_ground();
+    GroundMap ground = ground_owner().take_ground();
     if (of_map) ground_map_from("ground", to_bytes(ground, ground.places), memory_options(config_));
     return ground;
   } catch (const std::exception& error) {

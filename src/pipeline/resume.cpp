@@ -23,6 +23,8 @@ bool Pipeline::resume() {
     motion_.forget_wheel();
     return false;
   }
+  hears_ = false;  // what comes does not begin at the origin
+  heard_.clear();
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
   out_.warnings.emplace_back(said);
   imu_mounting_.divide_forces(saved.accel_scale);
@@ -74,6 +76,17 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   saved.map = map_number_;
   saved.ground = map_->taken_from();
   return saved;
+}
+
+StartingPoint Pipeline::learnt() const {
+  StartingPoint next;
+  next.pair = motion_.pair().learnt();
+  next.slip = motion_.learnt_slip();
+  next.accel_scale = imu_mounting_.accel_scale();
+  if (search_ && started_)
+    next.mounting =
+        LearntMounting{Eigen::Quaterniond(imu_mounting_.R_body_imu()), search_->yaw_sigma()};
+  return next;
 }
 
 void Pipeline::drain() {

@@ -342,6 +342,7 @@ def test_mounting_of_the_imu_comes_from_the_configuration(tmp_path: Path) -> Non
     assert read_mounting(config, settings) == ImuMounting((0.0, 0.0, 2.0), (0.5, 0.0, 0.1))
     with pytest.raises(Error, match="three angles"):
         read_mounting(config, ["imu.rpy_body_imu=[0, 0]"])
+    assert read_mounting(config, ["imu.rpy_body_imu=auto"]).rpy == (0.0, 0.0, 0.0)
     with pytest.raises(Error, match="in metres, found"):
         read_mounting(config, ["imu.lever_arm=[0, 0]"])
 

@@ -25,6 +25,7 @@ from gprodom.commission.parameter import (
     listed,
 )
 from gprodom.commission.sensors import copied, rescale, shift
+from gprodom.config import mounting_angles
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Finding, Log
 from gprodom.doctor.motion import TURNED
@@ -78,7 +79,7 @@ def commission(
     found += _noise(log)
     found += _radar(log, configured)
     found += _reorder_window(found, configured)
-    rpy = mount.value or tuple(configured["imu"]["rpy_body_imu"])
+    rpy = mount.value or mounting_angles(configured["imu"]["rpy_body_imu"])
     edges = configured["gpr"]["filter"]
     limits = (float(edges["band_low"]), float(edges["band_high"]))
     findings = examine(log, ImuMounting(rpy), limits)
@@ -180,7 +181,8 @@ def _scale(
 def _place(log: Log, configured: dict[str, Any]) -> tuple[Parameter, Parameter]:
     """How and where the IMU is mounted. The log's accelerations are put to the origin. What turns
     add to them looks like another yaw, and a wrong yaw turns the arm: both are found in turns."""
-    rpy, arm = (tuple(map(float, configured["imu"][key])) for key in ("rpy_body_imu", "lever_arm"))
+    rpy = mounting_angles(configured["imu"]["rpy_body_imu"])
+    arm = tuple(map(float, configured["imu"]["lever_arm"]))
     wheel_arm = tuple(map(float, configured["wheel"]["lever_arm"]))
     at_imu, mount = log["imu"], _mount(log, rpy)
     if not mount.value:

@@ -7,7 +7,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from gprodom.config import read_antennas
+from gprodom.config import AUTO, mounting_angles, read_antennas
 from gprodom.console import add_json_flag, print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.lcm.antennas import counts, named
@@ -53,10 +53,12 @@ def run(args: argparse.Namespace) -> int:
         log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
     band = settings["gpr"]["filter"]
     imu = settings["imu"]
-    mounting = ImuMounting(tuple(imu["rpy_body_imu"]), tuple(imu["lever_arm"]))
+    mounting = ImuMounting(mounting_angles(imu["rpy_body_imu"]), tuple(imu["lever_arm"]))
     places = read_antennas(args.configs, args.overrides)
     limits = float(band["band_low"]), float(band["band_high"])
     found = examine(log, mounting, limits, places)
+    if imu["rpy_body_imu"] == AUTO:  # the estimator finds its axes
+        found = [each for each in found if each.code != "axes"]
     if args.json:
         print_json([asdict(each) for each in found])
     else:

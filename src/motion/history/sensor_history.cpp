@@ -45,6 +45,13 @@ void ImuHistory::divide_forces(double accel_scale) {
   for (ImuSample& sample : samples_) sample.acceleration /= accel_scale;
 }
 
+void ImuHistory::turn(const Eigen::Matrix3d& R_new_old) {
+  for (ImuSample& sample : samples_) {
+    sample.acceleration = (R_new_old * sample.acceleration).eval();
+    sample.angular_velocity = (R_new_old * sample.angular_velocity).eval();
+  }
+}
+
 void ImuHistory::forget_before(TimeNs time) { forget(samples_, time); }
 
 std::vector<ImuSample> ImuHistory::between(TimeNs from, TimeNs to) const {

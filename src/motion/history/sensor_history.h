@@ -23,6 +23,7 @@ class ImuHistory {
   // stamp.
   bool insert(const ImuSample& sample);
   void divide_forces(double accel_scale);
+  void turn(const Eigen::Matrix3d& R_new_old);  // to other axes
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
   // The last `count` of those up to a time, or as many as there are.

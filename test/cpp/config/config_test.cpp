@@ -216,6 +216,15 @@ TEST(Config, ChoicesAreNamed) {
   EXPECT_EQ(choices, 10);
 }
 
+TEST(Config, AMountingIsThreeAnglesOrAuto) {
+  EXPECT_EQ(default_config({"imu.rpy_body_imu=[0.1, 0, 1.5]"}).imu.rpy_body_imu.rpy,
+            Eigen::Vector3d(0.1, 0, 1.5));
+  EXPECT_FALSE(default_config({"imu.rpy_body_imu=auto"}).imu.rpy_body_imu.rpy);
+  EXPECT_EQ(error_of_override("imu.rpy_body_imu=automatic"),
+            "--set imu.rpy_body_imu=automatic: expected auto, or [roll, pitch, yaw], three numbers "
+            "from -6.3 to 6.3 (rad), got \"automatic\"");
+}
+
 TEST(Config, OverrideErrorsQuoteTheOverride) {
   EXPECT_EQ(error_of_override("wheel.scale=abc"),
             "--set wheel.scale=abc: expected a number from 0.1 to 10, got \"abc\"");

@@ -166,6 +166,23 @@ TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
   refused({100.0, 20.0}, {0.0, -0.5});
 }
 
+TEST_F(StateStoreTest, AMountingIsKeptWhereItIsToBeFound) {
+  const LearntMounting mounting{
+      Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d::UnitY())), 0.03};
+  {
+    StateStore store(config_);
+    store.save(mounting);
+    store.writer().flush();
+  }
+  EXPECT_FALSE(StateStore(config_).mounting(notices_)) << "it is configured";
+  config_.imu.rpy_body_imu.rpy.reset();
+  const auto kept = StateStore(config_).mounting(notices_);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->q_body_imu.coeffs(), mounting.q_body_imu.coeffs());
+  EXPECT_EQ(kept->yaw_sigma, mounting.yaw_sigma);
+  EXPECT_TRUE(notices_.empty());
+}
+
 TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
   config_.wheel.drive = WheelDrive::kSkidSteer;
   config_.wheel.track = 1.08;

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "gprodom/config.h"
@@ -26,6 +29,13 @@ struct Driven {
   std::vector<OdometryEstimate> odometry;
   Vector3d true_position = Vector3d::Zero();
   double true_yaw = 0.0;
+  std::vector<std::string> warnings;  // and reasons of STATUS
+
+  bool told(const std::string& part) const {
+    return std::any_of(warnings.begin(), warnings.end(), [&](const std::string& warning) {
+      return warning.find(part) != std::string::npos;
+    });
+  }
 };
 
 // Four seconds of standstill, then ahead, round a bend to the left, and ahead.
@@ -58,7 +68,11 @@ Driven drive(const Config& config, const Mounting& mounted,
     run.true_yaw += yaw_rate * dt;
     const Outputs out = odometry.step();
     run.odometry.insert(run.odometry.end(), out.odometry.begin(), out.odometry.end());
+    run.warnings.insert(run.warnings.end(), out.warnings.begin(), out.warnings.end());
+    for (const Status& status : out.status)
+      run.warnings.insert(run.warnings.end(), status.reasons.begin(), status.reasons.end());
   }
+  odometry.finish();
   return run;
 }
 
@@ -110,7 +124,7 @@ TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
   const Driven straight = drive(without_radar(), along_body);
   for (const Case& c : kCases) {
     Config config = without_radar();
-    config.imu.rpy_body_imu = c.rpy_body_imu;
+    config.imu.rpy_body_imu = {c.rpy_body_imu};
     const Driven turned = drive(config, c.mounted);
     ASSERT_EQ(turned.odometry.size(), straight.odometry.size()) << c.name;
     const OdometryEstimate &a = straight.odometry.back(), &b = turned.odometry.back();
@@ -121,6 +135,39 @@ TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
     EXPECT_LT((a.pose_covariance - b.pose_covariance).norm(), 1e-6 * a.pose_covariance.norm());
     EXPECT_EQ(a.flags, b.flags) << c.name;
   }
+}
+
+// With imu.rpy_body_imu auto, starts and bends show it, and the data that have shown it are
+// estimated again: all states of the recording are as if it had been configured.
+TEST(Mounting, AMountingThatIsNotConfiguredIsFound) {
+  for (const Case& c : kCases) {
+    Config config = without_radar();
+    config.imu.rpy_body_imu.rpy.reset();
+    const Driven found = drive(config, c.mounted);
+    ASSERT_GT(found.odometry.size(), 1000u) << c.name;
+    const OdometryEstimate& end = found.odometry.back();
+    EXPECT_LT((end.p_odom_body - found.true_position).norm(), 0.06) << c.name;
+    EXPECT_NEAR(yaw_of(end), kYawRate * kTurn, 0.02) << c.name;
+    EXPECT_TRUE(std::is_sorted(found.odometry.begin(), found.odometry.end(),
+                               [](const auto& a, const auto& b) { return a.time < b.time; }));
+  }
+}
+
+// What one run has found is known to the next from its first pose on.
+TEST(Mounting, TheNextRunKnowsWhatWasFound) {
+  std::string pattern = (std::filesystem::temp_directory_path() / "gprodom-XXXXXX").string();
+  Config config = without_radar();
+  config.imu.rpy_body_imu.rpy.reset();
+  config.state.directory = ::mkdtemp(pattern.data());
+  config.state.resume_within = 0;
+  const Mounting askew = kCases[4].mounted;
+  EXPECT_TRUE(drive(config, askew).told("IMU mounting: being found"));
+  const Driven next = drive(config, askew);
+  EXPECT_FALSE(next.told("IMU mounting: being found"));
+  EXPECT_LT((next.odometry.back().p_odom_body - next.true_position).norm(), 0.06);
+  // It was mounted otherwise in between.
+  EXPECT_TRUE(drive(config, along_body).told("its mounting is found anew"));
+  std::filesystem::remove_all(config.state.directory);
 }
 
 // An IMU beside the origin measures what turning adds; imu.lever_arm takes it out.

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""An IMU that is mounted in any way, and imu.rpy_body_imu: auto.
+
+Each SOURCE is a sequence or log with truth, or the folder of bench/robots.py (then with --only).
+Its IMU is turned at random (any rotation, by --seed and name), and `imu_wheel` is run with the
+mounting that is right and with `auto`. Columns: error of dead reckoning and of both (m, RMS aligned
+by se2), (error + 15 mm) of `auto` over that of the right mounting; after how many seconds of data
+the yaw was first known, and how far it is off at the end (degrees; in a recording, from what
+`gprodom calibrate mount` finds).
+
+    bench/mounting_found.py SOURCE... [--only RECORDING]... [--seed 1] [--set KEY=VALUE]... [--json]
+"""
+
+from __future__ import annotations
+
+import tempfile
+import zlib
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from statistics import geometric_mean
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gprodom.calibrate.mount import find_mount, rpy_of
+from gprodom.commission.parameter import listed
+from gprodom.config import STANDARD
+from gprodom.console import format_table
+from gprodom.drive.imu_mounting import matrix_of
+from gprodom.lcm import logs
+from gprodom.odometry.dead_reckoning import wheel_and_gyro
+from gprodom.odometry.estimate import as_log, estimate
+from gprodom.odometry.methods import find_method
+from gprodom.score.consistency import TruthError
+from gprodom.score.sources import read_truth
+from program import exit_with, in_processes, parser_of, print_figures
+from recordings import Recording, convert, recordings_of
+from robot_variations import is_folder
+from robots import UNDECIDED_M, score
+from sensors import read, write
+
+SEQUENCE = Recording((), TruthError(), "")
+SIGMA = "imu.yaw_sigma_rad"  # in STATUS
+KNOWN = 0.5  # rad
+
+
+def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> dict[str, Any]:
+    """The figures of one recording, or (None) of a sequence."""
+    source, name = case
+    recording = SEQUENCE if name is None else recordings_of(source)[name]
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+        log = Path(folder) / "recorded.lcmlog"
+        if name is None:
+            log = as_log(source, Path(folder))
+            R = np.eye(3)  # the simulation's
+        else:
+            convert(recording, source, log)
+            found = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
+            R = matrix_of(found.rpy)
+        sensors = read(log)
+        label = name or source.name[:10]
+        R_old_new = Rotation.random(random_state=seed + zlib.crc32(label.encode())).as_matrix()
+        turned = replace(sensors, force=sensors.force @ R_old_new, rate=sensors.rate @ R_old_new)
+        log = write(turned, Path(folder) / "in.lcmlog")
+        right = R @ R_old_new
+        settings = [*recording.settings, *overrides]
+        row = {"recording": label, **reckoned(log, right, recording.truth)}
+        for which, mounting in (("right", listed(list(rpy_of(right)))), ("auto", "auto")):
+            output = Path(folder) / f"{which}.lcmlog"
+            given = [*settings, f"imu.rpy_body_imu={mounting}"]
+            made = estimate(log, find_method("imu_wheel"), (), given, output)
+            truth = read_truth(log).trajectory
+            row[f"{which}_m"] = score(made.trajectory, truth, recording.truth).ate_rmse_m
+        row["over"] = (row["auto_m"] + UNDECIDED_M) / (row["right_m"] + UNDECIDED_M)
+        return row | told(output, log, right)
+
+
+def reckoned(log: Path, right: Any, error: TruthError) -> dict[str, float]:
+    """The error of dead reckoning with the right mounting."""
+    sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
+    for name in ("linear_acceleration", "angular_velocity"):
+        sensors["imu"][name] = sensors["imu"][name] @ right.T
+    truth = read_truth(log).trajectory
+    return {"wheel_m": score(wheel_and_gyro(sensors), truth, error).ate_rmse_m}
+
+
+def told(output: Path, log: Path, right: Any) -> dict[str, Any]:
+    """What STATUS and the last warning say of the mounting."""
+    status = logs.read(output, ["STATUS"])["STATUS"]["messages"]
+    begin = int(logs.read_roles(log, STANDARD.of("imu"))["imu"]["utime"][0])
+    values = [(m.utime, dict(zip(m.names, m.values, strict=True))) for m in status]
+    known = [time for time, of in values if of.get(SIGMA, np.inf) < KNOWN]
+    last = values[-1][1]
+    rpy = tuple(last.get(f"imu.{angle}_rad", np.nan) for angle in ("roll", "pitch", "yaw"))
+    off = matrix_of(rpy) @ right.T
+    return {
+        "known_s": (known[0] - begin) * 1e-6 if known else None,
+        "yaw_off_deg": float(np.degrees(np.arctan2(off[1, 0] - off[0, 1], off[0, 0] + off[1, 1]))),
+        "yaw_sigma_deg": float(np.degrees(last.get(SIGMA, np.nan))),
+    }
+
+
+def table(rows: Sequence[dict[str, Any]]) -> str:
+    """A line each, and the geometric mean below."""
+    lines = [
+        [
+            row["recording"],
+            *(f"{row[key]:.3f}" for key in ("wheel_m", "right_m", "auto_m")),
+            f"{row['over']:.2f}",
+            "" if row["known_s"] is None else f"{row['known_s']:.0f}",
+            f"{row['yaw_off_deg']:.1f} +- {row['yaw_sigma_deg']:.1f}",
+        ]
+        for row in rows
+    ]
+    mean = geometric_mean(row["over"] for row in rows)
+    lines.append(["geometric mean", "", "", "", f"{mean:.2f}", "", ""])
+    header = ["recording", "wheel", "right", "auto", "over", "known s", "yaw off"]
+    return format_table(header, lines)
+
+
+def main() -> int:
+    """Runs the command line."""
+    parser = parser_of(__doc__, jobs=2, overrides=True)
+    parser.add_argument("sources", nargs="+", type=Path, metavar="SOURCE")
+    parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    cases: list[tuple[Path, str | None]] = []
+    for source in args.sources:
+        if is_folder(source):
+            points = [name for name, r in recordings_of(source).items() if r.points]
+            cases += [(source, name) for name in args.only or points]
+        else:
+            cases.append((source, None))
+    work = partial(run, seed=args.seed, overrides=args.overrides)
+    rows = in_processes(args.jobs, "mountings", work, cases)
+    print_figures(args, rows, table(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    exit_with(main)
