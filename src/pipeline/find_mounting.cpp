@@ -15,6 +15,7 @@ constexpr double kSteepest = 0.35;  // rad
 
 // Estimated again once the mounting is known.
 constexpr double kMoved_m = 0.1;
+constexpr std::size_t kMostHeard = 200'000;  // messages
 constexpr TimeNs kAgain = 60 * kSecond, kStandstill = 12 * kSecond;
 
 constexpr double kDegree = M_PI / 180;
@@ -89,7 +90,8 @@ void Pipeline::forget_heard() {
 }
 
 bool Pipeline::may_hear() const {
-  return !search_->is_certain() && (moves_since_ == 0 || imu_now_ < moves_since_ + kAgain);
+  const bool drives_on = moves_since_ > 0 && imu_now_ > moves_since_ + kAgain;
+  return !search_->is_certain() && !drives_on && heard_.size() < kMostHeard;
 }
 
 void Pipeline::watch_mounting(const StateInput& input) {
