@@ -87,7 +87,11 @@ class Told:
         counted = {name: value for name, value in last.items() if name.startswith(COUNTED)}
         for name in [name for name in counted if name.startswith("queue.")]:
             counted[name] = max(row.get(name, 0.0) for row in self.series)
-        lost = sum(value for name, value in last.items() if LOST in name)
+        lost = sum(
+            value
+            for name, value in last.items()
+            if LOST in name and name != "displacements.dropped"  # those the window cannot use
+        )
         return {"poses": self.poses, "lost": lost, **counted}
 
 

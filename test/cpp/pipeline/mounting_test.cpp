@@ -39,10 +39,10 @@ struct Driven {
 };
 
 // Four seconds of standstill, then ahead, round a bend to the left, and ahead.
-Driven drive(const Config& config, const Mounting& mounted,
-             const Vector3d& arm = Vector3d::Zero()) {
+Driven drive(const Config& config, const Mounting& mounted, const Vector3d& arm = Vector3d::Zero(),
+             Execution execution = Execution::kInline) {
   Driven run;
-  Odometry odometry(config, Execution::kInline);
+  Odometry odometry(config, execution);
   double wheel_m = 0.0;
   for (int i = 0; i < 20 * kRate; ++i) {
     const double t = i / kRate, dt = 1 / kRate;
@@ -67,6 +67,7 @@ Driven drive(const Config& config, const Mounting& mounted,
     run.true_position += speed * dt * Vector3d(std::cos(run.true_yaw), std::sin(run.true_yaw), 0);
     run.true_yaw += yaw_rate * dt;
     const Outputs out = odometry.step();
+    odometry.start_jobs();
     run.odometry.insert(run.odometry.end(), out.odometry.begin(), out.odometry.end());
     run.warnings.insert(run.warnings.end(), out.warnings.begin(), out.warnings.end());
     for (const Status& status : out.status)
@@ -151,6 +152,18 @@ TEST(Mounting, AMountingThatIsNotConfiguredIsFound) {
     EXPECT_TRUE(std::is_sorted(found.odometry.begin(), found.odometry.end(),
                                [](const auto& a, const auto& b) { return a.time < b.time; }));
   }
+}
+
+// Solutions of threads may come late here, so only the course of events is as above.
+TEST(Mounting, AMountingIsFoundWithThreads) {
+  Config config = without_radar();
+  config.imu.rpy_body_imu.rpy.reset();
+  const Driven found = drive(config, kCases[4].mounted, Vector3d::Zero(), Execution::kThreaded);
+  EXPECT_TRUE(found.told("IMU mounting found"));
+  EXPECT_TRUE(std::is_sorted(found.odometry.begin(), found.odometry.end(),
+                             [](const auto& a, const auto& b) { return a.time < b.time; }));
+  for (const OdometryEstimate& estimate : found.odometry)
+    EXPECT_TRUE(estimate.p_odom_body.allFinite());
 }
 
 // What one run has found is known to the next from its first pose on.
