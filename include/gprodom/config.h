@@ -45,6 +45,10 @@ struct TimeConfig {
 // rad; roll, pitch, yaw of a rotation; nothing (`auto` in YAML): the drive shows it.
 struct MountingAngles {
   std::optional<Eigen::Vector3d> rpy = Eigen::Vector3d::Zero();
+  MountingAngles& operator=(const Eigen::Vector3d& angles) {
+    rpy = angles;
+    return *this;
+  }
 };
 
 struct ImuConfig {

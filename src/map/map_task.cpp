@@ -209,6 +209,11 @@ GroundMap MapTask::take_ground() {
   return mapper_.take_ground();
 }
 
+GroundMap MapTask::take_earlier_ground() {
+  drain();
+  return mapper_.take_earlier_ground();
+}
+
 SavedGround MapTask::saved_ground() {
   drain();
   return mapper_.saved_ground(false);

@@ -87,6 +87,7 @@ class MapTask {
 
   // Waits for all jobs and returns the ground. Taking it ends the mapper.
   GroundMap take_ground();
+  GroundMap take_earlier_ground();
   SavedGround saved_ground();
 
   // Before the first state: keeps all revisits for revisits().

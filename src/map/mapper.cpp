@@ -334,6 +334,17 @@ GroundMap Mapper::take_ground() {
   return std::move(ground_);
 }
 
+GroundMap Mapper::take_earlier_ground() {
+  GroundMap all = take_ground();
+  std::vector<gpr::MemoryRange> earlier;
+  for (const gpr::MemoryRange& run : all.runs())
+    if (run.first < end_of_before_)
+      earlier.push_back({run.first, std::min(run.end, end_of_before_)});
+  if (earlier.empty()) return GroundMap(all.memory.options());
+  const bool has_more = !all.runs().empty() && all.runs().back().end > end_of_before_;
+  return has_more ? all.part(earlier) : std::move(all);
+}
+
 void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
   double every =
       std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));

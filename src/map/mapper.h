@@ -136,6 +136,8 @@ class Mapper {
 
   // The ground of this track and of earlier ones. Taking it ends this mapper.
   GroundMap take_ground();
+  // That of earlier tracks alone.
+  GroundMap take_earlier_ground();
   // main: newest_ground() goes on from it.
   SavedGround saved_ground(bool main);
   // What was stored since the main file was saved, or since the file that the ground was read from;

@@ -23,30 +23,35 @@ constexpr double kDegree = M_PI / 180;
 }  // namespace
 
 void Pipeline::find_mounting(const StartingPoint& start) {
-  search_.emplace();
   searched_to_ = start.mounting_of;
-  if (start.mounting) {
-    imu_mounting_.level(start.mounting->q_body_imu.toRotationMatrix());
-    search_->resume(start.mounting->yaw_sigma);
-    if (search_->known()) imu_mounting_.turn(Eigen::Matrix3d::Identity());
+  if (start.mounting)
+    imu_mounting_.level(start.mounting->q_body_imu.toRotationMatrix() *
+                        imu_mounting_.R_body_imu().transpose());
+  if (start.search) {
+    search_ = *start.search;
+  } else if (start.mounting) {
+    search_ = MountingSearch();
+    search_.resume(start.mounting->yaw_sigma);
   }
-  motion_.set_axes_known(search_->known());
-  hears_ = start.hears && (!search_->known() || start.mounting_of > 0);
+  if (search_.known()) imu_mounting_.turn(Eigen::Matrix3d::Identity());
+  motion_.set_axes_known(search_.known());
+  hears_ = start.hears && (start.search || !start.mounting || !search_.known());
+  map_waits_ = hears_ && finds_mounting_;
 }
 
 // Before the start. A mounting that an earlier run has found is kept, unless gravity contradicts
 // it.
 void Pipeline::level_imu() {
-  if (!search_) return;
   forget_heard();
+  if (!finds_mounting_) return;
   const auto up = motion_.mean_force();
   if (!up || up->isZero()) return;
-  if (search_->known()) {
+  if (search_.known()) {
     if (std::acos(up->normalized().z()) < kSteepest) return;
     out_.warnings.emplace_back(
         "the IMU is mounted otherwise than in the last run: its mounting is found anew");
-    search_.emplace();
-    motion_.set_axes_known(search_->known());
+    search_ = MountingSearch();
+    motion_.set_axes_known(false);
   }
   const Eigen::Matrix3d R = levelled(*up);
   imu_mounting_.level(R);
@@ -55,25 +60,27 @@ void Pipeline::level_imu() {
 
 // Before the next state, if the drive has shown more of it.
 std::optional<Eigen::Matrix3d> Pipeline::take_mounting() {
-  if (!search_) return std::nullopt;
   forget_heard();
-  const auto turn = search_->take_turn();
+  const auto turn = search_.take_turn();
   if (!turn) return std::nullopt;
   found_ = hears_;
   imu_mounting_.turn(*turn);
   motion_.turn_axes(*turn);
-  motion_.set_axes_known(search_->known());
+  motion_.set_axes_known(true);
   mounting_ = {};
   const NavState& newest = motion_.newest().state;
   prediction_.rebase(motion_.newest(), motion_.noise(newest.time, imu_now_),
                      motion_.wheel_contact(), motion_.imu());
-  const Eigen::Vector3d rpy = imu_mounting_.rpy();
-  char said[160];
-  std::snprintf(said, sizeof said,
-                "IMU mounting found: imu.rpy_body_imu [%.3f, %.3f, %.3f], yaw +- %.0f degrees",
-                rpy.x(), rpy.y(), rpy.z(), search_->yaw_sigma() / kDegree);
-  out_.warnings.emplace_back(said);
+  out_.warnings.push_back("IMU mounting found: " + mounting_text());
   return turn;
+}
+
+std::string Pipeline::mounting_text() const {
+  const Eigen::Vector3d rpy = imu_mounting_.rpy();
+  char text[100];
+  std::snprintf(text, sizeof text, "imu.rpy_body_imu [%.3f, %.3f, %.3f], yaw +- %.0f degrees",
+                rpy.x(), rpy.y(), rpy.z(), search_.yaw_sigma() / kDegree);
+  return text;
 }
 
 // Data of a standstill show nothing beyond its last seconds.
@@ -91,44 +98,75 @@ void Pipeline::forget_heard() {
 
 bool Pipeline::may_hear() const {
   const bool drives_on = moves_since_ > 0 && imu_now_ > moves_since_ + kAgain;
-  return !search_->is_certain() && !drives_on && heard_.size() < kMostHeard;
+  return !search_.is_certain() && !drives_on && heard_.size() < kMostHeard;
+}
+
+void Pipeline::stop_hearing() {
+  hears_ = map_waits_ = false;
+  heard_.clear();
+}
+
+// Of data since that time: what was driven before the start shows it as well.
+void Pipeline::search_since(TimeNs from, const NavState& first) {
+  for (TimeNs to = from + state_period_; to <= first.time; to += state_period_)
+    search_mounting(to, motion_.imu().steps(to - state_period_, to), first.gyro_bias);
+}
+
+void Pipeline::search_mounting(TimeNs to, const std::vector<MotionStep>& steps,
+                               const Eigen::Vector3d& gyro_bias) {
+  const bool was_known = search_.known();
+  if (to > searched_to_) search_.add(steps, motion_.wheel().distance(to), gyro_bias);
+  if (!was_known || search_.known()) return;
+  found_ = hears_;  // the configured one is contradicted
+  motion_.set_axes_known(false);
 }
 
 void Pipeline::watch_mounting(const StateInput& input) {
-  const auto wheel_m = motion_.wheel().distance(input.time);
   const Eigen::Vector3d& gyro_bias = prediction_.base().state.gyro_bias;
-  if (!search_ || search_->known()) mounting_.add(input.steps, wheel_m, gyro_bias);
-  const std::string& trouble = mounting_.trouble();
-  if (!search_) {
-    health_.set("IMU mounting", HealthLevel::kDegraded, trouble);
+  if (search_.known() || search_.is_configured())
+    mounting_.add(input.steps, motion_.wheel().distance(input.time), gyro_bias);
+  search_mounting(input.time, input.steps, gyro_bias);
+  if (search_.is_configured()) {
+    const bool vague = !search_.known() && mounting_.trouble().empty();
+    health_.set("IMU mounting", HealthLevel::kDegraded,
+                vague ? "accelerations contradict wheel and gyro, and do not count: "
+                        "imu.rpy_body_imu or the sign of an axis is wrong"
+                      : mounting_.trouble());
     return;
   }
-  if (input.time > searched_to_) search_->add(input.steps, wheel_m, gyro_bias);
-  if (!trouble.empty()) {
+  if (!mounting_.trouble().empty()) {
     health_.count("IMU mounting", "it has changed, and is found anew");
-    search_.emplace();
+    search_ = MountingSearch();
     mounting_ = {};
-    motion_.set_axes_known(search_->known());
+    motion_.set_axes_known(false);
   }
-  health_.value("imu.yaw_sigma_rad", search_->yaw_sigma());
+  health_.value("imu.yaw_sigma_rad", search_.yaw_sigma());
   const Eigen::Vector3d rpy = imu_mounting_.rpy();
   health_.value("imu.roll_rad", rpy.x());
   health_.value("imu.pitch_rad", rpy.y());
   health_.value("imu.yaw_rad", rpy.z());
-  health_.await("IMU mounting", HealthLevel::kOk,
-                search_->known() ? ""
-                                 : "being found: accelerations count once starts, stops and bends "
-                                   "have shown the IMU's yaw");
+  const bool known = search_.known();
+  health_.await("IMU mounting", known ? HealthLevel::kDegraded : HealthLevel::kOk,
+                !known            ? "being found: accelerations count once starts, stops and bends "
+                                    "have shown the IMU's yaw"
+                : finds_mounting_ ? ""
+                                  : "wheel and gyro contradict the configured one; in use is what "
+                                    "they show: set imu.rpy_body_imu as imu.roll_rad, "
+                                    "imu.pitch_rad and imu.yaw_rad say");
 }
 
+// Where a configured mounting was contradicted, the ground of this track lies wrongly.
 StartingPoint Pipeline::beginning_again() {
   StartingPoint start = learnt();
   start.pair = earlier_pair_;  // each datum counts once
   start.slip = earlier_slip_;
-  if (search_->known()) start.mounting_of = imu_now_;
+  start.mounting = learnt_mounting();
+  start.search = search_;
+  start.mounting_of = imu_now_;
   start.begins_at = began_at_;
   start.hears = may_hear();
-  start.ground = map_->take_ground();
+  start.ground = map_waits_ ? map_->take_ground() : map_->take_earlier_ground();
+  map_waits_ = true;  // it is without ground from now on
   return start;
 }
 
@@ -137,7 +175,9 @@ StartingPoint Pipeline::beginning_again() {
 // it takes over: odom goes on, but for what was estimated wrongly. Poses published before stay. The
 // last one has a map, of the data since the start.
 void Odometry::estimate_again(std::size_t most) {
-  if (!again_ && (pipeline_->take_found() || !pipeline_->may_hear())) {
+  const bool found = pipeline_->take_found(), ends = !pipeline_->may_hear();
+  if (!again_ && ends && !found && !pipeline_->map_waits()) pipeline_->stop_hearing();
+  if (!again_ && pipeline_->hears() && (found || ends)) {
     again_ = made(pipeline_->beginning_again());
     if (records_) again_->record();
     heard_again_ = 0;

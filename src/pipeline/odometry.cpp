@@ -72,7 +72,8 @@ void Odometry::start_jobs() { pipeline_->start_jobs(); }
 Outputs Odometry::step() {
   const std::size_t heard_before = pipeline_->heard().size();
   Outputs out = pipeline_->step();
-  if (pipeline_->hears()) estimate_again(kFaster * (pipeline_->heard().size() - heard_before));
+  const std::size_t heard = pipeline_->heard().size();  // less than before at a standstill
+  if (pipeline_->hears()) estimate_again(kFaster * (heard - std::min(heard, heard_before)));
   if (std::exchange(map_exchanged_, false)) map_frame_->reset();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);

@@ -78,6 +78,8 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       motion_(config),
       ground_format_(start.ground ? start.ground->known_format() : std::nullopt),
       ground_of_(std::move(start.ground_of)),
+      finds_mounting_(!config.imu.rpy_body_imu.rpy),
+      search_(!finds_mounting_),
       begins_at_(start.begins_at),
       slip_drift_(config),
       radar_(config.gpr, front_end),
@@ -88,7 +90,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
   check_consistency(config);
   if (config.state.map == MapUse::kReadOnly && map_->enabled()) health_.value("map.read_only", 1.0);
   imu_mounting_.divide_forces(start.accel_scale);
-  if (!config.imu.rpy_body_imu.rpy) find_mounting(start);
+  find_mounting(start);
   earlier_pair_ = start.pair;
   earlier_slip_ = start.slip;
   if (start.pair) motion_.resume_pair(*start.pair);
@@ -115,16 +117,16 @@ void Pipeline::store(Message& message) {
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
     if (!config_.gpr.enabled) return;
     const bool followed = trace->antenna_id == input_.followed();
-    if (trace->antenna_id == input_.antenna() && map_->enabled() && !hears_) add_to_map(*trace);
+    if (trace->antenna_id == input_.antenna() && map_->enabled() && !map_waits_) add_to_map(*trace);
     if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
       traces_.push_back(std::move(*trace));
   } else if (auto* fix = std::get_if<PositionFix>(&message)) {
     health_.add("fixes.received", 1);
-    if (!hears_) map_->add(*fix);
+    if (!map_waits_) map_->add(*fix);
   } else {
     auto& displacement = std::get<Displacement>(message);
     if (displacement.kind == DisplacementKind::kRevisit) {
-      if (!hears_) map_->add(displacement);
+      if (!map_waits_) map_->add(displacement);
       return;
     }
     // Motion has no sign; any other kind is signed along the track.
@@ -196,6 +198,7 @@ void Pipeline::begin(const InitialState& initial, const StateResult& first) {
     map_->record();
   }
   motion_.begin(first, initial);
+  search_since(motion_.imu().oldest(), first.state);
   prediction_.rebase(first, initial.noise, motion_.wheel_contact(), motion_.imu());
   // The first interval is 0.5 to 1.5 periods long, or ends now.
   const TimeNs newest = std::max(first.state.time, imu_now_);
@@ -272,7 +275,7 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   const Eigen::Vector3d before = prediction_.position();
   prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());
   motion_.adopt(result);
-  if (!hears_) map_->add(result, effective);
+  if (!map_waits_) map_->add(result, effective);
   keep_way(result);
 
   health_.value("wheel.unwitnessed", result.slip_sigma);

@@ -41,6 +41,7 @@ struct StartingPoint {
   std::optional<slip::Learnt> slip;        // of the wheel
   double accel_scale = 1.0;                // of the accelerometer
   std::optional<LearntMounting> mounting;  // of the IMU; used where the configuration says auto
+  std::optional<MountingSearch> search;    // goes on
   // Data up to then have shown it, and count once. The pipeline before began at its first pose.
   TimeNs mounting_of = 0, begins_at = 0;
   bool hears = true;  // it may be found better with the data since the start
@@ -101,7 +102,7 @@ class Pipeline {
   // Replaces the map by one that has this ground of an earlier run, and begins a new track in it.
   void set_ground(GroundMap ground);
   void locate_at(const ToldPlace& place) {
-    if (hears_) told_ = place;
+    if (map_waits_) told_ = place;
     map_->locate_at(place);
   }
   // Runs on the map's thread, after its current jobs.
@@ -128,6 +129,7 @@ class Pipeline {
   // Whether it keeps the data since the start, with which the mounting of the IMU may still be
   // found.
   bool hears() const { return hears_; }
+  bool map_waits() const { return map_waits_; }
   const std::deque<Message>& heard() const { return heard_; }
   // It has been found, or found better, since the last call.
   bool take_found() { return std::exchange(found_, false); }
@@ -135,6 +137,7 @@ class Pipeline {
   StartingPoint beginning_again();
   // Whether the mounting will be found better while the data are kept.
   bool may_hear() const;
+  void stop_hearing();
   const std::optional<ToldPlace>& told() const { return told_; }
 
  private:
@@ -148,7 +151,14 @@ class Pipeline {
   void find_mounting(const StartingPoint& start);
   void level_imu();
   std::optional<Eigen::Matrix3d> take_mounting();
+  void search_since(TimeNs from, const NavState& first);
+  void search_mounting(TimeNs to, const std::vector<MotionStep>& steps,
+                       const Eigen::Vector3d& gyro_bias);
   void watch_mounting(const StateInput& input);
+  std::string mounting_text() const;
+  LearntMounting learnt_mounting() const {
+    return {Eigen::Quaterniond(imu_mounting_.R_body_imu()), search_.yaw_sigma()};
+  }
   void forget_heard();
   void take_radar_answers();
   void take_passage(const gpr::Passage& passage, TimeNs effective);
@@ -197,10 +207,12 @@ class Pipeline {
   const std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of_;
   FactorQueue factors_;
   MountingWatch mounting_;
-  std::optional<MountingSearch> search_;  // imu.rpy_body_imu is auto
+  const bool finds_mounting_;  // imu.rpy_body_imu is auto
+  MountingSearch search_;
   TimeNs searched_to_;
-  // While the mounting may still be found with them: the data since the start. The map waits.
+  // While the mounting may still be found with them: the data since the start.
   bool hears_ = false, found_ = false;
+  bool map_waits_ = false;  // since the axes are not known
   std::deque<Message> heard_;
   TimeNs moves_since_ = 0;
   std::optional<ToldPlace> told_;

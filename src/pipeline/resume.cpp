@@ -23,8 +23,7 @@ bool Pipeline::resume() {
     motion_.forget_wheel();
     return false;
   }
-  hears_ = false;  // what comes does not begin at the origin
-  heard_.clear();
+  stop_hearing();  // what comes does not begin at the origin
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
   out_.warnings.emplace_back(said);
   imu_mounting_.divide_forces(saved.accel_scale);
@@ -83,9 +82,7 @@ StartingPoint Pipeline::learnt() const {
   next.pair = motion_.pair().learnt();
   next.slip = motion_.learnt_slip();
   next.accel_scale = imu_mounting_.accel_scale();
-  if (search_ && started_)
-    next.mounting =
-        LearntMounting{Eigen::Quaterniond(imu_mounting_.R_body_imu()), search_->yaw_sigma()};
+  if (started_ && !search_.is_configured()) next.mounting = learnt_mounting();
   return next;
 }
 

@@ -169,6 +169,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: o
     assert found["code"] == "axes" and "gprodom calibrate mount" in found["mend"]
     mended = ["--set", f"imu.rpy_body_imu=[0, 0, {-np.pi / 2}]"]
     assert main(["doctor", log, *mended]) == 0
+    assert main(["doctor", log, "--set", "imu.rpy_body_imu=auto"]) == 0
     two = of_two_antennas(3)
     log = str(write(two, tmp_path / "two.lcmlog"))
     count = len(two["gpr_trace"]["utime"]) // 2

@@ -25,6 +25,7 @@ class ImuHistory {
   void divide_forces(double accel_scale);
   void turn(const Eigen::Matrix3d& R_new_old);  // to other axes
   void forget_before(TimeNs time);  // keeps the last sample before it, to interpolate from
+  TimeNs oldest() const { return samples_.empty() ? 0 : samples_.front().time; }
   std::vector<ImuSample> between(TimeNs from, TimeNs to) const;
   // The last `count` of those up to a time, or as many as there are.
   std::vector<ImuSample> last(std::size_t count, TimeNs to) const;

@@ -28,6 +28,11 @@ class Robot {
 
   // 0.2 s at 50 Hz, in axes turned by R_axes_body.
   void move(MountingSearch& search, const Matrix3d& R_axes_body) {
+    move_with(search, R_axes_body, R_axes_body);
+  }
+
+  // of_force, of_rate: what the accelerometer and the gyro have for axes.
+  void move_with(MountingSearch& search, const Matrix3d& of_force, const Matrix3d& of_rate) {
     if (drives_ && state_ % 10 == 0) {
       wanted_ = 0.5 + 0.4 * normal_(random_);
       rate_ = 0.3 * normal_(random_);
@@ -44,8 +49,8 @@ class Robot {
       const Vector3d noise(normal_(random_), normal_(random_), normal_(random_));
       MotionStep step;
       step.dt = 0.02;
-      step.acceleration = R_axes_body * (force + 0.05 * noise);
-      step.angular_velocity = R_axes_body * Vector3d(0, 0, rate_);
+      step.acceleration = of_force * (force + 0.05 * noise);
+      step.angular_velocity = of_rate * Vector3d(0, 0, rate_);
       steps.push_back(step);
     }
     search.add(steps, way_, Vector3d::Zero());
@@ -111,6 +116,46 @@ TEST(MountingSearch, TheMeanOfTheDriveIsLevel) {
     if (const auto turn = search.take_turn()) R = *turn * R;
   }
   EXPECT_LT(std::acos(R(2, 2)), 1 * kDegree);
+}
+
+// 100 robots on ground that tilts them.
+TEST(MountingSearch, RightAxesAreNeverContradicted) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    Robot robot(seed, 3 * kDegree);
+    MountingSearch search(true);
+    const Matrix3d vague = about_up(8 * kDegree * std::sin(seed));  // by eye
+    for (int state = 0; state < 600; ++state) {
+      robot.move(search, vague);
+      EXPECT_FALSE(search.take_turn()) << seed;
+    }
+    EXPECT_TRUE(search.known()) << seed;
+  }
+}
+
+TEST(MountingSearch, OtherAxesThanConfiguredAreFound) {
+  for (const double yaw : {M_PI / 2, M_PI, -2.0}) {
+    Robot robot(5, 0.5 * kDegree);
+    MountingSearch search(true);
+    Matrix3d R = about_up(yaw);
+    for (int state = 0; state < 600; ++state) {
+      robot.move(search, R);
+      if (const auto turn = search.take_turn()) R = *turn * R;
+    }
+    EXPECT_FALSE(search.is_configured());
+    EXPECT_LT(std::abs(wrapped(std::atan2(R(1, 0), R(0, 0)))), 5 * kDegree) << yaw;
+  }
+}
+
+// No rotation is right, so none is used.
+TEST(MountingSearch, AWrongSignIsNoMountingButIsNoticed) {
+  Robot robot(6, 0.5 * kDegree);
+  MountingSearch search(true);
+  const Matrix3d reversed = Vector3d(-1, 1, 1).asDiagonal();
+  for (int state = 0; state < 600; ++state) {
+    robot.move_with(search, reversed, Matrix3d::Identity());
+    EXPECT_FALSE(search.take_turn());
+  }
+  EXPECT_FALSE(search.known());
 }
 
 TEST(MountingSearch, WhatAnEarlierRunHasFoundIsKnownAtOnce) {

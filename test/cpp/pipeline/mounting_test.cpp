@@ -125,7 +125,7 @@ TEST(Mounting, AnyConfiguredRotationGivesTheSameEstimate) {
   const Driven straight = drive(without_radar(), along_body);
   for (const Case& c : kCases) {
     Config config = without_radar();
-    config.imu.rpy_body_imu = {c.rpy_body_imu};
+    config.imu.rpy_body_imu = c.rpy_body_imu;
     const Driven turned = drive(config, c.mounted);
     ASSERT_EQ(turned.odometry.size(), straight.odometry.size()) << c.name;
     const OdometryEstimate &a = straight.odometry.back(), &b = turned.odometry.back();
@@ -152,6 +152,15 @@ TEST(Mounting, AMountingThatIsNotConfiguredIsFound) {
     EXPECT_TRUE(std::is_sorted(found.odometry.begin(), found.odometry.end(),
                                [](const auto& a, const auto& b) { return a.time < b.time; }));
   }
+}
+
+// A yaw that is configured wrongly is contradicted by the first starts and bends.
+TEST(Mounting, AWrongYawIsCorrected) {
+  Config config = without_radar();
+  config.imu.rpy_body_imu = Vector3d(0, 0, -M_PI / 2);
+  const Driven wrong = drive(config, along_body);
+  EXPECT_TRUE(wrong.told("contradict"));
+  EXPECT_LT((wrong.odometry.back().p_odom_body - wrong.true_position).norm(), 0.06);
 }
 
 // Solutions of threads may come late here, so only the course of events is as above.
