@@ -1,4 +1,5 @@
-// The mounting of the IMU where the configuration leaves it to the drive (imu.rpy_body_imu: auto).
+// The mounting of the IMU where the drive shows it: where the configuration leaves it to be found
+// (imu.rpy_body_imu: auto), or is contradicted.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,10 +16,15 @@ constexpr double kSteepest = 0.35;  // rad
 
 // Estimated again once the mounting is known.
 constexpr double kMoved_m = 0.1;
-constexpr std::size_t kMostHeard = 200'000;  // messages
+constexpr std::size_t kMostHeard = 32'000'000;  // bytes; 130 traces of 1000 samples a second
 constexpr TimeNs kAgain = 60 * kSecond, kStandstill = 12 * kSecond;
 
 constexpr double kDegree = M_PI / 180;
+
+std::size_t bytes_of(const InputMessage& message) {
+  const auto* trace = std::get_if<GprTrace>(&message);
+  return sizeof message + (trace ? trace->samples.size() * sizeof trace->samples[0] : 0);
+}
 
 }  // namespace
 
@@ -83,6 +89,11 @@ std::string Pipeline::mounting_text() const {
   return text;
 }
 
+void Pipeline::hear(const Message& message) {
+  heard_.push_back(message);
+  heard_bytes_ += bytes_of(message);
+}
+
 // Data of a standstill show nothing beyond its last seconds.
 void Pipeline::forget_heard() {
   if (!hears_) return;
@@ -92,18 +103,22 @@ void Pipeline::forget_heard() {
       const auto* imu = std::get_if<ImuSample>(&message);
       return imu && imu->time > imu_now_ - kStandstill;
     };
-    heard_.erase(heard_.begin(), std::find_if(heard_.begin(), heard_.end(), is_kept));
+    const auto kept = std::find_if(heard_.begin(), heard_.end(), is_kept);
+    for (auto message = heard_.begin(); message != kept; ++message)
+      heard_bytes_ -= bytes_of(*message);
+    heard_.erase(heard_.begin(), kept);
   }
 }
 
 bool Pipeline::may_hear() const {
   const bool drives_on = moves_since_ > 0 && imu_now_ > moves_since_ + kAgain;
-  return !search_.is_certain() && !drives_on && heard_.size() < kMostHeard;
+  return !search_.is_certain() && !drives_on && heard_bytes_ < kMostHeard;
 }
 
 void Pipeline::stop_hearing() {
   hears_ = map_waits_ = false;
   heard_.clear();
+  heard_bytes_ = 0;
 }
 
 // Of data since that time: what was driven before the start shows it as well.

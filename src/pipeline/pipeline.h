@@ -159,6 +159,7 @@ class Pipeline {
   LearntMounting learnt_mounting() const {
     return {Eigen::Quaterniond(imu_mounting_.R_body_imu()), search_.yaw_sigma()};
   }
+  void hear(const Message& message);
   void forget_heard();
   void take_radar_answers();
   void take_passage(const gpr::Passage& passage, TimeNs effective);
@@ -214,6 +215,7 @@ class Pipeline {
   bool hears_ = false, found_ = false;
   bool map_waits_ = false;  // since the axes are not known
   std::deque<Message> heard_;
+  std::size_t heard_bytes_ = 0;
   TimeNs moves_since_ = 0;
   std::optional<ToldPlace> told_;
   std::optional<LearntTurn> earlier_pair_;  // of earlier runs
