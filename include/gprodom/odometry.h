@@ -124,9 +124,9 @@ class GPRODOM_EXPORT Odometry {
  private:
   void restart(StartingPoint start);
   Pipeline& ground_owner() const;  // that has the ground
-  std::unique_ptr<Pipeline> made(StartingPoint start);
-  void use(std::unique_ptr<Pipeline> pipeline);
-  void estimate_again(std::size_t most);
+  std::unique_ptr<Pipeline> make_pipeline(StartingPoint start);
+  void set_pipeline(std::unique_ptr<Pipeline> pipeline);
+  void advance_rerun(std::size_t most);
   std::optional<GroundMap> ground_of(const TraceFormat& format);
   std::optional<GroundMap> rescued_ground(bool of_map);
   void save_state();
@@ -145,8 +145,8 @@ class GPRODOM_EXPORT Odometry {
   Execution execution_;
   gpr::FrontEndFactory front_end_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<Pipeline> again_;  // estimates the data so far again, and then takes over
-  std::size_t heard_again_ = 0;      // messages, by that
+  std::unique_ptr<Pipeline> rerun_;  // estimates the data so far again, and then takes over
+  std::size_t rerun_messages_ = 0;   // messages, by that
   bool records_ = false;
   std::unique_ptr<MapFrame> map_frame_;
   std::unique_ptr<Rescue> rescue_;

@@ -21,9 +21,9 @@ constexpr double kEnough = 0.02;   // rad; what is left is less than an axis is 
 // Windows, as if so many had shown that the axes found earlier have no slope.
 constexpr double kLevelled = 20.0;
 // Few mount an IMU otherwise than they configure it, which they do as well as by eye (rad). Other
-// axes are used if their probability is kCertain, and the configured ones no more if others are so
-// many times as likely. Of recordings with the right ones none makes others likelier at all.
-constexpr double kOtherwise = 0.01, kByEye = 0.15, kCertain = 0.99, kTimes = 9.0;
+// axes are used if their probability is kCertain, and the configured ones no more if the odds
+// against them are kOdds. Of recordings with the right ones none makes others likelier at all.
+constexpr double kOtherwise = 0.01, kByEye = 0.15, kCertain = 0.99, kOdds = 9.0;
 // Before it shows: standard deviation of the error of a mean acceleration (half a degree of tilt),
 // known as if from so many values. With 0.05 to 0.4 m/s^2 and 1 to 3 values, the yaw of recordings
 // of all kinds of robots comes within the same deviations, and later where it is more.
@@ -110,7 +110,7 @@ void MountingSearch::weigh() {
                reversed = kOtherwise * wrong_sign / (2 * M_PI),
                as_configured = (1 - kOtherwise) * near / (std::sqrt(2 * M_PI) * kByEye);
   turned_ = otherwise > kCertain * (otherwise + reversed + as_configured);
-  contradicted_ |= otherwise + reversed > kTimes * as_configured;
+  contradicted_ |= otherwise + reversed > kOdds * as_configured;
 }
 
 std::optional<Eigen::Matrix3d> MountingSearch::take_turn() {

@@ -1,4 +1,5 @@
-// Finds how the IMU is mounted (imu.rpy_body_imu: auto). Gravity gives roll and pitch; the yaw is
+// Finds how the IMU is mounted (imu.rpy_body_imu: auto), or whether the drive contradicts how it is
+// configured. Gravity gives roll and pitch; the yaw is
 // that by which the accelerometer's horizontal accelerations are turned against those of wheel and
 // gyro. docs/estimation.md, "A mounting that is found".
 #pragma once

@@ -336,13 +336,13 @@ GroundMap Mapper::take_ground() {
 
 GroundMap Mapper::take_earlier_ground() {
   GroundMap all = take_ground();
+  const std::vector<gpr::MemoryRange> runs = all.runs();
+  if (runs.empty() || runs.back().end <= end_of_before_) return all;
   std::vector<gpr::MemoryRange> earlier;
-  for (const gpr::MemoryRange& run : all.runs())
+  for (const gpr::MemoryRange& run : runs)
     if (run.first < end_of_before_)
       earlier.push_back({run.first, std::min(run.end, end_of_before_)});
-  if (earlier.empty()) return GroundMap(all.memory.options());
-  const bool has_more = !all.runs().empty() && all.runs().back().end > end_of_before_;
-  return has_more ? all.part(earlier) : std::move(all);
+  return earlier.empty() ? GroundMap(all.memory.options()) : all.part(earlier);
 }
 
 void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {

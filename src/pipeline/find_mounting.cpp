@@ -16,8 +16,10 @@ constexpr double kSteepest = 0.35;  // rad
 
 // Estimated again once the mounting is known.
 constexpr double kMoved_m = 0.1;
-constexpr std::size_t kMostHeard = 32'000'000;  // bytes; 130 traces of 1000 samples a second
-constexpr TimeNs kAgain = 60 * kSecond, kStandstill = 12 * kSecond;
+constexpr std::size_t kMostBuffered = 32'000'000;  // bytes; 130 traces of 1000 samples a second
+constexpr TimeNs kRerunWithin = 60 * kSecond;
+// s, beyond initializer.duration; a start on the move waits no longer.
+constexpr TimeNs kStartsWithin = 10 * kSecond;
 
 constexpr double kDegree = M_PI / 180;
 
@@ -41,14 +43,14 @@ void Pipeline::find_mounting(const StartingPoint& start) {
   }
   if (search_.known()) imu_mounting_.turn(Eigen::Matrix3d::Identity());
   motion_.set_axes_known(search_.known());
-  hears_ = start.hears && (start.search || !start.mounting || !search_.known());
-  map_waits_ = hears_ && finds_mounting_;
+  buffers_ = start.buffers && (start.search || !start.mounting || !search_.known());
+  map_waits_ = buffers_ && finds_mounting_;
 }
 
 // Before the start. A mounting that an earlier run has found is kept, unless gravity contradicts
 // it.
 void Pipeline::level_imu() {
-  forget_heard();
+  prune_buffer();
   if (!finds_mounting_) return;
   const auto up = motion_.mean_force();
   if (!up || up->isZero()) return;
@@ -66,10 +68,10 @@ void Pipeline::level_imu() {
 
 // Before the next state, if the drive has shown more of it.
 std::optional<Eigen::Matrix3d> Pipeline::take_mounting() {
-  forget_heard();
+  prune_buffer();
   const auto turn = search_.take_turn();
   if (!turn) return std::nullopt;
-  found_ = hears_;
+  found_ = buffers_;
   imu_mounting_.turn(*turn);
   motion_.turn_axes(*turn);
   motion_.set_axes_known(true);
@@ -89,36 +91,37 @@ std::string Pipeline::mounting_text() const {
   return text;
 }
 
-void Pipeline::hear(const Message& message) {
-  heard_.push_back(message);
-  heard_bytes_ += bytes_of(message);
+void Pipeline::buffer_message(const Message& message) {
+  buffer_.push_back(message);
+  buffer_bytes_ += bytes_of(message);
 }
 
-// Data of a standstill show nothing beyond its last seconds.
-void Pipeline::forget_heard() {
-  if (!hears_) return;
+// Of a standstill what a start needs is kept.
+void Pipeline::prune_buffer() {
+  if (!buffers_) return;
   if (moves_since_ == 0 && prediction_.distance_m() > kMoved_m) moves_since_ = imu_now_;
   if (moves_since_ == 0) {
+    const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration) - kStartsWithin;
     const auto is_kept = [&](const Message& message) {
       const auto* imu = std::get_if<ImuSample>(&message);
-      return imu && imu->time > imu_now_ - kStandstill;
+      return imu && imu->time > from;
     };
-    const auto kept = std::find_if(heard_.begin(), heard_.end(), is_kept);
-    for (auto message = heard_.begin(); message != kept; ++message)
-      heard_bytes_ -= bytes_of(*message);
-    heard_.erase(heard_.begin(), kept);
+    const auto kept = std::find_if(buffer_.begin(), buffer_.end(), is_kept);
+    for (auto message = buffer_.begin(); message != kept; ++message)
+      buffer_bytes_ -= bytes_of(*message);
+    buffer_.erase(buffer_.begin(), kept);
   }
 }
 
-bool Pipeline::may_hear() const {
-  const bool drives_on = moves_since_ > 0 && imu_now_ > moves_since_ + kAgain;
-  return !search_.is_certain() && !drives_on && heard_bytes_ < kMostHeard;
+bool Pipeline::may_buffer() const {
+  const bool drives_on = moves_since_ > 0 && imu_now_ > moves_since_ + kRerunWithin;
+  return !search_.is_certain() && !drives_on && buffer_bytes_ < kMostBuffered;
 }
 
-void Pipeline::stop_hearing() {
-  hears_ = map_waits_ = false;
-  heard_.clear();
-  heard_bytes_ = 0;
+void Pipeline::stop_buffering() {
+  buffers_ = map_waits_ = false;
+  buffer_.clear();
+  buffer_bytes_ = 0;
 }
 
 // Of data since that time: what was driven before the start shows it as well.
@@ -132,7 +135,7 @@ void Pipeline::search_mounting(TimeNs to, const std::vector<MotionStep>& steps,
   const bool was_known = search_.known();
   if (to > searched_to_) search_.add(steps, motion_.wheel().distance(to), gyro_bias);
   if (!was_known || search_.known()) return;
-  found_ = hears_;  // the configured one is contradicted
+  found_ = buffers_;  // the configured one is contradicted
   motion_.set_axes_known(false);
 }
 
@@ -171,7 +174,7 @@ void Pipeline::watch_mounting(const StateInput& input) {
 }
 
 // Where a configured mounting was contradicted, the ground of this track lies wrongly.
-StartingPoint Pipeline::beginning_again() {
+StartingPoint Pipeline::rerun_start() {
   StartingPoint start = learnt();
   start.pair = earlier_pair_;  // each datum counts once
   start.slip = earlier_slip_;
@@ -179,35 +182,35 @@ StartingPoint Pipeline::beginning_again() {
   start.search = search_;
   start.mounting_of = imu_now_;
   start.begins_at = began_at_;
-  start.hears = may_hear();
+  start.buffers = may_buffer();
   start.ground = map_waits_ ? map_->take_ground() : map_->take_earlier_ground();
   map_waits_ = true;  // it is without ground from now on
   return start;
 }
 
 // Once the mounting is found, or found better, the data that have shown it are estimated again by a
-// second pipeline. It hears kFaster messages for each new one, so that no pose waits for it. Then
+// second pipeline. It takes kFaster messages for each new one, so that no pose waits for it. Then
 // it takes over: odom goes on, but for what was estimated wrongly. Poses published before stay. The
 // last one has a map, of the data since the start.
-void Odometry::estimate_again(std::size_t most) {
-  const bool found = pipeline_->take_found(), ends = !pipeline_->may_hear();
-  if (!again_ && ends && !found && !pipeline_->map_waits()) pipeline_->stop_hearing();
-  if (!again_ && pipeline_->hears() && (found || ends)) {
-    again_ = made(pipeline_->beginning_again());
-    if (records_) again_->record();
-    heard_again_ = 0;
+void Odometry::advance_rerun(std::size_t most) {
+  const bool found = pipeline_->take_found(), ends = !pipeline_->may_buffer();
+  if (!rerun_ && ends && !found && !pipeline_->map_waits()) pipeline_->stop_buffering();
+  if (!rerun_ && pipeline_->buffers() && (found || ends)) {
+    rerun_ = make_pipeline(pipeline_->rerun_start());
+    if (records_) rerun_->record();
+    rerun_messages_ = 0;
   }
-  if (!again_) return;
-  const auto& heard = pipeline_->heard();
-  for (; heard_again_ < heard.size() && most > 0; ++heard_again_, --most) {
-    again_->add(heard[heard_again_]);
-    again_->step();
-    again_->start_jobs();
-    again_->drain();  // before the data time goes on
+  if (!rerun_) return;
+  const auto& buffer = pipeline_->buffer();
+  for (; rerun_messages_ < buffer.size() && most > 0; ++rerun_messages_, --most) {
+    rerun_->add(buffer[rerun_messages_]);
+    rerun_->step();
+    rerun_->start_jobs();
+    rerun_->drain();  // before the data time goes on
   }
-  if (heard_again_ < heard.size()) return;
-  if (pipeline_->told()) again_->locate_at(*pipeline_->told());
-  use(std::move(again_));
+  if (rerun_messages_ < buffer.size()) return;
+  if (pipeline_->told()) rerun_->locate_at(*pipeline_->told());
+  set_pipeline(std::move(rerun_));
 }
 
 }  // namespace gprodom

@@ -17,7 +17,7 @@ namespace gprodom {
 
 namespace {
 
-constexpr std::size_t kFaster = 10;  // messages, in estimate_again(), for each new one
+constexpr std::size_t kFaster = 10;  // messages, in advance_rerun(), for each new one
 
 constexpr std::uint64_t kOfNoFile = ~std::uint64_t{0};  // as GroundMap::taken_from()
 
@@ -70,10 +70,10 @@ void Odometry::reject(const std::string& channel, const std::string& reason) {
 void Odometry::start_jobs() { pipeline_->start_jobs(); }
 
 Outputs Odometry::step() {
-  const std::size_t heard_before = pipeline_->heard().size();
+  const std::size_t before = pipeline_->buffer().size();
   Outputs out = pipeline_->step();
-  const std::size_t heard = pipeline_->heard().size();  // less than before at a standstill
-  if (pipeline_->hears()) estimate_again(kFaster * (heard - std::min(heard, heard_before)));
+  const std::size_t after = pipeline_->buffer().size();  // less than before at a standstill
+  if (pipeline_->buffers()) advance_rerun(kFaster * (after - std::min(after, before)));
   if (std::exchange(map_exchanged_, false)) map_frame_->reset();
   if (const auto correction = pipeline_->take_resumed_correction()) map_frame_->reset(correction);
   out.odometry_in_map = map_frame_->place(out);
@@ -90,7 +90,7 @@ Outputs Odometry::step() {
 }
 
 Outputs Odometry::finish() {
-  if (again_) estimate_again(pipeline_->heard().size());
+  if (rerun_) advance_rerun(pipeline_->buffer().size());
   Outputs out = pipeline_->finish();
   out.odometry_in_map = map_frame_->place(out);
   if (store_->enabled()) {
@@ -290,17 +290,17 @@ void Odometry::set_ground_aside() {
   store_->tell(told, notices_);
 }
 
-void Odometry::restart(StartingPoint start) { use(made(std::move(start))); }
+void Odometry::restart(StartingPoint start) { set_pipeline(make_pipeline(std::move(start))); }
 
-Pipeline& Odometry::ground_owner() const { return again_ ? *again_ : *pipeline_; }
+Pipeline& Odometry::ground_owner() const { return rerun_ ? *rerun_ : *pipeline_; }
 
-std::unique_ptr<Pipeline> Odometry::made(StartingPoint start) {
+std::unique_ptr<Pipeline> Odometry::make_pipeline(StartingPoint start) {
   start.ground_of = [this](const TraceFormat& format) { return ground_of(format); };
   return std::make_unique<Pipeline>(config_, execution_, front_end_, std::move(start));
 }
 
-void Odometry::use(std::unique_ptr<Pipeline> pipeline) {
-  again_.reset();
+void Odometry::set_pipeline(std::unique_ptr<Pipeline> pipeline) {
+  rerun_.reset();
   pipeline_ = std::move(pipeline);
   map_frame_->reset();
   here_ = {};

@@ -45,7 +45,7 @@ Outputs Pipeline::step() {
   while (!inbox_.empty() && !must_restart()) {
     Message message = std::move(inbox_.front());
     inbox_.pop_front();
-    if (hears_) hear(message);
+    if (buffers_) buffer_message(message);
     const bool usable = input_.accept(message);                    // time guard and plausibility
     if (usable) store(message);                                    // into the histories, by stamp
     if (!usable || !std::holds_alternative<ImuSample>(message)) {  // the IMU is the clock

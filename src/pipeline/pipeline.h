@@ -44,7 +44,7 @@ struct StartingPoint {
   std::optional<MountingSearch> search;    // goes on
   // Data up to then have shown it, and count once. The pipeline before began at its first pose.
   TimeNs mounting_of = 0, begins_at = 0;
-  bool hears = true;  // it may be found better with the data since the start
+  bool buffers = true;  // it may be found better with the data since the start
   // The radar has another setting than the ground: saves the ground, and returns that of the new
   // setting, if there is any.
   std::function<std::optional<GroundMap>(const TraceFormat&)> ground_of;
@@ -128,16 +128,16 @@ class Pipeline {
 
   // Whether it keeps the data since the start, with which the mounting of the IMU may still be
   // found.
-  bool hears() const { return hears_; }
+  bool buffers() const { return buffers_; }
   bool map_waits() const { return map_waits_; }
-  const std::deque<Message>& heard() const { return heard_; }
+  const std::deque<Message>& buffer() const { return buffer_; }
   // It has been found, or found better, since the last call.
   bool take_found() { return std::exchange(found_, false); }
   // For a pipeline that estimates these data again. Takes the ground.
-  StartingPoint beginning_again();
+  StartingPoint rerun_start();
   // Whether the mounting will be found better while the data are kept.
-  bool may_hear() const;
-  void stop_hearing();
+  bool may_buffer() const;
+  void stop_buffering();
   const std::optional<ToldPlace>& told() const { return told_; }
 
  private:
@@ -159,8 +159,8 @@ class Pipeline {
   LearntMounting learnt_mounting() const {
     return {Eigen::Quaterniond(imu_mounting_.R_body_imu()), search_.yaw_sigma()};
   }
-  void hear(const Message& message);
-  void forget_heard();
+  void buffer_message(const Message& message);
+  void prune_buffer();
   void take_radar_answers();
   void take_passage(const gpr::Passage& passage, TimeNs effective);
   std::optional<Eigen::Vector3d> place_of(int antenna) const;
@@ -212,10 +212,10 @@ class Pipeline {
   MountingSearch search_;
   TimeNs searched_to_;
   // While the mounting may still be found with them: the data since the start.
-  bool hears_ = false, found_ = false;
+  bool buffers_ = false, found_ = false;
   bool map_waits_ = false;  // since the axes are not known
-  std::deque<Message> heard_;
-  std::size_t heard_bytes_ = 0;
+  std::deque<Message> buffer_;
+  std::size_t buffer_bytes_ = 0;
   TimeNs moves_since_ = 0;
   std::optional<ToldPlace> told_;
   std::optional<LearntTurn> earlier_pair_;  // of earlier runs

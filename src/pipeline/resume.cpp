@@ -23,7 +23,7 @@ bool Pipeline::resume() {
     motion_.forget_wheel();
     return false;
   }
-  stop_hearing();  // what comes does not begin at the origin
+  stop_buffering();  // what comes does not begin at the origin
   std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
   out_.warnings.emplace_back(said);
   imu_mounting_.divide_forces(saved.accel_scale);

@@ -88,8 +88,9 @@ TEST(MountingSearch, TheYawIsFoundWithItsStandardDeviation) {
       EXPECT_TRUE(search.known()) << "tilt " << tilt << ", seed " << seed;
     }
     EXPECT_GE(turns, 400);
-    EXPECT_LT(squares / turns, 2.0) << tilt;
-    EXPECT_GT(squares / turns, 0.05) << tilt;
+    // On even ground the noise is less than its prior.
+    EXPECT_LT(squares / turns, 1.5) << tilt;
+    EXPECT_GT(squares / turns, tilt < kDegree ? 0.1 : 0.5) << tilt;
     EXPECT_LT(most, 5.0) << tilt;
   }
 }
