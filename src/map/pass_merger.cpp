@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace gprodom {
 namespace {
@@ -29,12 +30,15 @@ std::pair<int, int> square_at(const Eigen::Vector2d& p) {
 class PassMerger::Ties {
  public:
   std::vector<std::optional<std::size_t>> to;  // for each node, the older node, or kInMap
-  bool can_go(std::size_t node) const { return can_go_[node]; }
+  // Nothing holds it, and it lies on tied ground.
+  bool can_go(std::size_t node) const { return near_[node] && is_free(node); }
+  // Nothing holds it: neither ground nor a fix nor a revisit of it.
+  bool is_free(std::size_t node) const { return free_[node]; }
 
   // last: m driven up to the last tie before the nodes that are judged now.
   Ties(const std::vector<Node>& nodes, const std::vector<RevisitEdge>& revisits,
        const std::vector<bool>& trusted, double last)
-      : to(nodes.size()), can_go_(nodes.size()) {
+      : to(nodes.size()), near_(nodes.size()), free_(nodes.size()) {
     std::vector<bool> is_memory(nodes.size());
     for (std::size_t i = 0; i < revisits.size(); ++i) {
       const RevisitEdge& edge = revisits[i];
@@ -51,13 +55,13 @@ class PassMerger::Ties {
     for (std::size_t i = nodes.size(); i-- > 0;) {
       if (to[i]) next = nodes[i].travelled_m;
       const double until = next - nodes[i].travelled_m;
-      const bool near = std::min(since[i], until) <= kNearTie || since[i] + until <= kBetweenTies;
-      can_go_[i] = i > 0 && near && !nodes[i].has_ground && !nodes[i].has_fix && !is_memory[i];
+      near_[i] = std::min(since[i], until) <= kNearTie || since[i] + until <= kBetweenTies;
+      free_[i] = i > 0 && !nodes[i].has_ground && !nodes[i].has_fix && !is_memory[i];
     }
   }
 
  private:
-  std::vector<bool> can_go_;
+  std::vector<bool> near_, free_;
 };
 
 // Finds the cell of a node, or makes one. Cells move with the map: by coordinates, a map that comes
@@ -72,6 +76,13 @@ class PassMerger::Cells {
 
   // node: that of the place, should it be new; kInMap: it is held where it is now.
   std::size_t at(const Eigen::Vector2d& p, std::size_t node) {
+    if (const auto found = find(p)) return *found;
+    places_.push_back(Place{node, p});
+    squares_[square_at(position(*places_.back()))].push_back(places_.size() - 1);
+    return places_.size() - 1;
+  }
+
+  std::optional<std::size_t> find(const Eigen::Vector2d& p) const {
     std::optional<std::size_t> found;
     double least = kCell;
     const auto [x, y] = square_at(p);
@@ -87,10 +98,7 @@ class PassMerger::Cells {
         }
       }
     }
-    if (found) return *found;
-    places_.push_back(Place{node, p});
-    squares_[square_at(position(*places_.back()))].push_back(places_.size() - 1);
-    return places_.size() - 1;
+    return found;
   }
 
  private:
@@ -108,6 +116,7 @@ struct PassMerger::Piece {
   // For each node from `first` to `end`. kept: it is an end of a step that relates two cells and
   // stays. known: enough other passes relate the two cells of the step into it.
   std::vector<bool> kept, known;
+  std::vector<bool> passed;  // it lies between ties further apart, on a way that is known
 
   bool is_kept(std::size_t node) const { return kept[node - first]; }
   // Of the steps from one node to another.
@@ -126,7 +135,8 @@ PassMerger::Judgement PassMerger::judge(const std::vector<Node>& nodes,
   const std::optional<Piece> piece = next_piece(nodes, ties);
   if (!piece) return result;
   for (std::size_t i = piece->first; i < piece->end; ++i) {
-    result.stay[i] = piece->is_kept(i) || !ties.can_go(i);
+    const bool can_go = ties.can_go(i) || piece->passed[i - piece->first];
+    result.stay[i] = piece->is_kept(i) || !can_go;
     if (ties.to[i]) tied_at_m_ = nodes[i].travelled_m;
   }
   cut(*piece, ties, result);
@@ -139,9 +149,6 @@ PassMerger::Judgement PassMerger::judge(const std::vector<Node>& nodes,
 std::optional<PassMerger::Piece> PassMerger::next_piece(const std::vector<Node>& nodes,
                                                         const Ties& ties) {
   const double behind = nodes.back().travelled_m - kInFull;
-  struct Visit {
-    std::size_t node, cell;
-  };
   std::vector<Visit> visits;
   Cells cells(places_, nodes);
   for (std::size_t i = next_; i < nodes.size() && nodes[i].travelled_m < behind; ++i) {
@@ -151,12 +158,17 @@ std::optional<PassMerger::Piece> PassMerger::next_piece(const std::vector<Node>&
   }
   if (visits.empty() || visits.back().node == next_) return std::nullopt;
   const std::size_t size = visits.back().node + 1 - next_;
-  Piece piece{next_, visits.back().node, std::vector<bool>(size), std::vector<bool>(size)};
+  const std::vector<bool> none(size);
+  Piece piece{next_, visits.back().node, none, none, none};
   piece.kept.front() = keeps_next_;
   piece.known.front() = cut_next_;
   for (std::size_t k = 1; k < visits.size(); ++k) {
     const Visit &a = visits[k - 1], &b = visits[k];
     const bool near = nodes[b.node].travelled_m - nodes[a.node].travelled_m <= kOneWay;
+    if (!near && is_known_way(nodes, ties, cells, a, b)) {
+      for (std::size_t i = a.node + 1; i < b.node; ++i)
+        piece.known[i - next_] = piece.passed[i - next_] = true;
+    }
     if (a.cell == b.cell || !near || (!ties.can_go(a.node) && !ties.can_go(b.node))) continue;
     int& count = relations_[std::minmax(a.cell, b.cell)];
     if (count < kRelations) {
@@ -168,6 +180,23 @@ std::optional<PassMerger::Piece> PassMerger::next_piece(const std::vector<Node>&
   }
   keeps_next_ = piece.kept.back();
   return piece;
+}
+
+// Whether enough passes relate the cells on the way from one visit to the next, where no revisit
+// was found and nothing was stored. Its nodes would stay, and on the same ground there would be
+// more of them with each pass.
+bool PassMerger::is_known_way(const std::vector<Node>& nodes, const Ties& ties, const Cells& cells,
+                              const Visit& a, const Visit& b) const {
+  std::size_t last = a.cell;
+  const auto leads_to = [&](std::size_t cell) {
+    const auto found = relations_.find(std::minmax({std::exchange(last, cell), cell}));
+    return found != relations_.end() && found->second >= kRelations;
+  };
+  for (std::size_t i = a.node + 1; i < b.node; ++i) {
+    const auto cell = cells.find(nodes[i].in_map);
+    if (!ties.is_free(i) || !cell || (*cell != last && !leads_to(*cell))) return false;
+  }
+  return b.cell == last || leads_to(b.cell);
 }
 
 // Where nodes go because enough passes relate their cells, the others are not joined: such steps

@@ -42,10 +42,15 @@ class PassMerger {
     std::size_t node = 0;                         // kInMap: it is held
     Eigen::Vector2d p = Eigen::Vector2d::Zero();  // m
   };
+  struct Visit {  // of a cell, by a node that lies on or is tied to it
+    std::size_t node, cell;
+  };
   class Ties;
   class Cells;
   struct Piece;
   std::optional<Piece> next_piece(const std::vector<Node>& nodes, const Ties& ties);
+  bool is_known_way(const std::vector<Node>& nodes, const Ties& ties, const Cells& cells,
+                    const Visit& a, const Visit& b) const;
   void cut(const Piece& piece, const Ties& ties, Judgement& result);
   void renumber(std::size_t next, const std::vector<bool>& stay);
 

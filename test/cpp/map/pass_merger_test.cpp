@@ -198,6 +198,32 @@ TEST(PassMerger, StretchesThatAreRecognisedAnywhereAddNoRelations) {
   EXPECT_LT(track.nodes.size(), early + 20U);
 }
 
+// Where enough passes are stored side by side, nothing is stored, and perhaps no revisit is found
+// over tens of metres.
+TEST(PassMerger, LongStretchesThatWereNotRecognisedDoNotStayWhereTheWayIsKnown) {
+  Track track;
+  track.drive(200, {});
+  track.drive(2000, all_of(0, 200));
+  const auto round = [&track](double aside) {
+    track.drive(60, all_of(0, 60));
+    track.drive(80, {});  // 40 m
+    for (std::size_t i = 0; i < 80; ++i) {
+      PassMerger::Node& node = track.nodes[track.nodes.size() - 80 + i];
+      node.has_ground = false;
+      node.in_map = track.nodes[60 + i].in_map + Eigen::Vector2d(0.0, aside);
+    }
+    track.drive(60, all_of(140, 60));
+  };
+  const std::size_t early = track.nodes.size();
+  for (int i = 0; i < 20; ++i) round(0.3);
+  track.drive(400, all_of(0, 200));
+  EXPECT_LT(track.nodes.size(), early + 100U);  // the newest ones all stay
+  track.longest_step();
+  for (int i = 0; i < 4; ++i) round(5.0);  // another way
+  track.drive(400, all_of(0, 200));
+  EXPECT_GT(track.nodes.size(), early + 250U);
+}
+
 TEST(PassMerger, NodesThatJoinPlacesOfTheMapStay) {
   Track track;
   track.drive(40, {});
