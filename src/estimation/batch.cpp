@@ -5,6 +5,7 @@
 #include <ceres/product_manifold.h>
 #include <ceres/solver.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -21,6 +22,21 @@ Batch::Batch(const NavState& first, MarginalPrior prior)
 void Batch::add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor) {
   if (a >= b || b >= states_.size()) throw std::invalid_argument("Batch: no such states");
   links_.push_back({a, b, std::move(factor)});
+}
+
+size_t Batch::add_fix(Fix fix) {
+  if (fix.a >= fix.b || fix.b >= states_.size() || (fix.before && *fix.before >= fixes_.size()))
+    throw std::invalid_argument("Batch: no such states, or no such fix before");
+  fixes_.push_back(std::move(fix));
+  return fixes_.size() - 1;
+}
+
+void Batch::set_scale_walk(double sigma) {
+  for (Link& link : links_) {
+    const double seconds = to_seconds(states_[link.b].time - states_[link.a].time);
+    if (auto walks = link.factor->with_scale_step(sigma * std::sqrt(seconds)))
+      link.factor = std::move(walks);
+  }
 }
 
 void Batch::set_slips(const std::vector<std::optional<double>>& slips) {
@@ -47,6 +63,13 @@ std::vector<NavState> Batch::solve(const Options& options) const {
   add_to(problem, std::make_shared<const MarginalPrior>(prior_), {x[0].data()});
   for (const Link& link : links_)
     add_to(problem, link.factor, x[link.a].data(), x[link.b].data(), options.robust);
+  std::vector<Eigen::Vector2d> lasting(fixes_.size(), Eigen::Vector2d::Zero());
+  for (size_t i = 0; i < fixes_.size(); ++i) {
+    const Fix& fix = fixes_[i];
+    double* before = fix.before ? lasting[*fix.before].data() : nullptr;
+    add_to(problem, fix.place, {fix.white, fix.kept},
+           {x[fix.a].data(), x[fix.b].data(), lasting[i].data(), before});
+  }
 
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

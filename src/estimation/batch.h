@@ -2,6 +2,7 @@
 // reference for tests of the fixed-lag smoother.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -22,11 +23,27 @@ class Batch {
   void set_state(size_t i, const NavState& estimate) { states_.at(i) = estimate; }
   void add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor);
 
+  // A position from outside, between the states a and b. Of its error's variance the share `white`
+  // is white; the rest is a Gauss-Markov process that goes on from that of an earlier fix, `kept`
+  // being their correlation (docs/anchors.md).
+  struct Fix {
+    size_t a, b;
+    FixFactor place;  // by the whole variance
+    double white = 1.0;
+    std::optional<size_t> before = {};
+    double kept = 0.0;
+  };
+  // Its number, from 0.
+  size_t add_fix(Fix fix);
+
   // Adds a prior on the wheel's scale at the first state.
   void add_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
   // Position (x, y) and heading of the first state are no longer held: fixes measure them.
   void free_place() { prior_.free_place(); }
+
+  // The wheel's scale is a random walk of this standard deviation, 1/sqrt(s), above 0.
+  void set_scale_walk(double sigma);
 
   // Multiplies the wheel's distance between the states a and a + 1 by e^l, with l = slips[a] where
   // there is one.
@@ -50,6 +67,7 @@ class Batch {
   MarginalPrior prior_;
   std::vector<NavState> states_;
   std::vector<Link> links_;
+  std::vector<Fix> fixes_;
 };
 
 }  // namespace gprodom

@@ -2,8 +2,11 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
+#include <ceres/normal_prior.h>
+#include <ceres/sized_cost_function.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "estimation/state_manifold.h"
@@ -60,6 +63,59 @@ class BorrowedLoss final : public ceres::LossFunction {
   std::shared_ptr<const Factor> factor_;
 };
 
+// A multiple of the unit matrix, 2 x 2.
+void set(double diagonal, double* jacobian) {
+  Eigen::Map<Eigen::Matrix2d> J(jacobian);
+  J = diagonal * Eigen::Matrix2d::Identity();
+}
+
+// 1/sqrt(white) (r - g), with r the residual of the fix by its whole variance.
+class FixCost final : public ceres::CostFunction {
+ public:
+  FixCost(FixFactor fix, double white) : fix_(std::move(fix)), weight_(1 / std::sqrt(white)) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {ambient::kSize, ambient::kSize, 2};
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const NavState a = from_parameters(parameters[0]), b = from_parameters(parameters[1]);
+    Residual r;
+    Jacobian Ja, Jb;
+    fix_.evaluate(a, b, r, jacobians ? &Ja : nullptr, jacobians ? &Jb : nullptr);
+    if (!r.allFinite()) return false;
+    for (int i = 0; i < 2; ++i) residuals[i] = weight_ * (r[i] - parameters[2][i]);
+    if (!jacobians) return true;
+    if (jacobians[0]) to_ambient(a, weight_ * Ja, jacobians[0]);
+    if (jacobians[1]) to_ambient(b, weight_ * Jb, jacobians[1]);
+    if (jacobians[2]) set(-weight_, jacobians[2]);
+    return true;
+  }
+
+ private:
+  FixFactor fix_;
+  double weight_;
+};
+
+// g of a fix goes on from that of the one before: weight (g - kept g_before).
+class LastingErrorCost final : public ceres::SizedCostFunction<2, 2, 2> {
+ public:
+  LastingErrorCost(double weight, double kept) : weight_(weight), kept_(kept) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    for (int i = 0; i < 2; ++i)
+      residuals[i] = weight_ * (parameters[1][i] - kept_ * parameters[0][i]);
+    if (!jacobians) return true;
+    if (jacobians[0]) set(-weight_ * kept_, jacobians[0]);
+    if (jacobians[1]) set(weight_, jacobians[1]);
+    return true;
+  }
+
+ private:
+  double weight_, kept_;
+};
+
 class PriorCost final : public ceres::CostFunction {
  public:
   explicit PriorCost(std::shared_ptr<const MarginalPrior> prior) : prior_(std::move(prior)) {
@@ -114,6 +170,25 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
         problem.AddResidualBlock(new FactorCost(factor, std::move(quadratic)), loss, a, b));
   }
   return blocks;
+}
+
+void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& error,
+            const FixBlocks& blocks) {
+  problem.AddResidualBlock(new FixCost(fix, error.white), nullptr, blocks.a, blocks.b,
+                           blocks.lasting);
+  if (error.white >= 1.0) {
+    problem.SetParameterBlockConstant(blocks.lasting);
+    return;
+  }
+  const double kept = blocks.lasting_before ? error.kept : 0.0;
+  const double weight = 1 / std::sqrt((1 - error.white) * (1 - kept * kept));
+  if (blocks.lasting_before)
+    problem.AddResidualBlock(new LastingErrorCost(weight, kept), nullptr, blocks.lasting_before,
+                             blocks.lasting);
+  else
+    problem.AddResidualBlock(
+        new ceres::NormalPrior(weight * Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()),
+        nullptr, blocks.lasting);
 }
 
 ceres::ResidualBlockId add_to(ceres::Problem& problem, std::shared_ptr<const MarginalPrior> prior,

@@ -18,6 +18,18 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
                                            const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust = true);
 
+// A fix with its lasting error g, in its standard deviations: of the variance the share `white` is
+// white, and g goes on from that of another fix (null: there is none), kept is their correlation.
+struct FixErrorTerms {
+  double white = 1.0, kept = 0.0;
+};
+struct FixBlocks {
+  double *a, *b;                     // states
+  double *lasting, *lasting_before;  // 2
+};
+void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& error,
+            const FixBlocks& blocks);
+
 // states: those of the prior, oldest first. Between evaluations the prior may change, except for
 // its size.
 ceres::ResidualBlockId add_to(ceres::Problem& problem, std::shared_ptr<const MarginalPrior> prior,

@@ -154,6 +154,12 @@ void RandomWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& 
   Jb->rightCols<7>().diagonal() = weight_;
 }
 
+std::shared_ptr<const Factor> RandomWalkFactor::with_scale_step(double sigma) const {
+  auto other = std::make_shared<RandomWalkFactor>(*this);
+  other->weight_[6] = 1 / sigma;
+  return other;
+}
+
 WheelFactor::WheelFactor(const WheelIncrement& increment, const Vector3d& lever_arm,
                          const Vector3d& variance, double robust_threshold,
                          std::shared_ptr<const WheelSlipTerm> slip,

@@ -36,6 +36,8 @@ class Factor {
   virtual double robust_threshold(int /*row*/) const { return 0.0; }
   // The same factor with the wheel's distance multiplied by e^l; null if it does not use the wheel.
   virtual std::shared_ptr<const Factor> with_slip(double /*l*/) const { return nullptr; }
+  // The same factor with another standard deviation of the scale's step; null if it has none.
+  virtual std::shared_ptr<const Factor> with_scale_step(double /*sigma*/) const { return nullptr; }
   // Whether it measures the position in odom or the heading, which the robot's own sensors do not.
   virtual bool measures_place() const { return false; }
   // Replaces the thresholds: a loss on the squared norm of all rows; null: none.
@@ -73,6 +75,7 @@ class RandomWalkFactor final : public Factor {
   int dimension() const override { return 7; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
+  std::shared_ptr<const Factor> with_scale_step(double sigma) const override;
 
  private:
   Eigen::Matrix<double, 7, 1> weight_;

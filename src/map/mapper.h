@@ -82,13 +82,11 @@ struct Revisit {
   RevisitEdge edge;  // its places are in the frames of the two states
 };
 
-// A fix that the solution uses: where the antenna was in map, free of the lasting error that the
-// solution has found.
+// A fix that the solution uses.
 struct UsedFix {
   TimeNs time = 0;
-  Eigen::Vector2d p;           // m
-  Eigen::Matrix2d covariance;  // m^2; of the white part
-  Eigen::Vector3d antenna;     // in body
+  FixEdge edge;             // without its place at a node
+  Eigen::Vector3d antenna;  // in body
 };
 
 // A piece of the track: from its time to that of the next piece.

@@ -220,12 +220,7 @@ std::vector<UsedFix> Mapper::used_fixes() const {
   const std::vector<FixEdge>& edges = graph_ ? graph_->fixes() : std::vector<FixEdge>();
   for (std::size_t i = 0; tied_ && i < edges.size(); ++i) {
     const Anchor& anchor = fixes_.anchors()[i];
-    UsedFix fix;
-    fix.time = anchor.mark.time();
-    fix.p = edges[i].p - graph_->lasting_error(i);
-    fix.covariance = edges[i].white * edges[i].covariance;
-    fix.antenna = anchor.lever_arm;
-    used.push_back(fix);
+    used.push_back({anchor.mark.time(), edges[i], anchor.lever_arm});
   }
   return used;
 }

@@ -11,6 +11,10 @@
 namespace gprodom {
 namespace {
 
+// 1/sqrt(s); the ground under a wheel changes. Only fixes measure it: without them, errors of
+// accelerations would move the scale.
+constexpr double kScaleWalk = 3e-4;
+
 // A state of odom moved to where the map has it: rotated, shifted and stretched with its piece of
 // the track.
 NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose& odom_from_map) {
@@ -47,19 +51,24 @@ void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_fr
 void add_fixes(const std::vector<UsedFix>& fixes, const PlanarPose& map_from_odom, Batch& batch) {
   const std::vector<NavState>& states = batch.states();
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-map_from_odom.yaw).toRotationMatrix();
+  std::vector<std::optional<std::size_t>> numbers;  // in the batch
   for (const UsedFix& fix : fixes) {
+    numbers.emplace_back();
     const auto next = std::partition_point(states.begin(), states.end(),
                                            [&](const NavState& x) { return x.time <= fix.time; });
     if (next == states.begin() || next == states.end()) continue;
     const NavState& a = *(next - 1);
     const double share = to_seconds(fix.time - a.time) / to_seconds(next->time - a.time);
     const auto i = static_cast<size_t>(next - states.begin());
-    batch.add_factor(
-        i - 1, i,
-        std::make_shared<FixFactor>(turn * (fix.p - map_from_odom.p),
-                                    turn * fix.covariance * turn.transpose(), fix.antenna, share));
+    const FixEdge& edge = fix.edge;
+    const FixFactor place(turn * (edge.p - map_from_odom.p),
+                          turn * edge.covariance * turn.transpose(), fix.antenna, share);
+    const auto before = edge.before ? numbers[*edge.before] : std::nullopt;
+    numbers.back() = batch.add_fix({i - 1, i, place, edge.white, before, edge.kept});
   }
-  if (!fixes.empty()) batch.free_place();
+  if (fixes.empty()) return;
+  batch.free_place();
+  batch.set_scale_walk(kScaleWalk);
 }
 
 }  // namespace

@@ -144,10 +144,6 @@ void PoseGraph::set_fixes(std::vector<FixEdge> fixes) {
   lasting_.resize(fixes_.size(), Vector2d::Zero());
 }
 
-Eigen::Vector2d PoseGraph::lasting_error(std::size_t fix) const {
-  return Eigen::LLT<Eigen::Matrix2d>(fixes_[fix].covariance).matrixL() * lasting_[fix];
-}
-
 void PoseGraph::keep_only(const std::vector<bool>& nodes, const std::vector<bool>& cut) {
   if (nodes.size() != nodes_.size() || !nodes.front() || !nodes.back()) {
     throw std::invalid_argument("pose graph: the first and the newest node must stay");

@@ -149,8 +149,6 @@ class PoseGraph {
   const std::vector<PlanarPose>& nodes() const { return nodes_; }
   const std::vector<RevisitEdge>& revisits() const { return revisits_; }
   const std::vector<FixEdge>& fixes() const { return fixes_; }
-  // The lasting error of a fix in the last solution, map axes, m.
-  Eigen::Vector2d lasting_error(std::size_t fix) const;
 
   // Slip of the step that begins at a node, in the last solution; for the newest node that of the
   // last step.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace gprodom {
 namespace {
@@ -10,8 +9,7 @@ namespace {
 // A receiver that has found its satellites again may be metres off for so long, s; and an outage
 // is so long, at least.
 constexpr double kConverges = 30.0, kOutage = 3.0;
-constexpr double kTold = 2.0;             // s; STATUS comes once a second
-constexpr std::size_t kSessionsBack = 4;  // that a fix may go on
+constexpr double kTold = 2.0;  // s; STATUS comes once a second
 // So many fixes over so many metres make a session whole: enough for a distance and an angle beyond
 // what errors of a metre's path leave. Or two over so many seconds, as of a robot at rest.
 constexpr std::size_t kWhole = 3;
@@ -147,19 +145,25 @@ void FixJudge::judge(std::size_t number, const ScaleKnown& scale) {
   }
 }
 
+// That a fix may go on, the newest first. From one fix to the next the odometry hardly errs; with a
+// session of long ago it would agree wherever it is.
+std::vector<std::size_t> FixJudge::open_sessions(TimeNs now) const {
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < sessions_.size(); ++i)
+    if (to_seconds(now - all_[sessions_[i].members.back()].mark.time()) <= kOutage)
+      open.push_back(i);
+  std::sort(open.begin(), open.end(), [this](std::size_t a, std::size_t b) {
+    return sessions_[a].members.back() > sessions_[b].members.back();
+  });
+  return open;
+}
+
 void FixJudge::add(const Anchor& anchor, const ScaleKnown& scale) {
   const std::size_t fix = all_.size();
   all_.push_back(anchor);
   const bool begins =
       fix == 0 || to_seconds(anchor.mark.time() - all_[fix - 1].mark.time()) > kOutage;
-  // Those that went on last come first: from one fix to the next the odometry hardly errs.
-  std::vector<std::size_t> open(sessions_.size());
-  std::iota(open.begin(), open.end(), std::size_t{0});
-  std::sort(open.begin(), open.end(), [this](std::size_t a, std::size_t b) {
-    return sessions_[a].members.back() > sessions_[b].members.back();
-  });
-  open.resize(begins ? 0 : std::min(open.size(), kSessionsBack));
-  for (const std::size_t i : open) {
+  for (const std::size_t i : open_sessions(anchor.mark.time())) {
     if (!follows(sessions_[i], fix, scale)) continue;
     if (drags(sessions_[i], fix, scale)) {
       if (sessions_[i].trusted)

@@ -39,6 +39,7 @@ class FixJudge {
     bool after_outage = false;  // or at the very begin: its first ones may still converge
   };
 
+  std::vector<std::size_t> open_sessions(TimeNs now) const;
   bool follows(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   bool drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   bool converges(const Session& session, std::size_t fix, const ScaleKnown& scale) const;

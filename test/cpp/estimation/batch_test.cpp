@@ -7,15 +7,19 @@
 namespace gprodom {
 namespace {
 
-// Tells of each slip that it was given.
-class SlipListener final : public Factor {
+// Tells of each slip, and each step of the scale, that it was given.
+class Listener final : public Factor {
  public:
-  explicit SlipListener(std::vector<double>& told) : told_(told) {}
+  explicit Listener(std::vector<double>& told) : told_(told) {}
   int dimension() const override { return 0; }
   void evaluate(const NavState& /*a*/, const NavState& /*b*/, Residual& /*r*/, Jacobian* /*Ja*/,
                 Jacobian* /*Jb*/) const override {}
   std::shared_ptr<const Factor> with_slip(double l) const override {
     told_.push_back(l);
+    return nullptr;
+  }
+  std::shared_ptr<const Factor> with_scale_step(double sigma) const override {
+    told_.push_back(sigma);
     return nullptr;
   }
 
@@ -28,7 +32,7 @@ TEST(Batch, SlipsReachTheirStatesInOnePass) {
   constexpr std::size_t kStates = 200'000;
   Batch batch(NavState(), origin_prior(NavState(), StateVector::Ones()));
   std::vector<double> told;
-  const auto listener = std::make_shared<SlipListener>(told);
+  const auto listener = std::make_shared<Listener>(told);
   for (std::size_t i = 1; i < kStates; ++i) {
     batch.add_state(NavState());
     batch.add_factor(i - 1, i, listener);
@@ -44,6 +48,73 @@ TEST(Batch, SlipsReachTheirStatesInOnePass) {
       ASSERT_EQ(told[k++], *slip);
     }
   }
+}
+
+// Fixes at one place whose errors last: by the dense covariance C of the fixes, the best place is
+// 1^T C^-1 z / 1^T C^-1 1 in each axis.
+TEST(Batch, ErrorsOfFixesLast) {
+  constexpr double kSigma = 0.3, kWhite = 0.2;
+  const std::vector<double> kept = {0.0, 0.99, 0.6, 0.95, 0.2, 0.9};  // with the one before
+  Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
+  NavState second;
+  second.time = from_seconds(1.0);
+  batch.add_state(second);
+  batch.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1e-6, 1e-6, 1e-6}));
+  batch.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1e-6, 1e-6, 1e-6));
+  batch.free_place();
+
+  const auto n = static_cast<Eigen::Index>(kept.size());
+  Eigen::MatrixX2d z = Eigen::MatrixX2d::Random(n, 2);
+  Eigen::MatrixXd C = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    double lasting = 1.0 - kWhite;
+    for (Eigen::Index k = i; k > 0; --k) {
+      lasting *= kept[static_cast<std::size_t>(k)];
+      C(i, k - 1) = C(k - 1, i) = lasting;
+    }
+    const FixFactor place(z.row(i).transpose(), kSigma * kSigma * Eigen::Matrix2d::Identity(),
+                          Eigen::Vector3d::Zero(), 0.5);
+    std::optional<std::size_t> before;
+    if (i > 0) before = static_cast<std::size_t>(i - 1);
+    batch.add_fix({0, 1, place, kWhite, before, kept[static_cast<std::size_t>(i)]});
+  }
+  const Eigen::VectorXd weight = C.inverse() * Eigen::VectorXd::Ones(n);
+  const Eigen::Vector2d best = z.transpose() * weight / weight.sum();
+  EXPECT_GT((z.colwise().mean().transpose() - best).norm(), 0.02) << "not a case of its own";
+  EXPECT_TRUE(batch.solve({}).front().p_odom.head<2>().isApprox(best, 1e-4));
+}
+
+TEST(Batch, SurveyedFixesAreWhite) {
+  Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
+  batch.add_state(NavState());
+  batch.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1e-6, 1e-6, 1e-6}));
+  batch.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1e-6, 1e-6, 1e-6));
+  batch.free_place();
+  for (const Eigen::Vector2d& p : {Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 0)})
+    batch.add_fix({0, 1, FixFactor(p, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5)});
+  const NavState& solved = batch.solve({}).front();
+  EXPECT_NEAR(solved.p_odom.x(), 2.0, 1e-4);
+  EXPECT_NEAR(solved.p_odom.y(), 1.0, 1e-4);
+  const FixFactor place({0, 0}, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5);
+  EXPECT_THROW(batch.add_fix({0, 1, place, 0.5, 2, 0.5}), std::invalid_argument);
+  EXPECT_THROW(batch.add_fix({0, 2, place}), std::invalid_argument);
+}
+
+TEST(Batch, ScaleWalksByTheTimeBetweenStates) {
+  Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
+  NavState second;
+  second.time = from_seconds(4.0);
+  second.wheel_scale = 1.1;
+  batch.add_state(second);
+  std::vector<double> told;
+  batch.add_factor(0, 1, std::make_shared<Listener>(told));
+  batch.set_scale_walk(0.005);
+  EXPECT_EQ(told, std::vector<double>{0.01});
+  Residual r;
+  RandomWalkFactor(1e-5, 1e-5, 1e-7)
+      .with_scale_step(0.01)
+      ->evaluate(NavState(), second, r, nullptr, nullptr);
+  EXPECT_NEAR(r[6], 10.0, 1e-9);
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ TEST(Fixes, FitTellsHowTheTrackLiesInSite) {
 
 // A drive at 0.5 m/s along a bend of 20 m radius, its odometry 1 % too long, and fixes each second.
 class Judged : public ::testing::Test {
- protected:
+ public:
+  explicit Judged(const AnchorConfig& config = told()) : keeper_(config) {}
   static constexpr double kSpeed = 0.5, kRadius = 20.0, kSigma = 0.03, kTooLong = 1.01;
 
   // error_at: of the fix at that time (s), beside its noise. None for NaN.
@@ -49,6 +50,7 @@ class Judged : public ::testing::Test {
       state.time = from_seconds(1000.0 + now_);
       state.pose = on_bend(kSpeed * now_);
       state.pose.p *= kTooLong;  // the gyro is right
+      state.slip_sigma = slip_sigma_;
       state.covariance = Vector3d(1e-5 * way, 1e-5 * way, 1e-7 * way).asDiagonal();
       // As an error of the scale moves and turns nothing but the place along the track.
       state.d_scale << -state.pose.p, 0.0;
@@ -100,8 +102,8 @@ class Judged : public ::testing::Test {
   std::mt19937 engine_{5};
   std::normal_distribution<double> normal_;
   MapPath path_{kNodeSpacing};
-  FixKeeper keeper_{told()};
-  double now_ = 0.0;
+  FixKeeper keeper_;
+  double now_ = 0.0, slip_sigma_ = 0.0;
 };
 
 TEST_F(Judged, GoodOnesAreTrustedAlsoAfterALongOutage) {
@@ -124,6 +126,29 @@ TEST_F(Judged, AJumpIsToldAndNotUsedUntilTheyComeBack) {
   EXPECT_EQ(keeper_.trouble(), FixTrouble::kNone);
   EXPECT_LT(worst(), 0.2);
   EXPECT_EQ(keeper_.refused(), 5U);
+}
+
+// Where the wheel may slip and the antenna's place is not told, a fix of long ago agrees with any.
+class Untold : public Judged {
+ public:
+  Untold() : Judged(AnchorConfig()) {}
+  using Judged::drive, Judged::worst, Judged::keeper_, Judged::slip_sigma_;
+  void TestBody() override {}
+};
+TEST(UntoldAntenna, AFixGoesOnNoneOfLongAgo) {
+  for (int direction = 0; direction < 8; ++direction) {
+    Untold run;
+    run.slip_sigma_ = 0.1;
+    run.drive(1, Judged::none);
+    run.drive(10, Judged::away);
+    run.drive(60, Judged::none);
+    const Vector2d jump = Eigen::Rotation2Dd(M_PI / 4 * direction) * Vector2d(5.0, 0.0);
+    run.drive(90, [&](double) { return jump; });
+    EXPECT_LT(run.worst(), 0.2) << direction;
+    run.drive(20, Judged::none);
+    EXPECT_EQ(run.keeper_.trouble(), FixTrouble::kNone) << direction;
+    EXPECT_LT(run.worst(), 0.2) << direction;
+  }
 }
 
 TEST_F(Judged, AReceiverThatConvergesAfterAnOutageIsTakenBack) {
