@@ -29,7 +29,7 @@ def drive(seed: int) -> Simulated:
 
 def limit(run: Simulated) -> float:
     """Standard deviation that two such fixes and the prior leave to the scale: that of a distance
-    between two points, with the wheel's own noise over the way."""
+    between two points, with the wheel's own noise over the way. Of a wheel that cannot slip."""
     noise = math.hypot(math.sqrt(2) * SIGMA_M, run.spec.wheel.noise * math.sqrt(APART_M))
     by_fixes = noise / APART_M
     return 1 / math.sqrt(1 / by_fixes**2 + 1 / run.spec.wheel.scale_sigma**2)
@@ -72,11 +72,15 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
-    """A row for each seed, and their mean."""
+    """A row for each seed, and their mean; then the mean of the same drives where no slip is
+    expected, as by the limit."""
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     rows = [one(seed, args.overrides) for seed in seeds]
-    mean: dict[str, Any] = {"seed": "mean"}
-    for key in rows[0]:
-        if key != "seed":
-            mean[key] = float(np.mean([row[key] for row in rows]))
-    return [*rows, mean]
+    sure = [one(seed, [*args.overrides, "wheel.slip_share=0"]) for seed in seeds]
+    return [*rows, mean_of("mean", rows), mean_of("mean, no slip", sure)]
+
+
+def mean_of(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of each column."""
+    columns = (key for key in rows[0] if key != "seed")
+    return {"seed": name} | {key: float(np.mean([row[key] for row in rows])) for key in columns}

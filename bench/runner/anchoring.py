@@ -51,7 +51,7 @@ def anchors(content: Any) -> Iterator[Figure]:
     ):
         found = [row for row in content if key in row]
         if kind == "scale":
-            found = [row for row in found if row["seed"] == "mean"]
+            found = [row for row in found if str(row["seed"]).startswith("mean")]
         yield from _READ[kind](found)
     named = [row for row in content if row.get("fault") not in (None, "healthy")]
     if named:

@@ -189,10 +189,13 @@ def tied(f: Figures) -> Iterator[Row]:
     if found := f.all("anchors", (f"{day}/joined" for day in days)):
         off = metres(f.mean("anchors", days, "error_m")) or "no"
         keys = ("sigma_over_limit", "nees")
-        over, nees = (plain(f.of("anchors", f"scale/mean/{key}")) or "not measured" for key in keys)
+        rows = [
+            ", ".join(plain(f.of("anchors", f"scale/{row}/{key}")) or UNKNOWN for key in keys)
+            for row in ("mean, no slip", "mean")
+        ]
         what = "maps of two days tied to one datum: joined, error; two fixes of 2 cm, 90 m apart: "
-        what += "sigma of the wheel's scale over its limit, NEES"
-        answer = f"{sum(found):.0f} of {len(found)}, {off} m; {over}, {nees}"
+        what += "sigma of the wheel's scale over its limit, NEES; where it may slip"
+        answer = f"{sum(found):.0f} of {len(found)}, {off} m; {'; '.join(rows)}"
         yield [what, answer, "`anchors`"]
 
 
