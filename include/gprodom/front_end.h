@@ -54,6 +54,7 @@ struct PathLength {
   bool valid = false;
   double lengths = 0.0;  // above 0
   double score = 0.0;
+  int unit = 0;  // lengths of another number cannot be compared with these
 };
 
 // Signed distance that the antenna moved along its track, forwards positive, in metres.

@@ -61,7 +61,15 @@ void CoherenceScale::learn(const gpr::PathLength& path) {
   unlearned_m_ = 0.0;
 }
 
+// What was learnt of another unit says nothing of this one, but for how much spans scatter.
+void CoherenceScale::begin_unit(int unit) {
+  unit_ = unit;
+  waiting_.clear();
+  learned_m_ = weight_ = sum_ = 0.0;
+}
+
 void CoherenceScale::learn_from(const gpr::PathLength& path) {
+  if (path.unit != unit_) begin_unit(path.unit);
   waiting_.push_back(path);
   if (waiting_.size() > kMostWaiting) waiting_.pop_front();
 }

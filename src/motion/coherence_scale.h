@@ -37,15 +37,17 @@ class CoherenceScale {
   double relative_sigma() const;     // of a span's distance
 
  private:
+  void begin_unit(int unit);
   bool usable(TimeNs from, TimeNs to) const;
   void learn(const gpr::PathLength& path);
 
   PathHistory track_;                    // unsigned, as published
   std::deque<TimeNs> unusable_;          // times of estimates not to learn from, oldest first
   std::deque<gpr::PathLength> waiting_;  // spans to learn from
-  double learned_m_ = 0.0;               // learnt from so far
-  double unlearned_m_ = 0.0;             // driven since without learning
-  double weight_ = 0.0, sum_ = 0.0;      // m; of x
+  int unit_ = 0;
+  double learned_m_ = 0.0;           // learnt from so far
+  double unlearned_m_ = 0.0;         // driven since without learning
+  double weight_ = 0.0, sum_ = 0.0;  // m; of x
   double variance_weight_ = 0.0, variance_sum_ = 0.0;
 };
 

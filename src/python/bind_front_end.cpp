@@ -101,13 +101,13 @@ void bind_front_end(py::module_& module) {
   py::class_<gpr::PathLength>(module, "PathLength",
                               "Unsigned distance that the antenna moved, in a unit of the ground "
                               "that the estimator converts to metres. valid: False if the distance "
-                              "is not known.")
+                              "is not known. unit: lengths of another number cannot be compared.")
       .def(py::init([](TimeNs from, TimeNs to, double lengths, bool valid, std::string source,
-                       double score) {
-             return gpr::PathLength{from, to, std::move(source), valid, lengths, score};
+                       double score, int unit) {
+             return gpr::PathLength{from, to, std::move(source), valid, lengths, score, unit};
            }),
            "time_from"_a, "time_to"_a, "lengths"_a, "valid"_a = true, "source"_a = "python",
-           "score"_a = 0.0);
+           "score"_a = 0.0, "unit"_a = 0);
   py::class_<gpr::TrackDisplacement>(
       module, "TrackDisplacement",
       "Signed distance that the antenna moved along its track, m, forwards positive; sigma: its "

@@ -24,6 +24,8 @@ constexpr float kMoved = 4.0f;    // change over noise that counts as motion whi
 constexpr int kPlaces = 100;      // anchors that the background remembers
 constexpr int kLevelPlaces = 50;  // anchors that a gate's usual energy remembers
 constexpr float kNoiseRise = 1.003f;  // per second: twice in four minutes
+// Mean fall of noise over energy with which another unit begins: half of the q of a step.
+constexpr float kOtherUnit = 0.5f * static_cast<float>(kAnchorStep);
 constexpr TimeNs kBlock = 1'000'000'000;
 constexpr int kMinBlock = 4;  // traces
 
@@ -51,11 +53,14 @@ void DecorrelationPath::prepare(int n) {
   for (Eigen::VectorXf* v :
        {&trace_, &previous_, &anchor_, &older_, &background_, &mean_, &slope_, &curve_, &delta_})
     v->setZero(n);
-  for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_}) v->setZero(gates_);
+  for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_, &largest_noise_})
+    v->setZero(gates_);
+  unit_ = before.unit_ + 1;
   if (!before.knows_noise_ || before.trace_.size() < n) return;
   background_ = before.background_.head(n);
   level_ = before.level_.head(gates_);
   noise_ = before.noise_.head(gates_);
+  largest_noise_ = before.largest_noise_.head(gates_);
   knows_noise_ = true;
   places_ = before.places_;
   unlike_ = before.unlike_;
@@ -91,6 +96,21 @@ void DecorrelationPath::follow_noise(TimeNs time) {
   knows_noise_ = true;
   block_.setZero();
   block_traces_ = 0;
+  follow_unit();
+}
+
+void DecorrelationPath::follow_unit() {
+  largest_noise_ = largest_noise_.max(noise_);
+  float fall = 0.0f;
+  int gates = 0;
+  for (int i = 0; i < gates_; ++i) {
+    if (!(level_[i] > (1.0f + kMinSnr) * noise_[i])) continue;
+    fall += (largest_noise_[i] - noise_[i]) / level_[i];
+    ++gates;
+  }
+  if (gates == 0 || fall < kOtherUnit * static_cast<float>(gates)) return;
+  largest_noise_ = noise_;
+  ++unit_;
 }
 
 DecorrelationPath::Similarity DecorrelationPath::compare(const Eigen::VectorXf& before) {
@@ -192,7 +212,8 @@ void CoherenceFrontEnd::add_trace(const GprTrace& trace) {
   }
   if (!result.samples) return;
   path_.add(result.samples, static_cast<int>(trace.samples.size()), trace.time);
-  places_.push_back({trace.time, path_.length(), path_.steps(), path_.steps_too_long()});
+  places_.push_back(
+      {trace.time, path_.length(), path_.steps(), path_.steps_too_long(), path_.unit()});
 }
 
 CoherenceFrontEnd::Place CoherenceFrontEnd::at(TimeNs time) const {
@@ -223,6 +244,7 @@ std::vector<Finding> CoherenceFrontEnd::tick(TimeNs tick) {
   path.to = to;
   const Place a = at(path.from), b = at(path.to);
   path.lengths = b.length - a.length;
+  path.unit = b.unit;
   // The antenna moved during the whole span if it did not rest in any third of it.
   const int kParts = 3;
   double least = path.lengths;
@@ -231,8 +253,8 @@ std::vector<Finding> CoherenceFrontEnd::tick(TimeNs tick) {
     least = std::min(least, at(path.from + span * (i + 1) / kParts).length -
                                 at(path.from + span * i / kParts).length);
   path.score = path.lengths > 0.0 ? kParts * least / path.lengths : 0.0;
-  path.valid = path_.sees_ground() && least > 0.0 && b.steps - a.steps >= kParts &&
-               2 * (b.too_long - a.too_long) < b.steps - a.steps;
+  path.valid = path_.sees_ground() && a.unit == b.unit && least > 0.0 &&
+               b.steps - a.steps >= kParts && 2 * (b.too_long - a.too_long) < b.steps - a.steps;
   from_ = to;
   while (places_.size() > 1 && places_[1].time <= from_) places_.pop_front();
   if (path.lengths <= 0.0) return {};

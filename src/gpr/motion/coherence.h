@@ -27,7 +27,9 @@ namespace gprodom::gpr {
 // The largest q is that of traces far apart (near 1). It is measured on traces `kFar` anchors
 // apart. A step close to it says nothing about its length.
 //
-// N is the smallest difference of neighbouring traces, averaged over a second; it rises slowly.
+// N is the smallest difference of neighbouring traces, averaged over a second; it rises slowly. It
+// falls when a robot that started on the move stops for the first time. Steps that were too short
+// by then are as long as they are from there on, which is another unit.
 class DecorrelationPath {
  public:
   // gate: samples.
@@ -37,6 +39,7 @@ class DecorrelationPath {
   void add(const float* y, int n, TimeNs time);
 
   double length() const { return length_; }
+  int unit() const { return unit_; }
   int steps() const { return steps_; }                    // anchors passed
   int steps_too_long() const { return too_long_; }        // those with hardly any similarity left
   bool sees_ground() const { return usable_gates_ > 0; }  // some gate stands out of the noise
@@ -55,6 +58,7 @@ class DecorrelationPath {
   Similarity compare(const Eigen::VectorXf& before);  // of `trace_`, after difference()
   void learn_unlike();
   void follow_noise(TimeNs time);
+  void follow_unit();
   void move_anchor();
 
   int gate_, gates_ = 0;
@@ -62,10 +66,11 @@ class DecorrelationPath {
   Eigen::ArrayXf change_;          // per gate, |difference|^2, gain and time zero out
   Eigen::ArrayXf energy_, level_;  // per gate: of the pair; usual
   Eigen::ArrayXf noise_, block_;   // per gate: of change_; sum over the second under way
+  Eigen::ArrayXf largest_noise_;   // per gate: since the unit began
   int block_traces_ = 0, places_ = 0;
   TimeNs block_start_ = 0;
   bool knows_noise_ = false, interrupted_ = false;
-  int usable_gates_ = 0, steps_ = 0, too_long_ = 0;
+  int usable_gates_ = 0, steps_ = 0, too_long_ = 0, unit_ = 0;
   double base_ = 0.0, length_ = 0.0;
   double unlike_ = 1.0;  // q of traces that are far apart
   int unlike_seen_ = 0;
@@ -89,7 +94,7 @@ class CoherenceFrontEnd : public FrontEnd {
   struct Place {
     TimeNs time;
     double length;
-    int steps, too_long;
+    int steps, too_long, unit;
   };
   Place at(TimeNs time) const;
 

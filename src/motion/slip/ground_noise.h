@@ -17,6 +17,9 @@ class GroundNoise {
   // at_m: distance along the path.
   void add(double at_m, double log_metres_per_length);
 
+  // Spans to come cannot be compared with those so far.
+  void begin_unit() { spans_.clear(); }
+
   double span_sigma() const { return span_sigma_; }    // of the error of a single span
   double place_sigma() const { return place_sigma_; }  // of the error of a place (stationary)
 

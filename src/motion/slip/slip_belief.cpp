@@ -293,6 +293,10 @@ void SlipBelief::take_out_common_error() {
 void SlipBelief::compare(const gpr::PathLength& path, double wheel_m) {
   const double seconds = to_seconds(path.to - path.from), way = std::abs(wheel_m) / scale_;
   if (hypotheses_.empty() || !path.valid || way < kSlowest_mps * seconds) return;
+  if (std::exchange(unit_, path.unit) != path.unit) {
+    ground_known_ = false;
+    ground_.begin_unit();
+  }
   const double x = std::log(way / path.lengths);
   Vector H = Vector::Zero();
   H[row_of::kSlip] = -1;

@@ -130,6 +130,7 @@ class SlipBelief {
   double way_m_ = 0.0;
   bool usable_before_ = true;  // the wheel, in the last interval
   bool ground_known_ = false;
+  int unit_ = 0;  // of the lengths that the ground is known in
   slip::GroundNoise ground_;
 };
 

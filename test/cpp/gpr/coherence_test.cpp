@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -70,6 +71,46 @@ TEST(Coherence, PathLengthIsIndependentOfSpeedDirectionAndGain) {
     EXPECT_NEAR(back / reference, 1.0, 0.1);
     EXPECT_NEAR(loud / reference, 1.0, 0.05);
   }
+}
+
+// The paths of a drive at 0.4 m/s from 0 to 20 s and from 25 to 45 s. stands: also before it.
+std::vector<PathLength> with_a_stop(bool stands) {
+  const SyntheticGround ground(4);
+  SyntheticRadar radar(1004, kNoise, 1.0);
+  CoherenceFrontEnd front_end{GprConfig()};
+  std::vector<PathLength> paths;
+  for (int i = stands ? -100 : 0; i < kRate * 45; ++i) {
+    const double t = i / kRate, driven_s = std::clamp(t, 0.0, 20.0) + std::max(0.0, t - 25.0);
+    front_end.add_trace(radar.measure(ground, 2 + 0.4 * driven_s, 100 + t));
+    if (i % 2 == 0) continue;
+    for (const Finding& finding : front_end.tick(from_seconds(100 + t)))
+      paths.push_back(std::get<PathLength>(finding));
+  }
+  return paths;
+}
+
+// What is taken for noise contains the motion until the robot stands for the first time.
+TEST(Coherence, UnitIsAnotherAfterTheFirstStopOfADriveThatBeganOnTheMove) {
+  const auto mean = [](const std::vector<PathLength>& paths, double from, double to) {
+    double lengths = 0.0, spans = 0.0;
+    for (const PathLength& path : paths) {
+      const double t = to_seconds(path.from) - 100;
+      if (!path.valid || t < from || t > to) continue;
+      lengths += path.lengths;
+      ++spans;
+    }
+    return lengths / std::max(1.0, spans);
+  };
+  const auto moving = with_a_stop(false), rested = with_a_stop(true);
+  EXPECT_GT(mean(moving, 26, 44), 1.3 * mean(moving, 2, 19)) << "no case of its own";
+  for (const PathLength& path : moving) {
+    const double t = to_seconds(path.from) - 100;
+    if (t < 19 || t > 26) {
+      EXPECT_EQ(path.unit == moving.back().unit, t > 26) << t;
+    }
+  }
+  EXPECT_NEAR(mean(rested, 26, 44) / mean(rested, 2, 19), 1.0, 0.15);
+  for (const PathLength& path : rested) EXPECT_EQ(path.unit, rested.front().unit);
 }
 
 // As after a gap in the traces of a robot that drives on, or with traces of another length.

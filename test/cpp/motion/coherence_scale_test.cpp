@@ -86,6 +86,32 @@ TEST(CoherenceScale, FollowsTheGround) {
   EXPECT_GT(answers[64].sigma_m, 2 * answers[58].sigma_m);  // the jump was not foreseen
 }
 
+TEST(CoherenceScale, BeginsAnewWithAnotherUnit) {
+  CoherenceScale scale;
+  auto metres = [&scale, second = 0](int unit, double lengths) mutable {
+    for (int i = 0; i < 200; ++i) {
+      OdometryEstimate estimate;
+      estimate.time = from_seconds(second + 0.005 * (i + 1));
+      estimate.v_body.x() = kSpeed;
+      scale.add(estimate, true);
+    }
+    gpr::PathLength path;
+    path.from = from_seconds(second);
+    path.to = from_seconds(++second);
+    path.valid = true;
+    path.unit = unit;
+    path.lengths = lengths;
+    return scale.to_metres(path);
+  };
+  for (int i = 0; i < 40; ++i) metres(1, 4.0);
+  EXPECT_NEAR(metres(1, 4.0).distance_m, kSpeed, 1e-3);
+  EXPECT_FALSE(metres(2, 12.0).valid) << "not learnt yet";
+  for (int i = 0; i < 40; ++i) metres(2, 12.0);
+  const Displacement again = metres(2, 12.0);
+  EXPECT_TRUE(again.valid);
+  EXPECT_NEAR(again.distance_m, kSpeed, 1e-3);
+}
+
 // The published speed is wrong from 60 s on; a slip is flagged up to half a second late.
 TEST(CoherenceScale, LearnsNothingFromASlip) {
   const auto answers = drive(

@@ -129,6 +129,16 @@ TEST(SlipBelief, CoherenceTellsOfSlip) {
   EXPECT_NEAR(seeing.told(), 0.0, 0.06);
 }
 
+TEST(SlipBelief, AnotherUnitOfCoherenceIsNoSlip) {
+  Drive drive(kShaken, even, zero, zero);
+  drive.to(60, 0.1);
+  drive.change_unit(3.0);
+  for (double t = 62; t < 120; t += 2) {
+    drive.to(t, 0.1);
+    EXPECT_NEAR(drive.told(), 0.0, 0.06) << t;
+  }
+}
+
 // Noise is known to a factor. A wheel that jitters twice as much as it is said to, beside an IMU
 // that shakes half as much, does not slip: errors are no less likely the further the robot is said
 // to have come.

@@ -80,6 +80,12 @@ class SlippingDrive {
     silent_to_ = to;
   }
 
+  // From now on, coherence is in another unit: as many times more lengths a metre.
+  void change_unit(double times) {
+    ++unit_;
+    metres_per_length_ /= times;
+  }
+
   // Up to a time, s. coherence: its error, one standard deviation of a span's length; 0: not asked.
   void to(double end, double coherence = 0.0) {
     while (now_ < end - 1e-9) interval(coherence);
@@ -144,7 +150,8 @@ class SlippingDrive {
       path.from = from_seconds(now_ - 5 * kInterval);
       path.to = input.time;
       path.valid = true;
-      path.lengths = span_way_ / kMetresPerLength * std::exp(coherence * normal_(engine_));
+      path.lengths = span_way_ / metres_per_length_ * std::exp(coherence * normal_(engine_));
+      path.unit = unit_;
       belief_->compare(path, span_wheel_);
       span_way_ = span_wheel_ = 0.0;
     }
@@ -163,7 +170,8 @@ class SlippingDrive {
   double wheel_y_m_ = 0.0, jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
   double silent_from_ = 0.0, silent_to_ = 0.0;
   double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
-  int intervals_ = 0;
+  double metres_per_length_ = kMetresPerLength;
+  int intervals_ = 0, unit_ = 0;
   std::mt19937 engine_{5};
   std::normal_distribution<double> normal_;
 };
