@@ -155,6 +155,7 @@ class YardRobot {
   // Of the newest IMU sample: its time, and the robot's pose in the frame of its first pose.
   TimeNs time() const { return told_.time; }
   PlanarPose pose() const { return between(start_, told_.pose); }
+  double along() const { return told_along_; }  // m of the route, from 0 to its length
   bool moves() const { return told_.velocity.norm() > 0.0; }
   int rounds() const { return rounds_; }
 
@@ -235,8 +236,9 @@ class YardRobot {
   // A sample tells of the time from its stamp to the next.
   void step(std::vector<Input>& inputs) {
     told_ = now_;
+    told_along_ = route_.along(angle_);
     const double shaken = now_.velocity.norm() * std::sqrt(kImuRate);
-    const double along = route_.along(angle_), aside = aside_[2];
+    const double along = told_along_, aside = aside_[2];
     ++steps_;
     drive();
     const State next = at_state();
@@ -298,6 +300,7 @@ class YardRobot {
   TimeNs steps_ = 0;
   std::int64_t seq_ = 0;
   State now_, told_;
+  double told_along_ = 0.0;
   PlanarPose start_;
 };
 

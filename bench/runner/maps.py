@@ -6,7 +6,18 @@ from pathlib import Path
 
 from job import Bench, Job
 from jobs import drives, simulated, with_sequences
-from readers import FOUND, MAP, REVISIT, VISIT, changed_ground, consistency, days, merge, short_name
+from readers import (
+    FOUND,
+    MAP,
+    REVISIT,
+    VISIT,
+    changed_ground,
+    consistency,
+    days,
+    merge,
+    short_name,
+    yard,
+)
 
 from figures import by_row, one_row, rows
 
@@ -30,6 +41,17 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
             "map_coverage.py",
             one_row(MAP),
             simulated("--runs=20", "--wrong", "--jobs=1", short=("--runs=2", "--jobs=1")),
+        ),
+        Bench(
+            "yard",
+            "The same 400 m again and again",
+            "yard.py",
+            yard,
+            (
+                Job("days", ("48",), short=("0.1", "--rest=5"), prefix="one"),
+                Job("pieces", ("14", "--rest=60", "--pieces=7"), prefix="pieces"),
+            ),
+            compiled=True,
         ),
         Bench(
             "consistency",

@@ -213,15 +213,31 @@ def ground(f: Figures) -> Iterator[Row]:
         yield [what, f"{told}; {right}; {false} of {negatives}", "`revisit_along`"]
     grounds = [f"{g}/{t}" for g in f.parts("radar_time_offset") for t in ("0 ms", "50 ms")]
     rms = f.all("radar_time_offset", (f"{each}/rms_s" for each in grounds))
-    if rms:
-        what = "calibration of the radar's time offset, RMS error by ground"
-        answer = f"{1e3 * min(rms):.1f} to {1e3 * max(rms):.1f} ms"
-        yield [what, answer, "`radar_time_offset`"]
     parts = ("direct_wave", "pipe", "pipe_from_above", "layer")
     waves = f.all("fdtd", (f"{part}_ns" for part in parts))
-    if waves:
-        what = "FDTD ground against physics, largest error"
-        yield [what, f"{max(waves):.3f} ns", "`fdtd`"]
+    if rms and waves:
+        what = "calibration of the radar's time offset, RMS error by ground; FDTD ground against "
+        what += "physics, largest error"
+        answer = f"{1e3 * min(rms):.1f} to {1e3 * max(rms):.1f} ms; {max(waves):.3f} ns"
+        yield [what, answer, "`radar_time_offset`, `fdtd`"]
+
+
+def again_and_again(f: Figures) -> Iterator[Row]:
+    """The same ground: what days on it cost, and whether the covariance is right."""
+    pieces = [f"pieces/{day}" for day in f.parts("yard", 1) if f.of("yard", f"pieces/{day}/rounds")]
+    if not pieces:
+        return
+    cost = plain(f.of("yard", "pieces/cost_last_over_second"))
+    memory = plain(f.of("yard", "pieces/memory_last_over_second"))
+    rounds = sum(f.all("yard", (f"{piece}/rounds" for piece in pieces)))
+    nees = f.all("yard", (f"{piece}/nees_xy" for piece in pieces))
+    off = metres(f.of("yard", f"{pieces[-1]}/rmse_in_map_m"))
+    one = ", ".join(plain(f.of("yard", f"one/{day}/nees_xy")) for day in (1, 2))
+    what = f"a yard of 400 m, {rounds:.0f} rounds in {len(pieces)} runs, each in the map of the "
+    what += "last: cost and memory of the last over the second; NEES; error in the map; NEES of "
+    what += "two days in one run"
+    answer = f"{cost}, {memory}; {min(nees):.2f} to {max(nees):.2f}; {off} m; {one}"
+    yield [what, answer, "`yard`"]
 
 
 def lasting_slip(f: Figures) -> Iterator[Row]:
@@ -345,6 +361,7 @@ PARTS = (
     joined,
     tied,
     ground,
+    again_and_again,
     live,
     speed,
 )

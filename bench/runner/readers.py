@@ -86,6 +86,23 @@ def consistency(content: Any) -> Iterator[Figure]:
         yield Figure(f"{name}/reckoned_m", drives["reckoned_m"], "m", "")
 
 
+def yard(content: Any) -> Iterator[Figure]:
+    """bench/yard.py: by day, or by piece."""
+    units = {
+        "rounds": COUNT,
+        "nees_xy": NEES,
+        "nees_yaw": Unit("", ""),
+        "rmse_m": ERROR_M,
+        "rmse_in_map_m": ERROR_M,
+        "restarts": COUNT,
+    }
+    yield from by_row(lambda row: str(row["day"]), units)(content["days"])
+    for what in ("cost", "memory", "map"):
+        name = f"{what}_last_over_second"
+        if name in content:
+            yield Figure(name, content[name], "", "lower")
+
+
 def faults(content: Any) -> Iterator[Figure]:
     """bench/faults."""
     for row in content:
