@@ -119,7 +119,7 @@ def test_what_it_has_started_ends_with_it(tmp_path: Path) -> None:
 def test_unknown_names_are_refused(tmp_path: Path) -> None:
     unknown = run(RUNNER, "no_such", "-o", tmp_path, code=2).stderr
     assert "no_such: expected some of" in unknown
-    assert "coverage, consistency" in unknown  # they need no recorded data
+    assert "coverage, yard, consistency" in unknown  # they need no recorded data
     assert "expected one of" in run(RUNNER, "coverage/none", "-o", tmp_path, code=2).stderr
 
 
