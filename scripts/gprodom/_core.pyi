@@ -713,7 +713,7 @@ class Standstill:
 
 class PathLength:
     """
-    Unsigned distance that the antenna moved, in a unit of the ground that the estimator converts to metres. valid: False if the distance is not known.
+    Unsigned distance that the antenna moved, in a unit of the ground that the estimator converts to metres. valid: False if the distance is not known. unit: lengths of another number cannot be compared.
     """
     def __init__(
         self,
@@ -723,6 +723,7 @@ class PathLength:
         valid: bool = True,
         source: str = "python",
         score: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        unit: typing.SupportsInt | typing.SupportsIndex = 0,
     ) -> None: ...
 
 class TrackDisplacement:

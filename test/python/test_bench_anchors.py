@@ -63,8 +63,9 @@ def test_every_job_names_its_data_and_rows_become_figures() -> None:
 
 def test_the_scale_of_two_fixes(programs: Path) -> None:
     """Two seeds, so that there is a mean; without fixes the scale stays as it was before."""
-    one, two, mean = json.loads(run(BENCH / "anchors", "--json", "scale", "--seeds", 2))
-    assert mean["seed"] == "mean"
+    one, two, mean, sure = json.loads(run(BENCH / "anchors", "--json", "scale", "--seeds", 2))
+    assert (mean["seed"], sure["seed"]) == ("mean", "mean, no slip")
+    assert sure["sigma_over_limit"] < 1.2 < mean["sigma_over_limit"]
     for row in (one, two):
         # Two fixes of 2 cm and 5 mm/sqrt(m) of the wheel, over 90 m.
         assert row["limit"] == pytest.approx(np.hypot(0.02 * np.sqrt(2), 0.0474) / 90, rel=0.01)
