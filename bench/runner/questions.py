@@ -234,8 +234,8 @@ def again_and_again(f: Figures) -> Iterator[Row]:
     off = metres(f.of("yard", f"{pieces[-1]}/rmse_in_map_m"))
     one = ", ".join(plain(f.of("yard", f"one/{day}/nees_xy")) for day in (1, 2))
     what = f"a yard of 400 m, {rounds:.0f} rounds in {len(pieces)} runs, each in the map of the "
-    what += "last: cost and memory of the last over the second; NEES; error in the map; NEES of "
-    what += "two days in one run"
+    what += "one before: cost and memory of the last over the second; NEES; error in the map; NEES "
+    what += "of two days in one run"
     answer = f"{cost}, {memory}; {min(nees):.2f} to {max(nees):.2f}; {off} m; {one}"
     yield [what, answer, "`yard`"]
 

@@ -45,7 +45,7 @@ void take_out(Eigen::VectorXf& x, const Eigen::VectorXf& along) {
 
 }  // namespace
 
-DecorrelationPath::DecorrelationPath(int gate) : gate_(std::max(gate, 2)) {}
+DecorrelationPath::DecorrelationPath(int gate, int unit) : gate_(std::max(gate, 2)), unit_(unit) {}
 
 void DecorrelationPath::prepare(int n) {
   const DecorrelationPath before = std::exchange(*this, DecorrelationPath(gate_));
@@ -55,8 +55,11 @@ void DecorrelationPath::prepare(int n) {
     v->setZero(n);
   for (Eigen::ArrayXf* v : {&change_, &energy_, &level_, &noise_, &block_, &largest_noise_})
     v->setZero(gates_);
-  unit_ = before.unit_ + 1;
-  if (!before.knows_noise_ || before.trace_.size() < n) return;
+  unit_ = before.unit_;
+  if (!before.knows_noise_ || before.trace_.size() < n) {
+    ++unit_;
+    return;
+  }
   background_ = before.background_.head(n);
   level_ = before.level_.head(gates_);
   noise_ = before.noise_.head(gates_);
@@ -208,7 +211,7 @@ void CoherenceFrontEnd::add_trace(const GprTrace& trace) {
   if (trace.sample_interval_s != sample_interval_) {
     sample_interval_ = trace.sample_interval_s;
     path_ = DecorrelationPath(
-        static_cast<int>(std::lround(kGatePeriods / centre_hz_ / sample_interval_)));
+        static_cast<int>(std::lround(kGatePeriods / centre_hz_ / sample_interval_)), path_.unit());
   }
   if (!result.samples) return;
   path_.add(result.samples, static_cast<int>(trace.samples.size()), trace.time);

@@ -32,8 +32,8 @@ namespace gprodom::gpr {
 // by then are as long as they are from there on, which is another unit.
 class DecorrelationPath {
  public:
-  // gate: samples.
-  explicit DecorrelationPath(int gate);
+  // gate: samples. unit: the last one in use.
+  explicit DecorrelationPath(int gate, int unit = 0);
 
   // y: n samples, filtered. time: later than the last.
   void add(const float* y, int n, TimeNs time);
