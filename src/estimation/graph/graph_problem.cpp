@@ -23,7 +23,7 @@ constexpr double kLeastSeconds = 1e-3;  // s
 // A step that reduces the cost by less than this is the last one. No unknown, and no function of
 // them, is then moved by more than 5 % of its standard deviation.
 constexpr double kLeastGain = 1e-3;
-constexpr double kFirstDamping = 1e-4, kMoreDamping = 10.0;
+constexpr double kLeastDamping = 1e-12, kFirstDamping = 1e-4, kMoreDamping = 10.0;
 
 using One = Eigen::Matrix<double, 1, 1>;
 using RowOfTwo = Eigen::Matrix<double, 1, 2>;
@@ -257,8 +257,13 @@ void GraphProblem::solve(const Terms& terms, Unknowns& at) {
 
 Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const Unknowns& at) {
   linearise({trusted, RevisitKernel::kFullWeight, 1.0}, SlipPrior::kGaussian, at);
-  if (!equations_.factorise()) {
-    throw std::runtime_error("pose graph: the normal equations are singular");
+  // Where weights of steps and of what is hardly held lie far apart, rounding may need some
+  // damping.
+  double damping = 0.0;
+  while (!equations_.factorise(damping)) {
+    damping = std::max(kLeastDamping, 100 * damping);
+    if (damping > kFirstDamping)
+      throw std::runtime_error("pose graph: the normal equations are singular");
   }
   const int last = static_cast<int>(steps_.size());
   const int rows[] = {node(last), node(last) + 1, node(last) + 2, scale(), slip(last - 1)};

@@ -30,7 +30,8 @@ bool NormalMatrix::factorise(double damping) {
   factorised_.factorize(matrix_);
   if (work_of_factorising_ == 0.0) count_work();
   work_ += work_of_factorising_;
-  return factorised_.info() == Eigen::Success;
+  // LDL^T also exists where rounding has made the matrix indefinite.
+  return factorised_.info() == Eigen::Success && factorised_.vectorD().minCoeff() > 0.0;
 }
 
 }  // namespace gprodom

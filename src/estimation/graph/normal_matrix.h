@@ -43,8 +43,8 @@ class NormalMatrix {
 
   void hold(int unknown, double weight) { put(unknown, unknown, weight); }
 
-  // Ends a pass. Raises the diagonal to (1 + damping) of itself. Returns false if the equations are
-  // singular.
+  // Ends a pass. Raises the diagonal to (1 + damping) of itself. Returns false unless the equations
+  // are positive definite.
   bool factorise(double damping = 0.0);
 
   // Arithmetic done so far: multiplications of all factorisations, and entries of all passes but

@@ -46,5 +46,14 @@ TEST(NormalMatrix, EveryPassGivesTheDenseSolution) {
   }
 }
 
+// LDL^T of it exists.
+TEST(NormalMatrix, IndefiniteEquationsAreRefused) {
+  NormalMatrix sparse(2);
+  sparse.clear();
+  sparse.hold(0, 1.0);
+  sparse.hold(1, -1e-3);
+  EXPECT_FALSE(sparse.factorise());
+}
+
 }  // namespace
 }  // namespace gprodom

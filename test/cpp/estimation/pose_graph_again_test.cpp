@@ -110,6 +110,23 @@ TEST(PoseGraphAgain, APieceThatNothingTiesStaysWhereItWas) {
   EXPECT_LT((rounds.solve().nodes[between].p - before.p).norm(), 1e-6);
 }
 
+// Steps as sure as those of a robot that hardly moves, and a long piece that hardly anything holds:
+// rounding must not make a variance negative.
+TEST(PoseGraphAgain, CovarianceOfALoosePieceIsPositive) {
+  PoseGraph graph(PlanarPose(), {});
+  for (int i = 0; i < 4000; ++i) {
+    PlanarStep step;
+    step.measured = {{1e-3, 0.0}, 1e-3};
+    step.covariance = Eigen::Vector3d(1e-14, 1e-14, 1e-14).asDiagonal();
+    graph.add_node(step);
+  }
+  std::vector<bool> cut(graph.nodes().size());
+  cut[10] = true;
+  graph.keep_only(std::vector<bool>(cut.size(), true), cut);
+  const PoseGraphSolution solution = graph.solve(1.0, 0.0);
+  for (int k = 0; k < 3; ++k) EXPECT_GT(solution.newest.covariance(k, k), 0.0);
+}
+
 // Half a round since the last solution, whose error is that of dead reckoning. The newest nodes
 // alone come to lie as all of them would, at a small part of the work.
 TEST(PoseGraphAgain, TheNewestNodesAreCorrectedBetweenSolutions) {
