@@ -31,6 +31,12 @@ size_t Batch::add_fix(Fix fix) {
   return fixes_.size() - 1;
 }
 
+void Batch::add_way(Way way) {
+  if (way.a >= way.b || way.b >= states_.size())
+    throw std::invalid_argument("Batch: no such states");
+  ways_.push_back(std::move(way));
+}
+
 void Batch::set_scale_walk(double sigma) {
   for (Link& link : links_) {
     const double seconds = to_seconds(states_[link.b].time - states_[link.a].time);
@@ -63,6 +69,11 @@ std::vector<NavState> Batch::solve(const Options& options) const {
   add_to(problem, std::make_shared<const MarginalPrior>(prior_), {x[0].data()});
   for (const Link& link : links_)
     add_to(problem, link.factor, x[link.a].data(), x[link.b].data(), options.robust);
+  for (const Way& way : ways_) {
+    std::vector<double*> states;
+    for (size_t i = way.a; i <= way.b; ++i) states.push_back(x[i].data());
+    add_to(problem, {way.contact, way.counted_m, way.sigma_m}, states);
+  }
   std::vector<Eigen::Vector2d> lasting(fixes_.size(), Eigen::Vector2d::Zero());
   for (size_t i = 0; i < fixes_.size(); ++i) {
     const Fix& fix = fixes_[i];

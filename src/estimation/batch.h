@@ -36,6 +36,14 @@ class Batch {
   // Its number, from 0.
   size_t add_fix(Fix fix);
 
+  // What the wheel has counted over the states from a to b: rolled_way.h.
+  struct Way {
+    size_t a, b;
+    Eigen::Vector3d contact;  // m, in body
+    double counted_m, sigma_m;
+  };
+  void add_way(Way way);
+
   // Adds a prior on the wheel's scale at the first state.
   void add_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
 
@@ -68,6 +76,7 @@ class Batch {
   std::vector<NavState> states_;
   std::vector<Link> links_;
   std::vector<Fix> fixes_;
+  std::vector<Way> ways_;
 };
 
 }  // namespace gprodom

@@ -1,8 +1,11 @@
-// Displacements of the radar between states of the window: StateEstimator's part of them.
+// Distances between states of the window, by the radar, and by the wheel over a gap of its
+// messages: StateEstimator's part of them.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "estimation/kernels/so3.h"
+#include "estimation/revised_state.h"
 #include "estimation/state_estimator.h"
 
 namespace gprodom {
@@ -78,6 +81,31 @@ bool StateEstimator::add_passage(const AntennaPassage& passage) {
   m.robust_threshold = kDisplacementRobustThreshold;
   return add_factor(between->a, between->b,
                     std::make_shared<DisplacementFactor>(m, passage.lever_from, passage.lever_to));
+}
+
+// The window holds the gap of the wheel. A count ties all its states to each other, which a window
+// of links between two states cannot hold. So it begins anew.
+void StateEstimator::take_count(const StateInput& input) {
+  const CountedWay& told = *input.counted;
+  const auto at = [this](TimeNs time) -> std::optional<FixedLagSmoother::StateId> {
+    for (auto id = smoother_.oldest_id(); id <= smoother_.newest_id(); ++id)
+      if (smoother_.state(id).time == time) return id;
+    return std::nullopt;
+  };
+  const auto a = at(told.from), b = at(told.to);
+  if (!a || !b) return;
+  const WheelConfig& c = config_.wheel;
+  const Vector3d contact(c.lever_arm.x(), input.wheel_y_m, c.lever_arm.z());
+  const EstimatedWay way = smoother_.way_between(*a, *b, contact);
+  const double variance = c.noise * c.noise * std::abs(told.counted_m) +
+                          std::pow(std::max(c.noise_floor, input.wheel_floor_m), 2);
+  const CountWeight weight = weight_of(way, told, variance);
+  if (weight.mean <= 0.0) return;
+  if (batch_)
+    batch_->add_way({static_cast<size_t>(*a + id_offset_), static_cast<size_t>(*b + id_offset_),
+                     contact, told.counted_m, std::sqrt(1 / weight.mean - way.variance)});
+  continue_from(
+      with_counted_way({smoother_.newest(), last_covariance_}, way, told.counted_m, weight));
 }
 
 std::vector<WayPoint> StateEstimator::way() const {

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
+#include "estimation/rolled_way.h"
 #include "estimation/state_manifold.h"
 
 namespace gprodom {
@@ -116,6 +118,32 @@ class LastingErrorCost final : public ceres::SizedCostFunction<2, 2, 2> {
   double weight_, kept_;
 };
 
+// (way - counted) / sigma, of a wheel.
+class CountedCost final : public ceres::CostFunction {
+ public:
+  CountedCost(CountedTerm counted, std::size_t states) : counted_(std::move(counted)) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->assign(states, ambient::kSize);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    std::vector<NavState> x;
+    for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i)
+      x.push_back(from_parameters(parameters[i]));
+    const RolledWay way = rolled_way(x.data(), x.size(), counted_.contact);
+    residuals[0] = (way.reported_m - counted_.counted_m) / counted_.sigma_m;
+    if (!std::isfinite(residuals[0])) return false;
+    for (std::size_t i = 0; jacobians && i < x.size(); ++i)
+      if (jacobians[i])
+        to_ambient(x[i], Jacobian(way.d[i].transpose() / counted_.sigma_m), jacobians[i]);
+    return true;
+  }
+
+ private:
+  CountedTerm counted_;
+};
+
 class PriorCost final : public ceres::CostFunction {
  public:
   explicit PriorCost(std::shared_ptr<const MarginalPrior> prior) : prior_(std::move(prior)) {
@@ -189,6 +217,11 @@ void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& 
     problem.AddResidualBlock(
         new ceres::NormalPrior(weight * Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()),
         nullptr, blocks.lasting);
+}
+
+void add_to(ceres::Problem& problem, const CountedTerm& counted,
+            const std::vector<double*>& states) {
+  problem.AddResidualBlock(new CountedCost(counted, states.size()), nullptr, states);
 }
 
 ceres::ResidualBlockId add_to(ceres::Problem& problem, std::shared_ptr<const MarginalPrior> prior,

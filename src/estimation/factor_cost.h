@@ -3,6 +3,7 @@
 
 #include <ceres/problem.h>
 
+#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
@@ -29,6 +30,14 @@ struct FixBlocks {
 };
 void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& error,
             const FixBlocks& blocks);
+
+// The way that a wheel has counted over states in a row (rolled_way.h); contact: m, in body.
+struct CountedTerm {
+  Eigen::Vector3d contact;
+  double counted_m, sigma_m;
+};
+void add_to(ceres::Problem& problem, const CountedTerm& counted,
+            const std::vector<double*>& states);
 
 // states: those of the prior, oldest first. Between evaluations the prior may change, except for
 // its size.

@@ -248,6 +248,18 @@ void StandstillFactor::evaluate(const NavState& a, const NavState& b, Residual& 
   Jb->block<3, 3>(6, row::kV) = wv * RbT;  // theta does not change the velocity in body
 }
 
+void SpeedWalkFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                               Jacobian* Jb) const {
+  resize(r, Ja, Jb, 1);
+  const Vector3d ahead_a = a.q_odom_body * Vector3d::UnitX(),
+                 ahead_b = b.q_odom_body * Vector3d::UnitX();
+  r[0] = (ahead_b.dot(b.v_odom) - ahead_a.dot(a.v_odom)) / sigma_;
+  if (!Ja) return;
+  // theta turns axis and velocity alike.
+  Ja->block<1, 3>(0, row::kV) = -ahead_a.transpose() / sigma_;
+  Jb->block<1, 3>(0, row::kV) = ahead_b.transpose() / sigma_;
+}
+
 void DisplacementFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                                   Jacobian* Jb) const {
   resize(r, Ja, Jb, 1);

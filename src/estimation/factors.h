@@ -157,6 +157,20 @@ class StandstillFactor final : public Factor {
   StandstillSigmas sigmas_;
 };
 
+// e1^T (R_b^T v_b - R_a^T v_a), m/s: the speed forwards is a random walk, with a robust row
+// (Cauchy, at one sigma), since a robot brakes now and then. sigma: over the interval, above 0.
+class SpeedWalkFactor final : public Factor {
+ public:
+  explicit SpeedWalkFactor(double sigma) : sigma_(sigma) {}
+  int dimension() const override { return 1; }
+  double robust_threshold(int /*row*/) const override { return 1.0; }
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override;
+
+ private:
+  double sigma_;
+};
+
 // Along-track displacement from the radar, metres, one row. Measured from time a + offset_a to
 // b + offset_b; the states' velocities bridge the offsets (fractions of a state interval).
 // signed:  e1^T R_a^T (c_b - c_a) - d;   norm (the paper's):  |c_b - c_a| - |d|.

@@ -63,6 +63,25 @@ SolveSummary FixedLagSmoother::solve() {
   return summary;
 }
 
+// In the frame of the solve.
+EstimatedWay FixedLagSmoother::way_between(StateId a, StateId b,
+                                           const Eigen::Vector3d& contact) const {
+  const Eigen::Vector3d here = newest().p_odom;
+  std::vector<NavState> states(window_.states.begin() + static_cast<long>(window_.index(a)),
+                               window_.states.begin() + static_cast<long>(window_.index(b) + 1));
+  for (NavState& x : states) x.p_odom -= here;
+  const RolledWay way = rolled_way(states.data(), states.size(), contact);
+  // States may have been marginalised since the solve.
+  std::vector<StateVector> d(equations_.states(), StateVector::Zero());
+  const size_t first = d.size() - window_.states.size() + window_.index(a);
+  std::copy(way.d.begin(), way.d.end(), d.begin() + static_cast<long>(first));
+  const std::vector<StateVector> covariance = equations_.covariance_with(d);
+  EstimatedWay result{way.reported_m, 0.0, covariance.back()};
+  for (size_t i = 0; i < d.size(); ++i) result.variance += d[i].dot(covariance[i]);
+  result.with_newest.segment<3>(row::kP) += here.cross(result.with_newest.segment<3>(row::kTheta));
+  return result;
+}
+
 void FixedLagSmoother::marginalise(std::optional<TimeNs> keep_since) {
   const TimeNs by_lag = newest().time - from_seconds(lag_s_);
   const TimeNs horizon = std::min(by_lag, keep_since.value_or(by_lag));

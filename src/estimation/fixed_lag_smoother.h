@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "estimation/rolled_way.h"
 #include "estimation/window_solver.h"
 #include "gprodom/choices.h"
 
@@ -48,6 +49,10 @@ class FixedLagSmoother {
 
   // Covariance of the newest state at the last solve, in the chart of nav_state.h.
   const StateMatrix& newest_covariance() const { return newest_covariance_; }
+
+  // The way of a wheel through the states from a to b, as the last solve has left it. Call before
+  // another state is added. contact: m, in body.
+  EstimatedWay way_between(StateId a, StateId b, const Eigen::Vector3d& contact) const;
 
  private:
   bool claims_too_much() const;

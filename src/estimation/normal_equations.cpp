@@ -100,23 +100,38 @@ bool NormalEquations::eliminate(double damping) {
   return true;
 }
 
-double NormalEquations::solve_step(std::vector<StateVector>& step) const {
+// L L^T x = x, in the units of the equations. Returns |L^-1 x|^2.
+double NormalEquations::substitute(std::vector<StateVector>& x) const {
   const size_t n = g_.size();
-  step.resize(n);
-  double decrease = 0;
+  double square = 0;
   for (size_t i = 0; i < n; ++i) {
-    StateVector y = -g_[i];
-    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k).lazyProduct(step[k]);
-    step[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
-    decrease += 0.5 * step[i].squaredNorm();  // half |L^-1 g|^2
+    StateVector y = x[i];
+    for (size_t k = first_[i]; k < i; ++k) y.noalias() -= block(L_, i, k).lazyProduct(x[k]);
+    x[i] = block(L_, i, i).triangularView<Eigen::Lower>().solve(y);
+    square += x[i].squaredNorm();
   }
   for (size_t i = n; i-- > 0;) {
     for (size_t k = i + 1; k < std::min(n, i + bandwidth_ + 1); ++k)
-      if (first_[k] <= i) step[i].noalias() -= block(L_, k, i).transpose().lazyProduct(step[k]);
-    block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(step[i]);
+      if (first_[k] <= i) x[i].noalias() -= block(L_, k, i).transpose().lazyProduct(x[k]);
+    block(L_, i, i).transpose().triangularView<Eigen::Upper>().solveInPlace(x[i]);
   }
+  return square;
+}
+
+double NormalEquations::solve_step(std::vector<StateVector>& step) const {
+  step.resize(g_.size());
+  std::transform(g_.begin(), g_.end(), step.begin(), [](const StateVector& g) { return -g; });
+  const double decrease = 0.5 * substitute(step);
   for (auto& s : step) s.array() *= kUnits.array();
   return decrease;
+}
+
+std::vector<StateVector> NormalEquations::covariance_with(const std::vector<StateVector>& d) const {
+  std::vector<StateVector> x = d;
+  for (auto& s : x) s.array() *= kUnits.array();
+  substitute(x);
+  for (auto& s : x) s.array() *= kUnits.array();
+  return x;
 }
 
 StateMatrix NormalEquations::newest_covariance() const {

@@ -18,6 +18,11 @@ class NormalEquations {
   // Computes the step to the minimum of the linearised cost. Returns the decrease that is expected.
   double solve_step(std::vector<StateVector>& step) const;
 
+  // H^-1 d, for vectors of the chart of nav_state.h: one for each state.
+  std::vector<StateVector> covariance_with(const std::vector<StateVector>& d) const;
+
+  size_t states() const { return g_.size(); }
+
   // Covariance of the newest state, in the chart of nav_state.h.
   StateMatrix newest_covariance() const;
 
@@ -27,6 +32,7 @@ class NormalEquations {
  private:
   void shape(const Window& window);
   double add_prior(const Window& window);
+  double substitute(std::vector<StateVector>& x) const;
   StateMatrix& block(std::vector<StateMatrix>& m, size_t row, size_t column) const {
     return m[row * (bandwidth_ + 1) + (row - column)];
   }

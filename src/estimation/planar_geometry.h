@@ -19,8 +19,12 @@ struct PlanarPose {
 };
 
 // The pose of `b` in the frame of `a`, and a pose given in the frame of `a`.
-PlanarPose between(const PlanarPose& a, const PlanarPose& b);
-PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a);
+inline PlanarPose between(const PlanarPose& a, const PlanarPose& b) {
+  return {Eigen::Rotation2Dd(-a.yaw) * (b.p - a.p), wrapped(b.yaw - a.yaw)};
+}
+inline PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a) {
+  return {a.p + Eigen::Rotation2Dd(a.yaw) * b_in_a.p, wrapped(a.yaw + b_in_a.yaw)};
+}
 
 // The part of the displacement from a node to a place near it that the wheel has measured. A slip l
 // makes it e^l times as long.
@@ -33,7 +37,9 @@ struct WheelWay {
 };
 
 // The place near a node, given for no slip, after a slip of its step.
-PlanarPose stretched(const PlanarPose& at, const WheelWay& way, double slip);
+inline PlanarPose stretched(const PlanarPose& at, const WheelWay& way, double slip) {
+  return {at.p + std::expm1(slip) * way.p, at.yaw};
+}
 
 // Value of RevisitEdge::memory for a place fixed in map, on the ground of an earlier track.
 constexpr std::size_t kInMap = std::numeric_limits<std::size_t>::max();

@@ -1,5 +1,7 @@
 #include "estimation/revised_state.h"
 
+#include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -24,6 +26,20 @@ constexpr double kShift = 0.3;  // share of the correction: the track need not b
 // Of driving, after which accelerations must have shown the wheel's scale. By then their noise on
 // the move is known, and a start or a stop has been seen.
 constexpr double kScaleTrial_s = 20.0;
+
+// All errors but those of heading and position.
+constexpr std::array kOthers{0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+// How the error of the position follows from those: P_po P_oo^-1.
+Eigen::Matrix<double, 3, 12> position_by_others(const StateMatrix& P) {
+  // In standard deviations: the variances differ by many orders of magnitude.
+  const Eigen::Matrix<double, 12, 1> per_sigma = P.diagonal()(kOthers).cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix<double, 12, 12> among =
+      per_sigma.asDiagonal() * P(kOthers, kOthers) * per_sigma.asDiagonal();
+  const Eigen::Matrix<double, 12, 3> with =
+      per_sigma.asDiagonal() * P.middleCols<3>(row::kP)(kOthers, Eigen::all);
+  return (per_sigma.asDiagonal() * among.ldlt().solve(with)).transpose();
+}
 
 }  // namespace
 
@@ -68,6 +84,15 @@ CarriedState with_turned_axes(const CarriedState& from, const Matrix3d& R_new_ol
   J.block<3, 3>(row::kV, row::kTheta) = so3::skew(x.v_odom) * (Rz - Matrix3d::Identity());
   J.block<3, 3>(row::kBg, row::kBg) = J.block<3, 3>(row::kBa, row::kBa) = R_new_old;
   return {x, J * from.covariance * J.transpose()};
+}
+
+// The mean over hypotheses, each of which is a Kalman update with a gain of its own.
+CarriedState with_counted_way(const CarriedState& from, const EstimatedWay& way, double counted_m,
+                              const CountWeight& weight) {
+  const double off = counted_m - way.reported_m;
+  const StateVector& w = way.with_newest;
+  return {retract(from.state, weight.mean * off * w),
+          from.covariance + (std::pow(weight.sigma * off, 2) - weight.mean) * w * w.transpose()};
 }
 
 CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction) {
@@ -151,6 +176,63 @@ void StateEstimator::hold_scale_of_late_wheel() {
   if (config_.wheel.scale_sigma <= 0 || std::exchange(known_late_, true)) return;
   if (!scale_held_) hold_scale({smoother_.newest(), last_covariance_});
   if (batch_) batch_->add_scale(first_scale_, kFixedScaleSigma);
+}
+
+// The window begins anew where what it holds cannot go on.
+
+// The window cannot be solved: restarts from the prediction, with a larger covariance.
+void StateEstimator::discard_window(const NavState& state) {
+  StateVector growth;
+  growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
+      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_held_ ? 0.0 : 1e-3;
+  last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
+  restart(state);
+}
+
+// After a long gap of the IMU the errors of attitude and speed are too large for a linear solution.
+void StateEstimator::carry_over(const StateInput& input) {
+  const NavState& before = smoother_.state(smoother_.newest_id() - 1);
+  const CarriedState carried = carry_on(config_, {before, last_covariance_}, input, gap_s_);
+  if (batch_)
+    batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
+  continue_from(carried);
+}
+
+void StateEstimator::continue_from(const CarriedState& state) {
+  last_covariance_ = state.covariance;
+  restart(state.state);
+}
+
+// Starts a window of one state with last_covariance_. The part of the position's error that follows
+// from the others stays in the window, since it is corrected when these are known. The rest, and
+// the error of the heading, are common to all later states, and nothing observes them. They are
+// kept apart in common_: with a large variance of the heading, nonlinear terms would count as
+// information.
+void StateEstimator::restart(const NavState& state) {
+  constexpr int kYaw = row::kTheta + 2;  // and the three of position beside it
+  static_assert(row::kP == kYaw + 1);
+  const StateMatrix to_plain = plain_position(state, 1), to_chart = plain_position(state, -1);
+  StateMatrix known = to_plain * last_covariance_ * to_plain.transpose();
+  const Eigen::Matrix<double, 3, 12> follows = position_by_others(known);
+  const Eigen::Matrix<double, 3, 4> shared =
+      follows * known.middleCols<4>(kYaw)(kOthers, Eigen::all);
+  const Matrix3d of_position = 0.5 * (shared.rightCols<3>() + shared.rightCols<3>().transpose());
+  common_.setZero();
+  common_.block<4, 4>(kYaw, kYaw) = known.block<4, 4>(kYaw, kYaw);
+  common_.block<3, 3>(row::kP, row::kP) -= of_position;
+  common_.block<3, 1>(row::kP, kYaw) -= shared.col(0);
+  common_.block<1, 3>(kYaw, row::kP) -= shared.col(0).transpose();
+  known.row(kYaw).setZero();
+  known.col(kYaw).setZero();
+  known(kYaw, kYaw) = kOriginYawSigma * kOriginYawSigma;
+  known.block<3, 3>(row::kP, row::kP) = of_position;
+  known.diagonal().segment<3>(row::kP).array() += kOriginPositionSigma * kOriginPositionSigma;
+  known = (to_chart * known * to_chart.transpose()).eval();
+  common_ = (to_chart * common_ * to_chart.transpose()).eval();
+  id_offset_ += smoother_.newest_id();
+  smoother_ =
+      FixedLagSmoother(smoother_options(config_.smoother), state, gaussian_prior(state, known));
+  motion_.clear();
 }
 
 }  // namespace gprodom

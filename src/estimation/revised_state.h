@@ -4,6 +4,7 @@
 
 #include "estimation/long_gap.h"
 #include "estimation/nav_state.h"
+#include "estimation/rolled_way.h"
 
 namespace gprodom {
 
@@ -16,6 +17,10 @@ CarriedState with_gyro_bias(const CarriedState& from, const Eigen::Vector3d& gyr
 // The same motion in body axes that are turned, new from old. The body's heading and velocity in
 // odom stay, since the wheel has given them; gravity and the biases are those of the IMU.
 CarriedState with_turned_axes(const CarriedState& from, const Eigen::Matrix3d& R_new_old);
+
+// `from`, with the way of the wheel as counted over a gap of its messages.
+CarriedState with_counted_way(const CarriedState& from, const EstimatedWay& way, double counted_m,
+                              const CountWeight& weight);
 
 // Replaces the speed and the position of `from` by those of the wheel or the radar.
 CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrection& correction);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "estimation/cost_function_factor.h"
-#include "estimation/long_gap.h"
 #include "estimation/predict.h"
 #include "estimation/revised_state.h"
 
@@ -17,13 +16,6 @@ namespace {
 // Random walk, in the solution over all data, in an interval in which the biases have changed by
 // more than usual; rad/s, m/s^2. The window begins anew with the biases after the change.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
-
-SmootherOptions smoother_options(const SmootherConfig& c) {
-  SmootherOptions options;
-  options.lag_s = c.lag;
-  options.kind = c.solver;
-  return options;
-}
 
 StateMatrix covariance(const MarginalPrior& prior) {
   return (prior.A.transpose() * prior.A).inverse();
@@ -61,6 +53,13 @@ ImuPreintegration integrated(const StateInput& input, const NavState& last) {
 }
 
 }  // namespace
+
+SmootherOptions smoother_options(const SmootherConfig& c) {
+  SmootherOptions options;
+  options.lag_s = c.lag;
+  options.kind = c.solver;
+  return options;
+}
 
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
   MarginalPrior prior;
@@ -141,6 +140,7 @@ StateResult StateEstimator::add(const StateInput& input) {
     result.carried = true;
   } else {
     solve(input, b, predicted, result);
+    if (input.counted && result.solve.usable) take_count(input);
   }
   result.state = smoother_.newest();
   if (config_.gpr.antennas.size() > 1) result.way = way();
@@ -186,6 +186,10 @@ void StateEstimator::add_motion(const StateInput& input, const ImuPreintegration
   if (input.standing) {
     add_factor(a, b, std::make_shared<StandstillFactor>(StandstillSigmas{}));
   } else if (config_.wheel.enabled || config_.gpr.antennas.size() > 1) {
+    // Changes of speed last for about a second: those of its intervals count once.
+    if (!input.has_wheel && input.speed_change > 0)
+      add_factor(a, b,
+                 std::make_shared<SpeedWalkFactor>(input.speed_change * std::max(1.0, root_dt)));
     add_wheel_factor(input, a, b);  // without a wheel: the robot does not move sideways or upwards
   }
 }
@@ -236,52 +240,6 @@ bool StateEstimator::add_factor(FixedLagSmoother::StateId a, FixedLagSmoother::S
     batch_->add_factor(static_cast<size_t>(a + id_offset_), static_cast<size_t>(b + id_offset_),
                        in_batch ? in_batch : factor);
   return true;
-}
-
-// The window cannot be solved: restarts from the prediction, with a larger covariance.
-void StateEstimator::discard_window(const NavState& state) {
-  StateVector growth;
-  growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
-      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_held_ ? 0.0 : 1e-3;
-  last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
-  restart(state);
-}
-
-// After a long gap of the IMU the errors of attitude and speed are too large for a linear solution.
-void StateEstimator::carry_over(const StateInput& input) {
-  const NavState& before = smoother_.state(smoother_.newest_id() - 1);
-  const CarriedState carried = carry_on(config_, {before, last_covariance_}, input, gap_s_);
-  if (batch_)
-    batch_->set_state(static_cast<size_t>(smoother_.newest_id() + id_offset_), carried.state);
-  continue_from(carried);
-}
-
-void StateEstimator::continue_from(const CarriedState& state) {
-  last_covariance_ = state.covariance;
-  restart(state.state);
-}
-
-// Starts a window of one state with last_covariance_. The error of its position and heading is
-// common to all later states, and nothing observes it. So it is kept apart in common_, and the
-// window starts with a small one. With a large variance of the heading, nonlinear terms would count
-// as information.
-void StateEstimator::restart(const NavState& state) {
-  constexpr int kYaw = row::kTheta + 2;  // and the three of position beside it
-  static_assert(row::kP == kYaw + 1);
-  const StateMatrix to_plain = plain_position(state, 1), to_chart = plain_position(state, -1);
-  StateMatrix known = to_plain * last_covariance_ * to_plain.transpose();
-  common_.setZero();
-  common_.block<4, 4>(kYaw, kYaw) = known.block<4, 4>(kYaw, kYaw);
-  known.middleRows<4>(kYaw).setZero();
-  known.middleCols<4>(kYaw).setZero();
-  known(kYaw, kYaw) = kOriginYawSigma * kOriginYawSigma;
-  known.diagonal().segment<3>(row::kP).setConstant(kOriginPositionSigma * kOriginPositionSigma);
-  known = (to_chart * known * to_chart.transpose()).eval();
-  common_ = (to_chart * common_ * to_chart.transpose()).eval();
-  id_offset_ += smoother_.newest_id();
-  smoother_ =
-      FixedLagSmoother(smoother_options(config_.smoother), state, gaussian_prior(state, known));
-  motion_.clear();
 }
 
 // The estimates of slip change while their intervals are in the window, since slip shows only after

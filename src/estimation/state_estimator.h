@@ -12,6 +12,7 @@
 #include "estimation/drive_traits.h"
 #include "estimation/fixed_lag_smoother.h"
 #include "estimation/recent_motion.h"
+#include "estimation/rolled_way.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
 #include "gprodom/user_factor.h"
@@ -77,6 +78,7 @@ struct StateInput {
   bool has_wheel = false;
   double wheel_sigma_m = 0.0;       // of the wheel's distance, learnt; used if above wheel.noise
   double wheel_floor_m = 0.0;       // error of any distance by the encoder's resolution
+  double speed_change = 0.0;        // m/s in a second, as it usually changes; 0: not known
   double turn_variance = 0.0;       // rad^2, of the sum of the steps' gap_turn
   bool wheel_late = false;          // delayed: accelerations cannot show the wheel's scale
   double wheel_delay_s = 0.0;       // learnt; 0 if none is significant
@@ -89,11 +91,13 @@ struct StateInput {
   std::optional<Eigen::Matrix3d> turned_axes;
   bool axes_known = true;  // else accelerations tell nothing of the wheel's scale
   std::optional<SpeedCorrection> speed_correction;  // for the interval's beginning
+  std::optional<CountedWay> counted;                // of a gap of the wheel that has ended
   std::vector<IntervalSlip> slips;                  // of this interval and of earlier ones
   std::vector<PlacedDisplacement> displacements;    // newly in effect, for any earlier time
   std::vector<AntennaPassage> passages;             // likewise
   std::vector<UserFactor> factors;                  // likewise
-  // States from then on stay in the window beyond the lag: passages to come begin there.
+  // States from then on stay in the window beyond the lag: passages to come, or a count, begin
+  // there.
   std::optional<TimeNs> keep_since;
 };
 
@@ -146,6 +150,8 @@ struct InitialState {
   double accel_scale = 1.0;
 };
 
+SmootherOptions smoother_options(const SmootherConfig& config);
+
 // Prior on a state, with a covariance that must be positive definite.
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance);
 
@@ -191,6 +197,7 @@ class StateEstimator {
              StateResult& result);
   void discard_window(const NavState& state);
   void carry_over(const StateInput& input);
+  void take_count(const StateInput& input);
   void continue_from(const CarriedState& state);
   void restart(const NavState& state);
   bool scale_not_shown(const StateInput& input);

@@ -232,6 +232,9 @@ StateInput MotionJudge::judge(TimeNs to) {
   turn_rate_.complete(input, from, newest_.state.gyro_bias, imu_);
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
 
+  SlipModel slip = slip_model(config_.wheel);
+  slip.share = slip_share();
+  wheel_gap_.complete(input, from, wheel_, slip);
   input.axes_known = axes_known_;
   input.wheel_y_m = slip_belief_.position().believed_m();
   slip_.set_wheel_position(input.wheel_y_m);

@@ -27,6 +27,7 @@
 #include "motion/slip/slip_belief.h"
 #include "motion/slip_watch.h"
 #include "motion/turn_rate.h"
+#include "motion/wheel_gap.h"
 #include "motion/wheel_pair.h"
 
 namespace gprodom {
@@ -190,6 +191,7 @@ class MotionJudge {
   int stands_in_a_row_ = 0;  // intervals, by the rules for an engine
   DriveNoise drive_noise_;
   TurnRate turn_rate_;
+  WheelGap wheel_gap_;
   StateResult newest_;    // in effect
   TimeNs judged_to_ = 0;  // time of the newest judged state
   SlipWatch slip_;

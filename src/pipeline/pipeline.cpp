@@ -341,7 +341,8 @@ void Pipeline::make_states() {
                     : "");
     watch_mounting(input);
     input.factors = factors_.take(next_state_);
-    input.keep_since = gpr::PairFrontEnd::begin_of_next(config_.gpr, travel_);
+    if (const auto since = gpr::PairFrontEnd::begin_of_next(config_.gpr, travel_))
+      input.keep_since = std::min(*since, input.keep_since.value_or(*since));
     const TimeNs effective = next_state_ + reorder_window_ + from_seconds(config_.smoother.latency);
     solver_.submit(effective, [this, input = std::move(input)] { return estimator_->add(input); });
   }

@@ -112,6 +112,13 @@ def test_a_start_in_mid_drive_with_a_cheap_gyro() -> None:
         assert outcome["nees_xy"] < 4
 
 
+def test_gaps_of_the_wheel() -> None:
+    """The short form of bench/wheel_gaps.py. In 3 s the sample drives more than a metre."""
+    (row,) = json.loads(run(BENCH / "wheel_gaps.py", SAMPLE, "--gap", 3, "--json"))
+    assert row["gaps"] >= 2
+    assert row["imu_wheel_m"] < 0.1
+
+
 def test_variations_of_a_recording() -> None:
     """The short form of bench/robot_variations.py. Which side is left makes no difference."""
     kinds = ["as recorded", "mirrored", "IMU upside down", "wheel 10 Hz", "wheel loses 0.5 s, 5 %"]

@@ -25,6 +25,12 @@ struct SlipModel {
     return std::clamp((sigma * sigma - surface * surface) / (size * size), 0.0, 1.0);
   }
 
+  // Probability of a slip somewhere in a time. Those that begin leave the share as it is.
+  double probability_within(double seconds) const {
+    const double grips = std::max(0.0, 1 - share);
+    return grips > 0 ? 1 - grips * std::exp(-share / grips * seconds / lasts_s) : 1.0;
+  }
+
   // Correlation of l over a time: the probability that no slip has begun or ended.
   double correlation(double seconds) const { return std::exp(-seconds / lasts_s); }
 };

@@ -182,6 +182,11 @@ std::optional<double> WheelHistory::distance(TimeNs time, bool across_gaps) cons
   return value(time, &Entry::distance_m, across_gaps);
 }
 
+bool WheelHistory::jumped_since(TimeNs time) const {
+  return std::any_of(first_after(entries_, time), entries_.end(),
+                     [](const Entry& e) { return e.jumped; });
+}
+
 std::optional<TimeNs> WheelHistory::newest(TimeNs time) const {
   const auto later = std::partition_point(entries_.begin(), entries_.end(),
                                           [time](const Entry& e) { return e.time <= time; });

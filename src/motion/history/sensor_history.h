@@ -68,6 +68,9 @@ class WheelHistory {
   // gaps unless `across_gaps` (an encoder counts on while no message arrives).
   std::optional<double> distance(TimeNs time, bool across_gaps = false) const;
 
+  // Whether a jump of the distance is known after that time.
+  bool jumped_since(TimeNs time) const;
+
   // Stamp of the newest sample of at most `time`; nullopt without one.
   std::optional<TimeNs> newest(TimeNs time) const;
 

@@ -172,6 +172,11 @@ TEST(Factors, StandstillJacobians) {
   }
 }
 
+TEST(Factors, SpeedWalkJacobians) {
+  Random random(6);
+  for (int i = 0; i < 100; ++i) check(SpeedWalkFactor(0.3), random.state(), random.state());
+}
+
 TEST(Factors, DisplacementJacobians) {
   Random random(5);
   for (int i = 0; i < 100; ++i)

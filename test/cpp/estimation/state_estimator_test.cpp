@@ -97,6 +97,32 @@ TEST(Passages, OfTwoAntennasShowTheDistanceThatASlippingWheelDoesNot) {
   EXPECT_LT(sigma(measured, row::kP), 0.15);
 }
 
+// A window that starts again, with a state that has not changed, while the wheel is silent: what
+// the speed turns out to be later corrects the position as if it had gone on.
+TEST(Restart, LosesNothingOfThePosition) {
+  const auto driven = [](bool restarts) {
+    std::mt19937 random(5);
+    StateEstimator estimator = at_ten_seconds(kSpeed);
+    StateResult result;
+    for (int i = 0; i < 100; ++i) {
+      StateInput input = interval(10.0 + kStateInterval * i, {kSpeed, 0.0}, random);
+      input.noise.accel_density = 0.05;
+      for (MotionStep& step : input.steps) step.acceleration.x() += 0.05;
+      if (i >= 50 && i < 75) {
+        input.has_wheel = false;
+        for (MotionStep& step : input.steps) step.wheel_m = 0.0;
+      }
+      if (i == 74 && restarts) input.turned_axes = Eigen::Matrix3d::Identity();
+      result = estimator.add(input);
+    }
+    return result;
+  };
+  const StateResult whole = driven(false), restarted = driven(true);
+  EXPECT_LT((whole.state.p_odom - restarted.state.p_odom).norm(), 0.02);
+  for (int k = row::kP; k < row::kP + 2; ++k)
+    EXPECT_NEAR(sigma(restarted, k), sigma(whole, k), 0.1 * sigma(whole, k));
+}
+
 TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
   std::mt19937 random(1);
@@ -220,7 +246,7 @@ TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   EXPECT_NEAR(v_body.x(), kSpeed, 0.02);
   const double yaw = 2 * std::atan2(result.state.q_odom_body.z(), result.state.q_odom_body.w());
   EXPECT_NEAR(yaw, kTurn * 100 * kStateInterval, 0.02);
-  EXPECT_LT(sigma(result, row::kTheta + 2), 0.02);
+  EXPECT_LT(sigma(result, row::kTheta + 2), 0.025);
 }
 
 // All of the first state, at 10 s, is well known but the wheel's scale. Completes `initial`.

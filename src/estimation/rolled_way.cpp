@@ -1,0 +1,78 @@
+#include "estimation/rolled_way.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "estimation/factors.h"
+#include "estimation/kernels/so3.h"
+
+namespace gprodom {
+namespace {
+
+// Error of accelerations that lasts for a gap, m/s^2: a tilt by half a degree.
+constexpr double kLastingError = 0.1;
+constexpr double kMostTurn = 1.0;     // rad, in an interval; beyond, the robot spins on the spot
+constexpr double kBeginsAnew = 0.01;  // share of the gaps in which an encoder begins at 0
+constexpr double kFreedom = 4.0;      // degrees of freedom
+constexpr double kPeak = 0.375;       // of Student's density with these and the scale 1
+
+}  // namespace
+
+RolledWay rolled_way(const NavState* states, std::size_t count, const Eigen::Vector3d& contact) {
+  const DisplacementFactor forwards({}, contact);  // from 0 m, by 1 m
+  RolledWay way;
+  way.d.assign(count, StateVector::Zero());
+  Residual chord;
+  Jacobian Ja, Jb;
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    const NavState &a = states[i], &b = states[i + 1];
+    forwards.evaluate(a, b, chord, &Ja, &Jb);
+    // In a bend by the angle t the chord's part along the first heading is sin(t) / t of the arc.
+    const double turn = so3::log(a.q_odom_body.conjugate() * b.q_odom_body).z();
+    const double t = std::clamp(turn, -kMostTurn, kMostTurn);
+    const double arc = std::abs(t) < 1e-3 ? 1.0 : t / std::sin(t);
+    const double per_chord = a.wheel_scale * arc;
+    way.reported_m += per_chord * chord[0];
+    way.d[i] += per_chord * Ja.transpose();
+    way.d[i][row::kScale] += arc * chord[0];
+    way.d[i + 1] += per_chord * Jb.transpose();
+  }
+  return way;
+}
+
+CountWeight weight_of(const EstimatedWay& way, const CountedWay& told, double variance) {
+  if (told.counted_m == 0.0) return {};  // it may have been off
+  const double off = told.counted_m - way.reported_m;
+  // Student's: the sizes of the IMU's errors are known by estimates only.
+  const auto density = [off](double of) {
+    return std::pow(1 + off * off / (kFreedom * of), -0.5 * (kFreedom + 1)) / std::sqrt(of);
+  };
+  struct Hypothesis {
+    double likelihood, weight;
+  };
+  std::array<Hypothesis, 3> all{};
+
+  // It has counted on, without slip or with one.
+  const double without = way.variance + variance;
+  const double with = without + std::pow(told.slip_sigma * told.counted_m, 2);
+  all[0] = {(1 - kBeginsAnew) * (1 - told.slips) * density(without), 1 / without};
+  all[1] = {(1 - kBeginsAnew) * told.slips * density(with), 1 / with};
+
+  // It has begun at 0 somewhere on the way.
+  const double seconds = to_seconds(told.to - told.from);
+  const double lasting = 0.5 * kLastingError * seconds * seconds;
+  const double most = std::abs(way.reported_m) + std::hypot(std::sqrt(way.variance), lasting);
+  if (std::abs(told.restarted_m) <= most) all[2].likelihood = kBeginsAnew / (2 * most * kPeak);
+
+  double sum = 0.0, square = 0.0, total = 0.0;
+  for (const Hypothesis& one : all) total += one.likelihood;
+  for (const Hypothesis& one : all) {
+    const double share = one.likelihood / total;
+    sum += share * one.weight;
+    square += share * one.weight * one.weight;
+  }
+  return {sum, std::sqrt(std::max(0.0, square - sum * sum))};
+}
+
+}  // namespace gprodom
