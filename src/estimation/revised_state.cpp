@@ -27,13 +27,16 @@ constexpr double kShift = 0.3;  // share of the correction: the track need not b
 // the move is known, and a start or a stop has been seen.
 constexpr double kScaleTrial_s = 20.0;
 
+constexpr double kRounding = 1e-24;  // far below any variance
+
 // All errors but those of heading and position.
 constexpr std::array kOthers{0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 // How the error of the position follows from those: P_po P_oo^-1.
 Eigen::Matrix<double, 3, 12> position_by_others(const StateMatrix& P) {
   // In standard deviations: the variances differ by many orders of magnitude.
-  const Eigen::Matrix<double, 12, 1> per_sigma = P.diagonal()(kOthers).cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix<double, 12, 1> variance = P.diagonal()(kOthers).cwiseMax(kRounding);
+  const Eigen::Matrix<double, 12, 1> per_sigma = variance.cwiseSqrt().cwiseInverse();
   const Eigen::Matrix<double, 12, 12> among =
       per_sigma.asDiagonal() * P(kOthers, kOthers) * per_sigma.asDiagonal();
   const Eigen::Matrix<double, 12, 3> with =
