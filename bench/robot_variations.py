@@ -46,17 +46,30 @@ def is_folder(source: Path) -> bool:
     return source.is_dir() and not any(source.glob("we_odom*.csv"))
 
 
+def recorded(source: Path, name: str, folder: Path) -> tuple[Recording, Path]:
+    """What is known of a recording, and its log, in the folder or where it is."""
+    if not is_folder(source):
+        return SEQUENCE, as_log(source, folder)
+    recording = recordings_of(source)[name]
+    log = folder / "recorded.lcmlog"
+    convert(recording, source, log)
+    return recording, log
+
+
+def names_of(source: Path, only: Sequence[str]) -> list[str]:
+    """Those of --only, or all."""
+    known = list(recordings_of(source)) if is_folder(source) else [source.stem]
+    if unknown := [name for name in only if name not in known]:
+        raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
+    return list(only) or known
+
+
 def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Row:
     """The figures of one variation of one recording."""
-    recording = recordings_of(source)[name] if is_folder(source) else SEQUENCE
     row: Row = {"recording": name, "variation": variation}
     varied = (VARIATIONS | LEVER_ARMS)[variation]
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        log = Path(folder) / "recorded.lcmlog"
-        if recording.files:
-            convert(recording, source, log)
-        else:
-            log = as_log(source, Path(folder))
+        recording, log = recorded(source, name, Path(folder))
         sensors = varied.change(read(log), np.random.default_rng(1))
         try:
             whole = write(sensors, Path(folder) / "whole.lcmlog")
@@ -102,10 +115,7 @@ def main() -> int:
     parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
     parser.add_argument("--vary", action="append", choices=VARIATIONS | LEVER_ARMS, default=[])
     args = parser.parse_args()
-    known = list(recordings_of(args.source)) if is_folder(args.source) else [args.source.stem]
-    if unknown := [name for name in args.only if name not in known]:
-        raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
-    names = args.only or known
+    names = names_of(args.source, args.only)
     cases = [(name, variation) for variation in args.vary or VARIATIONS for name in names]
     of, kinds = zip(*cases, strict=True)
     work = partial(run, args.source, overrides=args.overrides)

@@ -28,12 +28,11 @@ from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.odometry.estimate import as_log
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
 from program import exit_with, in_processes, parser_of, print_rows
-from recordings import convert, recordings_of
-from robot_variations import SEQUENCE, is_folder
+from recordings import recordings_of
+from robot_variations import is_folder, names_of, recorded
 from robots import measure
 from sensors import read, write
 
@@ -65,13 +64,8 @@ def seen_from_before(track: Trajectory, truth: Trajectory, begin: float, end: fl
 
 def run(source: Path, name: str, gap: float, overrides: Sequence[str]) -> dict[str, Any]:
     """The figures of gaps of one length in one recording."""
-    recording = recordings_of(source)[name] if is_folder(source) else SEQUENCE
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        log = Path(folder) / "recorded.lcmlog"
-        if recording.files:
-            convert(recording, source, log)
-        else:
-            log = as_log(source, Path(folder))
+        recording, log = recorded(source, name, Path(folder))
         mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
         sensors = read(log)
         t = sensors.wheel_time * 1e-6
@@ -109,9 +103,10 @@ def main() -> int:
     parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
     parser.add_argument("--gap", action="append", type=float, metavar="SECONDS", default=[])
     args = parser.parse_args()
-    folder = is_folder(args.source)
-    known = [n for n, r in recordings_of(args.source).items() if r.points] if folder else ["log"]
-    cases = [(name, gap) for name in args.only or known for gap in args.gap or GAPS]
+    known = names_of(args.source, args.only)
+    if is_folder(args.source):  # the truth of others tells the distance alone
+        known = [name for name in known if recordings_of(args.source)[name].points]
+    cases = [(name, gap) for name in known for gap in args.gap or GAPS]
     names, gaps = zip(*cases, strict=True)
     work = partial(run, args.source, overrides=args.overrides)
     rows = in_processes(args.jobs, "gaps", work, names, gaps)

@@ -10,12 +10,8 @@
 namespace gprodom {
 namespace {
 
-// Error of accelerations that lasts for a gap, m/s^2: a tilt by half a degree.
-constexpr double kLastingError = 0.1;
 constexpr double kMostTurn = 1.0;     // rad, in an interval; beyond, the robot spins on the spot
 constexpr double kBeginsAnew = 0.01;  // share of the gaps in which an encoder begins at 0
-constexpr double kFreedom = 4.0;      // degrees of freedom
-constexpr double kPeak = 0.375;       // of Student's density with these and the scale 1
 
 }  // namespace
 
@@ -44,9 +40,9 @@ RolledWay rolled_way(const NavState* states, std::size_t count, const Eigen::Vec
 CountWeight weight_of(const EstimatedWay& way, const CountedWay& told, double variance) {
   if (told.counted_m == 0.0) return {};  // it may have been off
   const double off = told.counted_m - way.reported_m;
-  // Student's: the sizes of the IMU's errors are known by estimates only.
+  // Student's, with 4 degrees of freedom: the sizes of the IMU's errors are estimates.
   const auto density = [off](double of) {
-    return std::pow(1 + off * off / (kFreedom * of), -0.5 * (kFreedom + 1)) / std::sqrt(of);
+    return 3.0 / 8.0 * std::pow(1 + off * off / (4 * of), -2.5) / std::sqrt(of);
   };
   struct Hypothesis {
     double likelihood, weight;
@@ -60,10 +56,8 @@ CountWeight weight_of(const EstimatedWay& way, const CountedWay& told, double va
   all[1] = {(1 - kBeginsAnew) * told.slips * density(with), 1 / with};
 
   // It has begun at 0 somewhere on the way.
-  const double seconds = to_seconds(told.to - told.from);
-  const double lasting = 0.5 * kLastingError * seconds * seconds;
-  const double most = std::abs(way.reported_m) + std::hypot(std::sqrt(way.variance), lasting);
-  if (std::abs(told.restarted_m) <= most) all[2].likelihood = kBeginsAnew / (2 * most * kPeak);
+  const double most = std::abs(way.reported_m) + 2 * std::sqrt(way.variance);
+  if (std::abs(told.restarted_m) <= most) all[2].likelihood = kBeginsAnew / (2 * most);
 
   double sum = 0.0, square = 0.0, total = 0.0;
   for (const Hypothesis& one : all) total += one.likelihood;

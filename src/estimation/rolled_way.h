@@ -20,7 +20,7 @@ struct RolledWay {
 // contact: of the wheel with the ground, m, in body.
 RolledWay rolled_way(const NavState* states, std::size_t count, const Eigen::Vector3d& contact);
 
-// The same as estimated, with its covariance with the error of the newest state.
+// The same as estimated; its variance (m^2), and its covariance with the newest state's error.
 struct EstimatedWay {
   double reported_m = 0.0, variance = 0.0;
   StateVector with_newest = StateVector::Zero();

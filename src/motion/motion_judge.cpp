@@ -234,7 +234,8 @@ StateInput MotionJudge::judge(TimeNs to) {
 
   SlipModel slip = slip_model(config_.wheel);
   slip.share = slip_share();
-  wheel_gap_.complete(input, from, wheel_, slip);
+  if (config_.wheel.form == WheelForm::kIncrement)  // the paper has no such thing
+    wheel_gap_.complete(input, from, wheel_, slip);
   input.axes_known = axes_known_;
   input.wheel_y_m = slip_belief_.position().believed_m();
   slip_.set_wheel_position(input.wheel_y_m);
