@@ -177,8 +177,8 @@ void search(benchmark::State& state) {
   runs.push_back(newest);
   const GroundMap ground = map_of(std::move(runs));
   const std::size_t columns = ground.memory.kept().end;
-  Locator locator({});
-  const auto ask = [&] { return locator.find(ground, columns - kDriven, {}, 10.0); };
+  Locator locator;
+  const auto ask = [&] { return locator.find(ground, columns - kDriven, {}, {}, 10.0); };
   bool found = ask().has_value();  // learns the ground, and asks for the likely changes
   if (state.range(1) == 0) ask();
   for (auto _ : state) {

@@ -10,6 +10,8 @@ truth is placed by its first pose. Of the position in `map`:
     mean NEES  of the drives at their end, and the 95 % band of a right covariance
     --laps N   N laps of 14 m without slip, always forwards, in which the robot wanders (--wander);
                with wheel.slip_share=0, what revisits of the same ground again and again know
+    --abreast M
+               two antennas on such laps, M metres abreast; with --one, the left one alone
     --wrong    the same drives with wrong revisits told by another process besides: every 20 m one
                that is 0.3 to 3 m off, and three a metre apart that agree with each other, one pitch
                of 0.5 m off. Prints how far the final pose lies from that of the clean run.
@@ -18,6 +20,7 @@ truth is placed by its first pose. Of the position in `map`:
     bench/map_coverage.py --runs 20 --wrong
     bench/map_coverage.py --runs 50 --distance 200
     bench/map_coverage.py --runs 50 --laps 30 --set wheel.slip_share=0
+    bench/map_coverage.py --runs 12 --laps 6 --wander 0.15 --abreast 0.2
 """
 
 from __future__ import annotations
@@ -52,6 +55,7 @@ class Drive:
     revisits: int
     nees: list[float]
     end_m: float  # error at the end
+    rms_m: float  # of all moments
     moved_m: float = 0.0  # of the final pose, by wrong revisits
 
 
@@ -62,9 +66,14 @@ def drive(
     distance: float = KNOWN_M,
     laps: int = 0,
     wander: float = WANDER_M,
+    abreast: float = 0.0,
+    one: bool = False,
 ) -> Drive:
     """One run."""
-    run = laps_drive(seed, laps, wander) if laps else drive_on_known_ground(seed, distance)
+    run = laps_drive(seed, laps, wander, abreast) if laps else drive_on_known_ground(seed, distance)
+    if abreast > 0:
+        places = {0: [0, abreast / 2, 0]} | ({} if one else {1: [0, -abreast / 2, 0]})
+        overrides = [f"gpr.antennas={places}", *overrides]
     [outputs] = estimate_told(run, overrides)
     pose = outputs.odometry_map
     time = pose["time"]
@@ -80,7 +89,8 @@ def drive(
         other = estimate_told(run, overrides, wrong_revisits(run))[-1].odometry_map["position"][-1]
         moved = float(np.linalg.norm(other - pose["position"][-1]))
     revisits = outputs.corrections[-1]["revisits"] if outputs.corrections else 0
-    return Drive(seed, revisits, nees.tolist(), float(np.linalg.norm(error[-1])), moved)
+    rms = float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+    return Drive(seed, revisits, nees.tolist(), float(np.linalg.norm(error[-1])), rms, moved)
 
 
 def summarise(drives: list[Drive], wrong: bool) -> dict[str, Any]:
@@ -99,6 +109,7 @@ def summarise(drives: list[Drive], wrong: bool) -> dict[str, Any]:
         "nees_end_high": end["high"],
         "nees_all_mean": float(np.mean([np.mean(run.nees) for run in tied])),
         "end_m_rms": float(np.sqrt(np.mean([run.end_m**2 for run in drives]))),
+        "all_m_rms": float(np.sqrt(np.mean([run.rms_m**2 for run in drives]))),
     }
     if wrong:
         moved = [run.moved_m for run in drives]
@@ -121,8 +132,12 @@ def main() -> int:
     parser.add_argument(
         "--wander", type=float, default=WANDER_M, metavar="M", help="default: %(default)s"
     )
+    parser.add_argument("--abreast", type=float, default=0.0, metavar="M", help="two antennas")
+    parser.add_argument("--one", action="store_true", help="of these, the left one alone")
     parser.add_argument("--wrong", action="store_true", help="wrong revisits besides")
     args = parser.parse_args()
+    if args.abreast > 0 and args.laps == 0:
+        parser.error("--abreast: expected with --laps")
     seeds = range(args.first_seed, args.first_seed + args.runs)
     work = partial(
         drive,
@@ -131,6 +146,8 @@ def main() -> int:
         distance=args.distance,
         laps=args.laps,
         wander=args.wander,
+        abreast=args.abreast,
+        one=args.one,
     )
     drives = in_processes(args.jobs, "drives", work, seeds)
     figures = summarise(drives, args.wrong)

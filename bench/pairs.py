@@ -5,7 +5,8 @@ Each SEQUENCE (a zip or folder; a folder with zips stands for them) has truth, t
 second antenna, and a `.json` beside it. Of that, only `antennas` (where they are by tape: front,
 rear, [x, y, z] in m) and `gpr_sample_interval` are read, so that a folder of drives that nobody has
 seen is enough. Rows and columns as in bench/rough.py; `one antenna` is gprodom_full with the front
-antenna alone.
+antenna alone, `front fails` with both until the front one gives nothing any more, after two fifths
+of the drive: then revisits are found by the rear one on what the front one has seen.
 
     bench/pairs.py ../shared/data/pairs [-j 2] [--json]
 """
@@ -18,12 +19,16 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
+from gprodom.files import replacing
+from gprodom.lcm import EventLog
+from gprodom.lcm.messages import message
 from program import exit_with, in_processes, parser_of, print_figures, told_apart
 from rough import ALL, Row, attempt, sequences_of, table
 
-ONE = "one antenna"
+ONE, FAILS = "one antenna", "front fails"
 METHODS = ("imu_wheel", "radar_imu", "gprodom", ALL)
-NAMES = (ONE, *METHODS)
+NAMES = (ONE, FAILS, *METHODS)
+FAILS_AFTER = 0.4  # of the drive
 
 
 def antennas_of(sequence: Path) -> str:
@@ -31,6 +36,21 @@ def antennas_of(sequence: Path) -> str:
     facts = json.loads(sequence.with_suffix(".json").read_text(encoding="utf-8"))
     places = dict(enumerate(facts["antennas"]))
     return "gpr.antennas={" + ", ".join(f"{i}: {list(p)}" for i, p in places.items()) + "}"
+
+
+def front_fails(log: Path) -> None:
+    """Takes the front antenna's traces out of the log, from `FAILS_AFTER` on."""
+    traces = message("gpr_trace_t")
+    events = list(EventLog(str(log), "r"))
+    begin, end = events[0].timestamp, events[-1].timestamp
+    with replacing(log) as part:
+        kept = EventLog(str(part), "w", overwrite=True)
+        for event in events:
+            late = event.timestamp >= begin + FAILS_AFTER * (end - begin)
+            of_front = event.channel == "GPR_TRACE" and traces.decode(event.data).antenna_id == 0
+            if not (late and of_front):
+                kept.write_event(event.timestamp, event.channel, event.data)
+        kept.close()
 
 
 def run(sequence: Path, more: tuple[str, ...], names: Sequence[str]) -> list[Row] | str:
@@ -41,7 +61,11 @@ def run(sequence: Path, more: tuple[str, ...], names: Sequence[str]) -> list[Row
         return f"{sequence.name}: no antennas in the .json beside it: {error!r}"
     first = both.split("]", maxsplit=1)[0] + "]}"
     cases = [(ONE, ALL, (first, *more)), *((name, name, (both, *more)) for name in METHODS)]
-    return attempt(sequence, [case for case in cases if case[0] in names])
+    rows = attempt(sequence, [case for case in cases if case[0] in names])
+    if FAILS not in names or isinstance(rows, str):
+        return rows
+    failing = attempt(sequence, [(FAILS, ALL, (both, *more))], front_fails)
+    return failing if isinstance(failing, str) else rows + failing
 
 
 def main() -> int:

@@ -17,7 +17,7 @@ With --without, a row each for the same with one witness left out (gprodom_full)
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -60,8 +60,15 @@ class Row:
     nees_map: float | None
 
 
-def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> list[Row]:
-    """The rows of one drive: (name of the row, method, settings)."""
+Cases = Sequence[tuple[str, str, tuple[str, ...]]]  # name of the row, method, settings
+
+
+def as_it_is(log: Path) -> None:
+    """Changes nothing."""
+
+
+def run(sequence: Path, methods: Cases, change: Callable[[Path], None] = as_it_is) -> list[Row]:
+    """The rows of one drive, whose log `change` has changed."""
     truth = read_truth(sequence).trajectory
 
     def figures(trajectory: Trajectory) -> Figures:
@@ -70,6 +77,7 @@ def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> 
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         log = as_log(sequence, Path(folder), sample_interval(sequence))
+        change(log)
         output = Path(folder) / "output.lcmlog"
         dead = figures(estimate(log, find_method("wheel"), (), (), output).trajectory)
         for name, method, settings in methods:
@@ -91,10 +99,12 @@ def run(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> 
     return rows
 
 
-def attempt(sequence: Path, methods: Sequence[tuple[str, str, tuple[str, ...]]]) -> list[Row] | str:
+def attempt(
+    sequence: Path, methods: Cases, change: Callable[[Path], None] = as_it_is
+) -> list[Row] | str:
     """The rows, or why there are none: one sequence that fails leaves the others going."""
     try:
-        return run(sequence, methods)
+        return run(sequence, methods, change)
     except Error as error:
         return f"{sequence.name}: {error}"
 

@@ -39,7 +39,7 @@ GPR = [
 ]
 LOW_ESTIMATION = ["estimation/kernels", "estimation/increments"]
 BEFORE_MOTION = ["base", "config", "gpr", *GPR, *LOW_ESTIMATION, "estimation", "estimation/graph"]
-MAP = ["map/path", "map/fixes", "map"]
+MAP = ["map/path", "map/fixes", "map", "map/merge"]
 ROOMS = {
     "base": Room(
         "plain values, errors, sealed bytes, whole files, work that takes effect at a data time",
@@ -135,9 +135,14 @@ ROOMS = {
         [*BEFORE_MOTION, "map/path"],
     ),
     "map": Room(
-        "ground driven over: passes, search, merging, the map frame, the map's file",
+        "ground driven over: passes, search, the map frame, the map's file",
         "input, motion",
         [*BEFORE_MOTION, "map/path", "map/fixes"],
+    ),
+    "map/merge": Room(
+        "two maps joined to one",
+        "the track driven now",
+        [*BEFORE_MOTION, "map/path", "map/fixes", "map"],
     ),
     "persist": Room(
         "what one run leaves to the next: pose, wheel scale, share of slip, ground",

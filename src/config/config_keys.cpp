@@ -157,7 +157,7 @@ void add_graph(Keys& keys, GraphConfig& c) {
     {"graph.enabled", &c.enabled, "", kAny, "recognise ground seen before (loop closure), and correct map"},
     {"graph.latency", &c.latency, "s", between(0, 60), "data time from a search until its result takes effect on map"},
     {"graph.patch_length", &c.patch_length, "m", between(0.5, 3), "length of ground that is compared as a whole"},
-    {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "lateral standard deviation of a revisit: the antenna's footprint"},
+    {"graph.lateral_sigma", &c.lateral_sigma, "m", kPositive, "footprint of the antenna: ground so far aside has a correlation of 0.6"},
   });
 }
 

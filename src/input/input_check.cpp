@@ -175,7 +175,9 @@ const std::string& InputCheck::wheel_channel() const {
 }
 
 std::optional<TraceFormat> InputCheck::trace_format() const {
-  return antenna_ ? antennas_.at(*antenna_).format.agreed() : std::nullopt;
+  if (!antenna_) return std::nullopt;
+  const auto first = antennas_.at(*antenna_).format.agreed();
+  return first ? first : antennas_.at(*followed()).format.agreed();
 }
 
 bool InputCheck::radar_silent() const {
@@ -218,8 +220,7 @@ void InputCheck::watch_silence(bool radar_used) {
   watch(wheel_channel(), config_.wheel.enabled && wheel_now_ + kSecond < imu_now_, 0);
   health_.set("one antenna", HealthLevel::kDegraded,
               radar_used && deputy_
-                  ? "the first one of gpr.antennas is gone: another one is used in its place, and "
-                    "revisits are not found"
+                  ? "the first one of gpr.antennas is gone: another one is used in its place"
                   : "");
   const bool outage = outage_begin_ > 0 && outage_begin_ + kSecond <= outage_now_;
   health_.set(config_.channels.position_fix, HealthLevel::kOk,

@@ -42,7 +42,8 @@ class InputCheck {
   TimeNs imu_now() const { return imu_now_; }
   TimeNs wheel_now() const { return wheel_now_; }
 
-  // The setting of the radar (of that antenna), once several traces agree in it.
+  // The setting of the radar, once several traces of its first antenna agree in it; or of the one
+  // in its place, while there was none.
   std::optional<TraceFormat> trace_format() const;
 
   // The channel of the wheel: that of left and right wheels, if they send.
@@ -55,8 +56,7 @@ class InputCheck {
   // while it is not known whether they are: though the robot has driven on.
   bool radar_silent() const;
 
-  // The antenna of the map: the first of gpr.antennas, otherwise the one whose trace came first;
-  // nothing before.
+  // The first of gpr.antennas, otherwise the one whose trace came first; nothing before.
   const std::optional<int>& antenna() const { return antenna_; }
 
   // The antenna that the estimator follows: the same, or while that one is gone another one.

@@ -155,6 +155,11 @@ void GroundMap::restore_sessions(const std::vector<gpr::MemoryRange>& pieces,
   into.memory.restore(std::move(sessions), runs);
 }
 
+PlanarPose GroundMap::antenna_at(std::size_t column, const PlanarPose& unknown) const {
+  if (origins.empty()) return unknown;
+  return {origins.at(memory.session_of(column)).antenna.head<2>(), 0.0};
+}
+
 bool GroundMap::holds(int map) const {
   return std::any_of(places.begin(), places.end(),
                      [map](const KnownPlace& place) { return place.map == map; });

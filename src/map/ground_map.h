@@ -97,6 +97,9 @@ struct GroundMap {
   // if these are further than `reach_m` along the track.
   std::optional<At> at(double column, double reach_m) const;
 
+  // In body: the antenna that saw a column. Files of version 1 do not tell: `unknown`.
+  PlanarPose antenna_at(std::size_t column, const PlanarPose& unknown) const;
+
   // The ground of these columns alone, with its places, in the same maps, and the sessions of it.
   // The ranges are of stored columns, in ascending order, and do not overlap. Throws
   // std::out_of_range.

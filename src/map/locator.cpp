@@ -79,8 +79,7 @@ gpr::GlobalSearch search_near(const GroundMap& ground, std::size_t end_of_before
 
 }  // namespace
 
-Locator::Locator(const PlanarPose& antenna_in_body)
-    : antenna_(antenna_in_body), next_m_(kLeastQuery) {}
+Locator::Locator() : next_m_(kLeastQuery) {}
 
 void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
   search_.emplace(*ground.memory.filter(), ground.memory.spacing());
@@ -99,8 +98,7 @@ std::optional<gpr::MemoryColumn> Locator::last_searched(const gpr::TraceMemory& 
 }
 
 // Whether it is stored yet or not.
-Locator::Driven Locator::newest(const GroundMap& ground, std::size_t end_of_before,
-                                const PlanarPose& body) {
+Locator::Driven Locator::newest(const GroundMap& ground, std::size_t end_of_before) {
   const gpr::TraceMemory& memory = ground.memory;
   Driven driven;
   const std::optional<gpr::MemoryColumn> last = last_searched(memory, end_of_before);
@@ -112,7 +110,6 @@ Locator::Driven Locator::newest(const GroundMap& ground, std::size_t end_of_befo
     return gpr::Columns(memory.newest_ground(n + proof, change).topRows(n));
   };
   driven.direction = last->direction;
-  driven.body = body;
   return driven;
 }
 
@@ -128,12 +125,15 @@ std::vector<gpr::GlobalQuery> Locator::queries(const Driven& driven, bool can_un
 }
 
 std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end_of_before,
-                                        const PlanarPose& newest_body, double travelled_m) {
+                                        const PlanarPose& newest_body, const PlanarPose& antenna,
+                                        double travelled_m) {
   const gpr::TraceMemory& memory = ground.memory;
   if (memory.kept().first >= end_of_before) return std::nullopt;
-  const Driven driven = newest(ground, end_of_before, newest_body);
+  Driven driven = newest(ground, end_of_before);
   if (driven.columns < columns_of(memory, kLeastQuery)) return std::nullopt;
   const bool by_turns = memory.can_undo();
+  driven.body = newest_body;
+  driven.antenna = antenna;
   next_m_ = travelled_m + (by_turns ? kSearchEvery / 2 : kSearchEvery);
   const bool likely = !by_turns || std::exchange(likely_, !likely_);
   return place(ground, end_of_before, driven, likely ? kLikely : kUnlikely);
@@ -144,7 +144,7 @@ double Locator::least_query() { return kLeastQuery; }
 std::optional<gpr::TraceChange> Locator::change_near(const GroundMap& ground,
                                                      std::size_t end_of_before, const Near& near) {
   const gpr::TraceMemory& memory = ground.memory;
-  const Driven driven = newest(ground, end_of_before, {});
+  const Driven driven = newest(ground, end_of_before);
   if (driven.columns < columns_of(memory, kLeastNear)) return std::nullopt;
   const std::vector<double> stretches = stretches_round(
       0.0, 2 * kFineStep, static_cast<int>(std::lround(kFarthestTold / (2 * kFineStep))));
@@ -163,7 +163,9 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
   if (newest.size() < columns_of(memory, kLeastQuery)) return std::nullopt;
   const auto without = [&](const gpr::TraceChange& change) { return memory.patch(newest, change); };
   const int direction = memory.column(newest.end - 1).direction;
-  return place(ground, end_of_before, {newest.size(), without, direction, newest_body}, kStretches);
+  const PlanarPose antenna = ground.antenna_at(newest.first, {});
+  return place(ground, end_of_before, {newest.size(), without, direction, newest_body, antenna},
+               kStretches);
 }
 
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
@@ -192,11 +194,12 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
   if (!then) return std::nullopt;
   // The memory has the direction of driving, the pose the heading. They differ when driving
   // backwards.
-  const int driven_then = memory.column(static_cast<std::size_t>(column)).direction;
+  const auto number = static_cast<std::size_t>(column);
+  const int driven_then = memory.column(number).direction;
   const bool about = match.mirrored == (driven_then == driven.direction);
-  PlanarPose antenna = compose(then->pose, antenna_);
+  PlanarPose antenna = compose(then->pose, ground.antenna_at(number, driven.antenna));
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
-  const PlanarPose body = compose(antenna, between(antenna_, {}));
+  const PlanarPose body = compose(antenna, between(driven.antenna, {}));
   Hypothesis found{compose(body, between(driven.body, {})), then->map, {}};
   if (!memory.can_undo()) return found;
   const std::vector<double> finer = stretches_round(stretches[match.query], kFineStep, kFineSteps);

@@ -21,7 +21,7 @@ struct Hypothesis {
 
 class Locator {
  public:
-  explicit Locator(const PlanarPose& antenna_in_body);
+  Locator();
 
   // Whether a search is due after this distance.
   bool is_due(double travelled_m) const { return travelled_m >= next_m_; }
@@ -32,12 +32,14 @@ class Locator {
                                                         std::size_t end_of_before);
 
   // Compares the newest ground (columns from `end_of_before` on) with all ground before that
-  // column. newest_body: pose of the robot in the track's frame at last_searched().
+  // column. newest_body: pose of the robot in the track's frame at last_searched(). antenna: in
+  // body, that of the newest ground.
   std::optional<Hypothesis> find(const GroundMap& ground, std::size_t end_of_before,
-                                 const PlanarPose& newest_body, double travelled_m);
+                                 const PlanarPose& newest_body, const PlanarPose& antenna,
+                                 double travelled_m);
 
-  // The same for the last metres of `driven`, columns of one run. body: pose of the robot at the
-  // last of them.
+  // The same for the last metres of `driven`, columns of one run of the ground. body: pose of the
+  // robot at the last of them.
   std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
                                   gpr::MemoryRange driven, const PlanarPose& body);
 
@@ -61,17 +63,17 @@ class Locator {
     std::size_t columns = 0;
     std::function<gpr::Columns(const gpr::TraceChange&)> without;  // features of the last columns
     int direction = 1;
-    PlanarPose body;  // at the last column
+    PlanarPose body;     // at the last column
+    PlanarPose antenna;  // in body
   };
-  static Driven newest(const GroundMap& ground, std::size_t end_of_before, const PlanarPose& body);
+  static Driven newest(const GroundMap& ground, std::size_t end_of_before);
   static std::vector<gpr::GlobalQuery> queries(const Driven& driven, bool can_undo,
                                                const std::vector<double>& stretches);
   std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
                                   const Driven& driven, const std::vector<double>& stretches);
   void learn(const GroundMap& ground, std::size_t end_of_before);
 
-  const PlanarPose antenna_;
-  double next_m_ = 0.0;
+  double next_m_;
   bool likely_ = true;  // the likely stretches are tried next
   std::optional<gpr::GlobalSearch> search_;
 };

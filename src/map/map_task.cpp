@@ -23,9 +23,15 @@ void append(std::vector<T> more, std::vector<T>& to) {
   to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
+void move_until(TimeNs newest, std::deque<GprTrace>& from, std::vector<GprTrace>& to) {
+  for (; !from.empty() && from.front().time <= newest; from.pop_front())
+    to.push_back(std::move(from.front()));
+}
+
 void append(MapInput later, MapInput& to) {
   append(std::move(later.states), to.states);
   append(std::move(later.traces), to.traces);
+  append(std::move(later.beside), to.beside);
   append(std::move(later.revisits), to.revisits);
   append(std::move(later.fixes), to.fixes);
   if (later.told) to.told = later.told;
@@ -96,6 +102,12 @@ void MapTask::add(const GprTrace& trace) {
   if (!unsettled_.empty()) ++late_.dropped;  // before the start, none is kept for the map
 }
 
+void MapTask::add_beside(const GprTrace& trace) {
+  if (!enabled_) return;
+  beside_.push_back(trace);
+  if (beside_.size() > kMostWaiting) beside_.pop_front();
+}
+
 void MapTask::add(const Displacement& revisit) {
   if (!enabled_) return;
   if (next_.revisits.size() < kMostWaiting)
@@ -130,10 +142,8 @@ void MapTask::add(const StateResult& result, TimeNs effective) {
   if (effective - last_submitted_ < kJobPeriod) return;
   last_submitted_ = effective;
   const TimeNs newest = next_.states.back().time;
-  while (!traces_.empty() && traces_.front().time <= newest) {
-    next_.traces.push_back(std::move(traces_.front()));
-    traces_.pop_front();
-  }
+  move_until(newest, traces_, next_.traces);
+  move_until(newest, beside_, next_.beside);
   submit(effective, {{std::exchange(next_, {})}, {}, {}});
 }
 

@@ -50,6 +50,8 @@ class MapTask {
   std::uint64_t taken_from() const { return taken_from_; }
 
   void add(const GprTrace& trace);
+  // Of an antenna abreast of the one whose ground is stored, as that one would have measured it.
+  void add_beside(const GprTrace& trace);
   void add(const Displacement& revisit);
   void add(const PositionFix& fix);
   // Adds a state in effect. Every half second a job is submitted.
@@ -117,7 +119,7 @@ class MapTask {
   const std::uint64_t taken_from_;
   const TimeNs latency_;
   MapInput next_;
-  std::deque<GprTrace> traces_;      // newer than the newest settled state
+  std::deque<GprTrace> traces_, beside_;  // newer than the newest settled state
   std::deque<PathState> unsettled_;  // states that are not settled, each as when it was the newest
   TimeNs last_submitted_ = 0;
   std::optional<MapPose> pose_;                    // of the last answer

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estimation/graph/pose_graph.h"
-#include "gpr/revisit/revisit_search.h"
 #include "gprodom/config.h"
 #include "gprodom/position_fix.h"
 #include "gprodom/types.h"
@@ -21,6 +21,7 @@
 #include "map/pass_finder.h"
 #include "map/pass_merger.h"
 #include "map/path/map_path.h"
+#include "map/seeker.h"
 
 namespace gprodom {
 
@@ -42,6 +43,7 @@ struct ToldPlace {
 struct MapInput {
   std::vector<PathState> states;        // settled states since the last job
   std::vector<GprTrace> traces;         // up to the newest state
+  std::vector<GprTrace> beside;         // likewise, of antennas abreast, as the first has them
   std::vector<Displacement> revisits;   // from another process
   std::vector<PositionFix> fixes;       // since the last job
   std::optional<ToldPlace> told;        // since the last job
@@ -147,15 +149,17 @@ class Mapper {
   // One end of a revisit: near a node, or fixed in map (kInMap).
   struct End {
     std::size_t node = 0;
-    PlanarPose body;   // in the node's frame, or in map
-    double yaw = 0.0;  // of the body, in map
-    WheelWay way;      // the part of `body` that the wheel measured
+    PlanarPose body;     // in the node's frame, or in map
+    double yaw = 0.0;    // of the body, in map
+    WheelWay way;        // the part of `body` that the wheel measured
+    PlanarPose antenna;  // in body
   };
 
   // A revisit found by this mapper. Its newer end is placed when it is used.
   struct Sighting {
     End memory;
     gpr::MemoryColumn query;
+    PlanarPose antenna;  // of the newer end, in body
     RevisitEdge edge;
     Displacement told;
   };
@@ -173,12 +177,17 @@ class Mapper {
   void follow(const std::vector<PathState>& states);
   void begin_graph(const PathState& first);
   void remember(const GprTrace& trace, MapAnswer& answer);
+  void follow_antenna(int antenna_id);
   void note_origin();
   void note_errors(double scale_sigma);
-  void search_memory(MapAnswer& answer);
+  void look_beside(const GprTrace& trace, MapAnswer& answer);
+  void search_memory(Seeker& seeker, MapAnswer& answer);
   void forget_searches();
-  void begin_searches();
-  void find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest& newest, double moved,
+  const gpr::TraceMemory& newest_of(const Seeker& seeker) const {
+    return seeker.beside ? *seeker.beside : ground_.memory;
+  }
+  void begin_searches(Seeker& seeker) const;
+  void find_in(Seeker& seeker, bool before, double moved,
                const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
   void locate(MapAnswer& answer);
   void suppose(const ToldPlace& told, MapAnswer& answer);
@@ -186,21 +195,23 @@ class Mapper {
   double sigma_m() const;
   bool is_proved();  // the candidate, by a revisit now
   void join_map(const Hypothesis& at);
-  std::vector<gpr::SearchWindow> windows(const gpr::MemoryColumn& query);
-  gpr::SearchWindow window_at(const Pass& pass, const gpr::MemoryColumn& query, double gate) const;
-  void predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+  std::vector<gpr::SearchWindow> windows(const Seeker& seeker, const gpr::MemoryColumn& query);
+  gpr::SearchWindow window_at(const Seeker& seeker, const Pass& pass,
+                              const gpr::MemoryColumn& query, double gate) const;
+  void predict_stretch(const Seeker& seeker, const Pass& pass, const gpr::MemoryColumn& query,
                        gpr::SearchWindow& window) const;
   PlanarPose body_at(const MapPath::Place& place) const;
-  Sighting sighting(const End& memory, const gpr::MemoryColumn& then,
+  PlanarPose antenna_at(std::size_t node) const;
+  Sighting sighting(const Seeker& seeker, const End& memory, const gpr::MemoryColumn& then,
                     const gpr::MemoryColumn& query, const gpr::RevisitMatch& match,
                     double moved_m) const;
   bool support(const Sighting& seen, MapAnswer& answer);
   bool use(const Sighting& seen, MapAnswer& answer);
-  void tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
-           MapAnswer& answer);
+  void tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::MemoryColumn& query,
+           double moved_m, MapAnswer& answer);
   void mark_known(const gpr::MemoryColumn& query);
   std::optional<End> remembered_end(double column) const;
-  End end_at(const MapPath::Place& place) const;
+  End end_at(const MapPath::Place& place, const PlanarPose& antenna) const;
   bool add_edge(const End& memory, const End& query, RevisitEdge edge);
   void take_external(MapAnswer& answer);
   void take_fixes(const MapInput& input, MapAnswer& answer);
@@ -229,7 +240,10 @@ class Mapper {
 
   const GraphConfig config_;
   const SlipModel slip_;
-  const PlanarPose antenna_;  // in body
+  const Antennas antennas_;
+  const Eigen::Vector3d lever_arm_;  // of an antenna that is not among them
+  double longest_arm_m_;             // of an antenna now or of the ground's
+  std::optional<int> antenna_id_;    // of the newest trace
 
   MapPath path_;
   std::optional<PoseGraph> graph_;
@@ -252,6 +266,7 @@ class Mapper {
   SessionOrigin origin_;  // of this track
   Eigen::Vector3d step_variances_ = Eigen::Vector3d::Zero();  // sums: m, m^2, rad^2
   std::size_t end_of_before_ = 0;  // number of the first column of this track
+  std::size_t first_session_ = 0;  // of this track
   std::size_t noted_end_ = 0;      // of its stored ground, when its origin was noted; 0: none yet
   TimeNs last_trace_ = 0;
   std::optional<SavedColumns> saved_;  // in the last whole file
@@ -270,12 +285,9 @@ class Mapper {
   bool keeps_datum_ = false;  // tied by that of the ground, which stays what it was
   std::optional<Candidate> candidate_;
   Locator locator_;
-  std::optional<gpr::RevisitSearch> search_;
-  // Ground of earlier tracks may have changed. So it has a search of its own, with a query whose
-  // changes are undone; where they can be.
-  std::optional<gpr::RevisitSearch> search_before_;
+  Seeker seeker_;                  // the antenna whose ground is stored
+  std::map<int, Seeker> abreast_;  // others, by their ids
   ChangeFollower change_;
-  std::optional<gpr::MemoryColumn> last_query_;
   bool crowded_ = false;  // at the last query: passes are stored side by side, and one more is none
   std::deque<Displacement> external_;  // revisits of another process, to wait for settled states
 };

@@ -22,81 +22,95 @@ bool is_mirrored(const Pass& pass, const gpr::MemoryColumn& then, const gpr::Mem
 
 }  // namespace
 
+// The newest ground of an antenna abreast of the one whose ground is stored.
+void Mapper::look_beside(const GprTrace& trace, MapAnswer& answer) {
+  const auto place = antennas_.find(trace.antenna_id);
+  if (place == antennas_.end() || !ground_.memory.filter() ||
+      !same_format(ground_.format, format_of(trace)))
+    return;
+  Seeker& seeker = abreast_[trace.antenna_id];
+  if (!seeker.beside) {
+    seeker.antenna = {place->second.head<2>(), 0.0};
+    seeker.beside = ground_.memory.beside();
+  }
+  seeker.beside->add(trace.time, trace.samples, trace.sample_interval_s,
+                     path_.distance_at(trace.time));
+  search_memory(seeker, answer);
+}
+
 // Every kQuerySpacing, searches the memory for the newest ground.
-void Mapper::search_memory(MapAnswer& answer) {
-  gpr::TraceMemory& memory = ground_.memory;
-  if (!memory.filter()) return;
-  if (!search_) begin_searches();
-  const auto place = memory.newest_place(search_->patch_columns());
+void Mapper::search_memory(Seeker& seeker, MapAnswer& answer) {
+  const gpr::TraceMemory& newest = newest_of(seeker);
+  if (!newest.filter()) return;
+  if (!seeker.search) begin_searches(seeker);
+  const auto place = newest.newest_place(seeker.search->patch_columns());
   if (!place) return;
   double moved = config_.patch_length;
-  if (last_query_ && last_query_->direction == place->direction) {
-    moved = std::abs(place->distance_m - last_query_->distance_m);
+  if (seeker.last_query && seeker.last_query->direction == place->direction) {
+    moved = std::abs(place->distance_m - seeker.last_query->distance_m);
     if (moved < kQuerySpacing) return;
   } else {
-    forget_searches();
+    seeker.forget();
   }
-  std::vector<gpr::SearchWindow> near = windows(*place);
-  if (crowded_) mark_known(*place);
-  last_query_ = place;
+  std::vector<gpr::SearchWindow> near = windows(seeker, *place);
+  if (crowded_ && !seeker.beside) mark_known(*place);
+  seeker.last_query = place;
   const auto own = std::stable_partition(near.begin(), near.end(), [&](const auto& window) {
-    return search_before_ && window.run < end_of_before_;
+    return seeker.search_before && window.run < end_of_before_;
   });
   const std::vector<gpr::SearchWindow> before(near.begin(), own);
   near.erase(near.begin(), own);
-  const auto newest = [&](const gpr::TraceChange& change) {
-    return *memory.newest(search_->patch_columns(), kBefore, change);
-  };
-  if (near.empty()) {
-    search_->forget();
-  } else {
-    find_in(*search_, newest({}), moved, near, answer);
-  }
-  if (before.empty()) {
-    if (search_before_) search_before_->forget();
-  } else {
-    find_in(*search_before_, newest(change_.change()), moved, before, answer);
-  }
+  find_in(seeker, false, moved, near, answer);
+  if (seeker.search_before) find_in(seeker, true, moved, before, answer);
 }
 
-void Mapper::begin_searches() {
+void Mapper::begin_searches(Seeker& seeker) const {
   const gpr::TraceMemory& memory = ground_.memory;
-  search_.emplace(*memory.filter(), memory.spacing(), search_options(config_, false));
+  seeker.search.emplace(*memory.filter(), memory.spacing(), search_options(config_, false));
   if (!memory.can_undo()) return;
-  search_before_.emplace(*memory.filter(), memory.spacing(), search_options(config_, true));
+  seeker.search_before.emplace(*memory.filter(), memory.spacing(), search_options(config_, true));
 }
 
 void Mapper::forget_searches() {
-  if (search_) search_->forget();
-  if (search_before_) search_before_->forget();
+  seeker_.forget();
+  for (auto& [id, seeker] : abreast_) seeker.forget();
 }
 
-void Mapper::find_in(gpr::RevisitSearch& search, const gpr::TraceMemory::Newest& newest,
-                     double moved, const std::vector<gpr::SearchWindow>& windows,
-                     MapAnswer& answer) {
+// before: in ground of earlier tracks.
+void Mapper::find_in(Seeker& seeker, bool before, double moved,
+                     const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer) {
+  gpr::RevisitSearch& search = before ? *seeker.search_before : *seeker.search;
+  if (windows.empty()) {
+    search.forget();
+    return;
+  }
+  const gpr::TraceChange change = before ? change_.change() : gpr::TraceChange{};
+  const auto newest = *newest_of(seeker).newest(search.patch_columns(), kBefore, change);
   const std::vector<gpr::PlaceFound> found = search.find(newest.features, moved, windows);
-  for (const gpr::PlaceFound& place : found) tie(place, newest.centre, moved, answer);
-  if (found.empty() || &search == &*search_) return;
-  change_.follow(ground_.memory, found.front().column, [this](const gpr::TraceChange& change) {
-    return ground_.memory.newest(search_->patch_columns(), 0, change)->features;
+  for (const gpr::PlaceFound& place : found) tie(seeker, place, newest.centre, moved, answer);
+  if (found.empty() || !before || seeker.beside) return;
+  change_.follow(ground_.memory, found.front().column, [&](const gpr::TraceChange& tried) {
+    return ground_.memory.newest(search.patch_columns(), 0, tried)->features;
   });
 }
 
 // The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
 // lateral offset come first. Notes whether so many passes lie side by side that one more would lie
 // within an antenna's footprint of another.
-std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
+std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
+                                               const gpr::MemoryColumn& query) {
   const MapPath::Place at = path_.place(query.time, query.distance_m);
-  const PlanarPose here = compose(body_at(at), antenna_);
+  const PlanarPose here = compose(body_at(at), seeker.antenna);
   const double sigma = sigma_m();
   const double gate = std::clamp(kGateSigmas * sigma, kGateMin, kGateMax);
   const double aside = kLateralGate + std::min(kGateSigmas * sigma, kGateMax);
   const double query_begins = path_.travelled_at(at.node) - config_.patch_length;
 
-  PassFinder finder(here, antenna_, gate + kNodeSpacing, aside);
+  PassFinder finder(here, gate + kNodeSpacing, aside, longest_arm_m_);
   for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < query_begins; ++node) {
     if (path_.begins_piece(node)) finder.interrupt();
-    finder.offer(node, graph_->nodes()[node], false);
+    const PlanarPose& body = graph_->nodes()[node];
+    if (finder.may_be_near(body)) finder.offer(node, compose(body, antenna_at(node)), false);
   }
   std::vector<Pass> passes = finder.passes();
   const auto is_forgotten = [&](const Pass& pass) {
@@ -112,10 +126,13 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_query), passes.end());
   if (located_ || candidate_) {
     const PlanarPose in_map = located_ ? here : compose(candidate_->at.map_from_track, here);
-    PassFinder before(in_map, antenna_, gate + kNodeSpacing, aside);
+    PassFinder before(in_map, gate + kNodeSpacing, aside, longest_arm_m_);
     for (std::size_t i = 0; i < ground_.places.size(); ++i) {
       const KnownPlace& place = ground_.places[i];
-      if (place.map == (located_ ? map_ : candidate_->at.map)) before.offer(i, place.pose, true);
+      if (place.map != (located_ ? map_ : candidate_->at.map)) continue;
+      if (before.may_be_near(place.pose))
+        before.offer(i, compose(place.pose, ground_.antenna_at(place.column, seeker_.antenna)),
+                     true);
     }
     std::vector<Pass> found = before.passes();
     found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
@@ -135,7 +152,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const gpr::MemoryColumn& query) {
   passes.resize(std::min(passes.size(), kMaxWindows));
   std::vector<gpr::SearchWindow> windows;
   windows.reserve(passes.size());
-  for (const Pass& pass : passes) windows.push_back(window_at(pass, query, gate));
+  for (const Pass& pass : passes) windows.push_back(window_at(seeker, pass, query, gate));
   return windows;
 }
 
@@ -143,8 +160,14 @@ PlanarPose Mapper::body_at(const MapPath::Place& place) const {
   return graph_->place(place.node, place.at, place.way);
 }
 
-gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& query,
-                                    double gate) const {
+// In body: the one that saw the ground there.
+PlanarPose Mapper::antenna_at(std::size_t node) const {
+  const auto column = column_at(node);
+  return column ? ground_.antenna_at(*column, seeker_.antenna) : seeker_.antenna;
+}
+
+gpr::SearchWindow Mapper::window_at(const Seeker& seeker, const Pass& pass,
+                                    const gpr::MemoryColumn& query, double gate) const {
   const gpr::TraceMemory& memory = ground_.memory;
   const std::size_t column =
       pass.from_before ? ground_.places[pass.place].column : *column_at(pass.place);
@@ -154,15 +177,16 @@ gpr::SearchWindow Mapper::window_at(const Pass& pass, const gpr::MemoryColumn& q
   const double longer = pass.from_before ? 1.0 : std::exp(-graph_->slip(pass.place));
   const gpr::MemoryColumn then = memory.column(column);
   const double ahead = distance + longer * pass.along - then.distance_m;
-  gpr::SearchWindow window = window_on(memory, column, ahead, longer * gate, search_->reach_m());
-  predict_stretch(pass, query, window);
+  gpr::SearchWindow window =
+      window_on(memory, column, ahead, longer * gate, seeker.search->reach_m());
+  predict_stretch(seeker, pass, query, window);
   window.mirrored = is_mirrored(pass, then, query);
   return window;
 }
 
 // The stretch that the graph's estimates of the slip there and here let expect. The slip there gets
 // its prior variance: the posterior is correlated with other passes through the revisits.
-void Mapper::predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
+void Mapper::predict_stretch(const Seeker& seeker, const Pass& pass, const gpr::MemoryColumn& query,
                              gpr::SearchWindow& window) const {
   const std::size_t here = path_.place(query.time, query.distance_m).node;
   const double slip_then = pass.from_before ? 0.0 : graph_->slip(pass.place);
@@ -174,7 +198,8 @@ void Mapper::predict_stretch(const Pass& pass, const gpr::MemoryColumn& query,
   window.stretch_sigma = std::hypot(std::sqrt(newest_node_.covariance(4, 4)), sigma_then);
   if (window.grip < 1.0) window.stretch_sigma /= std::sqrt(1.0 - window.grip);
   // Both slips may begin, end or change, the one now and the one then.
-  const double seconds = last_query_ ? 2.0 * to_seconds(query.time - last_query_->time) : 0.0;
+  const double seconds =
+      seeker.last_query ? 2.0 * to_seconds(query.time - seeker.last_query->time) : 0.0;
   window.kept = slip_.correlation(seconds);
   window.stretch_change = slip_.change * std::sqrt(seconds);
 }

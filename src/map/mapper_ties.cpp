@@ -16,8 +16,8 @@ constexpr double kLocatedWithin = 200.0;  // m driven, then known ground is no l
 
 }  // namespace
 
-Mapper::End Mapper::end_at(const MapPath::Place& place) const {
-  return {place.node, place.at, graph_->nodes()[place.node].yaw, place.way};
+Mapper::End Mapper::end_at(const MapPath::Place& place, const PlanarPose& antenna) const {
+  return {place.node, place.at, graph_->nodes()[place.node].yaw, place.way, antenna};
 }
 
 std::optional<Mapper::End> Mapper::remembered_end(double column) const {
@@ -25,11 +25,12 @@ std::optional<Mapper::End> Mapper::remembered_end(double column) const {
   if (number < end_of_before_) {
     const auto then = ground_.at(column, 2 * kNodeSpacing);
     if (!then) return std::nullopt;
-    return End{kInMap, then->pose, then->pose.yaw, {}};
+    return End{kInMap, then->pose, then->pose.yaw, {}, ground_.antenna_at(number, seeker_.antenna)};
   }
   const gpr::MemoryColumn then = ground_.memory.column(number);
   const double beyond = (column - static_cast<double>(number)) * ground_.memory.spacing();
-  return end_at(path_.place(then.time, then.distance_m + then.direction * beyond));
+  return end_at(path_.place(then.time, then.distance_m + then.direction * beyond),
+                ground_.antenna_at(number, seeker_.antenna));
 }
 
 // Returns false if both ends lie at the same node, or if the headings contradict the direction.
@@ -38,8 +39,8 @@ bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
   if (memory.node == query.node || turned != edge.mirrored) return false;
   edge.memory = memory.node;
   edge.query = query.node;
-  edge.memory_at = compose(memory.body, antenna_);
-  edge.query_at = compose(query.body, antenna_);
+  edge.memory_at = compose(memory.body, memory.antenna);
+  edge.query_at = compose(query.body, query.antenna);
   edge.memory_way = memory.way;
   edge.query_way = query.way;
   graph_->add_revisit(edge);
@@ -48,16 +49,16 @@ bool Mapper::add_edge(const End& memory, const End& query, RevisitEdge edge) {
 
 // A revisit as an edge of the graph. Returns false where it contradicts the graph.
 bool Mapper::use(const Sighting& seen, MapAnswer& answer) {
-  const End query = end_at(path_.place(seen.query.time, seen.query.distance_m));
+  const End query = end_at(path_.place(seen.query.time, seen.query.distance_m), seen.antenna);
   if (!add_edge(seen.memory, query, seen.edge)) return false;
   answer.revisits.push_back(seen.told);
   return true;
 }
 
-Mapper::Sighting Mapper::sighting(const End& memory, const gpr::MemoryColumn& then,
-                                  const gpr::MemoryColumn& query, const gpr::RevisitMatch& match,
-                                  double moved_m) const {
-  Sighting seen{memory, query, edge_of(match, moved_m, config_), {}};
+Mapper::Sighting Mapper::sighting(const Seeker& seeker, const End& memory,
+                                  const gpr::MemoryColumn& then, const gpr::MemoryColumn& query,
+                                  const gpr::RevisitMatch& match, double moved_m) const {
+  Sighting seen{memory, query, seeker.antenna, edge_of(match, moved_m, config_), {}};
   // The memory has the direction of driving, the edge the heading. They differ when driving
   // backwards.
   seen.edge.mirrored = match.mirrored == (then.direction == query.direction);
@@ -77,8 +78,8 @@ Mapper::Sighting Mapper::sighting(const End& memory, const gpr::MemoryColumn& th
 
 // A revisit of the candidate joins the track to the map if it proves it; until then it waits.
 bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
-  const double yaw = end_at(path_.place(seen.query.time, seen.query.distance_m)).yaw +
-                     candidate_->at.map_from_track.yaw;
+  const MapPath::Place query = path_.place(seen.query.time, seen.query.distance_m);
+  const double yaw = end_at(query, seen.antenna).yaw + candidate_->at.map_from_track.yaw;
   if ((std::cos(yaw - seen.memory.yaw) < 0.0) != seen.edge.mirrored) return false;
   candidate_->supporting.push_back(seen);
   if (!is_proved()) return false;
@@ -93,15 +94,16 @@ bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   return true;
 }
 
-void Mapper::tie(const gpr::PlaceFound& found, const gpr::MemoryColumn& query, double moved_m,
-                 MapAnswer& answer) {
+void Mapper::tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::MemoryColumn& query,
+                 double moved_m, MapAnswer& answer) {
   const gpr::MemoryColumn then = ground_.memory.column(static_cast<std::size_t>(found.column));
   const auto memory_end = remembered_end(found.column);
   if (!memory_end) return;
-  const Sighting seen = sighting(*memory_end, then, query, found.match, moved_m);
+  const Sighting seen = sighting(seeker, *memory_end, then, query, found.match, moved_m);
   const bool joins = memory_end->node == kInMap && !located_;
   if (!(joins ? support(seen, answer) : use(seen, answer))) return;
-  if (found.match.correlation * found.match.correlation > kAlike) mark_known(query);
+  if (!seeker.beside && found.match.correlation * found.match.correlation > kAlike)
+    mark_known(query);
 }
 
 // The ground of a query is not stored once more. But a track that is not located yet keeps all its
@@ -113,6 +115,7 @@ void Mapper::mark_known(const gpr::MemoryColumn& query) {
 }
 
 void Mapper::take_external(MapAnswer& answer) {
+  const PlanarPose antenna{lever_arm_.head<2>(), 0.0};
   while (!external_.empty() && external_.front().to <= path_.newest().time) {
     const Displacement told = external_.front();
     external_.pop_front();
@@ -129,7 +132,7 @@ void Mapper::take_external(MapAnswer& answer) {
       answer.notes.push_back(
           "a revisit of another process begins on a pass that the map has merged with an "
           "earlier one: not used");
-    } else if (!add_edge(end_at(memory), end_at(query), edge)) {
+    } else if (!add_edge(end_at(memory, antenna), end_at(query, antenna), edge)) {
       answer.notes.push_back("a revisit of another process contradicts the headings: not used");
     }
   }

@@ -15,18 +15,22 @@ bool parallel(double turned) {
 
 }  // namespace
 
-PassFinder::PassFinder(const PlanarPose& here, const PlanarPose& antenna_in_body, double along_m,
-                       double aside_m)
-    : here_(here), antenna_(antenna_in_body), along_m_(along_m), aside_m_(aside_m) {
-  const double farthest = along_m + aside_m + antenna_in_body.p.norm();
+PassFinder::PassFinder(const PlanarPose& here, double along_m, double aside_m, double arm_m)
+    : here_(here), along_m_(along_m), aside_m_(aside_m) {
+  const double farthest = along_m + aside_m + arm_m;
   farthest_m2_ = farthest * farthest;
 }
 
-void PassFinder::offer(std::size_t place, const PlanarPose& body, bool from_before) {
+bool PassFinder::may_be_near(const PlanarPose& body) {
+  if ((body.p - here_.p).squaredNorm() <= farthest_m2_) return true;
+  on_pass_ = false;
+  return false;
+}
+
+void PassFinder::offer(std::size_t place, const PlanarPose& antenna, bool from_before) {
   const bool was_on_pass = on_pass_;
   on_pass_ = false;
-  if ((body.p - here_.p).squaredNorm() > farthest_m2_) return;
-  const PlanarPose relative = between(compose(body, antenna_), here_);
+  const PlanarPose relative = between(antenna, here_);
   if (!parallel(relative.yaw) || std::abs(relative.p.y()) >= aside_m_ ||
       std::abs(relative.p.x()) >= along_m_) {
     return;

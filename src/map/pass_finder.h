@@ -17,13 +17,15 @@ struct Pass {
 
 class PassFinder {
  public:
-  // here: pose of the antenna. A place is near if it is at most `along_m` ahead or behind and
-  // `aside_m` aside, on a track parallel to `here` in either direction.
-  PassFinder(const PlanarPose& here, const PlanarPose& antenna_in_body, double along_m,
-             double aside_m);
+  // here: pose of the antenna. A place is near if its antenna was at most `along_m` ahead or behind
+  // and `aside_m` aside, on a track parallel to `here` in either direction. arm_m: no antenna is
+  // further from the body's origin.
+  PassFinder(const PlanarPose& here, double along_m, double aside_m, double arm_m);
 
-  // Poses of the body, in the order driven.
-  void offer(std::size_t place, const PlanarPose& body, bool from_before);
+  // In the order driven: whether a place may be near, by the body's pose alone; and if so, the pose
+  // of its antenna.
+  bool may_be_near(const PlanarPose& body);
+  void offer(std::size_t place, const PlanarPose& antenna, bool from_before);
   // The next place does not continue the track of the last one.
   void interrupt() { on_pass_ = false; }
 
@@ -31,7 +33,7 @@ class PassFinder {
   const std::vector<Pass>& passes() const { return passes_; }
 
  private:
-  PlanarPose here_, antenna_;
+  PlanarPose here_;
   double along_m_, aside_m_, farthest_m2_;
   std::vector<Pass> passes_;
   bool on_pass_ = false;  // the last place offered was near

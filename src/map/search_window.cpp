@@ -12,6 +12,13 @@ constexpr double kSigmaFactor = 1.7;
 
 constexpr double kChosenFrom = 15.0;  // changes; a hypothesis has the best of them
 
+// How far aside ground is whose correlation is rho: rho = exp(-d^2 / (2 sigma^2)), within the
+// footprint. To which side it is not known, so that the distance is a standard deviation. Noise
+// makes rho smaller and the distance larger, which is on the safe side.
+double aside_of(double rho, double sigma) {
+  return sigma * std::sqrt(-2.0 * std::log(std::clamp(rho, 0.05, 0.99)));
+}
+
 }  // namespace
 
 gpr::RevisitSearchOptions search_options(const GraphConfig& config, bool changed) {
@@ -49,7 +56,7 @@ RevisitEdge edge_of(const gpr::RevisitMatch& match, double moved_m, const GraphC
   const double fresh = std::min(1.0, moved_m / config.patch_length);
   RevisitEdge edge;
   edge.sigma_m = std::max(kLeastRevisitSigma, kSigmaFactor * match.sigma_m) / std::sqrt(fresh);
-  edge.lateral_sigma_m = config.lateral_sigma / std::sqrt(fresh);
+  edge.lateral_sigma_m = aside_of(match.correlation, config.lateral_sigma) / std::sqrt(fresh);
   return edge;
 }
 

@@ -10,9 +10,6 @@ namespace gprodom {
 
 namespace {
 
-// Traces kept while there are no ticks: before the first IMU sample, or without an IMU.
-constexpr std::size_t kMostTraces = 2000;
-
 // A solver that is too slow gets fewer states: as soon as those of kMostBehind (s) wait, the next
 // one ends a longer interval, up to kLongestInterval (s), as a low smoother.state_rate has it. If
 // even so many wait as make a minute, IMU samples are dropped as if the IMU had stopped.
@@ -82,6 +79,7 @@ Pipeline::Pipeline(const Config& config, Execution execution, const gpr::FrontEn
       search_(!finds_mounting_),
       begins_at_(start.begins_at),
       slip_drift_(config),
+      antenna_filter_(config.gpr.filter),
       radar_(config.gpr, front_end),
       solver_(execution),
       radar_worker_(execution),
@@ -115,11 +113,7 @@ void Pipeline::store(Message& message) {
     motion_.add(*wheels);
     count_jump();
   } else if (auto* trace = std::get_if<GprTrace>(&message)) {
-    if (!config_.gpr.enabled) return;
-    const bool followed = trace->antenna_id == input_.followed();
-    if (trace->antenna_id == input_.antenna() && map_->enabled() && !map_waits_) add_to_map(*trace);
-    if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
-      traces_.push_back(std::move(*trace));
+    store_trace(std::move(*trace));
   } else if (auto* fix = std::get_if<PositionFix>(&message)) {
     health_.add("fixes.received", 1);
     if (!map_waits_) map_->add(*fix);
@@ -134,21 +128,6 @@ void Pipeline::store(Message& message) {
       displacement.kind = DisplacementKind::kExternal;
     motion_.add_external(std::move(displacement));
   }
-}
-
-// What several traces agree in is the radar's setting. One of them alone may be damaged, and must
-// not decide which ground is stored.
-void Pipeline::add_to_map(const GprTrace& trace) {
-  unagreed_.push_back(trace);
-  const auto format = input_.trace_format();
-  if (!format) return;
-  if (ground_format_ && !same_format(*ground_format_, *format)) {
-    std::optional<GroundMap> ground = ground_of_ ? ground_of_(*format) : std::nullopt;
-    set_ground(ground ? std::move(*ground) : GroundMap(memory_options(config_)));
-  }
-  ground_format_ = format;
-  for (const GprTrace& waiting : std::exchange(unagreed_, {}))
-    if (same_format(*format, format_of(waiting))) map_->add(waiting);
 }
 
 std::string Pipeline::add_factor(const UserFactor& factor) {

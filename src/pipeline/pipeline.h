@@ -15,6 +15,7 @@
 #include "base/learnt_mounting.h"
 #include "base/trace_format.h"
 #include "estimation/state_estimator.h"
+#include "gpr/pair/antenna_filter.h"
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
 #include "gprodom/types.h"
@@ -143,6 +144,7 @@ class Pipeline {
  private:
   // Stations of a message, in the order step() visits them.
   void store(Message& message);
+  void store_trace(GprTrace trace);
   void add_to_map(const GprTrace& trace);
   void count_jump();
   void start();
@@ -229,6 +231,7 @@ class Pipeline {
   TimeNs next_state_ = 0;
   Prediction prediction_;
   SlipDrift slip_drift_;
+  gpr::AntennaFilter antenna_filter_;
   gpr::Travel travel_;  // along which antennas in a row are matched; empty without them
 
   // Each is used by the jobs of one worker only. Declared before the workers, so that it outlives

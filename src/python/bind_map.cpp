@@ -17,7 +17,7 @@
 #include "gprodom/error.h"
 #include "map/ground_files.h"
 #include "map/ground_map_file.h"
-#include "map/map_merge.h"
+#include "map/merge/map_merge.h"
 #include "map/mapper.h"
 #include "map/path/map_path.h"
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.random_streams import stream
+from gprodom.simulate.antennas import draw_antennas
 from gprodom.simulate.drive import Bend, Drive, DriveSpec, Move, Stop, Track
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.lasting import KINDS as KINDS_OF_SLIP
@@ -129,13 +130,19 @@ def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
     return simulate(Spec(route, station=None, slips=round(2 * distance_m / KNOWN_M)), seed)
 
 
-def laps_drive(seed: int, laps: int, wander_m: float) -> Simulated:
+def laps_drive(seed: int, laps: int, wander_m: float, abreast_m: float = 0.0) -> Simulated:
     """Laps of `AGAIN_M`, always forwards and without slip, over scatterers and layers. The robot
-    steers `wander_m` to either side of its track and back, differently in each lap."""
+    steers `wander_m` to either side of its track and back, differently in each lap. abreast_m: of
+    two antennas, 0 to the left and 1 to the right."""
     distance = laps * AGAIN_M
     route = make_route("loop", distance, 0.7, STANDSTILL_S, stream(seed, "route"), AGAIN_M)
     steps = (route.steps[0], Move(distance, 0.7), route.steps[-1])
-    return simulate(Spec(replace(route, steps=steps, wander=wander_m), station=None), seed)
+    spec = Spec(replace(route, steps=steps, wander=wander_m), station=None)
+    if abreast_m > 0:
+        told = [(0.0, abreast_m / 2), (0.0, -abreast_m / 2)]
+        antennas = draw_antennas(told, spec.radar, stream(seed, "antennas"))
+        spec = replace(spec, antennas=antennas)
+    return simulate(spec, seed)
 
 
 def wrong_revisits(run: Simulated) -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 #include "gpr/pair/antenna_row.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gprodom::gpr {
 
@@ -9,7 +10,14 @@ namespace {
 // m. Antennas closer together see the same ground at the same time: their footprints overlap.
 constexpr double kLeastDistance = 0.1;
 
+// m. Antennas less far aside see much the same ground, one after the other.
+constexpr double kLeastAside = 0.05;
+
 }  // namespace
+
+bool are_abreast(const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
+  return std::abs(one.y() - other.y()) >= kLeastAside;
+}
 
 std::optional<AntennaRow> antenna_row(const GprConfig& config) {
   if (!config.enabled || config.antennas.size() < 2) return std::nullopt;

@@ -18,6 +18,9 @@ struct AntennaRow {
   double distance_m() const { return front.lever.x() - rear.lever.x(); }  // along the track
 };
 
+// Whether they see different ground: one is so far to the left or right of the other.
+bool are_abreast(const Eigen::Vector3d& one, const Eigen::Vector3d& other);
+
 // Nothing without two antennas far enough apart along the track.
 std::optional<AntennaRow> antenna_row(const GprConfig& config);
 

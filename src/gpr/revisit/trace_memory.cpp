@@ -198,12 +198,11 @@ void TraceMemory::end_piece() {
 
 // The column's band-limited one, if there is any, is stored before.
 void TraceMemory::keep(const MemoryColumn& place, const Eigen::RowVectorXf& features) {
-  if (begins_session_) sessions_.push_back(sessions_.back());
-  begins_session_ = false;
-  if (!run_kept_) {
-    const std::size_t session = sessions_.empty() ? 0 : sessions_.size() - 1;
-    runs_.push_back({kept().end, place.distance_m, place.direction, session});
+  if (std::exchange(begins_session_, false)) {
+    session_ = sessions_.size();
+    sessions_.push_back(sessions_.back());
   }
+  if (!run_kept_) runs_.push_back({kept().end, place.distance_m, place.direction, session_});
   run_kept_ = true;
   times_.push_back(place.time);
   features_.push(features, kLevelsPerUnit);

@@ -90,13 +90,20 @@ class TraceMemory {
   // Of the columns that are kept, and of those to come. Empty if nothing is learnt yet, and where
   // the ground was restored as features.
   const std::vector<BandLimit>& sessions() const { return sessions_; }
-  // Ground to come is that of another drive: a session from its first column on.
+  // Ground to come is that of another drive, or of another antenna: a session from its first column
+  // on.
   void begin_session();
+  // Ground to come, after end_run(), is of a session that has begun since the ground was restored.
+  void resume_session(std::size_t session);
 
   // The ground of the current run between these two distances along the track is already stored
   // from an earlier pass. Columns there that are not stored yet are skipped. The run is then split
   // into pieces, each of which is a run of its own.
   void mark_known(double one_m, double other_m);
+
+  // An empty memory with the same filter, for the newest ground of another antenna. Only where the
+  // filter is known.
+  TraceMemory beside() const;
 
   // Ends the run (after a gap in time, say).
   void end_run();
@@ -200,7 +207,8 @@ class TraceMemory {
   std::optional<PatchFilter> filter_;
   std::vector<BandLimit> sessions_;
   std::optional<SessionFilters> of_columns_;  // of the sessions restored: columns to features
-  bool begins_session_ = false;               // with the next column
+  std::size_t session_ = 0;                   // of the ground to come, unless
+  bool begins_session_ = false;               // one begins with the next column
   Columns to_limited_;  // of the newest session: traces to band-limited columns
   int context_ = 0;     // columns that the band-pass reaches to either side
 

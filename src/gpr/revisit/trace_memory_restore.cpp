@@ -33,6 +33,25 @@ PatchFilter even_rows(const BandLimit& limit, double spacing, const PatchFilterO
 
 void TraceMemory::begin_session() { begins_session_ = !sessions_.empty(); }
 
+void TraceMemory::resume_session(std::size_t session) {
+  session_ = session;
+  begins_session_ = false;
+}
+
+TraceMemory TraceMemory::beside() const {
+  constexpr double kKept = 10.0;  // m; a search wants less
+  TraceMemoryOptions options = options_;
+  options.max_length_m = kKept;
+  TraceMemory other(options);
+  other.sample_interval_ = sample_interval_;
+  other.sessions_ = sessions_;
+  other.of_columns_ = of_columns_;
+  other.to_limited_ = to_limited_;
+  other.session_ = session_;
+  other.set_filter(*filter_);
+  return other;
+}
+
 StoredRun TraceMemory::stored_run(MemoryRange range) const {
   const MemoryColumn first = column(range.first);
   StoredRun stored{run_at(range.first).session, first.direction, first.distance_m, {}, {}};
@@ -122,6 +141,7 @@ void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<Sto
     }
     run_kept_ = false;
   }
+  session_ = sessions_.size() - 1;
   of_columns_ = filters;
   to_limited_ = sessions_.back().projection();
   set_filter(for_traces(filters.of(sessions_.size() - 1), sessions_.back()));

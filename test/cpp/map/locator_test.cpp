@@ -12,6 +12,7 @@ namespace gprodom {
 namespace {
 
 constexpr std::size_t kPatch = 92;  // columns
+const PlanarPose kAntenna{{kAntennaAhead, 0.0}, 0.0};
 
 // A map of 20 m of ground, and 9 m of it driven again where waves are slower.
 class ChangedGround : public ::testing::TestWithParam<double> {
@@ -31,11 +32,12 @@ class ChangedGround : public ::testing::TestWithParam<double> {
 
 // At a stretch between those that the search tries.
 TEST_P(ChangedGround, IsFoundAnywhereWithItsStretch) {
-  Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
+  Locator locator;
   const double newest = Locator::last_searched(ground.memory, before)->distance_m;
   const PlanarPose body{{newest - kAntennaAhead, 1.0}, 0.0};
-  auto found = locator.find(ground, before, body, 9.0);
-  if (!found) found = locator.find(ground, before, body, 10.0);  // other stretches are tried
+  auto found = locator.find(ground, before, body, kAntenna, 9.0);
+  if (!found)
+    found = locator.find(ground, before, body, kAntenna, 10.0);  // other stretches are tried
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->change.stretch, GetParam(), 0.015);
   EXPECT_NEAR(found->change.turn, 0.0, 0.9);
@@ -83,14 +85,15 @@ TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
   GroundMap ground =
       ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
   const std::size_t before = ground.memory.kept().end;
-  Locator locator(PlanarPose{{kAntennaAhead, 0.0}, 0.0});
+  Locator locator;
   drive(ground, 3, 6.0, 13.5, 5, 1e8, true);
-  EXPECT_FALSE(locator.find(ground, before, {}, 6.0));
+  EXPECT_FALSE(locator.find(ground, before, {}, kAntenna, 6.0));
   EXPECT_TRUE(locator.is_due(6.0));
   drive(ground, 3, 13.5, 14.3, 6, 1e8, true);
   const double newest = Locator::last_searched(ground.memory, before)->distance_m;
   EXPECT_NEAR(newest, 12.3, 0.05);
-  const auto found = locator.find(ground, before, {{newest - kAntennaAhead, 1.0}, 0.0}, 6.3);
+  const auto found =
+      locator.find(ground, before, {{newest - kAntennaAhead, 1.0}, 0.0}, kAntenna, 6.3);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->map_from_track.p.x(), 0.0, 0.3);
   EXPECT_FALSE(locator.is_due(6.4));

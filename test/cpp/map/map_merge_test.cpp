@@ -1,4 +1,4 @@
-#include "map/map_merge.h"
+#include "map/merge/map_merge.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@ namespace {
 
 // Five laps of a square of 10 m a side, each a little further to the left.
 TEST(PassFinder, NearestAndNewestPassComeFirst) {
-  const PlanarPose here{{5.0, 0.1}, 0.0}, antenna;
-  PassFinder finder(here, antenna, 1.0, 0.5);
+  const PlanarPose here{{5.0, 0.1}, 0.0};
+  PassFinder finder(here, 1.0, 0.5, 0.0);
   std::size_t place = 0;
   for (const double aside : {0.0, 0.09, 0.02, 0.04, 0.35}) {
     for (int i = 0; i < 20; ++i) finder.offer(place++, {{0.5 * i, aside}, 0.0}, false);
@@ -26,7 +26,7 @@ TEST(PassFinder, NearestAndNewestPassComeFirst) {
 
 TEST(PassFinder, PassInTheOppositeDirectionIsTurned) {
   for (const bool turned : {false, true}) {
-    PassFinder finder({{1.0, 0.0}, 0.1}, {}, 1.0, 0.5);
+    PassFinder finder({{1.0, 0.0}, 0.1}, 1.0, 0.5, 0.0);
     finder.offer(0, {{1.2, 0.1}, turned ? M_PI : 0.0}, false);
     ASSERT_EQ(finder.passes().size(), 1U);
     EXPECT_EQ(finder.passes()[0].turned, turned);

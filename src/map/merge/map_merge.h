@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "gprodom/config.h"
-#include "map/datum_join.h"
 #include "map/ground_map.h"
-#include "map/map_joiner.h"
+#include "map/merge/datum_join.h"
+#include "map/merge/map_joiner.h"
 
 namespace gprodom {
 

@@ -1,4 +1,4 @@
-#include "map/datum_join.h"
+#include "map/merge/datum_join.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

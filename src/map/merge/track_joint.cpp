@@ -1,4 +1,4 @@
-#include "map/track_joint.h"
+#include "map/merge/track_joint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -164,9 +164,10 @@ bool TrackJoint::search_at(gpr::MemoryRange run, std::size_t end, double moved_m
 std::vector<gpr::SearchWindow> TrackJoint::windows(const gpr::MemoryColumn& query,
                                                    const PlanarPose& here, double gate_m) const {
   const double aside = kLateralGate + std::min(gate_m, kGateMax);
-  PassFinder finder(here, {}, gate_m + kNodeSpacing, aside);
+  PassFinder finder(here, gate_m + kNodeSpacing, aside, 0.0);
   for (std::size_t i = 0; i < there_.places.size(); ++i) {
-    finder.offer(i, graph_->nodes()[i], true);
+    const PlanarPose& antenna = graph_->nodes()[i];
+    if (finder.may_be_near(antenna)) finder.offer(i, antenna, true);
   }
   std::vector<Pass> passes = in_search_order(finder.passes(), config_.lateral_sigma);
   passes.resize(std::min(passes.size(), kMostWindows));

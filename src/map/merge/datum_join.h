@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "map/ground_map.h"
-#include "map/map_joiner.h"
+#include "map/merge/map_joiner.h"
 
 namespace gprodom {
 

@@ -1,10 +1,10 @@
-#include "map/map_joiner.h"
+#include "map/merge/map_joiner.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "map/merge/track_joint.h"
 #include "map/path/map_path.h"
-#include "map/track_joint.h"
 
 namespace gprodom {
 namespace {
@@ -27,7 +27,7 @@ bool JoinedTracks::proven(const GraphConfig& config) const {
 }
 
 MapJoiner::MapJoiner(const GroundMap& ground, std::size_t begin, const GraphConfig& config)
-    : ground_(ground), begin_(begin), config_(config), locator_(PlanarPose{}) {}
+    : ground_(ground), begin_(begin), config_(config) {}
 
 std::optional<JoinedTracks> MapJoiner::join(int map, const std::vector<gpr::MemoryRange>& runs) {
   const gpr::TraceMemory& memory = ground_.memory;

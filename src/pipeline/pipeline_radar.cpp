@@ -1,18 +1,55 @@
-// Two antennas in a row: what the pipeline gives to their front end, and takes from it.
+// What the pipeline does with the traces of its antennas, and with the passages of two in a row.
 #include <cmath>
 #include <utility>
 
 #include "estimation/kernels/so3.h"
+#include "gpr/pair/antenna_row.h"
 #include "pipeline/pipeline.h"
 
 namespace gprodom {
 
 namespace {
 
+// Traces kept while there are no ticks: before the first IMU sample, or without an IMU.
+constexpr std::size_t kMostTraces = 2000;
+
 // How long ago the front antenna may have passed the ground that is now under the rear one.
 constexpr TimeNs kTravelKept = 60'000'000'000;  // ns
 
 }  // namespace
+
+// The map has the ground of one antenna: the first one, or the one followed in its place. Others
+// that are abreast of it only look for that ground. Antennas differ by gain, time zero and pulse,
+// so the map gets all traces as the first one would have measured them.
+void Pipeline::store_trace(GprTrace trace) {
+  if (!config_.gpr.enabled) return;
+  const bool followed = trace.antenna_id == input_.followed();
+  const bool in_place = input_.followed() != input_.antenna();
+  if (config_.gpr.antennas.size() > 1 && !in_place) antenna_filter_.learn(trace);
+  const bool is_mapped = map_->enabled() && !map_waits_;
+  const auto as_of_first = [&] { return antenna_filter_.as_of(*input_.antenna(), trace); };
+  if (followed && is_mapped) add_to_map(in_place ? as_of_first() : trace);
+  const auto first = place_of(*input_.antenna()), own = place_of(trace.antenna_id);
+  if (!followed && !in_place && is_mapped && first && own && gpr::are_abreast(*first, *own))
+    map_->add_beside(as_of_first());
+  if ((followed ? radar_.enabled() : radar_.has_pair()) && traces_.size() < kMostTraces)
+    traces_.push_back(std::move(trace));
+}
+
+// What several traces agree in is the radar's setting. One of them alone may be damaged, and must
+// not decide which ground is stored.
+void Pipeline::add_to_map(const GprTrace& trace) {
+  unagreed_.push_back(trace);
+  const auto format = input_.trace_format();
+  if (!format) return;
+  if (ground_format_ && !same_format(*ground_format_, *format)) {
+    std::optional<GroundMap> ground = ground_of_ ? ground_of_(*format) : std::nullopt;
+    set_ground(ground ? std::move(*ground) : GroundMap(memory_options(config_)));
+  }
+  ground_format_ = format;
+  for (const GprTrace& waiting : std::exchange(unagreed_, {}))
+    if (same_format(*format, format_of(waiting))) map_->add(waiting);
+}
 
 void Pipeline::take_passage(const gpr::Passage& passage, TimeNs effective) {
   Displacement d;

@@ -1,4 +1,4 @@
-#include "map/map_merge.h"
+#include "map/merge/map_merge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,11 +68,6 @@ void take_descent(const GroundMap& from, GroundMap& into) {
   if (from.identity != 0) into.descent.push_back({from.identity, 0});
 }
 
-// The antenna of the session that holds a column, in body.
-PlanarPose antenna_at(const GroundMap& ground, std::size_t column) {
-  return {ground.origins.at(ground.memory.session_of(column)).antenna.head<2>(), 0.0};
-}
-
 // The stored runs of a map, from a column on.
 std::vector<MemoryRange> runs_of(const GroundMap& ground, std::size_t begin, int map) {
   std::vector<MemoryRange> runs;
@@ -135,8 +130,11 @@ MergedMaps merge_maps(const GroundMap& first, const GroundMap& second, const Gra
   check(first, second);
   GroundMap both = both_of(first, second);
   const std::size_t begin = first.memory.kept().size();
+  // While they are joined, places are poses of the antennas.
   for (KnownPlace& place : both.places)
-    place.pose = compose(place.pose, antenna_at(both, place.column));
+    place.pose = compose(place.pose, both.antenna_at(place.column, {}));
+  const std::vector<SessionOrigin> origins = both.origins;
+  for (SessionOrigin& origin : both.origins) origin.antenna.setZero();
   MergedMaps merged{GroundMap(first.memory.options()), {}, 0.0};
   std::vector<MemoryRange> kept{{0, begin}};
   MapJoiner joiner(both, begin, config);
@@ -165,8 +163,9 @@ MergedMaps merge_maps(const GroundMap& first, const GroundMap& second, const Gra
     merged.known_m += metres_of(both, runs) - metres_of(both, pieces);
     take_poses(both, join.into, map, join.joined->places);
   }
+  both.origins = origins;
   const auto to_body = [&](KnownPlace& place) {
-    place.pose = compose(place.pose, between(antenna_at(both, place.column), {}));
+    place.pose = compose(place.pose, between(both.antenna_at(place.column, {}), {}));
   };
   for (MapJoin& join : merged.joins) {
     if (join.joined) std::for_each(join.joined->places.begin(), join.joined->places.end(), to_body);

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "map/map_joiner.h"
+#include "map/merge/map_joiner.h"
 
 namespace gprodom {
 

@@ -1,0 +1,127 @@
+// Mapper: where the track lies in the map of an earlier one.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "map/mapper.h"
+
+namespace gprodom {
+namespace {
+
+constexpr double kConfirmWithin = 8.0;  // m driven without proof, then a hypothesis is dropped
+constexpr double kAgainWithin = 24.0;   // m driven from a revisit without another, likewise
+constexpr double kToldYawSigma = 0.15;  // rad; of a place told, as a hand sets it on a screen
+constexpr double kSupposeEvery = 1.0;   // m between two choices of a change near a place told
+
+}  // namespace
+
+// A hypothesis as told, in place of a found one. Only a revisit proves it.
+void Mapper::suppose(const ToldPlace& told, MapAnswer& answer) {
+  std::map<int, std::size_t> places;
+  for (const KnownPlace& place : ground_.places) ++places[place.map];
+  const auto most =
+      std::max_element(places.begin(), places.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const RoughPlace& place = told.place;
+  const int map = place.map < 0 && most != places.end() ? most->first : place.map;
+  if (located_) {
+    answer.notes.emplace_back("locate_at: not used: the track is located already; reset first");
+    return;
+  }
+  if (places.count(map) == 0) {
+    answer.notes.emplace_back(
+        "locate_at: not used: there is no earlier ground, or no map of that number");
+    return;
+  }
+  const PlanarPose since = between(told.in_odom, path_.newest().pose);
+  const PlanarPose in_map = compose({{place.x, place.y}, place.yaw}, since);
+  Candidate candidate;
+  candidate.at = {compose(in_map, between(newest_node_.pose, {})), map, {}};
+  candidate.told_sigma_m = place.sigma_m;
+  candidate.from_m = path_.travelled();
+  candidate.until_m = candidate.from_m + kConfirmWithin + kGateSigmas * place.sigma_m;
+  candidate_ = std::move(candidate);
+  change_.believe({});
+  forget_searches();
+}
+
+// Standard deviation of the position now, in the frame of the candidate if there is one.
+double Mapper::sigma_m() const {
+  const double odometry = std::sqrt(newest_node_.covariance.topLeftCorner<2, 2>().trace());
+  if (!candidate_ || candidate_->told_sigma_m == 0.0) return odometry;
+  const double turned = kToldYawSigma * (path_.travelled() - candidate_->from_m);
+  return std::hypot(odometry, std::hypot(candidate_->told_sigma_m, turned));
+}
+
+// Until the track is located, searches all ground of earlier tracks.
+void Mapper::locate(MapAnswer& answer) {
+  const double travelled = path_.travelled();
+  if (located_ || !locator_.is_due(travelled)) return;
+  const bool was_told = candidate_ && candidate_->told_sigma_m > 0.0;
+  if (candidate_ && travelled < candidate_->until_m) {
+    if (was_told) suppose_change();
+    return;
+  }
+  if (was_told)
+    answer.notes.emplace_back(
+        "locate_at: the ground there is not the one driven over: not located");
+  candidate_.reset();
+  const auto newest = Locator::last_searched(ground_.memory, end_of_before_);
+  if (!newest) return;
+  const MapPath::Place place = path_.place(newest->time, newest->distance_m);
+  const PlanarPose body = body_at(place);
+  const auto found = locator_.find(ground_, end_of_before_, body, seeker_.antenna, travelled);
+  if (!found) return;
+  Candidate candidate;
+  candidate.at = *found;
+  candidate.from_m = travelled;
+  candidate.until_m = travelled + kConfirmWithin;
+  candidate_ = std::move(candidate);
+  change_.believe(found->change);
+  forget_searches();
+}
+
+// How the ground has changed is not told with a place. So the change that fits best near there is
+// supposed, again and again, until the place is proved.
+void Mapper::suppose_change() {
+  const gpr::TraceMemory& memory = ground_.memory;
+  if (!memory.can_undo() || path_.travelled() < candidate_->next_change_m) return;
+  candidate_->next_change_m = path_.travelled() + kSupposeEvery;
+  const Hypothesis& at = candidate_->at;
+  const PlanarPose here = compose(at.map_from_track, newest_node_.pose);
+  const double gate = std::min(kGateSigmas * sigma_m(), kGateMax);
+  const auto best = Locator::change_near(ground_, end_of_before_, {at.map, here.p, gate});
+  const gpr::TraceChange& now = change_.change();
+  if (!best || (best->stretch == now.stretch && best->turn == now.turn)) return;
+  change_.believe(*best);
+  forget_searches();
+}
+
+// A place that was found is the best of a great many, and a drive over other ground tries many such
+// places. So one revisit does not prove it: it needs another one whose patch has none of the
+// ground of the first.
+bool Mapper::is_proved() {
+  if (candidate_->told_sigma_m > 0.0) return true;
+  const double travelled = path_.travelled();
+  if (!candidate_->supported_m) {
+    candidate_->supported_m = travelled;
+    candidate_->until_m = travelled + kAgainWithin;
+  }
+  return travelled - *candidate_->supported_m >= config_.patch_length;
+}
+
+// The track is located: from now on `map` is the frame of the earlier ground.
+void Mapper::join_map(const Hypothesis& at) {
+  if (tied_) {  // to site, and so is the ground now
+    move_ground(at.map, between(at.map_from_track, {}));
+  } else {
+    graph_->move(at.map_from_track);
+    move_newest(at.map_from_track);
+  }
+  map_ = at.map;
+  moved_ = located_ = true;
+  next_solve_ = 0;
+}
+
+}  // namespace gprodom
