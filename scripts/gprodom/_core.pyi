@@ -1058,10 +1058,10 @@ class GroundMap:
         """
     def sessions(self) -> list:
         """
-        The drives that the ground comes from: times of the first and last column stored (ns),
-        position of the antenna in body (m), program, robot (empty where it is not known), and
-        standard deviations of the odometry: m and rad after a metre, and ln of the wheel's
-        scale. None in version 1.
+        The drives and antennas that the ground comes from: times of the first and last column
+        stored (ns), position of the antenna in body (m), its id (0 before version 6), program,
+        robot (empty where it is not known), and standard deviations of the odometry: m and rad
+        after a metre, and ln of the wheel's scale. None in version 1.
         """
     def times(self) -> numpy.typing.NDArray[numpy.int64]:
         """

@@ -32,12 +32,13 @@ struct PathErrors {
   double scale = 0.014;    // of the wheel's scale, ln
 };
 
-// Of the drive that a session of the memory comes from.
+// Of the drive and the antenna that a session of the memory comes from.
 struct SessionOrigin {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  // m, in body
   std::string program;
   std::string robot;  // its name; empty: not known
   PathErrors errors;
+  int antenna_id = 0;
 };
 
 // What the ground of a map comes from: a drive, whose mark is made from the first ground that it

@@ -24,8 +24,8 @@ using gpr::PatchFilter;
 using gpr::TraceMemory;
 
 const std::string kKind = "gprodom ground map ";
-constexpr int kNewest = 5;
-constexpr int kWithoutDatum = 4;  // what is in no site is written so, for programs that know no 5
+constexpr int kNewest = kWithAntennas;
+constexpr int kPlain = 4;  // what needs no later one is written so, for programs that know none
 
 std::string title(int version) { return kKind + std::to_string(version); }
 
@@ -37,6 +37,12 @@ std::map<int, MapDatum> datums_of(const GroundMap& ground, const std::vector<Kno
     if (datum != ground.datums.end()) datums.insert(*datum);
   }
   return datums;
+}
+
+int version_for(const GroundMap& ground, const std::map<int, MapDatum>& datums) {
+  const auto other = [](const SessionOrigin& origin) { return origin.antenna_id != 0; };
+  if (std::any_of(ground.origins.begin(), ground.origins.end(), other)) return kWithAntennas;
+  return datums.empty() ? kPlain : kWithDatums;
 }
 
 void put(const PatchFilter& filter, ByteWriter& out) {
@@ -141,7 +147,7 @@ Pieces get_pieces(ByteReader& in, GroundMap& ground) {
     pieces.sessions = get_sessions(in, ground);
     pieces.runs = get_runs(in, pieces.sessions.front().rows());
     ground.places = get_places(in);
-    if (ground.version > kWithoutDatum) ground.datums = get_datums(in);
+    if (ground.version >= kWithDatums) ground.datums = get_datums(in);
   }
   in.expect_end();
   return pieces;
@@ -174,26 +180,31 @@ void append_run(const gpr::StoredRun& more, gpr::StoredRun& run) {
   run.levels = std::move(levels);
 }
 
-// As with whole files, the later version is that with a datum.
-const std::string kNewestTitle = "gprodom newest ground 1",
-                  kNewestWithDatum = "gprodom newest ground 2";
+// Of version 1 it is as in a whole file of kPlain, and so on.
+std::string title_of_newest(int version) {
+  return "gprodom newest ground " + std::to_string(version - kPlain + 1);
+}
 
-bool has_datum(std::string_view newest) {
-  return newest.substr(0, kNewestWithDatum.size()) == kNewestWithDatum;
+int version_of_newest(std::string_view bytes) {
+  int version = kNewest;
+  while (version > kPlain &&
+         bytes.substr(0, title_of_newest(version).size()) != title_of_newest(version))
+    --version;
+  return version;
 }
 
 ByteReader newest_reader(const std::string& name, std::string_view bytes) {
-  return {name, bytes, has_datum(bytes) ? kNewestWithDatum : kNewestTitle};
+  return {name, bytes, title_of_newest(version_of_newest(bytes))};
 }
 
 // Exchanges what has changed since the whole file was written. The ground is that of no file then.
-void get_newest(ByteReader& in, bool with_datum, GroundMap& ground, Pieces& pieces) {
+void get_newest(ByteReader& in, int version, GroundMap& ground, Pieces& pieces) {
   in.get<std::uint64_t>();  // the file's identity
   const auto columns = in.get<std::uint64_t>(), columns_before = in.get<std::uint64_t>();
   const bool continues = in.get<std::uint8_t>() != 0;
   std::vector<KnownPlace> places = std::move(ground.places);
   const TraceFormat format = ground.format;
-  ground.version = with_datum ? kNewest : kWithoutDatum;
+  ground.version = version;
   ground.origins.clear();
   Pieces newest = get_pieces(in, ground);
   const bool same =
@@ -221,14 +232,14 @@ std::string to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& pla
   put_format(ground, out);
   put_descent(ground, out);
   out.put(static_cast<std::uint8_t>(memory.filter().has_value()));
-  if (!memory.filter()) return out.sealed(title(kWithoutDatum));
-  put_sessions(ground, out);
+  if (!memory.filter()) return out.sealed(title(kPlain));
+  const std::map<int, MapDatum> datums = datums_of(ground, places);
+  const int version = version_for(ground, datums);
+  put_sessions(ground, version, out);
   put_runs(ground, memory.kept().first, out);
   put_places(places, memory.kept().first, out);
-  const std::map<int, MapDatum> datums = datums_of(ground, places);
-  if (datums.empty()) return out.sealed(title(kWithoutDatum));
-  put_datums(datums, out);
-  return out.sealed(title(kNewest));
+  if (version >= kWithDatums) put_datums(datums, out);
+  return out.sealed(title(version));
 }
 
 std::string newest_to_bytes(const GroundMap& ground, const std::vector<KnownPlace>& places,
@@ -244,16 +255,16 @@ std::string newest_to_bytes(const GroundMap& ground, const std::vector<KnownPlac
   put_format(ground, out);
   put_descent(ground, out);
   out.put(std::uint8_t{1});
-  put_sessions(ground, out);
+  const std::map<int, MapDatum> datums = datums_of(ground, places);
+  const int version = version_for(ground, datums);
+  put_sessions(ground, version, out);
   put_runs(ground, saved.end, out);
   std::vector<KnownPlace> newest;
   std::copy_if(places.begin(), places.end(), std::back_inserter(newest),
                [drive](const KnownPlace& place) { return place.column >= drive; });
   put_places(newest, saved.first, out);
-  const std::map<int, MapDatum> datums = datums_of(ground, places);
-  if (datums.empty()) return out.sealed(kNewestTitle);
-  put_datums(datums, out);
-  return out.sealed(kNewestWithDatum);
+  if (version >= kWithDatums) put_datums(datums, out);
+  return out.sealed(title_of_newest(version));
 }
 
 std::uint64_t base_of_newest(const std::string& name, std::string_view bytes) {
@@ -286,18 +297,18 @@ bool descends(const GroundHead& ground, const GroundHead& file) {
 
 namespace {
 
-// newest: what was added to the file since, if any.
-GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest, bool with_datum,
+// newest: what was added to the file since, if any, and its version.
+GroundMap made(ByteReader in, int version, std::optional<std::pair<ByteReader, int>> newest,
                const gpr::TraceMemoryOptions& options) {
   GroundMap ground(options);
   ground.version = version;
-  const ByteReader& last = newest ? *newest : in;
+  const ByteReader& last = newest ? newest->first : in;
   try {
     if (version == 1) {
       get_ground_1(in, ground);
     } else {
       Pieces pieces = get_pieces(in, ground);
-      if (newest) get_newest(*newest, with_datum, ground, pieces);
+      if (newest) get_newest(newest->first, newest->second, ground, pieces);
       restore(last, std::move(pieces), ground);
     }
   } catch (const std::invalid_argument& error) {
@@ -312,7 +323,7 @@ GroundMap made(ByteReader in, int version, std::optional<ByteReader> newest, boo
 GroundMap ground_map_from(const std::string& name, std::string_view bytes,
                           const gpr::TraceMemoryOptions& options) {
   const int version = version_of(name, bytes);
-  return made(ByteReader(name, bytes, title(version)), version, std::nullopt, false, options);
+  return made(ByteReader(name, bytes, title(version)), version, std::nullopt, options);
 }
 
 std::optional<GroundMap> read_ground_map(const std::string& path,
@@ -326,11 +337,12 @@ std::optional<GroundMap> read_ground_map(const std::string& path,
   try {
     if (version > 1 && read_whole(beside, newest) &&
         base_of_newest(beside, newest) == whole.checksum())
-      return made(whole, version, newest_reader(beside, newest), has_datum(newest), options);
+      return made(whole, version,
+                  std::pair(newest_reader(beside, newest), version_of_newest(newest)), options);
   } catch (const FileError& error) {
     notices.emplace_back(error.what());
   }
-  return made(whole, version, std::nullopt, false, options);
+  return made(whole, version, std::nullopt, options);
 }
 
 }  // namespace gprodom

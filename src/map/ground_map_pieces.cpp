@@ -28,6 +28,7 @@ std::string get_name(ByteReader& in, const char* whose) {
 SessionOrigin get_origin(ByteReader& in, int version) {
   SessionOrigin origin;
   for (double& x : origin.antenna) x = get_finite(in, "the antenna's position");
+  if (version >= kWithAntennas) origin.antenna_id = in.get<std::int32_t>();
   origin.program = get_name(in, "a program's");
   if (version == 2) return origin;
   origin.robot = get_name(in, "a robot's");
@@ -81,13 +82,14 @@ void get_descent(ByteReader& in, GroundMap& ground) {
   }
 }
 
-void put_sessions(const GroundMap& ground, ByteWriter& out) {
+void put_sessions(const GroundMap& ground, int version, ByteWriter& out) {
   const std::vector<BandLimit>& sessions = ground.memory.sessions();
   out.put(static_cast<std::uint32_t>(sessions.front().step));
   out.put(static_cast<std::uint32_t>(sessions.size()));
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const SessionOrigin& origin = ground.origins.at(i);
     for (const double x : origin.antenna) out.put(x);
+    if (version >= kWithAntennas) out.put(static_cast<std::int32_t>(origin.antenna_id));
     out.put_text(origin.program);
     out.put_text(origin.robot.substr(0, kLongestText));
     for (const double x : {origin.errors.position, origin.errors.yaw, origin.errors.scale})

@@ -13,6 +13,8 @@ namespace gprodom {
 // Limit for the samples of a trace and the rows of a column; no radar has more.
 constexpr std::uint32_t kMostSamples = 1U << 20U;
 
+constexpr int kWithDatums = 5, kWithAntennas = 6;  // versions
+
 // Each get_ function refuses what makes no sense (ByteReader::refuse()).
 void put_format(const GroundMap& ground, ByteWriter& out);
 void get_format(ByteReader& in, GroundMap& ground);
@@ -23,7 +25,7 @@ void get_descent(ByteReader& in, GroundMap& ground);
 
 // Band limits of the memory's sessions, and their origins, which get_sessions() gives to the
 // ground.
-void put_sessions(const GroundMap& ground, ByteWriter& out);
+void put_sessions(const GroundMap& ground, int version, ByteWriter& out);
 std::vector<gpr::BandLimit> get_sessions(ByteReader& in, GroundMap& ground);
 
 // The runs of band-limited columns, from a column on, which may lie within a run.
@@ -38,7 +40,7 @@ void put_places(const std::vector<KnownPlace>& places, std::size_t begin, ByteWr
 std::vector<KnownPlace> get_places(ByteReader& in);
 void expect_places(const ByteReader& in, const GroundMap& ground);
 
-// Since version 5: where the maps lie in site.
+// Since version 5 (kWithDatums): where the maps lie in site.
 void put_datums(const std::map<int, MapDatum>& datums, ByteWriter& out);
 std::map<int, MapDatum> get_datums(ByteReader& in);
 

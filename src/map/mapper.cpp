@@ -42,7 +42,7 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       map_(ground_.unused_map()),
       fixes_(config.anchor) {
   seeker_.antenna = {lever_arm_.head<2>(), 0.0};
-  origin_ = {lever_arm_, kVersion, config.state.robot, {}};
+  origin_ = {lever_arm_, kVersion, config.state.robot, {}, 0};
   const auto reach = [this](const Eigen::Vector3d& antenna) {
     longest_arm_m_ = std::max(longest_arm_m_, antenna.head<2>().norm());
   };

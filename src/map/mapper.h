@@ -243,7 +243,6 @@ class Mapper {
   const Antennas antennas_;
   const Eigen::Vector3d lever_arm_;  // of an antenna that is not among them
   double longest_arm_m_;             // of an antenna now or of the ground's
-  std::optional<int> antenna_id_;    // of the newest trace
 
   MapPath path_;
   std::optional<PoseGraph> graph_;

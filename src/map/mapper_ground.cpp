@@ -15,7 +15,7 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
     return;
   }
   ground_.format = format;
-  if (antenna_id_ != trace.antenna_id) follow_antenna(trace.antenna_id);
+  if (origin_.antenna_id != trace.antenna_id) follow_antenna(trace.antenna_id);
   ground_.memory.add(trace.time, trace.samples, trace.sample_interval_s,
                      path_.distance_at(trace.time));
   last_trace_ = trace.time;
@@ -25,12 +25,15 @@ void Mapper::remember(const GprTrace& trace, MapAnswer& answer) {
 // Ground that another antenna sees is a session of its own, of which the place of the antenna is
 // known.
 void Mapper::follow_antenna(int antenna_id) {
-  antenna_id_ = antenna_id;
   const auto place = antennas_.find(antenna_id);
   const Eigen::Vector3d& lever_arm = place == antennas_.end() ? lever_arm_ : place->second;
-  if (lever_arm == origin_.antenna) return;
-  ground_.memory.end_run();
-  note_origin();
+  const bool is_elsewhere = lever_arm != origin_.antenna;
+  if (is_elsewhere) {
+    ground_.memory.end_run();
+    note_origin();
+  }
+  origin_.antenna_id = antenna_id;
+  if (!is_elsewhere) return;
   origin_.antenna = lever_arm;
   seeker_.antenna = {lever_arm.head<2>(), 0.0};
   seeker_.last_query.reset();

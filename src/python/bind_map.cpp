@@ -17,8 +17,8 @@
 #include "gprodom/error.h"
 #include "map/ground_files.h"
 #include "map/ground_map_file.h"
-#include "map/merge/map_merge.h"
 #include "map/mapper.h"
+#include "map/merge/map_merge.h"
 #include "map/path/map_path.h"
 
 namespace py = pybind11;
@@ -110,7 +110,7 @@ py::list sessions(const GroundMap& ground) {
     all.append(py::dict(
         "from"_a = times[i].first, "to"_a = times[i].second,
         "antenna"_a = std::vector<double>(origin.antenna.begin(), origin.antenna.end()),
-        "program"_a = origin.program, "robot"_a = origin.robot,
+        "antenna_id"_a = origin.antenna_id, "program"_a = origin.program, "robot"_a = origin.robot,
         "path_errors"_a =
             std::vector<double>{origin.errors.position, origin.errors.yaw, origin.errors.scale}));
   }
@@ -247,10 +247,12 @@ void bind_map(py::module_& module) {
       .def("times", &times, "Of each column.")
       .def(
           "sessions", &sessions,
-          "The drives that the ground comes from: times of the first and last column stored (ns),\n"
-          "position of the antenna in body (m), program, robot (empty where it is not known), and\n"
-          "standard deviations of the odometry: m and rad after a metre, and ln of the wheel's\n"
-          "scale. None in version 1.")
+          "The drives and antennas that the ground comes from: times of the first and last column\n"
+          "stored (ns), position of the antenna in body (m), its id (0 before version 6), "
+          "program,\n"
+          "robot (empty where it is not known), and standard deviations of the odometry: m and "
+          "rad\n"
+          "after a metre, and ln of the wheel's scale. None in version 1.")
       .def_property_readonly(
           "version", [](const GroundMap& g) { return g.version; }, "of the file")
       .def_property_readonly(

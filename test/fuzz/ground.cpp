@@ -75,6 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string kind = title.substr(0, title.size() - 1);
   if (size == 0) return 0;
   if ((data[0] & 2) != 0) return read_newest((data[0] & 4) != 0, data + 1, size - 1);
-  const std::string version = (data[0] & 4) != 0 ? "5" : (data[0] & 1) != 0 ? "1" : "4";
+  const std::string with_datum = (data[0] & 8) != 0 ? "6" : "5";
+  const std::string version = (data[0] & 4) != 0 ? with_datum : (data[0] & 1) != 0 ? "1" : "4";
   return read_sealed(kind + version, data + 1, size - 1, use_alone);
 }

@@ -105,8 +105,10 @@ int main(int argc, char** argv) {
   const gprodom::GroundMap ground = sound_ground();
   write(folder / "ground" / "sound", '\0' + contents(to_bytes(ground, ground.places)));
   write(folder / "ground" / "sound1", '\1' + contents(to_bytes(ground_1(), ground_1().places)));
-  const gprodom::GroundMap tied = tied_ground();
+  gprodom::GroundMap tied = tied_ground();
   write(folder / "ground" / "tied", '\4' + contents(to_bytes(tied, tied.places)));
+  tied.origins[0].antenna_id = 1;
+  write(folder / "ground" / "antenna", '\14' + contents(to_bytes(tied, tied.places)));
   for (const bool with_datum : {false, true})
     write(folder / "ground" / (with_datum ? "newest2" : "newest"),
           (with_datum ? '\6' : '\2') +

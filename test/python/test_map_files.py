@@ -254,7 +254,7 @@ def test_damaged_files_are_refused(
     flipped = [bytearray(whole) for _ in range(20)]
     for one in flipped:
         one[random.integers(len(whole))] ^= 1 << random.integers(8)
-    later = sealed(6, b"of a later program")
+    later = sealed(7, b"of a later program")
     cut = [whole[:n] for n in (0, 5, 21, 30, len(whole) // 2, len(whole) - 1)]
     path, output = tmp_path / "bad.map", tmp_path / "out"
     for data in (*flipped, *cut, whole + b"\0", later, b"gprodom state 2\n" + whole[21:]):
@@ -267,7 +267,7 @@ def test_damaged_files_are_refused(
             said = capsys.readouterr().err
             assert said.startswith(f"gprodom: error: {path}: cannot be used: ")
             assert said.count("\n") == 1
-            assert ("of version 6; this program reads versions 1 to 5" in said) == (data is later)
+            assert ("of version 7; this program reads versions 1 to 6" in said) == (data is later)
     assert not output.exists()
 
 

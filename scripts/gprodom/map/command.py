@@ -241,7 +241,7 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
     width = max(map(len, rows))
     text = "\n".join(f"{name.ljust(width)}  {value}" for name, value in rows.items()) + "\n"
     if found["sessions"]:
-        header = ["session", "from", "to", "antenna (m)", "program", "robot"]
+        header = ["session", "from", "to", "antenna", "at (m)", "program", "robot"]
         sessions = enumerate(found["sessions"])
         text += "\n" + format_table(header, [_session_row(i, one) for i, one in sessions]) + "\n"
     if found["maps"]:
@@ -255,8 +255,8 @@ def _as_text(found: dict[str, Any], with_runs: bool) -> str:
 
 def _session_row(number: int, one: dict[str, Any]) -> list[object]:
     times = [(one[name] or "-")[:19] for name in ("from", "to")]
-    antenna = ", ".join(f"{x:.3g}" for x in one["antenna_m"])
-    return [number, *times, antenna, one["program"], one["robot"] or "-"]
+    place = ", ".join(f"{x:.3g}" for x in one["antenna_m"])
+    return [number, *times, one["antenna_id"], place, one["program"], one["robot"] or "-"]
 
 
 def _map_row(one: dict[str, Any]) -> list[object]:

@@ -142,6 +142,7 @@ def _session_facts(session: dict[str, Any]) -> dict[str, Any]:
     return {
         "from": times[0] if stored else None,
         "to": times[1] if stored else None,
+        "antenna_id": session["antenna_id"],
         "antenna_m": session["antenna"],
         "program": session["program"],
         "robot": session["robot"] or None,

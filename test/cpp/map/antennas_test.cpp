@@ -95,6 +95,7 @@ TEST(Antennas, RevisitsGoOnWithTheOtherOneFromItsOwnPlace) {
   EXPECT_EQ(ground.origins[1].antenna.x(), kRear);
   EXPECT_EQ(ground.antenna_at(0, {}).p.x(), kFront);
   EXPECT_EQ(ground.antenna_at(ground.memory.kept().end - 1, {}).p.x(), kRear);
+  EXPECT_EQ(ground.origins[1].antenna_id, 1);
 }
 
 // Another robot, with its antenna elsewhere, in the map that the first one has made.

@@ -245,6 +245,20 @@ TEST(GroundMapFile, ADatumIsKeptAndIsAllThatMakesItVersionFive) {
   EXPECT_EQ(back.part({{20, 200}}).datums.size(), 1U);
 }
 
+TEST(GroundMapFile, AnAntennaIsKeptAndItsIdMakesItVersionSix) {
+  GroundMap ground = driven(6.0);
+  const std::string without = written(ground);
+  ground.origins[0].antenna_id = 7;
+  const std::string bytes = written(ground);
+  EXPECT_EQ(bytes.substr(0, kSeal - 16), "gprodom ground map 6\n");
+  const GroundMap back = read(bytes);
+  EXPECT_EQ(back.version, 6);
+  EXPECT_EQ(back.origins[0].antenna_id, 7);
+  EXPECT_EQ(back.origins[0].antenna, ground.origins[0].antenna);
+  EXPECT_EQ(written(back), bytes);
+  EXPECT_EQ(read(without).origins[0].antenna_id, 0);
+}
+
 TEST(GroundMapFile, ADatumThatMakesNoSenseIsRefused) {
   const auto refused = [](const std::function<void(MapDatum&)>& spoil) {
     GroundMap ground = driven(4.5);
