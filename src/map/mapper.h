@@ -190,6 +190,8 @@ class Mapper {
   void find_in(Seeker& seeker, bool before, double moved,
                const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
   void locate(MapAnswer& answer);
+  bool is_lost() const;
+  bool may_be(const Hypothesis& found, const PlanarPose& body) const;
   void suppose(const ToldPlace& told, MapAnswer& answer);
   void suppose_change();
   double sigma_m() const;

@@ -54,10 +54,15 @@ double Mapper::sigma_m() const {
   return std::hypot(odometry, std::hypot(candidate_->told_sigma_m, turned));
 }
 
-// Until the track is located, searches all ground of earlier tracks.
+// Whether the track, which is located, may be so far off that the searches about it miss the ground
+// of the map.
+bool Mapper::is_lost() const { return kGateSigmas * sigma_m() > kGateMax; }
+
+// Until the track is located, and where it is lost, searches all ground of earlier tracks.
 void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
-  if (located_ || !locator_.is_due(travelled)) return;
+  if (located_ && !is_lost()) candidate_.reset();
+  if ((located_ && !is_lost()) || !locator_.is_due(travelled)) return;
   const bool was_told = candidate_ && candidate_->told_sigma_m > 0.0;
   if (candidate_ && travelled < candidate_->until_m) {
     if (was_told) suppose_change();
@@ -72,7 +77,7 @@ void Mapper::locate(MapAnswer& answer) {
   const MapPath::Place place = path_.place(newest->time, newest->distance_m);
   const PlanarPose body = body_at(place);
   const auto found = locator_.find(ground_, end_of_before_, body, seeker_.antenna, travelled);
-  if (!found) return;
+  if (!found || (located_ && !may_be(*found, body))) return;
   Candidate candidate;
   candidate.at = *found;
   candidate.from_m = travelled;
@@ -80,6 +85,17 @@ void Mapper::locate(MapAnswer& answer) {
   candidate_ = std::move(candidate);
   change_.believe(found->change);
   forget_searches();
+}
+
+// Whether the located track can be there: in its map, and as far from its pose as that is
+// uncertain.
+bool Mapper::may_be(const Hypothesis& found, const PlanarPose& body) const {
+  constexpr double kMostSigmas = 4.0;  // one more than searched: the covariance may be too small
+  const Eigen::Matrix3d covariance = newest_node_.covariance.topLeftCorner<3, 3>();
+  const PlanarPose there = compose(found.map_from_track, body);
+  return found.map == map_ && (there.p - body.p).norm() <= kMostSigmas * sigma_m() &&
+         std::abs(std::remainder(there.yaw - body.yaw, 2 * M_PI)) <=
+             kToldYawSigma + kMostSigmas * std::sqrt(covariance(2, 2));
 }
 
 // How the ground has changed is not told with a place. So the change that fits best near there is

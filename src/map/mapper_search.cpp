@@ -125,11 +125,11 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
   };
   passes.erase(std::remove_if(passes.begin(), passes.end(), is_query), passes.end());
   if (located_ || candidate_) {
-    const PlanarPose in_map = located_ ? here : compose(candidate_->at.map_from_track, here);
+    const PlanarPose in_map = candidate_ ? compose(candidate_->at.map_from_track, here) : here;
     PassFinder before(in_map, gate + kNodeSpacing, aside, longest_arm_m_);
     for (std::size_t i = 0; i < ground_.places.size(); ++i) {
       const KnownPlace& place = ground_.places[i];
-      if (place.map != (located_ ? map_ : candidate_->at.map)) continue;
+      if (place.map != (candidate_ ? candidate_->at.map : map_)) continue;
       if (before.may_be_near(place.pose))
         before.offer(i, compose(place.pose, ground_.antenna_at(place.column, seeker_.antenna)),
                      true);
@@ -145,7 +145,7 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
              static_cast<double>(beside) >= kLateralGate / config_.lateral_sigma;
   passes = in_search_order(std::move(passes), config_.lateral_sigma);
   // Passes of an unproven hypothesis come first.
-  if (!located_) {
+  if (candidate_) {
     std::stable_partition(passes.begin(), passes.end(),
                           [](const Pass& p) { return p.from_before; });
   }

@@ -76,7 +76,8 @@ Mapper::Sighting Mapper::sighting(const Seeker& seeker, const End& memory,
   return seen;
 }
 
-// A revisit of the candidate joins the track to the map if it proves it; until then it waits.
+// A revisit of the candidate joins the track to the map if it proves it; until then it waits. A
+// track that was lost is in the map already: what the revisits say corrects it.
 bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   const MapPath::Place query = path_.place(seen.query.time, seen.query.distance_m);
   const double yaw = end_at(query, seen.antenna).yaw + candidate_->at.map_from_track.yaw;
@@ -84,12 +85,13 @@ bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   candidate_->supporting.push_back(seen);
   if (!is_proved()) return false;
   Candidate proved = *std::exchange(candidate_, std::nullopt);
-  if (tied_) {
+  if (tied_ && !located_) {
     const PlanarPose by = between(proved.at.map_from_track, {});
     for (Sighting& one : proved.supporting) one.memory.body = compose(by, one.memory.body);
     for (Sighting& one : proved.supporting) one.memory.yaw = one.memory.body.yaw;
   }
-  join_map(proved.at);
+  if (!located_) join_map(proved.at);
+  next_solve_ = 0;
   for (const Sighting& one : proved.supporting) use(one, answer);
   return true;
 }
@@ -100,7 +102,7 @@ void Mapper::tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::
   const auto memory_end = remembered_end(found.column);
   if (!memory_end) return;
   const Sighting seen = sighting(seeker, *memory_end, then, query, found.match, moved_m);
-  const bool joins = memory_end->node == kInMap && !located_;
+  const bool joins = memory_end->node == kInMap && candidate_;
   if (!(joins ? support(seen, answer) : use(seen, answer))) return;
   if (!seeker.beside && found.match.correlation * found.match.correlation > kAlike)
     mark_known(query);

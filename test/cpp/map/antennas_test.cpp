@@ -8,66 +8,10 @@
 #include "gpr/synthetic_ground.h"
 #include "map/ground_map_file.h"
 #include "map/mapper.h"
+#include "straight_robot.h"
 
 namespace gprodom {
 namespace {
-
-constexpr double kSpeed = 0.5;             // m/s
-constexpr TimeNs kInterval = 200'000'000;  // ns from state to state
-
-struct Way {
-  double from, to;             // m along x, of the robot
-  int antenna = 0;             // that measures
-  double lever = 0.0;          // m, of its centre
-  std::optional<double> told;  // by how much odom is ahead
-};
-
-// Drives straight ahead or back over one ground. The odometry does not say how far it is off.
-class Robot {
- public:
-  explicit Robot(Mapper& mapper) : mapper_(mapper) {}
-
-  MapAnswer drive(const Way& way) {
-    MapAnswer last;
-    MapInput input;
-    const int direction = way.to > way.from ? 1 : -1;
-    const int states = static_cast<int>(std::abs(way.to - way.from) / kSpeed * 5);
-    for (int i = 0; i < states; ++i, seconds_ += to_seconds(kInterval), ++driven_) {
-      const double step = direction * kSpeed * to_seconds(kInterval);
-      const double x = way.from + i * step;
-      PathState state;
-      state.time = from_seconds(1000.0 + seconds_);
-      state.pose.p.x() = x + way.told.value_or(0.0);
-      state.covariance = state.pose_covariance = 4e-4 * driven_ * Eigen::Matrix3d::Identity();
-      state.covariance(2, 2) = state.pose_covariance(2, 2) = 1e-8 * driven_;
-      input.states.push_back(state);
-      for (int k = 2; k >= 0 && driven_ > 0 && i > 0; --k) {
-        const double ago = k / 3.0;
-        GprTrace trace = radar_.measure(ground_, x - ago * step + way.lever,
-                                        1000.0 + seconds_ - ago * to_seconds(kInterval));
-        trace.antenna_id = way.antenna;
-        input.traces.push_back(std::move(trace));
-      }
-      if (i % 10 < 9) continue;
-      MapAnswer answer = mapper_.run(input);
-      revisits += answer.revisits.size();
-      located |= answer.located;
-      if (answer.pose) last = std::move(answer);
-      input = {};
-    }
-    return last;
-  }
-
-  std::size_t revisits = 0;
-  bool located = false;
-
- private:
-  Mapper& mapper_;
-  gpr::SyntheticGround ground_{7, 24.0};
-  gpr::SyntheticRadar radar_{3, 60.0};
-  double seconds_ = 0.0;
-  int driven_ = 0;
-};
 
 constexpr double kFront = 0.3, kRear = -0.2;  // m
 
@@ -76,19 +20,19 @@ TEST(Antennas, RevisitsGoOnWithTheOtherOneFromItsOwnPlace) {
   config.gpr.antennas = {{0, {kFront, 0, 0}}, {1, {kRear, 0, 0}}};
   config.gpr.lever_arm = config.gpr.antennas[0];
   Mapper mapper(config, std::nullopt, std::nullopt);
-  Robot robot(mapper);
-  robot.drive({0.0, 15.0, 0, kFront, {}});
-  robot.drive({15.0, 4.0, 0, kFront, {}});
+  StraightRobot robot(mapper);
+  robot.drive({0.0, 15.0, 0, kFront});
+  robot.drive({15.0, 4.0, 0, kFront});
   robot.revisits = 0;
-  const MapAnswer answer = robot.drive({4.0, 14.0, 1, kRear, {}});
+  const MapAnswer answer = robot.drive({4.0, 14.0, 1, kRear});
   EXPECT_GT(robot.revisits, 20U);
   ASSERT_TRUE(answer.pose);
   const PlanarPose& in_odom = answer.pose->in_odom.pose;
   EXPECT_NEAR(answer.pose->in_map.pose.p.x(), in_odom.p.x(), 0.05);
 
   // The ground of each antenna is a session, which tells its place, and is gone on with.
-  robot.drive({14.0, 20.0, 0, kFront, {}});
-  robot.drive({20.0, 24.0, 1, kRear, {}});
+  robot.drive({14.0, 20.0, 0, kFront});
+  robot.drive({20.0, 24.0, 1, kRear});
   const GroundMap ground = mapper.take_ground();
   ASSERT_EQ(ground.origins.size(), 2U);
   EXPECT_EQ(ground.origins[0].antenna.x(), kFront);
@@ -103,13 +47,13 @@ TEST(Antennas, AMapIsOfTheRobotsThatMadeIt) {
   Config config = default_config();
   config.gpr.lever_arm = {kFront, 0, 0};
   Mapper first(config, std::nullopt, std::nullopt);
-  Robot(first).drive({0.0, 20.0, 0, kFront, {}});
+  StraightRobot(first).drive({0.0, 20.0, 0, kFront});
   GroundMap made = first.take_ground();
   GroundMap ground = ground_map_from("a.map", to_bytes(made, made.places), memory_options(config));
 
   config.gpr.lever_arm = {kRear, 0, 0};
   Mapper second(config, std::move(ground), std::nullopt);
-  Robot robot(second);
+  StraightRobot robot(second);
   robot.drive({3.0, 19.0, 0, kRear, -3.0});
   ASSERT_TRUE(robot.located);
   EXPECT_NEAR(second.map_from_odom().p.x(), 3.0, 0.1);

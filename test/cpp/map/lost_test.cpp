@@ -1,0 +1,31 @@
+// A track that is located in an earlier map, and then lost.
+#include <gtest/gtest.h>
+
+#include "map/ground_map_file.h"
+#include "map/mapper.h"
+#include "straight_robot.h"
+
+namespace gprodom {
+namespace {
+
+// The wheel jumps by more than is searched about the robot, and the covariance says so.
+TEST(Lost, TrackIsFoundAgainInItsMap) {
+  const Config config = default_config();
+  Mapper first(config, std::nullopt, std::nullopt);
+  StraightRobot(first).drive({0.0, 50.0});
+  const GroundMap made = first.take_ground();
+  Mapper second(config,
+                ground_map_from("a.map", to_bytes(made, made.places), memory_options(config)),
+                std::nullopt);
+  StraightRobot robot(second);
+  robot.drive({0.0, 16.0});
+  ASSERT_TRUE(robot.located);
+  robot.lost_m2 = 36.0;
+  const MapAnswer answer = robot.drive({16.0, 48.0, 0, 0.0, 9.0});
+  ASSERT_TRUE(answer.pose);
+  EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - 9.0, 0.2);
+  EXPECT_LT(answer.sigma_m, 0.5);
+}
+
+}  // namespace
+}  // namespace gprodom
