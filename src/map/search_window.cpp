@@ -12,11 +12,12 @@ constexpr double kSigmaFactor = 1.7;
 
 constexpr double kChosenFrom = 15.0;  // changes; a hypothesis has the best of them
 
-// How far aside ground is whose correlation is rho: rho = exp(-d^2 / (2 sigma^2)), within the
-// footprint. To which side it is not known, so that the distance is a standard deviation. Noise
-// makes rho smaller and the distance larger, which is on the safe side.
+// How far aside the ground of a match may lie, as a standard deviation, since the side is not
+// known: rho = exp(-d^2 / (2 sigma^2)) within the footprint sigma. No less than sigma: some ground,
+// as layers, is the same far aside.
 double aside_of(double rho, double sigma) {
-  return sigma * std::sqrt(-2.0 * std::log(std::clamp(rho, 0.05, 0.99)));
+  constexpr double kLeast = 0.05;
+  return sigma * std::sqrt(std::max(1.0, -2.0 * std::log(std::max(rho, kLeast))));
 }
 
 }  // namespace
