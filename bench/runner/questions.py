@@ -289,6 +289,10 @@ def pair_faults(f: Figures) -> Iterator[Row]:
         what = "rebar at the antennas' distance, half, a third: wrong passages; answers over those"
         what += " without rebar"
         yield [what, "; ".join(found), "`pair_faults`"]
+    fails = [f"{drive}/front fails" for drive in f.parts("pairs")]
+    errors = (f.mean("pairs", fails, key) for key in ("dead_m", "causal_m", "smoothed_m"))
+    what = "front antenna fails after two fifths of a drive: dead reckoning, live, afterwards (m)"
+    yield [what, ", ".join(metres(error) or UNKNOWN for error in errors), "`pairs`"]
     grounds = [ground for ground in f.parts("pair_faults") if ground != "rebar"]
     if grounds:
         each = {
