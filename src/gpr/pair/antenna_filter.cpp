@@ -59,15 +59,22 @@ GprTrace AntennaFilter::as_of(int to, GprTrace trace) const {
   const auto reach = static_cast<Eigen::Index>(std::ceil(period));
   const auto most = static_cast<Eigen::Index>(std::ceil(kMostPeriods * period));
   Eigen::Index lag = 0;
-  for (Eigen::Index l = -most; l <= most; ++l)
-    if (product(wanted, from, l) > product(wanted, from, lag)) lag = l;
-  const Eigen::Index taps = 2 * reach + 1;
-  Eigen::MatrixXd R(taps, taps);
-  Eigen::VectorXd r(taps);
-  for (Eigen::Index i = 0; i < taps; ++i) {
-    r[i] = product(wanted, from, lag + i - reach);
-    for (Eigen::Index j = 0; j < taps; ++j) R(i, j) = product(from, from, i - j);
+  double greatest = product(wanted, from, lag);
+  for (Eigen::Index l = -most; l <= most; ++l) {
+    const double here = product(wanted, from, l);
+    if (here <= greatest) continue;
+    greatest = here;
+    lag = l;
   }
+  const Eigen::Index taps = 2 * reach + 1;
+  Eigen::VectorXd own_products = Eigen::VectorXd::Zero(taps), r = own_products;
+  for (Eigen::Index i = 0; i < taps; ++i) {
+    own_products[i] = product(from, from, i);
+    r[i] = product(wanted, from, lag + i - reach);
+  }
+  Eigen::MatrixXd R(taps, taps);
+  for (Eigen::Index i = 0; i < taps; ++i)
+    for (Eigen::Index j = 0; j < taps; ++j) R(i, j) = own_products[std::abs(i - j)];
   if (!(R(0, 0) > 0.0)) return trace;
   R.diagonal().array() += kRidge * R(0, 0);
   const Eigen::VectorXf h = R.ldlt().solve(r).cast<float>();
