@@ -138,6 +138,8 @@ def main() -> int:
     args = parser.parse_args()
     if args.abreast > 0 and args.laps == 0:
         parser.error("--abreast: expected with --laps")
+    if args.one and args.abreast == 0:
+        parser.error("--one: expected with --abreast")
     seeds = range(args.first_seed, args.first_seed + args.runs)
     work = partial(
         drive,

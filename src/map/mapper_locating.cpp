@@ -61,8 +61,11 @@ bool Mapper::is_lost() const { return kGateSigmas * sigma_m() > kGateMax; }
 // Until the track is located, and where it is lost, searches all ground of earlier tracks.
 void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
-  if (located_ && !is_lost()) candidate_.reset();
-  if ((located_ && !is_lost()) || !locator_.is_due(travelled)) return;
+  if (located_ && !is_lost()) {
+    candidate_.reset();
+    return;
+  }
+  if (!locator_.is_due(travelled)) return;
   const bool was_told = candidate_ && candidate_->told_sigma_m > 0.0;
   if (candidate_ && travelled < candidate_->until_m) {
     if (was_told) suppose_change();
@@ -91,11 +94,12 @@ void Mapper::locate(MapAnswer& answer) {
 // uncertain.
 bool Mapper::may_be(const Hypothesis& found, const PlanarPose& body) const {
   constexpr double kMostSigmas = 4.0;  // one more than searched: the covariance may be too small
+  constexpr double kCrossing = 0.5;    // rad between the tracks of one place (PassFinder)
   const Eigen::Matrix3d covariance = newest_node_.covariance.topLeftCorner<3, 3>();
   const PlanarPose there = compose(found.map_from_track, body);
   return found.map == map_ && (there.p - body.p).norm() <= kMostSigmas * sigma_m() &&
          std::abs(std::remainder(there.yaw - body.yaw, 2 * M_PI)) <=
-             kToldYawSigma + kMostSigmas * std::sqrt(covariance(2, 2));
+             kCrossing + kMostSigmas * std::sqrt(covariance(2, 2));
 }
 
 // How the ground has changed is not told with a place. So the change that fits best near there is

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <vector>
 
 namespace gprodom::gpr {
 namespace {
@@ -14,7 +14,9 @@ constexpr std::size_t kMost = 2000, kLeast = 200;
 // Time zeros of two antennas differ by at most so many periods of the band's centre.
 constexpr double kMostPeriods = 10.0;
 
-// Of the filter's power, as a share of the mean trace's: keeps what only noise tells out of it.
+// Power of what is noise in a mean trace, as a share of it: keeps what only noise tells out of the
+// filter. From 0.01 to 0.2 the correlation of two antennas is the same within 0.02 (six drives, two
+// antennas each, also with time zero 1 ns further apart).
 constexpr double kRidge = 0.05;
 
 // Sum of a[i + lag] b[i].
@@ -23,6 +25,51 @@ double product(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Index 
   if (n <= 0) return 0.0;
   return a.segment(std::max<Eigen::Index>(lag, 0), n)
       .dot(b.segment(std::max<Eigen::Index>(-lag, 0), n));
+}
+
+// The lag at which the two agree best, of at most so many samples.
+Eigen::Index best_lag(const Eigen::VectorXd& wanted, const Eigen::VectorXd& from,
+                      Eigen::Index most) {
+  Eigen::Index lag = 0;
+  double greatest = product(wanted, from, lag);
+  for (Eigen::Index l = -most; l <= most; ++l) {
+    const double here = product(wanted, from, l);
+    if (here <= greatest) continue;
+    greatest = here;
+    lag = l;
+  }
+  return lag;
+}
+
+// The first sample of the filter is for a delay of `begin` samples. Wiener: (R + ridge) h = r, with
+// R the correlation of `from` with itself and r that of `wanted` with it. Zero without a signal.
+Eigen::VectorXf wiener(const Eigen::VectorXd& wanted, const Eigen::VectorXd& from,
+                       Eigen::Index begin, Eigen::Index taps) {
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(taps), r = own;
+  for (Eigen::Index i = 0; i < taps; ++i) {
+    own[i] = product(from, from, i);
+    r[i] = product(wanted, from, begin + i);
+  }
+  if (!(own[0] > 0.0)) return Eigen::VectorXf::Zero(taps);
+  Eigen::MatrixXd R(taps, taps);
+  for (Eigen::Index i = 0; i < taps; ++i)
+    for (Eigen::Index j = 0; j < taps; ++j) R(i, j) = own[std::abs(i - j)];
+  R.diagonal().array() += kRidge * own[0];
+  return R.ldlt().solve(r).cast<float>();
+}
+
+std::vector<float> filtered(const std::vector<float>& samples, const Eigen::VectorXf& h,
+                            Eigen::Index begin) {
+  const auto n = static_cast<Eigen::Index>(samples.size());
+  const Eigen::Map<const Eigen::VectorXf> in(samples.data(), n);
+  std::vector<float> out(samples.size(), 0.0F);
+  Eigen::Map<Eigen::VectorXf> sum(out.data(), n);
+  for (Eigen::Index i = 0; i < h.size(); ++i) {
+    const Eigen::Index delay = begin + i, first = std::max<Eigen::Index>(delay, 0);
+    const Eigen::Index count = n - std::abs(delay);
+    if (count > 0) sum.segment(first, count) += h[i] * in.segment(first - delay, count);
+  }
+  return out;
 }
 
 }  // namespace
@@ -45,8 +92,6 @@ const AntennaFilter::Mean* AntennaFilter::mean_of(int antenna) const {
   return mean == means_.end() || mean->second.traces < kLeast ? nullptr : &mean->second;
 }
 
-// Wiener filter h of 2 reach + 1 samples round the lag at which the two agree best:
-// (R + ridge) h = r, with R the correlation of `from` with itself and r that of `to` with it.
 GprTrace AntennaFilter::as_of(int to, GprTrace trace) const {
   const Mean* own = mean_of(trace.antenna_id);
   const Mean* other = mean_of(to);
@@ -58,36 +103,8 @@ GprTrace AntennaFilter::as_of(int to, GprTrace trace) const {
   const double period = period_s_ / trace.sample_interval_s;  // samples
   const auto reach = static_cast<Eigen::Index>(std::ceil(period));
   const auto most = static_cast<Eigen::Index>(std::ceil(kMostPeriods * period));
-  Eigen::Index lag = 0;
-  double greatest = product(wanted, from, lag);
-  for (Eigen::Index l = -most; l <= most; ++l) {
-    const double here = product(wanted, from, l);
-    if (here <= greatest) continue;
-    greatest = here;
-    lag = l;
-  }
-  const Eigen::Index taps = 2 * reach + 1;
-  Eigen::VectorXd own_products = Eigen::VectorXd::Zero(taps), r = own_products;
-  for (Eigen::Index i = 0; i < taps; ++i) {
-    own_products[i] = product(from, from, i);
-    r[i] = product(wanted, from, lag + i - reach);
-  }
-  Eigen::MatrixXd R(taps, taps);
-  for (Eigen::Index i = 0; i < taps; ++i)
-    for (Eigen::Index j = 0; j < taps; ++j) R(i, j) = own_products[std::abs(i - j)];
-  if (!(R(0, 0) > 0.0)) return trace;
-  R.diagonal().array() += kRidge * R(0, 0);
-  const Eigen::VectorXf h = R.ldlt().solve(r).cast<float>();
-  const auto n = static_cast<Eigen::Index>(trace.samples.size());
-  const Eigen::Map<const Eigen::VectorXf> samples(trace.samples.data(), n);
-  std::vector<float> filtered(trace.samples.size(), 0.0F);
-  Eigen::Map<Eigen::VectorXf> sum(filtered.data(), n);
-  for (Eigen::Index i = 0; i < taps; ++i) {
-    const Eigen::Index shift = lag + i - reach, begin = std::max<Eigen::Index>(shift, 0);
-    const Eigen::Index count = n - std::abs(shift);
-    if (count > 0) sum.segment(begin, count) += h[i] * samples.segment(begin - shift, count);
-  }
-  trace.samples = std::move(filtered);
+  const Eigen::Index begin = best_lag(wanted, from, most) - reach;
+  trace.samples = filtered(trace.samples, wiener(wanted, from, begin, 2 * reach + 1), begin);
   return trace;
 }
 

@@ -10,7 +10,7 @@ namespace {
 // m. Antennas closer together see the same ground at the same time: their footprints overlap.
 constexpr double kLeastDistance = 0.1;
 
-// m. Antennas less far aside see much the same ground, one after the other.
+// m, a third of a usual footprint. Antennas less far aside see the same ground.
 constexpr double kLeastAside = 0.05;
 
 }  // namespace
