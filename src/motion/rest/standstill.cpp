@@ -21,6 +21,10 @@ constexpr double kRestVarianceRatio = 1.6;
 // faster than 3 deg/s, or less steady.
 constexpr double kLargestBiasStep = 0.05;
 
+// Samples; of fewer the variance scatters by more than it rises on a drive. What an IMU of 50 Hz
+// has between two states.
+constexpr std::size_t kShowNoise = 10;
+
 constexpr double kRestSpread = 1.5;  // times the wheel's path at rest
 
 // Limits for the means over quarters of a second. A body that still rocks after a stop turns by
@@ -41,10 +45,12 @@ struct Stillness {
   bool turns() const { return rate_less_bias.norm() > 6 * rate_sigma; }
 };
 
-Stillness stillness(const AtRest& at_rest, const std::vector<ImuSample>& samples) {
-  if (samples.size() < 4) return {};
+// noisy: the samples that show the vibration; those that show the rate may be fewer.
+Stillness stillness(const AtRest& at_rest, const std::vector<ImuSample>& samples,
+                    const std::vector<ImuSample>& noisy) {
+  if (samples.size() < 2 || noisy.size() < 4) return {};
   Stillness s;
-  const ImuNoise noise = measured_noise(samples);
+  const ImuNoise noise = measured_noise(noisy);
   const ImuNoise& reference = at_rest.noise;
   const double ratio = std::sqrt(kRestVarianceRatio);
   s.quiet = noise.accel_density < ratio * reference.accel_density &&
@@ -55,6 +61,13 @@ Stillness stillness(const AtRest& at_rest, const std::vector<ImuSample>& samples
   const double seconds = to_seconds(samples.back().time - samples.front().time);
   s.rate_sigma = std::hypot(reference.gyro_density / std::sqrt(seconds), at_rest.bias_sigma);
   return s;
+}
+
+// Over [from, to]. The vibration is that of enough samples, of a slow IMU from before as well.
+Stillness stillness(const AtRest& at_rest, const ImuHistory& imu, TimeNs from, TimeNs to) {
+  const auto samples = imu.between(from, to);
+  return stillness(at_rest, samples,
+                   samples.size() < kShowNoise ? imu.last(kShowNoise, to) : samples);
 }
 
 // The wheel's motion at rest: by another amount at each standstill, but spread evenly over the
@@ -77,7 +90,7 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
                                    const std::vector<gpr::Standstill>& radar_standing, TimeNs from,
                                    TimeNs to) {
   if (!config.standstill.enabled) return {};
-  const Stillness now = stillness(at_rest, imu.between(from, to));
+  const Stillness now = stillness(at_rest, imu, from, to);
   if (!now.quiet) return {};
   const TimeNs margin = std::max<TimeNs>(0, (from_seconds(kStillFor_s) - (to - from)) / 2);
   const bool has_wheel = config.wheel.enabled && wheel.distance(to);
@@ -92,7 +105,7 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
                                                        [&](const gpr::Standstill& s) {
                                                          return s.from <= from && s.to >= to;
                                                        });
-  const Stillness longer = stillness(at_rest, imu.between(from - margin, to + margin));
+  const Stillness longer = stillness(at_rest, imu, from - margin, to + margin);
   StandstillVerdict verdict;
   if (now.turns()) {
     if (wheel_still && (radar_still || !at_rest.radar_heard) && longer.quiet)
@@ -115,7 +128,7 @@ bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
   if (at_rest.known) known = at_rest.noise;
   return vibration.hides_rest(shaken.noise, known) &&
          steady_means(last.imu, kSteadyRate, kSteadyForce, shaken.noise) &&
-         !stillness(shaken, last.imu).turns();
+         !stillness(shaken, last.imu, last.imu).turns();
 }
 
 std::optional<Vector3d> BiasWatch::new_bias(const StandstillVerdict& verdict, const Vector3d& bias,

@@ -24,6 +24,7 @@ struct Robot {
   double resting_wheel = 0.0;  // m/s, that is known of its wheel
   double bias_sigma = 0.0;     // rad/s, of the gyro's known bias
   double unseen = 0.0;         // m/s, of slower motion that the radar does not see
+  double imu_rate = kImuRate;  // Hz
 };
 
 struct Judged {
@@ -31,6 +32,7 @@ struct Judged {
   bool steady;
   std::optional<Eigen::Vector3d> bias;  // of the first that was told
   bool turns = false;                   // told: too fast for a step of the bias
+  double share = 0.0;                   // of the intervals, in which it stands
 };
 
 // All the intervals from 1 to 9 s: `standing` and `steady` where every one was.
@@ -39,13 +41,13 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise;
   ImuHistory imu;
-  const double root_rate = std::sqrt(kImuRate);
-  for (int i = 0; i < 10 * kImuRate; ++i) {
+  const double root_rate = std::sqrt(robot.imu_rate);
+  for (int i = 0; i < 10 * robot.imu_rate; ++i) {
     ImuSample sample;
-    sample.time = from_seconds(i / kImuRate);
+    sample.time = from_seconds(i / robot.imu_rate);
     sample.acceleration = Eigen::Vector3d(0, 0, 9.80665);
     sample.angular_velocity = known_bias;
-    sample.angular_velocity.z() += robot.rate + robot.ramp * i / kImuRate;
+    sample.angular_velocity.z() += robot.rate + robot.ramp * i / robot.imu_rate;
     for (int axis = 0; axis < 3; ++axis) {
       sample.acceleration[axis] +=
           robot.vibration * kReference.accel_density * root_rate * noise(random);
@@ -69,6 +71,7 @@ Judged judge(const Robot& robot, const Config& config = {}) {
          config.gpr.enabled},
         imu, wheel, radar, from_seconds(i * kInterval_s), from_seconds((i + 1) * kInterval_s));
     judged.standing &= verdict.standing;
+    judged.share += verdict.standing / 40.0;
     judged.steady &= verdict.steady_rate.has_value();
     const auto bias = watch.new_bias(verdict, known_bias, kInterval_s);
     judged.turns |= watch.turns_at_rest();
@@ -91,6 +94,21 @@ TEST(Standstill, StillImuAndEitherWheelOrRadarAreEnough) {
   Robot shaken;
   shaken.vibration = 5.0;
   EXPECT_FALSE(judge(shaken).standing);
+}
+
+// Two or three samples between two states show no vibration: those before count as well.
+TEST(Standstill, ASlowImuShowsIt) {
+  for (const double rate : {10.0, 18.0}) {
+    Robot robot;
+    robot.imu_rate = rate;
+    robot.radar_stands = false;
+    EXPECT_GT(judge(robot).share, 0.7) << rate;
+    Robot shaken = robot, turning = robot;
+    shaken.vibration = 3.0;
+    EXPECT_EQ(judge(shaken).share, 0.0) << rate;
+    turning.rate = 0.02;
+    EXPECT_EQ(judge(turning).share, 0.0) << rate;
+  }
 }
 
 // A robot that starts to creep, over ground on which the radar cannot see such slow motion.
