@@ -21,9 +21,11 @@ constexpr double kEnough = 0.02;   // rad; what is left is less than an axis is 
 // Windows, as if so many had shown that the axes found earlier have no slope.
 constexpr double kLevelled = 20.0;
 // Few mount an IMU otherwise than they configure it, which they do as well as by eye (rad). Other
-// axes are used if their probability is kCertain, and the configured ones no more if the odds
-// against them are kOdds. Of recordings with the right ones none makes others likelier at all.
-constexpr double kOtherwise = 0.01, kByEye = 0.15, kCertain = 0.99, kOdds = 9.0;
+// axes are used if their probability is kCertain, and the configured ones are called wrong if the
+// odds against them are kOdds. From kDoubt on they are not used, until the drive speaks for them:
+// accelerations along wrong axes cost more than none. Of recordings with the right ones none
+// comes so far.
+constexpr double kOtherwise = 0.01, kByEye = 0.15, kCertain = 0.99, kOdds = 9.0, kDoubt = 1.0 / 3;
 // Before it shows: standard deviation of the error of a mean acceleration (half a degree of tilt),
 // known as if from so many values. With 0.05 to 0.4 m/s^2 and 1 to 3 values, the yaw of recordings
 // of all kinds of robots comes within the same deviations, and later where it is more.
@@ -110,7 +112,10 @@ void MountingSearch::weigh() {
                reversed = kOtherwise * wrong_sign / (2 * M_PI),
                as_configured = (1 - kOtherwise) * near / (std::sqrt(2 * M_PI) * kByEye);
   turned_ = otherwise > kCertain * (otherwise + reversed + as_configured);
-  contradicted_ |= otherwise + reversed > kOdds * as_configured;
+  const double odds = (otherwise + reversed) / as_configured;
+  constexpr double kBefore = 2 * kOtherwise / (1 - kOtherwise);
+  doubted_ = odds > (doubted_ ? kBefore : kDoubt);
+  contradicted_ = odds > kOdds;
 }
 
 std::optional<Eigen::Matrix3d> MountingSearch::take_turn() {

@@ -17,7 +17,7 @@ Eigen::Matrix3d levelled(const Eigen::Vector3d& up);
 
 class MountingSearch {
  public:
-  // configured: the axes are known, unless the drive contradicts them.
+  // configured: the axes are known, except while the drive casts doubt on them.
   explicit MountingSearch(bool configured = false) : configured_(configured) {}
 
   // As MountingWindows::add(), in axes that are level but for slopes.
@@ -33,8 +33,10 @@ class MountingSearch {
   double yaw_sigma() const { return taken_sigma_; }
   static constexpr double kUniform = 1.8137993642342178;  // rad, pi / sqrt(3)
 
-  bool known() const { return configured_ ? !contradicted_ : taken_sigma_ < kUniform; }
+  bool known() const { return configured_ ? !doubted_ : taken_sigma_ < kUniform; }
   bool is_configured() const { return configured_; }
+  // The drive contradicts the configured axes, beyond doubt.
+  bool is_contradicted() const { return configured_ && contradicted_; }
 
   bool is_certain() const;  // no turn will be found any more
 
@@ -58,7 +60,8 @@ class MountingSearch {
   double earlier_yaw_ = 0.0;             // its, in the present axes
   double yaw_ = 0.0, sigma_ = kUniform;  // rad, of the present axes
   double taken_sigma_ = kUniform;
-  bool contradicted_ = false, turned_ = false;  // the configured axes; they are turned
+  // Of the configured axes: they may be wrong; they are; they are turned.
+  bool doubted_ = false, contradicted_ = false, turned_ = false;
 };
 
 }  // namespace gprodom

@@ -134,9 +134,10 @@ void Pipeline::search_mounting(TimeNs to, const std::vector<MotionStep>& steps,
                                const Eigen::Vector3d& gyro_bias) {
   const bool was_known = search_.known();
   if (to > searched_to_) search_.add(steps, motion_.wheel().distance(to), gyro_bias);
-  if (!was_known || search_.known()) return;
-  found_ = buffers_;  // the configured one is contradicted
-  motion_.set_axes_known(false);
+  const bool known = search_.known();
+  if (known == was_known) return;
+  if (!known) found_ = buffers_;  // the configured one is in doubt
+  motion_.set_axes_known(known);
 }
 
 void Pipeline::watch_mounting(const StateInput& input) {
@@ -145,7 +146,7 @@ void Pipeline::watch_mounting(const StateInput& input) {
     mounting_.add(input.steps, motion_.wheel().distance(input.time), gyro_bias);
   search_mounting(input.time, input.steps, gyro_bias);
   if (search_.is_configured()) {
-    const bool vague = !search_.known() && mounting_.trouble().empty();
+    const bool vague = search_.is_contradicted() && mounting_.trouble().empty();
     health_.set("IMU mounting", HealthLevel::kDegraded,
                 vague ? "accelerations contradict wheel and gyro, and do not count: "
                         "imu.rpy_body_imu or the sign of an axis is wrong"
