@@ -118,7 +118,10 @@ CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrecti
 // A relative error of the scale gives the path since the start, and the speed, the same relative
 // error.
 StateMatrix StateEstimator::covariance_of_held_scale() const {
-  if (!scale_held_) return StateMatrix::Zero();
+  return scale_held_ ? covariance_of_first_scale() : StateMatrix::Zero();
+}
+
+StateMatrix StateEstimator::covariance_of_first_scale() const {
   const NavState& x = smoother_.newest();
   StateVector share = StateVector::Zero();
   share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
@@ -127,18 +130,12 @@ StateMatrix StateEstimator::covariance_of_held_scale() const {
   return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
 }
 
-// s, of an interval with a usable wheel.
-double StateEstimator::driven(const StateInput& input) const {
-  const bool drives =
-      input.axes_known && !input.standing && input.has_wheel && !input.wheel_contradicted;
-  return drives ? to_seconds(input.time - smoother_.newest().time) : 0.0;
-}
-
 // True once, at the end of the trial, if accelerations have told less about the scale than was
 // known before.
 bool StateEstimator::scale_not_shown(const StateInput& input) {
   if (scale_held_ || config_.wheel.scale_sigma <= 0 || driven_s_ >= kScaleTrial_s) return false;
-  driven_s_ += driven(input);
+  if (!input.standing && input.has_wheel && !input.wheel_contradicted)
+    driven_s_ += to_seconds(input.time - smoother_.newest().time);
   const double variance = last_covariance_(row::kScale, row::kScale);
   return driven_s_ >= kScaleTrial_s && variance > 0.5 * first_scale_sigma_ * first_scale_sigma_;
 }
@@ -154,31 +151,39 @@ CarriedState StateEstimator::with_first_scale() const {
   return now;
 }
 
+// The errors of accelerations are coloured: what they have not shown by now, those of a drive many
+// times as long do not show either. So it is held in the solution over all data as well.
 void StateEstimator::hold_scale(CarriedState now) {
   scale_held_ = true;
+  if (batch_) batch_->add_scale(first_scale_, kFixedScaleSigma);
   now.state.wheel_scale = first_scale_;
   replace(now.covariance, row::kScale, 1,
           Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
   continue_from(now);
 }
 
-// The errors of accelerations are coloured: what they have not shown in the trial, those of a drive
-// many times as long have not shown either. So in the solution over all data, what was known of the
-// scale before counts once for each length of the trial.
-void StateEstimator::try_scale_again(const StateInput& input) {
-  if (!batch_ || !scale_tried_) return;
-  driven_s_ += driven(input);
-  if (driven_s_ < kScaleTrial_s) return;
-  driven_s_ -= kScaleTrial_s;
-  batch_->add_scale(first_scale_, first_scale_sigma_);
+// Along wrong axes accelerations seem to show it as well, wrong by 14 % where the accelerometer has
+// a wrong sign. Once the axes are known they may show it again.
+void StateEstimator::hold_scale_without_axes(bool axes_known) {
+  if (config_.wheel.scale_sigma <= 0 || axes_known == !held_without_axes_) return;
+  if (!axes_known && !scale_held_) {
+    held_without_axes_ = true;
+    hold_scale(with_first_scale());
+  } else if (axes_known) {
+    held_without_axes_ = scale_held_ = false;
+    driven_s_ = 0.0;
+    CarriedState now{smoother_.newest(), last_covariance_};
+    replace(now.covariance, row::kScale, 1, Eigen::MatrixXd::Zero(1, 1));
+    now.covariance += covariance_of_first_scale();
+    continue_from(now);
+  }
 }
 
-// Accelerations seem to show the scale of a wheel that is late, and would mislead the solution over
-// all data as well.
+// Accelerations seem to show the scale of a wheel that is late.
 void StateEstimator::hold_scale_of_late_wheel() {
   if (config_.wheel.scale_sigma <= 0 || std::exchange(known_late_, true)) return;
+  held_without_axes_ = false;  // but for good
   if (!scale_held_) hold_scale({smoother_.newest(), last_covariance_});
-  if (batch_) batch_->add_scale(first_scale_, kFixedScaleSigma);
 }
 
 // The window begins anew where what it holds cannot go on.

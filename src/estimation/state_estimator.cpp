@@ -156,13 +156,9 @@ StateResult StateEstimator::add(const StateInput& input) {
 // What the detectors have found wrong in the newest state: the scale cannot be known, or the gyro
 // bias or the speed is another.
 void StateEstimator::take_corrections(const StateInput& input) {
+  hold_scale_without_axes(input.axes_known);
   if (input.wheel_late) hold_scale_of_late_wheel();
-  if (scale_not_shown(input)) {
-    hold_scale(with_first_scale());
-    scale_tried_ = true;
-    driven_s_ = 0.0;
-  }
-  try_scale_again(input);
+  if (scale_not_shown(input)) hold_scale(with_first_scale());
   const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
   if (input.turned_axes) continue_from(with_turned_axes(now(), *input.turned_axes));
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));

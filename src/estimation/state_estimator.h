@@ -202,10 +202,10 @@ class StateEstimator {
   void restart(const NavState& state);
   bool scale_not_shown(const StateInput& input);
   CarriedState with_first_scale() const;
-  double driven(const StateInput& input) const;
   void hold_scale(CarriedState now);
-  void try_scale_again(const StateInput& input);
   void hold_scale_of_late_wheel();
+  void hold_scale_without_axes(bool axes_known);
+  StateMatrix covariance_of_first_scale() const;
   StateMatrix covariance_of_held_scale() const;
   void add_lasting_errors(const StateInput& input, const NavState& before);
   StateMatrix covariance_of_lasting_errors() const;
@@ -219,10 +219,11 @@ class StateEstimator {
   Eigen::Vector3d gravity_odom_;
   // The wheel's scale stays at its first value (Schmidt, "consider"). The covariances below do not
   // contain its uncertainty.
-  bool scale_held_, scale_tried_ = false;  // tried: accelerations have not shown it
+  bool scale_held_;
+  bool held_without_axes_ = false;  // only while the accelerometer's axes are not known
   double first_scale_, first_scale_sigma_;
   bool known_late_ = false;
-  double driven_s_ = 0.0;  // with a usable wheel, in the present trial of the scale
+  double driven_s_ = 0.0;  // with a usable wheel, in the trial of the scale
   // Change of the path's end (m/s, in odom) by a delay of the wheel, which is not compensated.
   Eigen::Vector3d turned_by_delay_ = Eigen::Vector3d::Zero();
   double wheel_delay_s_ = 0.0;

@@ -322,21 +322,15 @@ TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
 }
 
 // Accelerations on a robot that shakes have not shown the scale after 20 s. As their errors are
-// coloured, those of six times as long show hardly more, in the solution over all data.
-TEST(HeldScale, ThatAccelerationsHaveNotShownDoesNotDriftOverAllData) {
-  const auto shift = [](int intervals) {
-    InitialState initial;
-    StateEstimator estimator = scale_unknown(Config(), initial);
-    estimator.record();
-    const ImuNoise shaking{1.6e-4, 0.15};
-    const StateResult result =
-        push(estimator, 0, intervals, Eigen::Vector3d::Zero(), false, shaking);
-    EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
-    return 1.0 - estimator.recorded()->solve({}).front().wheel_scale;  // truth: 0.05
-  };
-  const double of_a_trial = shift(105), of_six = shift(600);
-  EXPECT_GT(of_a_trial, 0.002);
-  EXPECT_LT(of_six, 1.5 * of_a_trial);
+// coloured, those of six times as long do not show it either, in the solution over all data.
+TEST(HeldScale, ThatAccelerationsHaveNotShownIsHeldOverAllData) {
+  InitialState initial;
+  StateEstimator estimator = scale_unknown(Config(), initial);
+  estimator.record();
+  const ImuNoise shaking{1.6e-4, 0.15};
+  const StateResult result = push(estimator, 0, 600, Eigen::Vector3d::Zero(), false, shaking);
+  EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
+  for (const NavState& x : estimator.recorded()->solve({})) EXPECT_NEAR(x.wheel_scale, 1.0, 1e-3);
 }
 
 // From rest through a bend of two radians to rest, with a wheel that is `late_s` behind.
