@@ -7,7 +7,7 @@ const std::vector<RemovedKey>& removed_keys() {
       {"time.max_jump", "5",
        "a driver or a network holds data back for less, and a clock that is set moves by more"},
       {"time.imu_gap", "0.12",
-       "it follows from the slowest IMUs in use: at 20 Hz, one lost sample is no gap yet", "0.1"},
+       "it follows from the IMU's rate: of a slow one two lost samples are no gap yet", "0.1"},
       {"imu.accel_bias_sigma", "0.03",
        "it is what a calibrated MEMS sensor may be off by before the start; the bias itself is "
        "learnt from then on"},

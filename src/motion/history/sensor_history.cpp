@@ -21,6 +21,7 @@ void forget(Entries& entries, TimeNs time) {
 }
 
 constexpr double kStampError_s = 0.02;
+constexpr TimeNs kGap = 120'000'000;  // ns, of the IMU, at least
 constexpr TimeNs kLongGap = from_seconds(kLongestBridge);
 constexpr TimeNs kBridgeStep = 20'000'000;  // ns
 
@@ -37,8 +38,17 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
 bool ImuHistory::insert(const ImuSample& sample) {
   const auto next = first_after(samples_, sample.time);
   if (next != samples_.begin() && (next - 1)->time == sample.time) return false;
+  if (next == samples_.end() && !samples_.empty()) {
+    const TimeNs took = sample.time - samples_.back().time, most = period_ / 50;
+    period_ = period_ == 0 ? took : period_ + std::clamp(took - period_, -most, most);
+  }
   samples_.insert(next, sample);
   return true;
+}
+
+TimeNs ImuHistory::gap() const {
+  constexpr double kPeriods = 3.4;
+  return std::clamp(static_cast<TimeNs>(kPeriods * static_cast<double>(period_)), kGap, kLongGap);
 }
 
 void ImuHistory::divide_forces(double accel_scale) {
@@ -73,6 +83,7 @@ std::optional<std::pair<ImuSample, ImuSample>> ImuHistory::around(TimeNs time) c
 std::vector<MotionStep> ImuHistory::steps(TimeNs from, TimeNs to, TimeNs max_gap) const {
   std::vector<MotionStep> steps;
   if (samples_.empty() || to <= from) return steps;
+  if (max_gap == 0) max_gap = gap();
   // Beyond the ends of the data the nearest sample is used.
   auto at = [&](const decltype(samples_)::const_iterator& next, TimeNs time) {
     if (next == samples_.begin()) return interpolate(*next, *next, time);

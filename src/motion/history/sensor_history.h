@@ -15,10 +15,6 @@ namespace gprodom {
 
 class ImuHistory {
  public:
-  // ns. Without samples for longer, the values held are no measurement. At 20 Hz, the slowest IMUs,
-  // one lost sample is no gap yet, also where stamps jitter by a fifth of the period.
-  static constexpr TimeNs kGap = 120'000'000;
-
   // Late samples are sorted in by their stamp. Body axes. false: there is already one of that
   // stamp.
   bool insert(const ImuSample& sample);
@@ -34,11 +30,16 @@ class ImuHistory {
   std::optional<std::pair<ImuSample, ImuSample>> around(TimeNs time) const;
 
   // Steps from one sample to the next, cut at `from` and `to` exactly, each with the mean of its
-  // ends. Steps across more than max_gap without samples are marked as bridged.
-  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap = kGap) const;
+  // ends. Steps across more than max_gap without samples, gap() if it is 0, are marked as bridged.
+  std::vector<MotionStep> steps(TimeNs from, TimeNs to, TimeNs max_gap = 0) const;
 
  private:
+  // Without samples for longer, the values held are no measurement. Of a slow IMU two lost samples
+  // are no gap yet, also where stamps jitter by a fifth of the period.
+  TimeNs gap() const;
+
   std::deque<ImuSample> samples_;
+  TimeNs period_ = 0;  // about the median
 };
 
 class WheelHistory {

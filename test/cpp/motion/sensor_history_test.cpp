@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -242,6 +243,25 @@ TEST(WheelHistory, MeasuresHowLongAValueIsRepeated) {
     }
     EXPECT_NEAR(wheel.held_s(), 0.05 * (repeats - 1), 0.03) << repeats;
   }
+}
+
+// Two lost samples of a slow IMU are none, those of as long a time of a fast one are.
+TEST(ImuHistory, AGapIsLongerForASlowImu) {
+  const auto bridged = [](double rate, double lost_s) {
+    ImuHistory imu;
+    for (int i = 0; i < 20 * rate; ++i) {
+      ImuSample sample;
+      sample.time = from_seconds(i / rate + (i > 10 * rate ? lost_s : 0.0));
+      imu.insert(sample);
+    }
+    const auto steps = imu.steps(from_seconds(9.0), from_seconds(12.0));
+    return std::any_of(steps.begin(), steps.end(), [](const MotionStep& s) { return s.bridged; });
+  };
+  EXPECT_FALSE(bridged(10.0, 0.18));
+  EXPECT_FALSE(bridged(20.0, 0.1));
+  EXPECT_TRUE(bridged(20.0, 0.2));
+  EXPECT_TRUE(bridged(100.0, 0.15));
+  EXPECT_TRUE(bridged(10.0, 0.25)) << "longer than values are interpolated";
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "gprodom/odometry.h"
-#include "motion/history/sensor_history.h"
 #include "pipeline/test_drive.h"
 #include "support/sanitized.h"
 
@@ -87,9 +86,7 @@ void expect_to_follow(double imu_hz, double state_hz, double phase, SolverKind s
   } catch (const std::exception& error) {
     FAIL() << "adding data has thrown: " << error.what();
   }
-  // An IMU whose samples are further apart than a gap is silent for the estimator: it goes on, and
-  // publishes when it can.
-  if (1 / imu_hz > to_seconds(ImuHistory::kGap)) return;
+  if (imu_hz < 8) return;  // it goes on, and publishes when it can
   ASSERT_GT(newest.time, kDriveStart + from_seconds(kStands + 0.5 * kDrives));
   const double driven = way(to_seconds(newest.time - kDriveStart));
   EXPECT_NEAR(newest.p_odom_body.x(), driven, 0.1 * driven);
