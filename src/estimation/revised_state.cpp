@@ -165,11 +165,11 @@ void StateEstimator::hold_scale(CarriedState now) {
 // Along wrong axes accelerations seem to show it as well, wrong by 14 % where the accelerometer has
 // a wrong sign. Once the axes are known they may show it again.
 void StateEstimator::hold_scale_without_axes(bool axes_known) {
-  if (config_.wheel.scale_sigma <= 0 || axes_known == !held_without_axes_) return;
+  if (config_.wheel.scale_sigma <= 0) return;
   if (!axes_known && !scale_held_) {
     held_without_axes_ = true;
     hold_scale(with_first_scale());
-  } else if (axes_known) {
+  } else if (axes_known && held_without_axes_) {
     held_without_axes_ = scale_held_ = false;
     driven_s_ = 0.0;
     CarriedState now{smoother_.newest(), last_covariance_};
