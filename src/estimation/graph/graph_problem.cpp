@@ -105,6 +105,23 @@ std::size_t GraphProblem::slip_step(std::size_t node, const WheelWay& way) const
   return way.p.isZero() ? steps_.size() : std::min(way.step(node), steps_.size());
 }
 
+std::vector<double> GraphProblem::deviations(const Unknowns& at) const {
+  const auto slip_at = [&](std::size_t step) {
+    return step < at.slips.size() ? at.slips[step] : 0.0;
+  };
+  std::vector<double> result;
+  result.reserve(revisits_.size());
+  for (const RevisitEdge& edge : revisits_) {
+    const bool in_map = edge.memory == kInMap;
+    const PlanarResidual residual = revisit_residual(
+        edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : at.nodes[edge.memory],
+        at.nodes[edge.query], in_map ? 0.0 : slip_at(edge.memory_way.step(edge.memory)),
+        slip_at(edge.query_way.step(edge.query)));
+    result.push_back(residual.value.norm());
+  }
+  return result;
+}
+
 double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms,
                                  const Unknowns& at) {
   const bool in_map = edge.memory == kInMap;

@@ -51,6 +51,9 @@ class GraphProblem {
   // std::runtime_error if the normal equations are singular.
   Matrix5d newest_covariance(const std::vector<bool>& trusted, const Unknowns& at);
 
+  // Of each revisit, in standard deviations: the norm of its residual.
+  std::vector<double> deviations(const Unknowns& at) const;
+
   double work() const { return equations_.work(); }  // of all of that, so far
   int iterations() const { return iterations_; }     // of all solve() so far
 

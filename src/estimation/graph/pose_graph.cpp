@@ -9,6 +9,7 @@
 
 #include "estimation/graph/graph_problem.h"
 #include "estimation/graph/planar_factors.h"
+#include "estimation/graph/wrong_revisits.h"
 
 namespace gprodom {
 
@@ -19,10 +20,6 @@ namespace {
 
 // rad; beyond this yaw error the linear combination of two steps is no longer valid.
 constexpr double kLooseYawSigma = 0.1;
-
-// Kernels begin so wide that the worst revisit is inside, but at most kWidest times their final
-// width. From one solution to the next they become narrower by the factor kNarrower.
-constexpr double kWidest = 64.0, kNarrower = 4.0;
 
 // The end of a step in the frame of its beginning.
 PlanarPose moved(const PlanarStep& step, double scale, double slip) {
@@ -220,92 +217,13 @@ PlanarPose PoseGraph::place(std::size_t node, const PlanarPose& at, const WheelW
   return place_at(nodes_, slips_, node, at, way);
 }
 
-// Deviation of each revisit, in standard deviations: the norm of its residual.
-std::vector<double> PoseGraph::deviations(const std::vector<PlanarPose>& nodes,
-                                          const std::vector<double>& slips) const {
-  const auto slip_at = [&](std::size_t step) { return step < slips.size() ? slips[step] : 0.0; };
-  std::vector<double> result;
-  for (const RevisitEdge& edge : revisits_) {
-    const bool in_map = edge.memory == kInMap;
-    const PlanarResidual residual = revisit_residual(
-        edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : nodes[edge.memory],
-        nodes[edge.query], in_map ? 0.0 : slip_at(edge.memory_way.step(edge.memory)),
-        slip_at(edge.query_way.step(edge.query)));
-    result.push_back(residual.value.norm());
-  }
-  return result;
-}
-
-// Width at which the kernels begin.
-double PoseGraph::widest(const std::vector<double>& deviations) const {
-  double worst = 0.0;
-  for (double deviation : deviations) worst = std::max(worst, deviation);
-  double width = 1.0;
-  while (width * options_.drop_beyond < worst && width < kWidest) width *= kNarrower;
-  return width;
-}
-
-// Which revisits to begin with, if the last solution left some out that still contradict it, and
-// no others do. Else none: then all are tried.
-std::optional<std::vector<bool>> PoseGraph::still_trusted(
-    const std::vector<double>& deviations) const {
-  std::vector<bool> agrees;
-  bool leaves_out = false;
-  for (std::size_t i = 0; i < deviations.size(); ++i) {
-    agrees.push_back(deviations[i] <= options_.drop_beyond);
-    if (agrees[i]) continue;
-    if (i >= trusted_.size() || trusted_[i]) return std::nullopt;
-    leaves_out = true;
-  }
-  return leaves_out ? std::optional(std::move(agrees)) : std::nullopt;
-}
-
 PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   GraphProblem problem(steps_, revisits_, fixes_, {{scale, scale_sigma}, first_prior_}, options_);
-  const GraphProblem::Unknowns start{nodes_, slips_, scale_.value_or(scale), lasting_};
-  GraphProblem::Unknowns at = start;
-  const std::vector<double> at_start = deviations(nodes_, slips_);
-  // Wide kernels, which find out what is wrong among revisits that contradict each other, lead far
-  // from the last solution and back. That is not repeated for a contradiction that is settled.
-  const auto begin_with = still_trusted(at_start);
-  bool tries_all = !begin_with;
-  std::vector<bool> trusted = begin_with.value_or(std::vector<bool>(revisits_.size(), true));
-  double width = tries_all ? widest(at_start) : 1.0;
-  // A wrong revisit increases the residuals of right ones. So the worst are removed first, with a
-  // redescending kernel; right ones among them are restored afterwards. In the final solution most
-  // have their full weight.
-  enum class Stage { kDrop, kRestore, kFinal };
-  for (Stage stage = Stage::kDrop;;) {
-    const auto kernel =
-        stage == Stage::kFinal ? RevisitKernel::kFullWeight : RevisitKernel::kRedescending;
-    for (; width > 1.0; width /= kNarrower) problem.solve({trusted, kernel, width}, at);
-    problem.solve({trusted, kernel, 1.0}, at);
-    if (stage == Stage::kFinal) break;
-    const std::vector<double> deviation = deviations(at.nodes, at.slips);
-    double worst = 0;
-    for (std::size_t i = 0; i < deviation.size(); ++i) {
-      if (trusted[i]) worst = std::max(worst, deviation[i]);
-    }
-    const bool drop = worst > options_.drop_beyond;
-    if (drop && !tries_all) {
-      tries_all = true;
-      trusted.assign(trusted.size(), true);
-      width = widest(at_start);
-      at = start;
-      stage = Stage::kDrop;
-      continue;
-    }
-    bool restored = false;
-    for (std::size_t i = 0; i < deviation.size(); ++i) {
-      if (drop && trusted[i] && deviation[i] > std::max(options_.drop_beyond, 0.5 * worst)) {
-        trusted[i] = false;
-      } else if (!drop && stage == Stage::kDrop && !trusted[i] &&
-                 deviation[i] < options_.drop_beyond) {
-        trusted[i] = restored = true;
-      }
-    }
-    if (!drop) stage = restored ? Stage::kRestore : Stage::kFinal;
-  }
+  GraphProblem::Unknowns at{nodes_, slips_, scale_.value_or(scale), lasting_};
+  std::vector<bool> trusted = trusted_;
+  trusted.resize(revisits_.size(), true);
+  if (!fixes_.empty() || !refine(problem, trusted, options_, at))
+    trusted = drop_wrong(problem, std::move(trusted), options_, at);
   PoseGraphSolution solution;
   if (nodes_.size() > 1) {
     solution.newest.slip = at.slips.back();

@@ -124,13 +124,13 @@ class PoseGraph {
   // newest node is to be removed.
   void keep_only(const std::vector<bool>& nodes, const std::vector<bool>& cut = {});
 
-  // Gauss-Newton from the last solution, first with a redescending kernel on the revisits, which
-  // begins wide enough for the worst of them. Revisits that contradict the solution are left out,
-  // and it is solved again, in the end with a kernel that weighs most of them in full. The next
-  // solve() tries all of them again where anything new contradicts this solution. Else it goes on
-  // from it: what was left out stays out as long as it contradicts. scale, scale_sigma: prior of
-  // the wheel's scale, without revisits (sigma 0: fixed). Throws std::runtime_error if no solution
-  // is found.
+  // Gauss-Newton from the last solution. Where that contradicts a trusted or a new revisit, first
+  // with a redescending kernel on the revisits, which begins wide enough for the worst of them.
+  // Revisits that contradict the solution are left out, and it is solved again; in the end with a
+  // kernel that weighs most of them in full. What was left out stays out as long as it contradicts,
+  // but is tried again where the others contradict each other without it. scale, scale_sigma: prior
+  // of the wheel's scale, without revisits (sigma 0: fixed). Throws std::runtime_error if no
+  // solution is found.
   PoseGraphSolution solve(double scale, double scale_sigma);
 
   // Between two solutions: the nodes after `from` alone, where the others and the scale stay as
@@ -169,11 +169,6 @@ class PoseGraph {
   std::vector<Eigen::Vector2d> lasting_;  // errors of the fixes, in their standard deviations
   std::optional<double> scale_;           // of the last solution
   std::optional<FirstPrior> first_prior_;
-
-  std::vector<double> deviations(const std::vector<PlanarPose>& nodes,
-                                 const std::vector<double>& slips) const;
-  double widest(const std::vector<double>& deviations) const;
-  std::optional<std::vector<bool>> still_trusted(const std::vector<double>& deviations) const;
 };
 
 }  // namespace gprodom

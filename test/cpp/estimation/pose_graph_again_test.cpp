@@ -73,6 +73,36 @@ TEST(PoseGraphAgain, ARevisitThatWasLeftOutCostsNoMoreIterations) {
   EXPECT_LT(iterations, 1.5 * without_it);
 }
 
+// What was found out of wrong revisits is not found out again with each new one: a right one that
+// lies far from dead reckoning is no reason to try the wrong ones.
+TEST(PoseGraphAgain, WhatNothingContradictsIsSolvedInAFewIterations) {
+  Rounds rounds(2 * kRound);
+  for (std::size_t i = 0; i < 3; ++i) rounds.revisit(20 + 9 * i, 2 * kRound - 10 - 5 * i, 1.0);
+  rounds.solve();
+  int iterations = 0;
+  for (int more = 0; more < 20; ++more) {
+    rounds.drive(4);
+    const auto solution = rounds.solve();
+    EXPECT_EQ(std::count(solution.trusted.begin(), solution.trusted.end(), false), 3);
+    iterations += solution.iterations;
+  }
+  EXPECT_LT(iterations, 20 * 5);
+}
+
+// That way leads to the solution to which the long one leads.
+TEST(PoseGraphAgain, GoingOnFromTheLastSolutionEqualsSolvingAtOnce) {
+  Rounds step_by_step(kRound), at_once(kRound);
+  for (int more = 0; more < 20; ++more) {
+    step_by_step.drive(8);
+    step_by_step.solve();
+  }
+  at_once.drive(20 * 8);
+  const auto one = step_by_step.solve(), other = at_once.solve();
+  EXPECT_EQ(one.trusted, other.trusted);
+  const double sigma = std::sqrt(other.newest.covariance(0, 0));
+  EXPECT_LT((one.newest.pose.p - other.newest.pose.p).norm(), 0.1 * sigma);
+}
+
 // It is tried again when others that agree with it contradict the solution.
 TEST(PoseGraphAgain, ARevisitThatWasLeftOutIsTrustedWhenOthersProveIt) {
   Rounds rounds(kRound + 20);  // the last nodes have right revisits

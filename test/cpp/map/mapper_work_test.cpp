@@ -14,7 +14,7 @@ namespace {
 constexpr double kSpeed = 1.0;             // m/s, straight ahead
 constexpr TimeNs kInterval = 500'000'000;  // ns from state to state: each is a node
 constexpr int kAlone = 600, kTied = 200;   // states before the first revisit, and since then
-constexpr int kTies = 16;                  // revisits told for a state
+constexpr int kTies = 24;                  // revisits told for a state
 constexpr double kWorkPerSecond = 5e7;     // multiplications, NormalMatrix::work()
 
 TimeNs time_of(int state) { return from_seconds(1000.0) + state * kInterval; }
