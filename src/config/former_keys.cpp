@@ -125,10 +125,8 @@ const std::vector<RemovedKey>& removed_keys() {
       {"gpr.coherence.min_sigma", "0.05",
        "it only bounds the learnt error from below, at less than the best ground measured has "
        "(docs/observability.md)"},
-      {"graph.settle", "4",
-       "most slips have been seen by then, and later the state leaves the window that could still "
-       "correct it",
-       "1"},
+      {"graph.settle", "1",
+       "what shows later changes a state by less than a map that is late by it errs"},
       {"graph.node_spacing", "0.5",
        "it is a quarter of a patch of ground: closer nodes cost time, and say nothing of the track "
        "that a patch shows"},

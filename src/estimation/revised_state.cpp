@@ -237,6 +237,7 @@ void StateEstimator::restart(const NavState& state) {
   known.diagonal().segment<3>(row::kP).array() += kOriginPositionSigma * kOriginPositionSigma;
   known = (to_chart * known * to_chart.transpose()).eval();
   common_ = (to_chart * common_ * to_chart.transpose()).eval();
+  settled_.reset();
   id_offset_ += smoother_.newest_id();
   smoother_ =
       FixedLagSmoother(smoother_options(config_.smoother), state, gaussian_prior(state, known));

@@ -216,14 +216,26 @@ void StateEstimator::solve(const StateInput& input, FixedLagSmoother::StateId b,
     smoother_.marginalise(input.keep_since);
     motion_.forget_before(smoother_.state(smoother_.oldest_id()).time);
     last_covariance_ = smoother_.newest_covariance() + common_;
-    const auto since = std::lround(kSettledAfter * config_.smoother.state_rate);
-    const auto settled = std::max(b - since, smoother_.oldest_id());
-    result.settled = smoother_.state(settled);
-    if (settled > smoother_.oldest_id()) result.before_settled = smoother_.state(settled - 1);
+    settle(input.keep_since, result);
     if (const auto slip = slip_of(result.settled->time)) result.settled_slip_sigma = slip->sigma;
   } else {
     discard_window(predicted);
   }
+}
+
+void StateEstimator::settle(std::optional<TimeNs> keep_since, StateResult& result) {
+  const FixedLagSmoother::StateId oldest = smoother_.oldest_id();
+  const auto at_age = [&](double seconds) {
+    const auto states = std::lround(seconds * config_.smoother.state_rate);
+    return std::max(smoother_.newest_id() - states, oldest);
+  };
+  auto settled = at_age(keep_since ? kSettledAtLast : kSettledAfter);
+  if (settled_ && *settled_ >= oldest) {
+    result.before_settled = smoother_.state(*settled_);
+    settled = std::max(settled, *settled_);
+  }
+  result.settled = smoother_.state(settled);
+  settled_ = settled;
 }
 
 void StateEstimator::record() { batch_.emplace(smoother_.newest(), smoother_.prior()); }

@@ -101,9 +101,10 @@ struct StateInput {
   std::optional<TimeNs> keep_since;
 };
 
-// s after which the pose graph takes a state as it is: most slips have been seen by then, and have
-// changed the states within the window.
-constexpr double kSettledAfter = 4.0;
+// s after which the pose graph takes a state as it is. Slip that shows later changes the states of
+// the window by less than a pose graph that is late by it errs. Where passages or a count are to
+// come, which change them by more, it waits longer.
+constexpr double kSettledAfter = 1.0, kSettledAtLast = 4.0;
 
 // A fixed scale needs a finite weight too: 0.1 ppm.
 constexpr double kFixedScaleSigma = 1e-7;
@@ -112,7 +113,7 @@ struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();
   std::optional<NavState> settled;         // newest settled state, as the window has it now
-  std::optional<NavState> before_settled;  // the state before it, likewise, while it is in there
+  std::optional<NavState> before_settled;  // the one before it, likewise, while it is in there
   double settled_slip_sigma = 0.0;         // of the wheel's slip in the interval before that state
   // Likewise, as antennas in a row leave it, if there are any: 0 where they measured the distance.
   std::optional<double> settled_slip_by_pair;
@@ -193,6 +194,7 @@ class StateEstimator {
   // Returns the reason if the factor is refused, otherwise an empty string. Adds the factor's
   // information to place_information.
   std::string add_user_factor(const UserFactor& factor, Eigen::Matrix2d& place_information);
+  void settle(std::optional<TimeNs> keep_since, StateResult& result);
   void solve(const StateInput& input, FixedLagSmoother::StateId newest, const NavState& predicted,
              StateResult& result);
   void discard_window(const NavState& state);
@@ -235,6 +237,7 @@ class StateEstimator {
   StateMatrix common_ = StateMatrix::Zero();
   double gap_s_ = 0.0;  // length of the current gap of the IMU, up to the newest state
   FixedLagSmoother smoother_;
+  std::optional<FixedLagSmoother::StateId> settled_;                     // the newest that is
   std::deque<std::pair<TimeNs, std::shared_ptr<WheelSlipTerm>>> slips_;  // of the window's factors
   std::deque<std::pair<TimeNs, std::shared_ptr<WheelPlaceTerm>>> places_;  // likewise
   RecentMotion motion_;                                                    // over the window
