@@ -44,8 +44,9 @@ class Batch {
   };
   void add_way(Way way);
 
-  // Adds a prior on the wheel's scale at the first state.
-  void add_scale(double scale, double sigma) { prior_.add_scale(scale, sigma); }
+  // The wheel's scale is held there, since accelerations do not show it. Where fixes measure it, it
+  // is free nevertheless.
+  void hold_scale(double scale) { held_scale_ = scale; }
 
   // Position (x, y) and heading of the first state are no longer held: fixes measure them.
   void free_place() { prior_.free_place(); }
@@ -73,6 +74,7 @@ class Batch {
     std::shared_ptr<const Factor> factor;
   };
   MarginalPrior prior_;
+  std::optional<double> held_scale_;
   std::vector<NavState> states_;
   std::vector<Link> links_;
   std::vector<Fix> fixes_;

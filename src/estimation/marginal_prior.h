@@ -8,6 +8,9 @@
 
 namespace gprodom {
 
+// A fixed scale needs a finite weight too: 0.1 ppm.
+constexpr double kFixedScaleSigma = 1e-7;
+
 // Residual A [local(x0_1, x_1); ...; local(x0_n, x_n)] + b over the oldest n states of the window,
 // unit variance per row. A was made at x0: its null space (global position and yaw, less what the
 // origin fixes) is the same at every x, see nav_state.h.

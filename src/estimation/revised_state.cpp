@@ -155,7 +155,7 @@ CarriedState StateEstimator::with_first_scale() const {
 // times as long do not show either. So it is held in the solution over all data as well.
 void StateEstimator::hold_scale(CarriedState now) {
   scale_held_ = true;
-  if (batch_) batch_->add_scale(first_scale_, kFixedScaleSigma);
+  if (batch_) batch_->hold_scale(first_scale_);
   now.state.wheel_scale = first_scale_;
   replace(now.covariance, row::kScale, 1,
           Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));

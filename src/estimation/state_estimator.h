@@ -106,9 +106,6 @@ struct StateInput {
 // come, which change them by more, it waits longer.
 constexpr double kSettledAfter = 1.0, kSettledAtLast = 4.0;
 
-// A fixed scale needs a finite weight too: 0.1 ppm.
-constexpr double kFixedScaleSigma = 1e-7;
-
 struct StateResult {
   NavState state;  // the newest
   StateMatrix covariance = StateMatrix::Zero();

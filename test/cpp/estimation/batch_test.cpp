@@ -100,6 +100,36 @@ TEST(Batch, SurveyedFixesAreWhite) {
   EXPECT_THROW(batch.add_fix({0, 2, place}), std::invalid_argument);
 }
 
+// A wheel that reports 10.2 m between two surveyed marks 10 m apart.
+TEST(Batch, FixesMeasureAScaleThatAccelerationsDoNotShow) {
+  const auto solved = [](bool with_fixes) {
+    StateVector sigma = StateVector::Constant(1e-3);
+    sigma[row::kScale] = 0.05;
+    Batch batch(NavState(), origin_prior(NavState(), sigma));
+    NavState second;
+    second.time = from_seconds(20.0);
+    second.p_odom.x() = 10.2;
+    batch.add_state(second);
+    WheelIncrement wheel(Eigen::Vector3d::Zero());
+    for (int i = 0; i < 100; ++i) wheel.integrate(Eigen::Vector3d::Zero(), 0.2, 0.102);
+    batch.add_factor(0, 1,
+                     std::make_shared<WheelFactor>(wheel, Eigen::Vector3d::Zero(),
+                                                   Eigen::Vector3d::Constant(1e-6), 100.0));
+    batch.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1e-6, 1e-6, 1e-6));
+    batch.hold_scale(1.0);
+    for (const double share : {0.0, 1.0})
+      if (with_fixes)
+        batch.add_fix({0, 1,
+                       FixFactor({10.0 * share, 0.0}, 1e-6 * Eigen::Matrix2d::Identity(),
+                                 Eigen::Vector3d::Zero(), share)});
+    return batch.solve({}).back();
+  };
+  EXPECT_NEAR(solved(false).wheel_scale, 1.0, 1e-5);
+  EXPECT_NEAR(solved(false).p_odom.x(), 10.2, 1e-3);
+  EXPECT_NEAR(solved(true).wheel_scale, 1.02, 1e-3);
+  EXPECT_NEAR(solved(true).p_odom.x(), 10.0, 1e-2);
+}
+
 TEST(Batch, ScaleWalksByTheTimeBetweenStates) {
   Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
   NavState second;
