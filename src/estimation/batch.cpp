@@ -67,7 +67,7 @@ std::vector<NavState> Batch::solve(const Options& options) const {
     problem.AddParameterBlock(x[i].data(), ambient::kSize, &manifold);
   }
   MarginalPrior prior = prior_;
-  if (held_scale_ && fixes_.empty()) prior.add_scale(*held_scale_, kFixedScaleSigma);
+  if (held_scale_) prior.add_scale(*held_scale_, kFixedScaleSigma);
   add_to(problem, std::make_shared<const MarginalPrior>(std::move(prior)), {x[0].data()});
   for (const Link& link : links_)
     add_to(problem, link.factor, x[link.a].data(), x[link.b].data(), options.robust);

@@ -44,9 +44,9 @@ class Batch {
   };
   void add_way(Way way);
 
-  // The wheel's scale is held there, since accelerations do not show it. Where fixes measure it, it
-  // is free nevertheless.
+  // The wheel's scale is held there, since accelerations do not show it; free: revisits or fixes do.
   void hold_scale(double scale) { held_scale_ = scale; }
+  void free_scale() { held_scale_.reset(); }
 
   // Position (x, y) and heading of the first state are no longer held: fixes measure them.
   void free_place() { prior_.free_place(); }

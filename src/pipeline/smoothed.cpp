@@ -88,14 +88,17 @@ std::vector<NavState> Pipeline::smoothed() const {
                                             [time](const NavState& x) { return x.time < time; });
     return static_cast<size_t>(found - states.begin());
   };
-  for (const Revisit& revisit : map_->revisits()) {
+  const std::vector<Revisit> revisits = map_->revisits();
+  const std::vector<UsedFix> fixes = map_->used_fixes();
+  if (!revisits.empty() || !fixes.empty()) batch.free_scale();
+  for (const Revisit& revisit : revisits) {
     const size_t memory = state_at(revisit.memory), query = state_at(revisit.query);
     if (memory < query && query < states.size())
       batch.add_factor(memory, query, std::make_shared<RevisitFactor>(revisit.edge));
   }
   // The result is in map, which differs from odom if the track is tied to an earlier map.
   const PlanarPose map_from_odom = map_->map_from_odom();
-  add_fixes(map_->used_fixes(), map_from_odom, batch);
+  add_fixes(fixes, map_from_odom, batch);
   start_at_map(map_->track(), map_from_odom, batch);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d p(map_from_odom.p.x(), map_from_odom.p.y(), 0.0);
