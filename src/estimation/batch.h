@@ -44,7 +44,8 @@ class Batch {
   };
   void add_way(Way way);
 
-  // The wheel's scale is held there, since accelerations do not show it; free: revisits or fixes do.
+  // The wheel's scale is held there where accelerations do not show it, unless revisits or fixes
+  // do.
   void hold_scale(double scale) { held_scale_ = scale; }
   void free_scale() { held_scale_.reset(); }
 
