@@ -126,7 +126,7 @@ const std::vector<RemovedKey>& removed_keys() {
        "it only bounds the learnt error from below, at less than the best ground measured has "
        "(docs/observability.md)"},
       {"graph.settle", "1",
-       "what shows later changes a state by less than a map that is late by it errs"},
+       "after a longer wait more slip has shown, but the map is late, which costs more"},
       {"graph.node_spacing", "0.5",
        "it is a quarter of a patch of ground: closer nodes cost time, and say nothing of the track "
        "that a patch shows"},

@@ -44,9 +44,9 @@ class Batch {
   };
   void add_way(Way way);
 
-  // The wheel's scale is held there where accelerations do not show it, unless revisits or fixes
-  // do.
+  // Accelerations do not show the wheel's scale: it is held at this value.
   void hold_scale(double scale) { held_scale_ = scale; }
+  // Revisits or fixes measure it.
   void free_scale() { held_scale_.reset(); }
 
   // Position (x, y) and heading of the first state are no longer held: fixes measure them.

@@ -229,7 +229,7 @@ void StateEstimator::settle(std::optional<TimeNs> keep_since, StateResult& resul
     const auto states = std::lround(seconds * config_.smoother.state_rate);
     return std::max(smoother_.newest_id() - states, oldest);
   };
-  auto settled = at_age(keep_since ? kSettledAtLast : kSettledAfter);
+  auto settled = at_age(keep_since ? kSettledWhereMeasured : kSettledAfter);
   if (settled_ && *settled_ >= oldest) {
     result.before_settled = smoother_.state(*settled_);
     settled = std::max(settled, *settled_);

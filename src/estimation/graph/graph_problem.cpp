@@ -105,34 +105,32 @@ std::size_t GraphProblem::slip_step(std::size_t node, const WheelWay& way) const
   return way.p.isZero() ? steps_.size() : std::min(way.step(node), steps_.size());
 }
 
+GraphProblem::RevisitAt GraphProblem::revisit_at(const RevisitEdge& edge,
+                                                 const Unknowns& at) const {
+  const std::size_t none = steps_.size(), query_step = slip_step(edge.query, edge.query_way);
+  std::size_t memory_step = slip_step(edge.memory, edge.memory_way);
+  // If both places lie on the same step, its slip has hardly any effect between them.
+  if (memory_step == query_step) memory_step = none;
+  const auto slip_at = [&](std::size_t step) { return step == none ? 0.0 : at.slips[step]; };
+  const PlanarPose memory = edge.memory == kInMap ? PlanarPose() : at.nodes[edge.memory];
+  return {revisit_residual(edge, options_.revisit_yaw_sigma, memory, at.nodes[edge.query],
+                           slip_at(memory_step), slip_at(query_step)),
+          memory_step, query_step};
+}
+
 std::vector<double> GraphProblem::deviations(const Unknowns& at) const {
-  const auto slip_at = [&](std::size_t step) {
-    return step < at.slips.size() ? at.slips[step] : 0.0;
-  };
   std::vector<double> result;
   result.reserve(revisits_.size());
-  for (const RevisitEdge& edge : revisits_) {
-    const bool in_map = edge.memory == kInMap;
-    const PlanarResidual residual = revisit_residual(
-        edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : at.nodes[edge.memory],
-        at.nodes[edge.query], in_map ? 0.0 : slip_at(edge.memory_way.step(edge.memory)),
-        slip_at(edge.query_way.step(edge.query)));
-    result.push_back(residual.value.norm());
-  }
+  for (const RevisitEdge& edge : revisits_)
+    result.push_back(revisit_at(edge, at).residual.value.norm());
   return result;
 }
 
 double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms,
                                  const Unknowns& at) {
   const bool in_map = edge.memory == kInMap;
-  const std::size_t none = steps_.size(), query_step = slip_step(edge.query, edge.query_way);
-  std::size_t memory_step = slip_step(edge.memory, edge.memory_way);
-  // If both places lie on the same step, its slip has hardly any effect between them.
-  if (memory_step == query_step) memory_step = none;
-  const auto slip_at = [&](std::size_t step) { return step == none ? 0.0 : at.slips[step]; };
-  const PlanarResidual residual = revisit_residual(
-      edge, options_.revisit_yaw_sigma, in_map ? PlanarPose() : at.nodes[edge.memory],
-      at.nodes[edge.query], slip_at(memory_step), slip_at(query_step));
+  const std::size_t none = steps_.size();
+  const auto [residual, memory_step, query_step] = revisit_at(edge, at);
   const double s = residual.value.squaredNorm();
   const Robust kernel = terms.kernel == RevisitKernel::kRedescending
                             ? cauchy(s, options_.robust_threshold * terms.width)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimation/graph/normal_matrix.h"
+#include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
 
 namespace gprodom {
@@ -76,6 +77,12 @@ class GraphProblem {
   int scale() const { return slip(steps_.size()); }
   int lasting(std::size_t fix) const { return scale() + 1 + static_cast<int>(2 * fix); }
   std::size_t slip_step(std::size_t node, const WheelWay& way) const;
+  // Of a revisit: the steps on which its ends lie; their number where an end lies on none.
+  struct RevisitAt {
+    PlanarResidual residual;
+    std::size_t memory_step, query_step;
+  };
+  RevisitAt revisit_at(const RevisitEdge& edge, const Unknowns& at) const;
 
   // Half the sum of the squares, and its normal equations.
   double linearise(const Terms& terms, SlipPrior prior, const Unknowns& at);

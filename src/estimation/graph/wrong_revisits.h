@@ -9,7 +9,8 @@ namespace gprodom {
 
 // Goes on from `at`, the last solution, where no trusted revisit contradicts it, and none that is
 // left out agrees so well that it would have its full weight. Returns false, and leaves `at` as it
-// was, where that is not so, there or at the solution.
+// was, where that is not so, there or at the solution. Throws std::runtime_error if no solution is
+// found.
 bool refine(GraphProblem& problem, const std::vector<bool>& trusted,
             const PoseGraphOptions& options, GraphProblem::Unknowns& at);
 

@@ -73,8 +73,8 @@ TEST(PoseGraphAgain, ARevisitThatWasLeftOutCostsNoMoreIterations) {
   EXPECT_LT(iterations, 1.5 * without_it);
 }
 
-// What was found out of wrong revisits is not found out again with each new one: a right one that
-// lies far from dead reckoning is no reason to try the wrong ones.
+// Wrong revisits that were left out are not tried again because a right one lies far from dead
+// reckoning.
 TEST(PoseGraphAgain, WhatNothingContradictsIsSolvedInAFewIterations) {
   Rounds rounds(2 * kRound);
   for (std::size_t i = 0; i < 3; ++i) rounds.revisit(20 + 9 * i, 2 * kRound - 10 - 5 * i, 1.0);
@@ -89,7 +89,7 @@ TEST(PoseGraphAgain, WhatNothingContradictsIsSolvedInAFewIterations) {
   EXPECT_LT(iterations, 20 * 5);
 }
 
-// That way leads to the solution to which the long one leads.
+// Many short solutions lead to where one over all leads.
 TEST(PoseGraphAgain, GoingOnFromTheLastSolutionEqualsSolvingAtOnce) {
   Rounds step_by_step(kRound), at_once(kRound);
   for (int more = 0; more < 20; ++more) {

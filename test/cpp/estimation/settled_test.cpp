@@ -9,8 +9,8 @@
 namespace gprodom {
 namespace {
 
-// The pose graph takes a state after a second. While a measurement is to come, it takes later ones,
-// and then it learns where the newest of those that it has lies now.
+// The pose graph takes a state after a second, and waits four while a measurement is to come. With
+// each it learns where the one that it took last lies now, also if others were left out between.
 TEST(Settled, StatesWaitForMeasurementsToCome) {
   std::mt19937 random(4);
   StateEstimator estimator = at_ten_seconds(kSpeed);
