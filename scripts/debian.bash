@@ -126,7 +126,8 @@ root_with() {
   cp "$3"/*.deb "$root/check/new/"
   cp -r scripts/live test/package/* sample/*-cmu-gpr.zip "$root/check/"
   git ls-files -z --cached --others --exclude-standard debian sample test/outside \
-    test/python/{conftest.py,pytest.ini,test_export.py} examples/cpp/{beacons,front_end} |
+    test/python/{conftest,made_drive,packets,test_export}.py test/python/pytest.ini \
+    examples/cpp/{beacons,front_end} |
     tar -c --null -T - | tar -x --one-top-level="$root/check/source"
   echo "$root"
 }

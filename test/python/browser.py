@@ -95,12 +95,7 @@ def show(page: Path, widths: list[int], scheme: str, folder: Path) -> Shown:
     frames = "".join(_frame(page, width, 800) for width in widths)
     outer = folder / "frames.html"
     outer.write_text(f"<!doctype html><script>{MEASURE}</script><body>{frames}</body>")
-    done = _chromium(
-        folder / "profile",
-        *_options(scheme),
-        "--dump-dom",
-        outer.absolute().as_uri(),
-    )
+    done = _chromium(folder / "profile", *_options(scheme), "--dump-dom", outer.absolute().as_uri())
     measured = re.search(r"<body>MEASURED(.*)END", done.stdout, re.S)
     assert measured, done.stderr
     console = [each for each in done.stderr.splitlines() if "CONSOLE" in each]

@@ -1,28 +1,37 @@
-"""Shared by the tests: the folders of test data, and a private network for live LCM."""
+"""Shared by the tests: the folders of test data, the command line, and a private network for
+live LCM."""
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import io
+import json
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import gprodom
 from gprodom import canvas
+from gprodom.cli import main
+from made_drive import write_drive
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 CHECKOUT = Path(__file__).resolve().parents[2]
+BENCH = CHECKOUT / "bench"
+CONFIG = CHECKOUT / "config" / "gprodom.yaml"
+SAMPLE = CHECKOUT / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 
 
 def shared_folder() -> Path:
@@ -60,6 +69,88 @@ def programs() -> Path:
     return folder
 
 
+def run_cli(*words: object, code: int = 0) -> None:
+    """`gprodom WORDS` in this process, which must end with that exit code."""
+    try:
+        ended = main([*map(str, words)])
+    except SystemExit as stopped:
+        ended = stopped.code
+    assert ended == code
+
+
+class Cli:
+    """`gprodom` in this process, and what it prints."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
+        self._capsys = capsys
+
+    def __call__(self, *words: object, code: int = 0) -> Any:
+        """What `gprodom WORDS` prints: out, err."""
+        self._capsys.readouterr()
+        run_cli(*words, code=code)
+        return self._capsys.readouterr()
+
+    def json(self, *words: object, code: int = 0) -> Any:
+        """What it prints with --json."""
+        return json.loads(self(*words, "--json", code=code).out)
+
+    def error(self, *words: object, code: int = 1) -> str:
+        """What it says where it fails."""
+        said: str = self(*words, code=code).err
+        return said
+
+
+@pytest.fixture
+def cli(capsys: pytest.CaptureFixture[str]) -> Cli:
+    return Cli(capsys)
+
+
+@pytest.fixture(scope="session")
+def made_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The log of made_drive.py."""
+    log = tmp_path_factory.mktemp("made") / "drive.lcmlog"
+    write_drive(log)
+    return log
+
+
+def run_program(
+    *command: object, codes: Sequence[int] = (0,), timeout_s: float = 600.0, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """A program, which must end with one of those exit codes, and what it prints."""
+    words, changed = [*map(str, command)], {**os.environ, **environment}
+    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout_s, env=changed)
+    assert done.returncode in codes, done.stdout + done.stderr
+    return done
+
+
+def run_bench(program: str, *words: object, codes: Sequence[int] = (0,)) -> Any:
+    """What a program of bench/ prints with --json."""
+    command = (sys.executable, BENCH / program, *words, "--json")
+    return json.loads(run_program(*command, codes=codes).stdout)
+
+
+@pytest.fixture(scope="session")
+def sample_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample sequence as a log."""
+    log = tmp_path_factory.mktemp("sample") / "sample.lcmlog"
+    run_cli("convert", "cmu", SAMPLE, "-o", log)
+    return log
+
+
+class Silent:
+    """A teller that keeps what traces it hears (us, samples), and tells nothing."""
+
+    def __init__(self) -> None:
+        self.traces: list[tuple[int, int]] = []
+
+    def trace(self, utime: int, samples: np.ndarray, _interval: float) -> list[Any]:
+        self.traces.append((utime, len(samples)))
+        return []
+
+    def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Any]:
+        return []
+
+
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """The figures that were drawn, in order; each must be a picture that is not blank."""
@@ -74,6 +165,12 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 
     monkeypatch.setattr(canvas, "png", png)
     return figures
+
+
+def rows_of(table: Path) -> list[dict[str, str]]:
+    """Of a CSV."""
+    with table.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 def colours_in(picture: bytes) -> set[str]:
@@ -93,8 +190,21 @@ def line(axis: Axes, label: str) -> np.ndarray:
 UNPRIVILEGED = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--no-new-privs")
 
 
+@pytest.fixture
+def open_folder() -> Iterator[Path]:
+    """A folder for any user, as `tmp_path` is not."""
+    folder = Path(tempfile.mkdtemp(prefix="gprodom-"))
+    folder.chmod(0o777)
+    yield folder
+    shutil.rmtree(folder)
+
+
 def run_isolated(
-    code: str, *arguments: str, as_user: Sequence[str] = (), timeout_s: float = 60.0
+    code: str,
+    *arguments: object,
+    as_user: Sequence[str] = (),
+    timeout_s: float = 60.0,
+    codes: Sequence[int] = (0,),
 ) -> subprocess.CompletedProcess[str]:
     """Runs Python code in a network namespace where LCM multicast stays on the loopback.
 
@@ -109,9 +219,5 @@ def run_isolated(
     if probe.returncode != 0:
         pytest.skip(f"no network namespace: {probe.stderr.strip()}")
     inside = ["sh", "-c", f'{setup} && exec "$@"', "sh"]
-    return subprocess.run(
-        [*unshare, *inside, *as_user, sys.executable, "-c", code, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=timeout_s,
-    )
+    command = (*unshare, *inside, *as_user, sys.executable, "-c", code, *arguments)
+    return run_program(*command, codes=codes, timeout_s=timeout_s)

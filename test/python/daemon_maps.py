@@ -8,9 +8,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-from daemon_scenario import PATIENCE_S, START_UTIME, URL, Daemon
-from gprodom.lcm.messages import message
+from daemon_scenario import PATIENCE_S, URL, Daemon
 from gprodom.odometry.replay import find_program
+
+
+def player(folder: Path) -> subprocess.Popen[bytes]:
+    """A player of the drive."""
+    command = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", folder / "in.lcmlog"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 
 def length_of_map(path: Path) -> float:
@@ -31,35 +36,29 @@ def ground(folder: Path) -> None:
     Each of the daemon's threads works and hands on here; scripts/check-sanitizers watches them.
     """
     keep = f"state:\n  directory: {folder}\n  save_period: 0.02\n"
-    player = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", str(folder / "in.lcmlog")]
 
     def value(daemon: Daemon, name: str) -> float:
         status = daemon.heard["STATUS"][-1]
         return dict(zip(status.names, status.values, strict=True)).get(name, 0.0)
 
-    def command(daemon: Daemon, name: str, argument: str) -> None:
-        m = message("command_t")()
-        m.utime, m.name, m.argument = START_UTIME, name, argument
-        daemon.lcm.publish("COMMAND", m.encode())
-
     def played(daemon: Daemon, played_s: float) -> bool:
         heard = daemon.heard["ODOMETRY"]
         return bool(heard) and heard[-1].utime - heard[0].utime > played_s * 1e6
 
-    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
+    with Daemon(folder, keep) as daemon, player(folder) as log:
         daemon.wait_for("poses of 20 s", lambda: played(daemon, 20.0), 40.0)
-        command(daemon, "save_map", "half")
+        daemon.command("save_map", "half")
         daemon.reread(keep + "logging:\n  level: debug\n")
         daemon.await_log("half.map: saved")
         daemon.wait_for("end of the log", lambda: log.poll() is not None, 60.0)
         daemon.wait_for("revisits", lambda: value(daemon, "revisits.trusted") > 0, 40.0)
         daemon.stop(signal.SIGTERM)
     assert {"ground.map", "half.map", "pose.state", "wheel.state"} <= set(os.listdir(folder))
-    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
+    with Daemon(folder, keep) as daemon, player(folder) as log:
         daemon.wait_for("poses of 10 s", lambda: played(daemon, 10.0), 40.0)
-        command(daemon, "reset", "")
+        daemon.command("reset")
         daemon.await_log("reset by command")
-        command(daemon, "load_map", "half")
+        daemon.command("load_map", "half")
         daemon.await_log("map half loaded")
         daemon.reread(keep + "wheel:\n  scale: 0.99\n")
         daemon.await_log("the estimator restarts with the new config")
@@ -73,8 +72,7 @@ def reload(folder: Path) -> None:
     """SIGHUP in mid-drive (FOLDER/in.lcmlog) with a change that restarts the estimator, then the
     end: the ground of before is there."""
     keep = f"state:\n  directory: {folder}\n"
-    player = ["/usr/bin/lcm-logplayer", "--speed=4", f"--lcm-url={URL}", str(folder / "in.lcmlog")]
-    with Daemon(folder, keep) as daemon, subprocess.Popen(player, stdout=subprocess.DEVNULL) as log:
+    with Daemon(folder, keep) as daemon, player(folder) as log:
         heard = daemon.heard["ODOMETRY"]
 
         def driven() -> bool:

@@ -11,6 +11,7 @@ import ctypes
 import io
 import math
 import os
+import select
 import signal
 import socket
 import struct
@@ -114,6 +115,11 @@ class Daemon:
         self.config.write_text(config)
         self.process.send_signal(signal.SIGHUP)
 
+    def command(self, name: str, argument: str = "", utime: int = START_UTIME) -> None:
+        m = message("command_t")()
+        m.utime, m.name, m.argument = utime, name, argument
+        self.lcm.publish("COMMAND", m.encode())
+
     def stop(self, how: signal.Signals) -> None:
         self.process.send_signal(how)
         code = self.process.wait(PATIENCE_S)
@@ -175,9 +181,7 @@ def hostile(folder: Path) -> None:
         daemon.await_log("COMMAND: message announces an impossible length of name")
         daemon.wait_for("poses", lambda: bool(daemon.heard["ODOMETRY"]))
 
-        reset = message("command_t")()
-        reset.utime, reset.name, reset.argument = end, "reset", ""
-        daemon.lcm.publish("COMMAND", reset.encode())
+        daemon.command("reset", utime=end)
         daemon.await_log("reset by command")
         daemon.await_status("no input for")  # silence is told of, not kept
         daemon.await_log("health: failed: no input for")
@@ -304,14 +308,30 @@ def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
         return asked.returncode, asked.stdout.read().decode(), utime
 
 
+def into_a_pipe(daemon: Daemon, utime: int) -> bytes:
+    """What `gprodom status` says where there is no screen, until it is ok."""
+    command, said = [sys.executable, "-m", "gprodom", "status"], b""
+    deadline = time.monotonic() + PATIENCE_S
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as told:
+        assert told.stdout is not None
+        while b"\nok: IMU " not in said and time.monotonic() < deadline:
+            utime = daemon.stand(0.1, utime)
+            if select.select([told.stdout], [], [], 0.0)[0]:
+                said += os.read(told.stdout.fileno(), 4096)
+        told.terminate()
+    return said
+
+
 def status(folder: Path) -> None:
-    """`gprodom status`: healthy, degraded, and on a terminal."""
+    """`gprodom status`: healthy, degraded, into a pipe and on a terminal."""
     with Daemon(folder, "gpr:\n  enabled: false\n") as daemon:
         end = daemon.stand(5.0, START_UTIME)
-        code, said, _ = asked_once(daemon, end)
+        code, said, end = asked_once(daemon, end)
         assert (code, said.split(":")[0]) == (0, "ok"), said
         assert "standing" in said
         assert " 0 revisits" in said
+        lines = into_a_pipe(daemon, end)
+        assert b"\nok: IMU " in lines and b"\x1b" not in lines, lines
         daemon.stop(signal.SIGTERM)
     with Daemon(folder, "") as daemon:
         end = daemon.stand(5.0, START_UTIME)

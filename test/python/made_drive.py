@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.lcm import EventLog
 from gprodom.lcm.constants import flag
-from gprodom.lcm.messages import message
+from packets import correction, packet, status, write_events
 
 START_US = 1_700_000_000_000_000
 SECONDS, STANDS_S = 120, 5
@@ -21,6 +20,12 @@ DEGRADED_S = (80, 90)  # STATUS: no data of the radar
 def along(t: float) -> float:
     """Distance driven (m)."""
     return SPEED * max(0.0, t - STANDS_S)
+
+
+def place(t: float) -> list[float]:
+    """x and y, of the circle to the left."""
+    turned = along(t) / RADIUS
+    return [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
 
 
 def spread(t: float) -> np.ndarray:
@@ -45,10 +50,7 @@ def write_drive(path: Path, seconds: int = SECONDS, sensors: bool = True) -> Non
     for then, now in ((20, 100), (30, 110)):
         events.append((_stamp(now), "GPR_DISPLACEMENT", _revisit(then, now)))
         events.append((_stamp(now), "CORRECTION", _correction(now)))
-    log = EventLog(str(path), "w")
-    for stamp, channel, data in sorted(events, key=lambda event: event[0]):
-        log.write_event(stamp, channel, data)
-    log.close()
+    write_events(path, events)
 
 
 def _stamp(t: float) -> int:
@@ -56,72 +58,61 @@ def _stamp(t: float) -> int:
 
 
 def _pose(t: float, frame: str) -> tuple[str, bytes]:
-    pose = message("odometry_t")()
     turned = along(t) / RADIUS
-    pose.utime, pose.frame = _stamp(t), frame
-    pose.position = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned)), 0.0]
-    pose.orientation = [np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2)]
-    pose.velocity = [SPEED if t > STANDS_S else 0.0, 0.0, 0.0]
     covariance = np.diag([1e-6] * 5 + [1e-5])
     covariance[:2, :2] = spread(t)
-    pose.pose_covariance = covariance.ravel().tolist()
-    pose.wheel_scale, pose.wheel_scale_sigma = 1.01, 0.002
-    pose.distance = along(t)
-    pose.flags = flag("STANDING") if t <= STANDS_S else 0
+    flags = flag("STANDING") if t <= STANDS_S else 0
     if any(begin <= t < end for begin, end in SLIPS_S):
-        pose.flags |= flag("SLIPPING") | flag("WHEEL_FAST")
-    return ("ODOMETRY" if frame == "odom" else "ODOMETRY_MAP"), pose.encode()
+        flags |= flag("SLIPPING") | flag("WHEEL_FAST")
+    pose = packet(
+        "odometry_t",
+        utime=_stamp(t),
+        frame=frame,
+        position=[*place(t), 0.0],
+        orientation=[np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2)],
+        velocity=[SPEED if t > STANDS_S else 0.0, 0.0, 0.0],
+        pose_covariance=covariance.ravel().tolist(),
+        wheel_scale=1.01,
+        wheel_scale_sigma=0.002,
+        distance=along(t),
+        flags=flags,
+    )
+    return ("ODOMETRY" if frame == "odom" else "ODOMETRY_MAP"), pose
 
 
 def _status(t: float) -> bytes:
-    status = message("status_t")()
     degraded = DEGRADED_S[0] <= t < DEGRADED_S[1]
-    status.utime, status.health = _stamp(t), int(degraded)
     # The figure in it changes every second.
-    status.reasons = [f"GPR_TRACE: no data for {t:.1f} s or more"] if degraded else []
-    status.reasons += ["map: searching for earlier ground"] if t >= 85 else []
-    status.num_reasons = len(status.reasons)
+    reasons = [f"GPR_TRACE: no data for {t:.1f} s or more"] if degraded else []
+    reasons += ["map: searching for earlier ground"] if t >= 85 else []
     counted = 2.0 * (t >= 30) + 1.0 * (t >= 50)
-    status.names = ["states", "GPR_TRACE: trace with a spike"]
-    status.values = [t, counted]
-    status.num_values = 2
-    return bytes(status.encode())
+    values = {"states": t, "GPR_TRACE: trace with a spike": counted}
+    return status(_stamp(t), values, int(degraded), reasons)
 
 
 def _imu(t: float) -> bytes:
-    imu = message("imu_t")()
-    imu.utime = _stamp(t)
-    imu.linear_acceleration = [0.0, 0.0, 9.81]
-    imu.angular_velocity = [0.0, 0.0, SPEED / RADIUS if t > STANDS_S else 0.0]
-    return bytes(imu.encode())
+    rate = [0.0, 0.0, SPEED / RADIUS if t > STANDS_S else 0.0]
+    force = [0.0, 0.0, 9.81]
+    return packet("imu_t", utime=_stamp(t), linear_acceleration=force, angular_velocity=rate)
 
 
 def _wheel(t: float) -> bytes:
-    wheel = message("wheel_t")()
-    wheel.utime, wheel.metres_per_tick = _stamp(t), 0.001
-    wheel.ticks = round(1000 * along(t))
-    return bytes(wheel.encode())
+    ticks = round(1000 * along(t))
+    return packet("wheel_t", utime=_stamp(t), ticks=ticks, metres_per_tick=0.001)
 
 
 def _trace(t: float) -> bytes:
-    trace = message("gpr_trace_t")()
-    trace.utime, trace.seq, trace.sample_interval = _stamp(t), round(10 * t), 2e-10
     depth = np.arange(101)
     ground = 1000 * np.sin(0.3 * depth + 3 * along(t)) * np.exp(-depth / 40)
-    trace.samples = np.rint(ground).astype(int).tolist()
-    trace.num_samples = len(trace.samples)
-    return bytes(trace.encode())
+    samples = np.rint(ground).astype(int).tolist()
+    count = {"seq": round(10 * t), "num_samples": len(samples)}
+    return packet("gpr_trace_t", utime=_stamp(t), sample_interval=2e-10, samples=samples, **count)
 
 
 def _revisit(then: float, now: float) -> bytes:
-    sent = message("displacement_t")()
-    sent.utime, sent.utime_from, sent.utime_to = _stamp(now), _stamp(then), _stamp(now)
-    sent.source, sent.kind, sent.valid = "revisit", 2, True
-    return bytes(sent.encode())
+    times = {"utime": _stamp(now), "utime_from": _stamp(then), "utime_to": _stamp(now)}
+    return packet("displacement_t", **times, source="revisit", kind=2, valid=True)
 
 
 def _correction(now: float) -> bytes:
-    sent = message("correction_t")()
-    sent.utime, sent.orientation = _stamp(now), [1.0, 0.0, 0.0, 0.0]
-    sent.position = [0.001 * now, 0.0, 0.0]
-    return bytes(sent.encode())
+    return correction(_stamp(now), 0.001 * now)

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from commission import make
 
-from conftest import CHECKOUT, run_isolated
-from gprodom.cli import main
+from conftest import Cli, run_isolated
 from gprodom.commission.guide import CIRCLING, HARD_STARTS, RETURN, STANDING, STRETCH, Guide
 from gprodom.config import STANDARD
 from gprodom.lcm.logs import read_roles
 from gprodom.odometry.dead_reckoning import wheel_distance
-
-sys.path.append(str(CHECKOUT / "bench"))
-
-from commission import make
 
 
 def guided(log: Path, until_s: float = np.inf) -> list[tuple[int, float]]:
@@ -81,11 +76,10 @@ def test_turns_to_one_side_are_not_enough() -> None:
     assert "3.2 of 2 to the left, 0.0 of 2 to the right" in guide.line()
 
 
-def test_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_usage(tmp_path: Path, cli: Cli) -> None:
     log = str(tmp_path / "a.lcmlog")
     for arguments in ([], ["--live"], [log, "--record", log], [log, "--live", "--record", log]):
-        assert main(["commission", *arguments]) == 2
-        assert capsys.readouterr().err.count("\n") == 1
+        assert cli.error("commission", *arguments, code=2).count("\n") == 1
 
 
 LIVE = """
@@ -113,8 +107,7 @@ print(process.returncode); print(said); print("JSON" + out)
 
 def test_a_drive_is_recorded_and_gives_a_configuration(tmp_path: Path, compiled: object) -> None:
     made = make(1, tmp_path, radar=False)
-    done = run_isolated(LIVE, str(made.log), str(tmp_path), timeout_s=300)
-    assert done.returncode == 0, done.stderr
+    done = run_isolated(LIVE, made.log, tmp_path, timeout_s=300)
     said, _, told = done.stdout.partition("JSON")
     assert said.startswith("0\n"), said
     assert "1 of 5: stand still" in said and "to the right" in said

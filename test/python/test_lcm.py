@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -12,7 +10,7 @@ from types import ModuleType
 import pytest
 
 import gprodom.lcm.binding
-from conftest import run_isolated
+from conftest import run_isolated, run_program
 
 pypi = pytest.importorskip("lcm")
 BINDINGS = [pytest.param(pypi, id="pypi"), pytest.param(gprodom.lcm.binding, id="ctypes")]
@@ -120,11 +118,5 @@ def test_udp_round_trip_between_both() -> None:
 
 @pytest.mark.parametrize("choice", ["pypi", "ctypes"])
 def test_choice_by_environment(choice: str) -> None:
-    result = subprocess.run(
-        [sys.executable, "-c", "from gprodom.lcm import SOURCE; print(SOURCE)"],
-        env={**os.environ, "GPRODOM_LCM": choice},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert result.stdout == f"{choice}\n"
+    code = "from gprodom.lcm import SOURCE; print(SOURCE)"
+    assert run_program(sys.executable, "-c", code, GPRODOM_LCM=choice).stdout == f"{choice}\n"

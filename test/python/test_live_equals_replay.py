@@ -7,45 +7,47 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conftest import CHECKOUT, UNPRIVILEGED
+from conftest import CHECKOUT, CONFIG, UNPRIVILEGED, Cli, run_cli, run_program
 from gprodom.lcm import EventLog
 from gprodom.lcm.logs import Channel, read
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
+from packets import write_events
 
 IntArray = NDArray[np.int64]
-CONFIG = CHECKOUT / "config" / "gprodom.yaml"
 PAPER = CHECKOUT / "config" / "paper.yaml"
 
 
-def gprodom(*arguments: str) -> None:
-    subprocess.run([sys.executable, "-m", "gprodom", *arguments], check=True, capture_output=True)
+def replay(*words: object, config: Path | None = CONFIG) -> subprocess.CompletedProcess[str]:
+    command = [find_program(), *(("-c", config) if config else ()), *words]
+    return subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120)
 
 
-def replay(*arguments: str | Path, config: Path = CONFIG) -> subprocess.CompletedProcess[str]:
-    command = [str(find_program()), "-c", str(config), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120)
+def simulated(folder: Path, seed: int, distance_m: float, standstill_s: float, config: Path) -> str:
+    """Makes in.lcmlog, a simulated drive, and of its replay out.lcmlog, out.tum, out.smoothed.tum
+    and out.json. What the replay said."""
+    log, outputs = folder / "in.lcmlog", ["-o", folder / "out.lcmlog", "--tum", folder / "out.tum"]
+    outputs += ["--smoothed", folder / "out.smoothed.tum", "--stats", folder / "out.json"]
+    drive = ["--seed", seed, "--distance", distance_m, "--standstill", standstill_s]
+    sequence = folder / "1700000000-0-yard-cmu-gpr"
+    run_cli("simulate", *drive, "-o", sequence)
+    run_cli("convert", "cmu", sequence, "-o", log)
+    result = replay(log, *outputs, "--progress", config=config)
+    assert result.returncode == 0, result.stderr
+    return result.stderr
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Holds in.lcmlog, a short simulated drive, and out.lcmlog, out.tum, out.json of its replay."""
+    """A short drive and its replay."""
     folder = tmp_path_factory.mktemp("replay")
-    sequence = folder / "1700000000-0-yard-cmu-gpr"
-    gprodom("simulate", "--distance", "4", "--standstill", "4", "--seed", "3", "-o", str(sequence))
-    gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
-    outputs = ["-o", folder / "out.lcmlog", "--tum", folder / "out.tum"]
-    outputs += ["--smoothed", folder / "out.smoothed.tum"]
-    result = replay(folder / "in.lcmlog", *outputs, "--stats", folder / "out.json", "--progress")
-    assert result.returncode == 0, result.stderr
-    assert "progress 1.00\n" in result.stderr
+    assert "progress 1.00\n" in simulated(folder, 3, 4.0, 4.0, CONFIG)
     return folder
 
 
@@ -64,30 +66,34 @@ def run_live(config: Path, log: Path, output: Path, speed: int) -> bool:
     return in_time or (speed > 1 and run_live(config, log, output, speed // 2))
 
 
+def pairs(folder: Path, channel: str) -> tuple[Channel, Channel, IntArray, IntArray]:
+    """The channel of replay and live, and which of its messages are those of the same time."""
+    ours, theirs = (read(folder / f"{how}.lcmlog", [channel])[channel] for how in ("out", "live"))
+    _, at_ours, at_theirs = np.intersect1d(ours["utime"], theirs["utime"], return_indices=True)
+    assert len(at_ours) > 0.9 * len(ours["utime"])  # the logger may miss some
+    return ours, theirs, at_ours, at_theirs
+
+
+def check_poses(folder: Path, channel: str, in_time: bool) -> None:
+    """The same, live as of replay."""
+    ours, theirs, i, j = pairs(folder, channel)
+    apart = np.abs(ours["position"][i] - theirs["position"][j])
+    assert apart.max() < 0.01
+    # A lost message makes more than a rounding error; hardly ever is one lost here.
+    assert not in_time or np.median(apart) < 1e-9
+
+
 def test_live_equals_replay(folder: Path) -> None:
-    live_log = folder / "live.lcmlog"
-    in_time = run_live(CONFIG, folder / "in.lcmlog", live_log, 2)
+    in_time = run_live(CONFIG, folder / "in.lcmlog", folder / "live.lcmlog", 2)
     for channel in ("ODOMETRY", "ODOMETRY_MAP"):
-        ours = read(folder / "out.lcmlog", [channel])[channel]
-        theirs = read(live_log, [channel])[channel]
-        _, at_ours, at_theirs = np.intersect1d(ours["utime"], theirs["utime"], return_indices=True)
-        assert len(at_ours) > 0.95 * len(ours["utime"])  # the logger may miss some
-        apart = np.abs(ours["position"][at_ours] - theirs["position"][at_theirs])
-        assert apart.max() < 0.01
-        # A lost message makes more than a rounding error; hardly ever is one lost here.
-        assert not in_time or np.median(apart) < 1e-9
+        check_poses(folder, channel, in_time)
 
 
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """in.lcmlog, a drive long enough for paper.yaml, and out.lcmlog, out.json of its replay."""
+    """A drive long enough for paper.yaml, and its replay."""
     folder = tmp_path_factory.mktemp("paper")
-    sequence = folder / "1700000000-0-yard-cmu-gpr"
-    gprodom("simulate", "--distance", "14", "--standstill", "3", "--seed", "5", "-o", str(sequence))
-    gprodom("convert", "cmu", str(sequence), "-o", str(folder / "in.lcmlog"))
-    outputs = ["-o", folder / "out.lcmlog", "--stats", folder / "out.json"]
-    result = replay(folder / "in.lcmlog", *outputs, config=PAPER)
-    assert result.returncode == 0, result.stderr
+    simulated(folder, 5, 14.0, 3.0, PAPER)
     return folder
 
 
@@ -119,32 +125,22 @@ def test_paper_config_publishes_at_every_tick(paper: Path) -> None:
 
 def test_paper_config_live_equals_replay(paper: Path) -> None:
     in_time = run_live(PAPER, paper / "in.lcmlog", paper / "live.lcmlog", 4)
-    replayed, live = read(paper / "out.lcmlog"), read(paper / "live.lcmlog")
-
-    def pairs(channel: str) -> tuple[Channel, Channel, IntArray, IntArray]:
-        """The channel in both logs, and which of its messages are those of the same time."""
-        ours, theirs = replayed[channel], live[channel]
-        _, at_ours, at_theirs = np.intersect1d(ours["utime"], theirs["utime"], return_indices=True)
-        assert len(at_ours) > 0.9 * len(ours["utime"])  # the logger may miss some
-        return ours, theirs, at_ours, at_theirs
-
-    # A message lost under way makes more than a rounding error; hardly ever is one lost here.
-    ours, theirs, i, j = pairs("GPR_DISPLACEMENT")
+    ours, theirs, i, j = pairs(paper, "GPR_DISPLACEMENT")
     for field in ("utime_from", "utime_to", "valid", "distance", "sigma", "score"):
         assert np.mean(ours[field][i] == theirs[field][j]) > 0.9, field
-    ours, theirs, i, j = pairs("SFM")
+    ours, theirs, i, j = pairs(paper, "SFM")
     same = [
         ours["messages"][a].level == theirs["messages"][b].level for a, b in zip(i, j, strict=True)
     ]
     assert np.mean(same) > 0.9
-    ours, theirs, i, j = pairs("ODOMETRY")
-    apart = np.abs(ours["position"][i] - theirs["position"][j])
-    assert apart.max() < 0.01
-    assert not in_time or np.median(apart) < 1e-9
+    check_poses(paper, "ODOMETRY", in_time)
 
 
-def test_replay_is_repeatable_to_the_byte(folder: Path) -> None:
-    again = replay(folder / "in.lcmlog", "-o", folder / "2.lcmlog", "--tum", folder / "2.tum")
+@pytest.mark.parametrize("config", [CONFIG, None])
+def test_replay_is_repeatable_to_the_byte(folder: Path, config: Path | None) -> None:
+    """Without a configuration too, where the defaults hold."""
+    outputs = ["-o", folder / "2.lcmlog", "--tum", folder / "2.tum"]
+    again = replay(folder / "in.lcmlog", *outputs, config=config)
     assert again.returncode == 0, again.stderr
     assert (folder / "2.lcmlog").read_bytes() == (folder / "out.lcmlog").read_bytes()
     assert (folder / "2.tum").read_bytes() == (folder / "out.tum").read_bytes()
@@ -220,20 +216,9 @@ def test_failures_leave_nothing_behind(folder: Path, tmp_path: Path) -> None:
     assert log.read_bytes() == before and config.read_text() == "{}\n"
 
 
-def test_without_a_configuration_the_defaults_hold(folder: Path, tmp_path: Path) -> None:
-    """As with `gprodom run`: both take the same configuration where none is given."""
-    made = {}
-    for name, config in {"none": (), "defaults": ("-c", CONFIG)}.items():
-        command = [find_program(), *config, folder / "in.lcmlog", "-o", tmp_path / name]
-        done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        made[name] = (tmp_path / name).read_bytes()
-    assert made["none"] == made["defaults"]
-
-
 def short_log(path: Path, source: Path, seconds: float, gravity: float = 9.80665) -> Path:
     """The first seconds of IMU and wheel; the accelerometer in other units."""
-    out, first = EventLog(str(path), "w", overwrite=True), 0
+    events, first = [], 0
     for event in EventLog(str(source), "r"):
         first = first or event.timestamp
         if event.timestamp > first + seconds * 1e6 or event.channel not in ("IMU", "WHEEL"):
@@ -243,22 +228,19 @@ def short_log(path: Path, source: Path, seconds: float, gravity: float = 9.80665
             imu = message("imu_t").decode(data)
             imu.linear_acceleration = [x * gravity / 9.80665 for x in imu.linear_acceleration]
             data = imu.encode()
-        out.write_event(event.timestamp, event.channel, data)
-    out.close()
-    return path
+        events.append((event.timestamp, event.channel, data))
+    return write_events(path, events)
 
 
 def test_no_pose_is_a_failure_with_its_reason_in_every_program(
-    folder: Path, tmp_path: Path
+    folder: Path, tmp_path: Path, cli: Cli
 ) -> None:
     in_g = short_log(tmp_path / "g.lcmlog", folder / "in.lcmlog", 4.0, gravity=1.0)
     brief = short_log(tmp_path / "brief.lcmlog", folder / "in.lcmlog", 1.0)
-    deaf = tmp_path / "deaf.lcmlog"
-    shutil.copy(brief, deaf)
     for log, settings, reason in [
         (in_g, [], "start: specific force 1.0"),
         (brief, [], "start: collecting initializer.duration of standstill"),
-        (deaf, ["--set", "channels.imu=OTHER"], "the log has no message on channel OTHER"),
+        (brief, ["--set", "channels.imu=OTHER"], "the log has no message on channel OTHER"),
     ]:
         outputs = ["-o", tmp_path / "out.lcmlog", "--smoothed", tmp_path / "out.tum"]
         replayed = replay(log, *outputs, *settings)
@@ -266,30 +248,21 @@ def test_no_pose_is_a_failure_with_its_reason_in_every_program(
         said = replayed.stderr.splitlines()[-1].removeprefix("gprodom-replay: ")
         assert said.startswith(f"no pose was estimated: {reason}"), replayed.stderr
         assert (tmp_path / "out.lcmlog").exists() and not (tmp_path / "out.tum").exists()
-        command = [sys.executable, "-m", "gprodom", "run", str(log), "--method", "imu_wheel"]
-        ran = subprocess.run(
-            [*command, "-c", str(CONFIG), *settings, "--set", "gpr.enabled=true"],
-            capture_output=True,
-            text=True,
-        )
-        assert ran.returncode == 1
-        assert ran.stderr.splitlines()[-1].startswith(
-            f"gprodom: error: no pose was estimated: {reason}"
-        )
+        command = ["run", log, "--method", "imu_wheel", "-c", CONFIG, *settings]
+        said = cli.error(*command, "--set", "gpr.enabled=true").splitlines()[-1]
+        assert said.startswith(f"gprodom: error: no pose was estimated: {reason}")
 
 
-def test_run_reports_the_warnings_of_replay_unchanged(folder: Path, tmp_path: Path) -> None:
+def test_run_reports_the_warnings_of_replay_unchanged(
+    folder: Path, tmp_path: Path, cli: Cli
+) -> None:
     bounded = ["--set", "wheel.max_speed=0.05"]  # drops most of the wheel, which is reported
     replayed = replay(folder / "in.lcmlog", "-o", tmp_path / "out.lcmlog", *bounded, config=CONFIG)
     warnings = [line for line in replayed.stderr.splitlines() if line.startswith("warning: ")]
     assert replayed.returncode == 0 and warnings
-    command = [sys.executable, "-m", "gprodom", "run", str(folder / "in.lcmlog"), "--method"]
-    command += ["gprodom_full", "-c", str(CONFIG), *bounded]
-    ran = subprocess.run(command, capture_output=True, text=True)
-    assert ran.returncode == 0
-    assert [line for line in ran.stderr.splitlines() if "warning" in line] == [
-        f"gprodom: {line}" for line in warnings
-    ]
+    method = ["--method", "gprodom_full", "-c", CONFIG, *bounded]
+    said = cli("run", folder / "in.lcmlog", *method).err.splitlines()
+    assert [line for line in said if "warning" in line] == [f"gprodom: {each}" for each in warnings]
 
 
 def test_interrupted_replay_leaves_nothing_behind(folder: Path, tmp_path: Path) -> None:
@@ -311,23 +284,14 @@ def test_interrupted_replay_leaves_nothing_behind(folder: Path, tmp_path: Path) 
     assert [file.name for file in tmp_path.iterdir()] == ["long.lcmlog"]
 
 
-def test_runs_unprivileged(folder: Path) -> None:
+def test_runs_unprivileged(folder: Path, open_folder: Path) -> None:
     if os.geteuid() != 0:
         pytest.skip("not root: the other tests run unprivileged already")
     command = [*UNPRIVILEGED, str(find_program()), "--version"]
     if subprocess.run(command, capture_output=True).returncode != 0:
         pytest.skip("other users cannot run this checkout's programs")
-    open_folder = Path("/tmp") / f"gprodom-unprivileged-{os.getpid()}"
-    open_folder.mkdir()
-    open_folder.chmod(0o777)
-    try:
-        shutil.copy(folder / "in.lcmlog", open_folder)
-        (open_folder / "in.lcmlog").chmod(0o644)
-        command = [*UNPRIVILEGED, str(find_program()), "-c", str(CONFIG)]
-        files = [str(open_folder / "in.lcmlog"), "-o", str(open_folder / "out.lcmlog")]
-        result = subprocess.run([*command, *files], capture_output=True, text=True, timeout=120)
-        assert result.returncode == 0, result.stderr
-        ours = (open_folder / "out.lcmlog").read_bytes()
-        assert ours == (folder / "out.lcmlog").read_bytes()
-    finally:
-        shutil.rmtree(open_folder)
+    log, out = open_folder / "in.lcmlog", open_folder / "out.lcmlog"
+    shutil.copy(folder / "in.lcmlog", log)
+    log.chmod(0o644)
+    run_program(*UNPRIVILEGED, find_program(), "-c", CONFIG, log, "-o", out)
+    assert out.read_bytes() == (folder / "out.lcmlog").read_bytes()

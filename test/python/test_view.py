@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conftest import run_isolated
-from gprodom.cli import main
+from conftest import Cli, run_cli, run_isolated
 from gprodom.lcm import EventLog
 from gprodom.lcm.messages import fingerprint
-from made_drive import RADIUS, SECONDS, SLIPS_S, SPEED, STANDS_S, START_US, spread, write_drive
+from made_drive import RADIUS, SECONDS, SLIPS_S, SPEED, STANDS_S, START_US, place, spread
 
 pytest.importorskip("rerun", reason="rerun-sdk (the extra view) is not installed")
 
@@ -28,13 +27,6 @@ from gprodom.drive.imu_speed import imu_speed
 from gprodom.errors import Error
 from gprodom.view.live import ROLES, Live
 from gprodom.view.record import Recorder, cut, new_stream
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("drive") / "drive.lcmlog"
-    write_drive(path)
-    return path
 
 
 def rows(recording: Path) -> dict[str, dict[str, Any]]:
@@ -54,9 +46,9 @@ def rows(recording: Path) -> dict[str, dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def shown(log: Path) -> dict[str, dict[str, Any]]:
-    path = log.with_name("drive.rrd")
-    assert main(["view", str(log), "-o", str(path)]) == 0
+def shown(made_log: Path) -> dict[str, dict[str, Any]]:
+    path = made_log.with_name("drive.rrd")
+    run_cli("view", made_log, "-o", path)
     return rows(path)
 
 
@@ -67,9 +59,7 @@ def check_reckoning(found: dict[str, dict[str, Any]]) -> None:
         np.testing.assert_allclose(one[-1], other[0], atol=1e-5)
     way = np.concatenate(strips)[:, :2]
     np.testing.assert_allclose(np.linalg.norm(way - [0.0, RADIUS], axis=1), RADIUS, atol=0.05)
-    turned = SPEED * (SECONDS - STANDS_S) / RADIUS
-    end = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
-    np.testing.assert_allclose(way[-1], end, atol=0.15)
+    np.testing.assert_allclose(way[-1], place(SECONDS), atol=0.15)
 
 
 def check_drive(found: dict[str, dict[str, Any]], slack_s: float) -> None:
@@ -95,9 +85,7 @@ def check_drive(found: dict[str, dict[str, Any]], slack_s: float) -> None:
     assert len(links) == 2
     for (then, now), link in zip(((20, 100), (30, 110)), links, strict=True):
         for t, end in zip((then, now), link, strict=True):
-            turned = SPEED * (t - STANDS_S) / RADIUS
-            expected = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
-            np.testing.assert_allclose(end[:2], expected, atol=0.05)
+            np.testing.assert_allclose(end[:2], place(t), atol=0.05)
     assert len(found["/ground_along_the_way/revisits"]["strips"]) == 2
 
 
@@ -109,16 +97,12 @@ def test_recording_of_a_log(shown: dict[str, dict[str, Any]]) -> None:
     check_reckoning(shown)
 
 
-def check_odom(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]]) -> None:
-    """Begins and ends at the same places, live and of a log."""
+def check_same(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]]) -> None:
+    """The way in odom begins and ends at the same places; the speed by the IMU is the same."""
     strips = [found["/way/odom"]["strips"] for found in (live, of_log)]
     lines = [[point for row in rows for strip in row for point in strip] for rows in strips]
     for end in (0, -1):
         np.testing.assert_allclose(lines[0][end], lines[1][end], atol=0.05)
-
-
-def check_imu_speed(live: dict[str, dict[str, Any]], of_log: dict[str, dict[str, Any]]) -> None:
-    """The same curve, live and of a log."""
     time, speed = (
         [np.ravel(found["/speed/IMU"][name]) for found in (live, of_log)]
         for name in ("time", "scalars")
@@ -155,13 +139,12 @@ def shown_live(log: Path, path: Path, mounting: ImuMounting) -> dict[str, dict[s
 
 
 def test_live_view_shows_the_same(
-    log: Path, tmp_path: Path, shown: dict[str, dict[str, Any]]
+    made_log: Path, tmp_path: Path, shown: dict[str, dict[str, Any]]
 ) -> None:
-    found = shown_live(log, tmp_path / "live.rrd", ImuMounting())
+    found = shown_live(made_log, tmp_path / "live.rrd", ImuMounting())
     check_drive(found, 0.2)
     check_reckoning(found)
-    check_odom(found, shown)
-    check_imu_speed(found, shown)
+    check_same(found, shown)
     # A trace that comes is a column of the ground by time; the robot moved 1 m in 2 s.
     pieces = [name for name in found if re.fullmatch(r"/ground_by_time/pieces/\d+", name)]
     assert len(pieces) == -(-SECONDS * 10 // 256)
@@ -190,18 +173,17 @@ def test_pieces_join_and_cover_all() -> None:
 
 
 def test_without_rerun_it_says_how_to_get_it(
-    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    made_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cli: Cli
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
-    assert main(["view", str(log), "-o", str(tmp_path / "a.rrd")]) == 1
-    assert "pip install 'gprodom[view]'" in capsys.readouterr().err
+    assert "pip install 'gprodom[view]'" in cli.error("view", made_log, "-o", tmp_path / "a.rrd")
     assert not list(tmp_path.iterdir())
 
 
-def test_usage(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in ([], [str(log), "--live"], [str(log), "-o", str(tmp_path / "a.rrd"), "--web"]):
-        assert main(["view", *arguments]) == 2
-        assert capsys.readouterr().err.count("\n") == 1
+def test_usage(made_log: Path, tmp_path: Path, cli: Cli) -> None:
+    output = tmp_path / "a.rrd"
+    for arguments in ([], [made_log, "--live"], [made_log, "-o", output, "--web"]):
+        assert cli.error("view", *arguments, code=2).count("\n") == 1
 
 
 # In a network of its own: what the process and its children listen on and where they connect to, by
@@ -233,8 +215,7 @@ print(len(page)); print(listening)
 def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str], str]:
     """Bytes of the page, addresses listened on, addresses of others connected to, and stderr."""
     trace = folder / "trace"
-    done = run_isolated(WATCHED, str(trace), "9411", *command, timeout_s=180)
-    assert done.returncode == 0, done.stderr
+    done = run_isolated(WATCHED, trace, "9411", *command, timeout_s=180)
     size, *listening = done.stdout.splitlines()
     listened = {line.split()[3].rsplit(":", 1)[0] for line in listening if line.strip()}
     calls = re.findall(r"(?:connect|sendto)\(.*?sin6?_addr[=(].*", trace.read_text())
@@ -260,11 +241,11 @@ def a_resolver() -> Iterator[None]:
 @pytest.mark.parametrize("live", [False, True])
 @pytest.mark.parametrize("address", ["127.0.0.1", "0.0.0.0"])
 def test_nothing_leaves_and_nobody_else_can_reach_it(
-    log: Path, tmp_path: Path, live: bool, address: str
+    made_log: Path, tmp_path: Path, live: bool, address: str
 ) -> None:
     """A viewer that could not read that statistics are off would welcome to its first session, in
     which it only says that it will send them."""
-    view = [sys.executable, "-m", "gprodom", "view", "--live" if live else str(log)]
+    view = [sys.executable, "-m", "gprodom", "view", "--live" if live else str(made_log)]
     view += ["--web", "--web-port", "9411", "--address", address]
     size, listened, reached, said = watched(tmp_path, view)
     assert size > 100
@@ -275,10 +256,10 @@ def test_nothing_leaves_and_nobody_else_can_reach_it(
 
 
 @pytest.mark.usefixtures("a_resolver")
-def test_left_to_itself_the_viewer_would_be_seen_to_send(log: Path, tmp_path: Path) -> None:
+def test_left_to_itself_the_viewer_would_be_seen_to_send(made_log: Path, tmp_path: Path) -> None:
     """The measurement itself, on the viewer as it comes."""
-    recording = log.with_name("alone.rrd")
-    assert main(["view", str(log), "-o", str(recording)]) == 0
+    recording = made_log.with_name("alone.rrd")
+    run_cli("view", made_log, "-o", recording)
     rerun = [sys.executable, "-m", "rerun"]
     # At its first start it only says that it will.
     home = {**os.environ, "HOME": str(tmp_path)}
@@ -323,11 +304,18 @@ def test_speed_by_the_imu_follows_what_the_wheel_does_not_show(
     np.testing.assert_allclose(told, truth, atol=2e-3 if not any(arm) else 0.02)
 
 
-def test_the_place_of_the_imu_is_taken_into_account(log: Path, tmp_path: Path) -> None:
+def test_the_place_of_the_imu_is_taken_into_account(made_log: Path, tmp_path: Path) -> None:
     """On the circle an IMU that feels no force 20 m ahead feels one of 20 w^2 at the origin."""
-    view = ["view", str(log), "-o", str(tmp_path / "log.rrd"), "--set", "imu.lever_arm=[20, 0, 0]"]
-    assert main(view) == 0
-    live = shown_live(log, tmp_path / "live.rrd", ImuMounting(arm=(20.0, 0.0, 0.0)))
+    view = [
+        "view",
+        str(made_log),
+        "-o",
+        str(tmp_path / "log.rrd"),
+        "--set",
+        "imu.lever_arm=[20, 0, 0]",
+    ]
+    run_cli(*view)
+    live = shown_live(made_log, tmp_path / "live.rrd", ImuMounting(arm=(20.0, 0.0, 0.0)))
     for found in (rows(tmp_path / "log.rrd"), live):
         time, speed = (np.ravel(found["/speed/IMU"][name]) for name in ("time", "scalars"))
         after = speed[(time > STANDS_S + 2) & (time < SECONDS - 2)].astype(float)
@@ -365,10 +353,9 @@ print(view.wait(30), view.stderr.read())
 """
 
 
-def test_live_view_of_the_network_ends_with_what_it_heard(log: Path, tmp_path: Path) -> None:
+def test_live_view_of_the_network_ends_with_what_it_heard(made_log: Path, tmp_path: Path) -> None:
     recording = tmp_path / "live.rrd"
-    done = run_isolated(LIVE, str(log), str(recording), timeout_s=120)
-    assert done.returncode == 0, done.stderr
+    done = run_isolated(LIVE, made_log, recording, timeout_s=120)
     assert done.stdout.startswith("0 "), done.stdout
     assert "Traceback" not in done.stdout
     found = rows(recording)
