@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,14 +11,14 @@ import pytest
 import yaml
 
 import gprodom
+from conftest import Cli, Silent, rows_of
 from gprodom import describe_config, rotation
-from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.convert.bag import gpr_stream
 from gprodom.convert.cmu import Traces
-from gprodom.convert.streams import streams
+from gprodom.convert.streams import streams as streams_of
 from gprodom.errors import Error
-from gprodom.lcm.answers import Answer, answers_to
+from gprodom.lcm.answers import answers_to
 from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.lcm.log_writer import write_log
 from gprodom.lcm.logs import read
@@ -41,15 +39,14 @@ def radar(tmp_path: Path) -> Path:
     """Traces of antenna 1 of 16 samples, of antenna 0 25 ms earlier, and a few of antenna 7, of
     another length."""
     time = START + 50_000 * np.arange(40)
-    samples = np.random.default_rng(2).integers(-30000, 30000, (2, 40, 16))
-    write_log(
-        tmp_path / "radar.lcmlog",
-        [
-            gpr_stream("GPR_TRACE", time, samples[0], INTERVAL, 0.0, antenna_id=0),
-            gpr_stream("GPR_TRACE", time + LATER, samples[1], INTERVAL, 0.0, antenna_id=1),
-            gpr_stream("GPR_TRACE", time[:3] + 1, np.ones((3, 9)), 2 * INTERVAL, 0.0, antenna_id=7),
-        ],
+    first, second = np.random.default_rng(2).integers(-30000, 30000, (2, 40, 16))
+    of_antennas = (
+        (0, time, first, INTERVAL),
+        (1, time + LATER, second, INTERVAL),
+        (7, time[:3] + 1, np.ones((3, 9)), 2 * INTERVAL),
     )
+    streams = [gpr_stream("GPR_TRACE", *sent, 0.0, antenna_id=id_) for id_, *sent in of_antennas]
+    write_log(tmp_path / "radar.lcmlog", streams)
     return tmp_path / "radar.lcmlog"
 
 
@@ -69,21 +66,16 @@ def test_traces_apart(radar: Path) -> None:
         choose(traces, 5)
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
-
-
 def places_of(rows: list[dict[str, str]]) -> np.ndarray:
     return np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
 
 
-def test_each_trace_at_its_antenna(
-    log: Path, radar: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_trace_at_its_antenna(log: Path, radar: Path, cli: Cli) -> None:
     """The path is straight and the robot turns on it, so that an antenna's way is a screw."""
-    rows = rows_of(export(log, "traces", "--radar", str(radar), *PLACES))
-    assert "80 traces, 0 traces without pose, 3 traces of other antennas" in capsys.readouterr().out
+    made = log.with_name("traces")
+    said = cli("export", log, "--traces", made, "--radar", radar, *PLACES).out
+    assert "80 traces, 0 traces without pose, 3 traces of other antennas" in said
+    rows = rows_of(made)
     for antenna, place in ((0, [0.2, 0.1, 0]), (1, [-0.3, 0, 0.05])):
         mine = [row for row in rows if int(row["antenna_id"]) == antenna]
         seconds = 0.05 * np.arange(40) + antenna * LATER * 1e-6
@@ -94,44 +86,42 @@ def test_each_trace_at_its_antenna(
 def test_without_places_the_first_one_heard(log: Path, radar: Path) -> None:
     """At gpr.lever_arm, as the estimator has it."""
     arm = ("--set", "gpr.lever_arm=[0.5, 0, 0]")
-    rows = rows_of(export(log, "traces", "--radar", str(radar), *arm))
+    rows = rows_of(export(log, "traces", "--radar", radar, *arm))
     assert [row["antenna_id"] for row in rows] == ["0"] * 40
     seconds = 0.05 * np.arange(40)
     expected = position(seconds) + rotation.to_matrix(orientation(seconds)) @ [0.5, 0, 0]
     np.testing.assert_allclose(places_of(rows), expected, atol=2e-5)
-    bare = rows_of(export(log, "traces", "--radar", str(radar)))
+    bare = rows_of(export(log, "traces", "--radar", radar))
     np.testing.assert_allclose(places_of(bare), position(seconds), atol=1e-9)
 
 
-def test_one_antenna_of_several(log: Path, radar: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    chosen = ("--radar", str(radar), *PLACES, "--antenna")
+def test_one_antenna_of_several(log: Path, radar: Path, cli: Cli) -> None:
+    chosen = ("--radar", radar, *PLACES, "--antenna")
     rows = rows_of(export(log, "traces", *chosen, "1"))
     assert {row["antenna_id"] for row in rows} == {"1"}
+    out = log.parent / "t"
     for antenna, said in (("7", "place of none of the antennas heard"), ("5", "no traces of")):
-        out = str(log.parent / "t")
-        assert main(["export", str(log), "--traces", out, *chosen, antenna]) == 1
-        assert said in capsys.readouterr().err
+        assert said in cli.error("export", log, "--traces", out, *chosen, antenna)
 
 
-def test_antennas_in_segy(log: Path, radar: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_antennas_in_segy(log: Path, radar: Path, cli: Cli) -> None:
     segyio = pytest.importorskip("segyio")
-    made = export(log, "segy", "--radar", str(radar), *PLACES)
+    made = export(log, "segy", "--radar", radar, *PLACES)
     with segyio.open(str(made), ignore_geometry=True) as file:
         numbers = file.attributes(segyio.TraceField.TraceNumber)[:]
         assert numbers.tolist() == [0, 1] * 40
         traces = read(radar)["GPR_TRACE"]
         np.testing.assert_array_equal(file.trace.raw[:][1::2], apart(traces)[1]["samples"])
     other = ("--set", "gpr.antennas={0: [0, 0, 0], 7: [0, 0, 0]}")
-    command = ["export", str(log), "--radar", str(radar), "--segy", str(log.parent / "s"), *other]
-    assert main(command) == 1
-    assert "choose with --antenna" in capsys.readouterr().err
-    assert main([*command, "--antenna", "7"]) == 0
+    command = ["export", log, "--radar", radar, "--segy", log.parent / "s", *other]
+    assert "choose with --antenna" in cli.error(*command)
+    cli(*command, "--antenna", "7")
 
 
 def test_a_picture_of_each_antenna(log: Path, radar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     highlevel = pytest.importorskip("rosbags.highlevel")
     monkeypatch.setattr("gprodom.export.ros.SCAN_TRACES", 20)
-    with highlevel.AnyReader([export(log, "mcap", "--radar", str(radar))]) as reader:
+    with highlevel.AnyReader([export(log, "mcap", "--radar", radar)]) as reader:
         pictures = [c.topic for c, _, _ in reader.messages() if "bscan" in c.topic]
     assert pictures == ["/gprodom/bscan", "/gprodom/bscan_1"]
 
@@ -189,7 +179,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> Path:
     late = Traces(alone.gpr_utime + 60_000, alone.traces)
     path = tmp_path_factory.mktemp("pair") / "pair.lcmlog"
     both = replace(alone, more_antennas={1: late}, out_of_order={**alone.out_of_order, "gpr 1": 0})
-    write_log(path, streams(both, 2e-10))
+    write_log(path, streams_of(both, 2e-10))
     return path
 
 
@@ -203,25 +193,18 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ids=["asked for", "the other", "placed"],
 )
 def test_time_offset_of_an_antenna(
-    options: tuple[str, ...], antenna: int, pair: Path, capsys: pytest.CaptureFixture[str]
+    options: tuple[str, ...], antenna: int, pair: Path, cli: Cli
 ) -> None:
-    capsys.readouterr()
-    assert main(["calibrate", "time", str(pair), "--json", *options]) == 0
-    found = json.loads(capsys.readouterr().out)["gpr"]
+    found = cli.json("calibrate", "time", pair, *options)["gpr"]
     assert found["offset_s"] == pytest.approx(-0.06 * antenna, abs=0.02)
-    assert main(["calibrate", "time", str(pair), *options]) == 0
-    said = capsys.readouterr().out
+    said = cli("calibrate", "time", pair, *options).out
     assert f"by antenna {antenna}" in said
     yaml.safe_load(said)
 
 
-def test_time_offset_of_each_antenna(
-    pair: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_time_offset_of_each_antenna(pair: Path, tmp_path: Path, cli: Cli) -> None:
     out = tmp_path / "time.yaml"
-    capsys.readouterr()
-    assert main(["calibrate", "time", str(pair), "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = cli.json("calibrate", "time", pair, "-o", out)
     assert set(found["antennas"]) == {"0", "1"}
     assert found["gpr"] == found["antennas"]["0"], "the first one heard"
     for antenna in (0, 1):
@@ -234,30 +217,9 @@ def test_time_offset_of_each_antenna(
     assert written["gpr"]["time_offsets"][1] == pytest.approx(late, abs=1e-4)
 
 
-def test_time_offset_of_an_antenna_that_is_not_there(
-    pair: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["calibrate", "time", str(pair), "--antenna", "3"]) == 1
-    assert "no traces of antenna 3" in capsys.readouterr().err
-
-
-class Counted:
-    """A teller that keeps what it hears, and tells nothing."""
-
-    def __init__(self) -> None:
-        self.heard: list[tuple[int, int]] = []  # utime, samples
-
-    def trace(self, utime: int, samples: np.ndarray, _interval: float) -> list[Answer]:
-        self.heard.append((utime, len(samples)))
-        return []
-
-    def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Answer]:
-        return []
-
-
 def test_a_teller_hears_one_antenna(radar: Path) -> None:
     """The first: motion is told by neighbouring traces of one."""
     first = apart(read(radar)["GPR_TRACE"])[0]["utime"]
-    heard = Counted()
+    heard = Silent()
     assert answers_to(radar, heard, STANDARD, None) == []
-    assert heard.heard == [(utime, 16) for utime in first.tolist()]
+    assert heard.traces == [(utime, 16) for utime in first.tolist()]

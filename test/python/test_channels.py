@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,8 +9,7 @@ import pytest
 import yaml
 
 import gprodom
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import CONFIG, Cli, run_cli
 from gprodom.config import STANDARD, Channels, read_channels
 from gprodom.errors import Error
 from gprodom.lcm import EventLog
@@ -34,14 +32,14 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("drive") / "1700000000-0-yard-cmu-gpr.zip"
     drive = ["--route", "loop", "--distance", "14", "--seed", "3"]
-    assert main(["simulate", *drive, "-o", str(path)]) == 0
+    run_cli("simulate", *drive, "-o", path)
     return path
 
 
 @pytest.fixture(scope="module")
 def log(sequence: Path, config: Path) -> Path:
     path = sequence.parent / "input.lcmlog"
-    assert main(["convert", "cmu", str(sequence), "-o", str(path), "-c", str(config)]) == 0
+    run_cli("convert", "cmu", sequence, "-o", path, "-c", config)
     return path
 
 
@@ -49,12 +47,12 @@ def log(sequence: Path, config: Path) -> Path:
 def replayed(log: Path, config: Path) -> Path:
     path = log.parent / "output.lcmlog"
     method = ["--method", "gprodom_full", "-o", str(path)]
-    assert main(["run", str(log), *method, "-c", str(config)]) == 0
+    run_cli("run", log, *method, "-c", config)
     return path
 
 
 def test_the_standard_names_are_those_of_the_default_configuration() -> None:
-    section = yaml.safe_load((CHECKOUT / "config" / "gprodom.yaml").read_text())["channels"]
+    section = yaml.safe_load(CONFIG.read_text())["channels"]
     assert section.pop("prefix") == ""
     assert asdict(STANDARD) == section
     assert read_channels() == STANDARD
@@ -87,7 +85,7 @@ def test_a_later_file_overrides_earlier_ones(tmp_path: Path, log: Path, config: 
     assert read_channels([config, other]) == names
     output = tmp_path / "output.lcmlog"
     run = ["run", str(log), "--method", "imu_wheel", "-o", str(output)]
-    assert main([*run, "-c", str(config), "-c", str(other)]) == 0
+    run_cli(*run, "-c", config, "-c", other)
     assert {"THERE", names.odometry_map} < channels_of(output)
     assert RENAMED["odometry"] not in channels_of(output)
 
@@ -116,49 +114,43 @@ def test_replay_and_daemon_use_renamed_channels(log: Path, replayed: Path) -> No
 
 
 def test_methods_and_scores_read_renamed_channels(
-    sequence: Path, log: Path, replayed: Path, config: Path, capsys: pytest.CaptureFixture[str]
+    sequence: Path, log: Path, replayed: Path, config: Path, cli: Cli
 ) -> None:
-    run = ["run", str(log), "--truth", str(log), "-c", str(config), "--json"]
+    run = ["--truth", log, "-c", config, "--method"]
     radar = ["--set", "paper.k=0.05"]
     errors = {}
     for method, more in (("wheel", []), ("gpr_sfm", radar), ("gprodom_full", [])):
-        assert main([*run, "--method", method, *more]) == 0
-        errors[method] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
-    assert main(["score", str(replayed), str(sequence), "-c", str(config), "--json"]) == 0
-    scored = json.loads(capsys.readouterr().out)
+        errors[method] = cli.json("run", log, *run, method, *more)["ate_rmse_m"]
+    scored = cli.json("score", replayed, sequence, "-c", config)
     assert scored["ate_rmse_m"] == pytest.approx(errors["gprodom_full"])
     assert scored["map_jumps"] is not None  # corrections and odometry were found, too
     # The sequence itself is converted to the same channels.
-    assert main(["run", str(sequence), *run[2:], "--method", "wheel"]) == 0
-    assert json.loads(capsys.readouterr().out)["ate_rmse_m"] == pytest.approx(errors["wheel"])
+    again = cli.json("run", sequence, *run, "wheel")
+    assert again["ate_rmse_m"] == pytest.approx(errors["wheel"])
 
 
 def test_calibration_and_pictures_read_renamed_channels(
-    tmp_path: Path, log: Path, replayed: Path, config: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, log: Path, replayed: Path, config: Path, cli: Cli
 ) -> None:
-    named = ["-c", str(config)]
-    picture = [*named, "-o", str(tmp_path / "picture.png")]
+    for what in ("wheel", "time"):
+        cli("calibrate", what, log, "-c", config)
     for command in (
-        ["calibrate", "wheel", str(log), *named],
-        ["calibrate", "time", str(log), *named],
-        ["plot", "log", str(replayed), "--wheel", str(log), *picture],
-        ["plot", "revisits", str(replayed), *picture],
-        ["plot", "trajectory", str(replayed), *picture],
-        ["plot", "radar", str(log), "--at", "8", *picture],
+        ("log", replayed, "--wheel", log),
+        ("revisits", replayed),
+        ("trajectory", replayed),
+        ("radar", log, "--at", "8"),
     ):
-        assert main(command) == 0, capsys.readouterr().err
+        cli("plot", *command, "-c", config, "-o", tmp_path / "picture.png")
     # By the standard names there is nothing in it.
-    assert main(["calibrate", "wheel", str(log)]) == 1
-    assert "channels.wheel" in capsys.readouterr().err
+    assert "channels.wheel" in cli.error("calibrate", "wheel", log)
 
 
 def test_a_benchmark_reads_and_makes_renamed_channels(
-    tmp_path: Path, log: Path, config: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, log: Path, config: Path, cli: Cli
 ) -> None:
     simulated = ["--simulate", "2", "--grounds", "rays", "--distance", "8"]
-    methods = ["--methods", "wheel,gpr_sfm,imu_wheel", "-j1", "--json", "-o", str(tmp_path)]
-    assert main(["benchmark", *simulated, *methods, "-c", str(config)]) == 0
-    records = json.loads(capsys.readouterr().out)["records"]
+    methods = ["--methods", "wheel,gpr_sfm,imu_wheel", "-j1", "-o", tmp_path]
+    records = cli.json("benchmark", *simulated, *methods, "-c", config)["records"]
     assert {record["method"] for record in records} == {"wheel", "gpr_sfm", "imu_wheel"}
     for made in (tmp_path / "simulated").glob("*.lcmlog"):
         assert channels_of(made) <= {*RENAMED.values(), "TOTAL_STATION"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 import re
 import zipfile
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gprodom.cli import main
+from conftest import Cli, run_cli
 from gprodom.convert import source
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.quantum import find_quantum
@@ -63,7 +62,7 @@ def pack(path: Path, folder: Path, prefix: str = "") -> Path:
 
 def convert(sequence: Path, *arguments: str) -> Path:
     log = sequence.parent / f"{sequence.name}.lcmlog"
-    assert main(["convert", "cmu", str(sequence), "-o", str(log), *arguments]) == 0
+    run_cli("convert", "cmu", sequence, "-o", log, *arguments)
     return log
 
 
@@ -158,27 +157,26 @@ def test_times_are_exact_to_the_microsecond() -> None:
             to_microseconds(text)
 
 
-def test_rows_out_of_order_are_sorted_and_counted(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rows_out_of_order_are_sorted_and_counted(tmp_path: Path, cli: Cli) -> None:
     files = tables()
     rows = files["imu_meas.csv"]
     rows[10], rows[11], rows[20] = rows[11], rows[10], rows[19]
-    log = read(convert(write(tmp_path / "a", files), "--json"))
-    assert (np.diff(log["IMU"]["utime"]) >= 0).all()
-    assert log["IMU"]["angular_velocity"][9:11, 0].tolist() == [0.009, 0.010]
-    summary = json.loads(capsys.readouterr().out)
+    log = tmp_path / "a.lcmlog"
+    summary = cli.json("convert", "cmu", write(tmp_path / "a", files), "-o", log)
+    content = read(log)["IMU"]
+    assert (np.diff(content["utime"]) >= 0).all()
+    assert content["angular_velocity"][9:11, 0].tolist() == [0.009, 0.010]
     imu = summary["sensors"]["imu"]
     assert (imu["count"], imu["out_of_order"], imu["equal_times"]) == (ROWS, 1, 1)
     assert imu["rate_hz"] == pytest.approx(200)
     assert summary["duration_s"] == pytest.approx(0.195)
 
 
-def test_gaps_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_gaps_are_counted(tmp_path: Path, cli: Cli) -> None:
     files = tables()
     del files["imu_meas.csv"][15:30]
-    convert(write(tmp_path / "a", files), "--json")
-    imu = json.loads(capsys.readouterr().out)["sensors"]["imu"]
+    command = ["convert", "cmu", write(tmp_path / "a", files), "-o", tmp_path / "a.lcmlog"]
+    imu = cli.json(*command)["sensors"]["imu"]
     assert (imu["gaps"], imu["longest_interval_s"]) == (1, pytest.approx(0.08))
 
 
@@ -200,91 +198,74 @@ def test_gaps_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 )
 @pytest.mark.parametrize("zipped", [False, True])
 def test_malformed_row_leaves_nothing_behind(
-    file: str,
-    line: int,
-    text: str,
-    message: str,
-    zipped: bool,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    file: str, line: int, text: str, message: str, zipped: bool, tmp_path: Path, cli: Cli
 ) -> None:
     files = tables()
     files[file][line - 1] = text
     sequence = write(tmp_path / "in" / "a", files)
     if zipped:
         sequence = pack(tmp_path / "in" / "a.zip", sequence, "a/")
-    out = tmp_path / "out"
-    out.mkdir()
-    assert main(["convert", "cmu", str(sequence), "-o", str(out / "log")]) == 1
-    error = capsys.readouterr().err
     label = f"{sequence}/{'a/' if zipped else ''}{file}"
-    assert re.fullmatch(rf"gprodom: error: {re.escape(label)}:{line}: .*{message}.*\n", error)
-    assert list(out.iterdir()) == []
+    fails(sequence, f"{re.escape(label)}:{line}: .*{message}", cli)
 
 
-def fails(sequence: Path, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def fails(sequence: Path, message: str, cli: Cli) -> None:
+    """In one line, and nothing is left behind."""
     out = sequence.parent / "out"
     out.mkdir(exist_ok=True)
-    assert main(["convert", "cmu", str(sequence), "-o", str(out / "log")]) == 1
-    error = capsys.readouterr().err
+    error = cli.error("convert", "cmu", sequence, "-o", out / "log")
     assert re.fullmatch(rf"gprodom: error: .*{message}.*\n", error), error
     assert list(out.iterdir()) == []
 
 
-def test_incomplete_or_doubtful_sequences(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    fails(tmp_path / "nowhere", "no such sequence", capsys)
-    fails(write(tmp_path / "empty", {}), "not a CMU-GPR sequence", capsys)
+def test_incomplete_or_doubtful_sequences(tmp_path: Path, cli: Cli) -> None:
+    fails(tmp_path / "nowhere", "no such sequence", cli)
+    fails(write(tmp_path / "empty", {}), "not a CMU-GPR sequence", cli)
     (tmp_path / "text").write_text("hello")
-    fails(tmp_path / "text", "expected a directory or a zip", capsys)
+    fails(tmp_path / "text", "expected a directory or a zip", cli)
     files = tables()
     imu = files.pop("imu_meas.csv")
-    fails(write(tmp_path / "a", files), "missing imu_meas.csv", capsys)
-    fails(write(tmp_path / "b", {**files, "imu_meas.csv": [IMU]}), "expected rows of data", capsys)
+    fails(write(tmp_path / "a", files), "missing imu_meas.csv", cli)
+    fails(write(tmp_path / "b", {**files, "imu_meas.csv": [IMU]}), "expected rows of data", cli)
     still = [row.replace("9.79", "0.5") for row in imu]
-    fails(write(tmp_path / "c", {**files, "imu_meas.csv": still}), "show gravity", capsys)
+    fails(write(tmp_path / "c", {**files, "imu_meas.csv": still}), "show gravity", cli)
     both = {**tables(), "we_odom.csv": files["we_odom_meas.csv"]}
-    fails(write(tmp_path / "d", both), "expected one wheel file", capsys)
+    fails(write(tmp_path / "d", both), "expected one wheel file", cli)
     write(tmp_path / "e" / "one", tables())
     write(tmp_path / "e" / "two", tables())
-    fails(tmp_path / "e", "expected one sequence, got 2", capsys)
+    fails(tmp_path / "e", "expected one sequence, got 2", cli)
 
 
-def test_unsafe_zips_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unsafe_zips_are_refused(tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = write(tmp_path / "a", tables())
     for prefix in ("../", "/", "x/../"):
-        fails(pack(tmp_path / "escape.zip", folder, prefix), "unsafe path", capsys)
+        fails(pack(tmp_path / "escape.zip", folder, prefix), "unsafe path", cli)
     whole = pack(tmp_path / "whole.zip", folder)
     data = bytearray(whole.read_bytes())
     data[60:90] = bytes(30)
     (tmp_path / "damaged.zip").write_bytes(data)
-    fails(tmp_path / "damaged.zip", "damaged or unreadable zip", capsys)
+    fails(tmp_path / "damaged.zip", "damaged or unreadable zip", cli)
     with pytest.warns(UserWarning, match="Duplicate"), zipfile.ZipFile(whole, "a") as archive:
         archive.writestr("imu_meas.csv", b"")
-    fails(whole, "twice in the zip", capsys)
+    fails(whole, "twice in the zip", cli)
     bomb = pack(tmp_path / "bomb.zip", folder)
     monkeypatch.setattr(source, "MAX_BYTES", 10)
     monkeypatch.delattr("zipfile.ZipFile.open")  # refused before a byte is unpacked
-    fails(bomb, "refused, unpacks to more than 10 bytes", capsys)
+    fails(bomb, "refused, unpacks to more than 10 bytes", cli)
 
 
 def test_failed_write_keeps_the_old_log(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sequence = write(tmp_path / "a", tables())
     log = convert(sequence)
     before = log.read_bytes()
     monkeypatch.setattr("gprodom.lcm.log_writer._EVENT_HEADER", 29)  # as if bytes had been lost
-    assert main(["convert", "cmu", str(sequence), "-o", str(log)]) == 1
-    assert "disk full" in capsys.readouterr().err
+    assert "disk full" in cli.error("convert", "cmu", sequence, "-o", log)
     assert log.read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "a.lcmlog"]
-    assert main(["convert", "cmu", str(sequence), "-o", str(tmp_path)]) == 2
-    with pytest.raises(SystemExit, match="2"):
-        main(["convert", "cmu", str(sequence), "-o", str(log), "--sample-interval", "0"])
+    cli("convert", "cmu", sequence, "-o", tmp_path, code=2)
+    cli("convert", "cmu", sequence, "-o", log, "--sample-interval", "0", code=2)
 
 
 @pytest.mark.parametrize("quantum", [0.000181609, 0.0005, 0.00314159265, 1 / 1024])
@@ -322,54 +303,28 @@ def test_real_wheel_and_truth(shared: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(distance, [float(value) for _, value in texts], atol=1e-8)
 
 
-def test_all_shared_sequences(shared: Path, tmp_path: Path) -> None:
-    sequences = sorted((shared / "cmu_like").glob("*.zip"))
-    assert len(sequences) == 12
-    for sequence in sequences:
-        log = tmp_path / "log"
-        assert main(["convert", "cmu", str(sequence), "-o", str(log)]) == 0
-        content = read(log)
-        with zipfile.ZipFile(sequence) as archive:
-            for name in archive.namelist():
-                rows = archive.read(name).split(b"\r\n")[1:-1]
-                channel = {"imu": "IMU", "we_": "WHEEL", "gpr": "GPR_TRACE"}.get(
-                    Path(name).name[:3], "TOTAL_STATION"
-                )
-                got = content[channel]
-                assert got["utime"].tolist() == [int(r[:17].replace(b".", b"")) for r in rows]
-                middle = [float(cell) for cell in rows[len(rows) // 2].split(b",")[1:]]
-                row = {field: got[field][len(rows) // 2] for field in got if field != "type"}
-                if channel == "IMU":
-                    values = np.hstack([row["linear_acceleration"], row["angular_velocity"]])
-                    np.testing.assert_array_equal(values, middle[:6])
-                elif channel == "WHEEL":
-                    assert row["metres_per_tick"] == 0.0005
-                    assert row["ticks"] * 0.0005 == pytest.approx(middle[0], abs=1e-9)
-                else:
-                    field = "samples" if channel == "GPR_TRACE" else "position"
-                    np.testing.assert_array_equal(row[field], middle)
-
-
 def simulated(folder: Path, *arguments: str) -> Path:
     """A short simulated drive."""
     made = folder / "1700000000-0-yard-cmu-gpr.zip"
     short = ["simulate", "--distance", "2", "--standstill", "1", "-o", str(made)]
-    assert main([*short, *arguments]) == 0
+    run_cli(*short, *arguments)
     return made
 
 
-def test_sample_interval_comes_with_the_sequence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def interval(log: Path) -> float:
+    """Of all its traces."""
+    (found,) = set(read(log)["GPR_TRACE"]["sample_interval"])
+    return float(found)
+
+
+def test_sample_interval_comes_with_the_sequence(tmp_path: Path, cli: Cli) -> None:
     """Ground of another interval than the dataset's: no option is needed to convert it."""
     lines = np.random.default_rng(1).integers(-900, 900, (1, 300, 16)).astype(np.int16)
     ground = Survey("g", lines, 0.05, np.zeros(1), 3.125e-10, 0.0, closed=False)
     write_survey(tmp_path / "g.npz", ground)
     made = simulated(tmp_path, "--ground", str(tmp_path / "g.npz"))
-    assert set(read(convert(made))["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
-    assert set(
-        read(convert(made, "--sample-interval", "1e-10"))["GPR_TRACE"]["sample_interval"]
-    ) == {1e-10}
+    assert interval(convert(made)) == 3.125e-10
+    assert interval(convert(made, "--sample-interval", "1e-10")) == 1e-10
     # Without the file in the zip, what stands beside it is taken, and said.
     with zipfile.ZipFile(made) as archive:
         files = {Path(name).name: archive.read(name) for name in archive.namelist()}
@@ -378,16 +333,33 @@ def test_sample_interval_comes_with_the_sequence(
     with zipfile.ZipFile(older, "w") as archive:
         for name, data in files.items():
             archive.writestr(name, data)
-    assert set(read(convert(older))["GPR_TRACE"]["sample_interval"]) == {2e-10}
+    assert interval(convert(older)) == 2e-10
     beside = older.with_suffix(".json")
     beside.write_text('{"gpr_sample_interval": 3.125e-10, "scale": "of no concern"}')
-    capsys.readouterr()
-    assert set(read(convert(older))["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
-    assert f"3.125e-10 s taken from {beside.name}" in capsys.readouterr().err
+    said = cli("convert", "cmu", older, "-o", tmp_path / "b.lcmlog").err
+    assert f"3.125e-10 s taken from {beside.name}" in said
+    assert interval(tmp_path / "b.lcmlog") == 3.125e-10
     beside.write_text('{"gpr_sample_interval": "soon"}')
-    fails(older, "gpr_sample_interval: expected seconds", capsys)
+    fails(older, "gpr_sample_interval: expected seconds", cli)
 
 
 def test_a_drive_without_radar_is_read(tmp_path: Path) -> None:
     log = read(convert(simulated(tmp_path, "--ground", "none")))
     assert set(log) == {"IMU", "WHEEL", "TOTAL_STATION"}
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_traces_of_further_antennas(packed: bool, tmp_path: Path) -> None:
+    files = tables()
+    header, *rows = files["gpr_meas.csv"]
+    later = [f"{stamp(50_000 * i + 4000)}{',7' * 12}" for i in range(3)]
+    files["gpr_meas_1.csv"] = [header, *later]
+    sequence = write(tmp_path / "two", files)
+    if packed:
+        sequence = pack(tmp_path / "two.zip", sequence, "two/")
+    gpr = read(convert(sequence))["GPR_TRACE"]
+    assert gpr["antenna_id"].tolist() == [0, 1, 0, 1, 0, 1, 0]
+    assert gpr["seq"].tolist() == [0, 0, 1, 1, 2, 2, 3]
+    assert gpr["samples"][1].tolist() == [7] * 12
+    assert len(rows) == 4
+    assert read_recording(sequence).out_of_order["gpr 1"] == 0

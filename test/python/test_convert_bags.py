@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conftest import Cli, run_cli
 from gprodom.cli import main
 from gprodom.convert.bag_reader import choose_topics
 from gprodom.errors import Error
@@ -26,6 +27,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 START_NS = 1_700_000_000_000_000_000
 COUNT = 400  # of the IMU's messages at 100 Hz; the others have fewer
 RADIUS = 0.1  # m, of the wheel that turns at 2 rad/s
+RADIUS_OPTION = ("--wheel-radius", str(RADIUS))
 TRACE = (Path(__file__).parents[2] / "ros" / "msg" / "GprTrace.msg").read_text()
 
 Put = Callable[[str, str, Any, int], None]  # topic, type, message, ns
@@ -103,7 +105,7 @@ def write_drive(
 def convert(path: Path, *arguments: str) -> dict[str, Any]:
     """The log that comes of the bag."""
     log = path.parent / "out.lcmlog"
-    assert main(["convert", "bag", str(path), "-o", str(log), *arguments]) == 0
+    run_cli("convert", "bag", path, "-o", log, *RADIUS_OPTION, *arguments)
     return read(log)
 
 
@@ -111,7 +113,7 @@ def convert(path: Path, *arguments: str) -> dict[str, Any]:
 def test_every_kind_of_bag(kind: str, tmp_path: Path) -> None:
     """The same log comes of the same drive, radar included without being asked for."""
     path = write(tmp_path / ("drive.bag" if kind == "ros1" else "drive"), kind)
-    log = convert(path, "--wheel-radius", str(RADIUS))
+    log = convert(path)
     assert {name: len(c["utime"]) for name, c in log.items()} == {
         "IMU": COUNT, "WHEEL": COUNT // 5, "GPR_TRACE": COUNT // 5
     }  # fmt: skip
@@ -127,13 +129,12 @@ def test_every_kind_of_bag(kind: str, tmp_path: Path) -> None:
 
 def test_one_file_of_a_ros2_bag(tmp_path: Path) -> None:
     (file,) = write(tmp_path / "drive", "mcap").glob("*.mcap")
-    assert len(convert(file, "--wheel-radius", "0.1")["IMU"]["utime"]) == COUNT
+    assert len(convert(file)["IMU"]["utime"]) == COUNT
 
 
-def test_a_joint_wants_its_radius(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_joint_wants_its_radius(tmp_path: Path, cli: Cli) -> None:
     path = write(tmp_path / "drive.bag", "ros1")
-    assert main(["convert", "bag", str(path), "-o", str(tmp_path / "l")]) == 1
-    assert "--wheel-radius M" in capsys.readouterr().err
+    assert "--wheel-radius M" in cli.error("convert", "bag", path, "-o", tmp_path / "l")
     assert not (tmp_path / "l").exists()
 
 
@@ -147,17 +148,14 @@ def test_all_that_is_in_question_is_told_at_once(tmp_path: Path) -> None:
         assert said in str(raised.value)
 
 
-def test_two_radars_want_a_choice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_radars_want_a_choice(tmp_path: Path, cli: Cli) -> None:
     path = write(tmp_path / "drive.bag", "ros1", ("/left", "/right"))
-    radius = ("--wheel-radius", "0.1")
-    assert main(["convert", "bag", str(path), "-o", str(tmp_path / "l"), *radius]) == 1
-    assert "which topic is --gpr? It has /left, /right" in capsys.readouterr().err
-    assert "GPR_TRACE" in convert(path, *radius, "--gpr", "/right")
-    assert "GPR_TRACE" not in convert(path, *radius, "--gpr", "none")
-    command = ["convert", "bag", str(path), "-o", str(tmp_path / "l"), *radius]
-    assert main([*command, "--gpr", "none", "--gpr", "/left"]) == 2
-    assert main([*command, "--gpr", "/left", "--gpr", "/rigth"]) == 1
-    assert "no topic /rigth" in capsys.readouterr().err
+    command = ["convert", "bag", path, "-o", tmp_path / "l", *RADIUS_OPTION]
+    assert "which topic is --gpr? It has /left, /right" in cli.error(*command)
+    assert "GPR_TRACE" in convert(path, "--gpr", "/right")
+    assert "GPR_TRACE" not in convert(path, "--gpr", "none")
+    cli(*command, "--gpr", "none", "--gpr", "/left", code=2)
+    assert "no topic /rigth" in cli.error(*command, "--gpr", "/left", "--gpr", "/rigth")
 
 
 @pytest.mark.parametrize(
@@ -170,18 +168,17 @@ def test_topics_of_two_antennas(
 ) -> None:
     """By what their messages say, if they differ in that; otherwise in the order of the options."""
     path = write(tmp_path / "drive.bag", "ros1", ("/left", "/right"), **told)
-    radius = ("--wheel-radius", "0.1")
-    both = convert(path, *radius, "--gpr", "/right", "--gpr", "/left")["GPR_TRACE"]
+    both = convert(path, "--gpr", "/right", "--gpr", "/left")["GPR_TRACE"]
     assert sorted(set(both["antenna_id"])) == sorted(expected.values())
     for topic, antenna in expected.items():
-        alone = convert(path, *radius, "--gpr", topic)["GPR_TRACE"]
+        alone = convert(path, "--gpr", topic)["GPR_TRACE"]
         mine = both["antenna_id"] == antenna
         np.testing.assert_array_equal(both["samples"][mine], alone["samples"])
         np.testing.assert_array_equal(both["seq"][mine], np.arange(COUNT // 5))
         assert set(alone["antenna_id"]) == {told.get(topic[1:], 0)}
 
 
-def test_topics_that_share_an_antenna(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_topics_that_share_an_antenna(tmp_path: Path, cli: Cli) -> None:
     """One of two with antennas 0 and 1, the other with 0: whose are they?"""
     path = tmp_path / "drive.bag"
     with bag(path, "ros1") as (types, put):
@@ -191,10 +188,10 @@ def test_topics_that_share_an_antenna(tmp_path: Path, capsys: pytest.CaptureFixt
                 header, 0, antenna, 3.125e-10, 1e-9, 0.5, np.arange(64, dtype=np.int32)
             )
             put("/pair", "gprodom/msg/GprTrace", trace, START_NS)
-    command = ["convert", "bag", str(path), "-o", str(tmp_path / "l"), "--wheel-radius", "0.1"]
-    assert main([*command, "--gpr", "/left", "--gpr", "/pair"]) == 1
-    assert "/pair holds traces of the antennas 0, 1, of which another" in capsys.readouterr().err
-    log = convert(path, "--wheel-radius", "0.1", "--gpr", "/pair")
+    command = ["convert", "bag", path, "-o", tmp_path / "l", *RADIUS_OPTION]
+    said = cli.error(*command, "--gpr", "/left", "--gpr", "/pair")
+    assert "/pair holds traces of the antennas 0, 1, of which another" in said
+    log = convert(path, "--gpr", "/pair")
     assert log["GPR_TRACE"]["antenna_id"].tolist() == [0, 1]
 
 
@@ -211,9 +208,7 @@ def test_damage_is_told_in_one_line(
         for _ in range(rng.choice([1, 30, 1000])):
             data[rng.randrange(len(data))] = rng.randrange(256)
         file.write_bytes(data)
-        capsys.readouterr()
-        arguments = ["convert", "bag", str(path), "-o", str(tmp_path / "l"), "--wheel-radius", "1"]
-        code = main(arguments)  # raises nothing
+        code = main(["convert", "bag", str(path), "-o", str(tmp_path / "l"), "--wheel-radius", "1"])
         refused += code
         said = capsys.readouterr().err
         if code:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from conftest import Cli
 from dzt_file import dzt_file
-from gprodom.cli import main
 from gprodom.convert.survey_files import read_line, read_lines
 from gprodom.errors import Error
 from gprodom.ground.survey import read_survey
@@ -38,28 +37,24 @@ def test_headers_of_channels_that_cannot_lie_in_turn(tmp_path: Path) -> None:
         read_lines(tmp_path / "a.dzt")
 
 
-def test_survey_of_chosen_channels(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_survey_of_chosen_channels(tmp_path: Path, cli: Cli) -> None:
     """Each a line, in the order given; without the option the first, as before, which is told."""
     traces, ground = three_channels(tmp_path / "a.dzt"), tmp_path / "g.npz"
-    command = ["convert", "survey", str(tmp_path / "a.dzt"), "-o", str(ground), "--json"]
-    assert main([*command, "--channels", "2,1", "--aside", "0.08"]) == 0
-    assert json.loads(capsys.readouterr().out)["lines"] == 2
+    command = ["convert", "survey", tmp_path / "a.dzt", "-o", ground]
+    assert cli.json(*command, "--channels", "2,1", "--aside", "0.08")["lines"] == 2
     survey = read_survey(ground)
     np.testing.assert_array_equal(survey.lines, traces[[2, 1]])
     np.testing.assert_allclose(survey.aside, [0, 0.08])
-    assert main(command) == 0
-    assert "holds 3 channels; 0 is taken" in capsys.readouterr().err
+    assert "holds 3 channels; 0 is taken" in cli(*command).err
     np.testing.assert_array_equal(read_survey(ground).lines, traces[:1])
-    assert main([*command, "--channels", "0,1"]) == 1
-    assert "lines of different sampling" in capsys.readouterr().err
-    assert main([*command, "--channels", "3"]) == 1
-    assert "holds 3 channels, 0 to 2; --channels asks for 3" in capsys.readouterr().err
+    assert "lines of different sampling" in cli.error(*command, "--channels", "0,1")
+    said = cli.error(*command, "--channels", "3")
+    assert "holds 3 channels, 0 to 2; --channels asks for 3" in said
     for wrong in ("0,0", "-1", "a"):
-        with pytest.raises(SystemExit):
-            main([*command, f"--channels={wrong}"])
+        cli(*command, f"--channels={wrong}", code=2)
 
 
-def test_channels_become_antennas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_channels_become_antennas(tmp_path: Path, cli: Cli) -> None:
     """All, or those asked for, with the numbers they have in the file; those of the next file are
     counted on."""
     traces = three_channels(tmp_path / "a.dzt")
@@ -77,9 +72,8 @@ def test_channels_become_antennas(tmp_path: Path, capsys: pytest.CaptureFixture[
     twice = convert(tmp_path, *base, "--gpr", str(tmp_path / "a.dzt"))["GPR_TRACE"]
     assert sorted(set(twice["antenna_id"])) == [0, 1, 2, 3, 4, 5]
     np.testing.assert_array_equal(twice["samples"][twice["antenna_id"] == 4], traces[1])
-    assert "this is a table" in refused(
-        tmp_path, capsys, *three(tmp_path), "--gpr", str(times), "--channels", "0"
-    )
+    said = refused(tmp_path, cli, *three(tmp_path), "--gpr", times, "--channels", "0", code=2)
+    assert "this is a table" in said
 
 
 INTERVAL = ("--sample-interval", "2e-10")
@@ -95,13 +89,10 @@ def radar_tables(folder: Path) -> tuple[np.ndarray, list[str]]:
     return traces, [text for file in files for text in ("--gpr", str(file))]
 
 
-def test_a_table_of_each_antenna(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_of_each_antenna(tmp_path: Path, cli: Cli) -> None:
     traces, options = radar_tables(tmp_path)
-    capsys.readouterr()
-    log = tmp_path / "out.lcmlog"
     command = ["convert", "tables", *three(tmp_path), *options, *INTERVAL]
-    assert main([*command, "-o", str(log), "--json"]) == 0
-    counted = json.loads(capsys.readouterr().out)["channels"]
+    counted = cli.json(*command, "-o", tmp_path / "out.lcmlog")["channels"]
     assert counted["GPR_TRACE"]["count"] == counted["GPR_TRACE 1"]["count"] == len(traces[0])
     layout = tmp_path / "robot.yaml"
     layout.write_text("gpr: {file: [r0.csv, r1.csv]}\nsample_interval: 2.0e-10\n")
@@ -113,14 +104,12 @@ def test_a_table_of_each_antenna(tmp_path: Path, capsys: pytest.CaptureFixture[s
             mine = radar["antenna_id"] == antenna
             np.testing.assert_array_equal(radar["samples"][mine], traces[antenna])
     (tmp_path / "r1.csv").write_text((tmp_path / "r1.csv").read_text().replace("17000", "19000"))
-    said = refused(tmp_path, capsys, *three(tmp_path), *options, *INTERVAL)
+    said = refused(tmp_path, cli, *three(tmp_path), *options, *INTERVAL)
     assert "IMU and radar 1 have 0.0 s in common" in said
 
 
 @pytest.mark.parametrize("scale", [None, 0.01, 1000.0])
-def test_a_column_of_antennas(
-    scale: float | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_column_of_antennas(scale: float | None, tmp_path: Path, cli: Cli) -> None:
     """Ids are not scaled as samples are."""
     traces, _ = radar_tables(tmp_path)
     time = drive()["time"][::5]
@@ -130,15 +119,15 @@ def test_a_column_of_antennas(
     table(tmp_path / "r.csv", header, np.tile(time, 2), told, samples)
     options = ["--gpr", str(tmp_path / "r.csv"), "--gpr-antenna", "id", *INTERVAL]
     options += [] if scale is None else ["--gpr-scale", str(scale)]
-    assert "Give --gpr-columns" in refused(tmp_path, capsys, *three(tmp_path), *options)
+    assert "Give --gpr-columns" in refused(tmp_path, cli, *three(tmp_path), *options, code=2)
     options += ["--gpr-columns", "t,3-14"]
     radar = convert(tmp_path, *three(tmp_path), *options)["GPR_TRACE"]
     for antenna, expected in zip((3, 1), traces, strict=True):
         mine = radar["antenna_id"] == antenna
         np.testing.assert_array_equal(radar["samples"][mine], expected)
         assert radar["seq"][mine].tolist() == list(range(len(time)))
-    said = refused(tmp_path, capsys, *three(tmp_path), *options, "--gpr", str(tmp_path / "r.csv"))
+    said = refused(tmp_path, cli, *three(tmp_path), *options, "--gpr", tmp_path / "r.csv", code=2)
     assert "not of several" in said
     table(tmp_path / "r.csv", header, np.tile(time, 2), told + 0.5, samples)
-    said = refused(tmp_path, capsys, *three(tmp_path), *options, "--strict")
+    said = refused(tmp_path, cli, *three(tmp_path), *options, "--strict")
     assert "a whole number of 32 bits in column 2" in said

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gprodom.cli import main
-from gprodom.fixes.record import Frame, Quality, read_fixes
+from conftest import Cli, run_cli
+from gprodom.fixes.record import Fixes, Frame, Quality, read_fixes
 from gprodom.fixes.ros import fixes_of, read_fix
 from gprodom.fixes.trust import CODES
 
@@ -96,18 +96,23 @@ def drive(folder: Path) -> list[str]:
     return ["--imu", str(folder / "imu.csv"), "--wheel-speed", str(folder / "w.csv")]
 
 
-def convert(folder: Path, rows: Any, *arguments: str) -> int:
+def command(folder: Path, rows: Any, *arguments: str) -> list[object]:
+    """What converts those tables and one of fixes, once a second."""
     times = T0 + 1.0 + np.arange(len(rows))[:, None]
     np.savetxt(folder / "fix.csv", np.hstack([times, rows]), "%.9f", ",")
-    given = [*drive(folder), "--fix", str(folder / "fix.csv"), *arguments]
-    return main(["convert", "tables", *given, "-o", str(folder / "o.lcmlog")])
+    given = [*drive(folder), "--fix", folder / "fix.csv", *arguments]
+    return ["convert", "tables", *given, "-o", folder / "o.lcmlog"]
+
+
+def converted(folder: Path, rows: Any, *arguments: str) -> Fixes:
+    run_cli(*command(folder, rows, *arguments))
+    [found] = read_fixes(folder / "o.lcmlog", CHANNEL)
+    return found
 
 
 def test_tables_with_standard_deviations_and_a_quality(tmp_path: Path) -> None:
     rows = [[52, 13, 40, 0.02, 0.03, 0.05, 4], [52.1, 13, 40, 1, 2, 3, 5], [0, 0, 0, 0, 0, 0, 0]]
-    options = ("--fix-unit", "degrees", "--fix-quality-code", "nmea")
-    assert convert(tmp_path, rows, *options) == 0
-    [found] = read_fixes(tmp_path / "o.lcmlog", CHANNEL)
+    found = converted(tmp_path, rows, "--fix-unit", "degrees", "--fix-quality-code", "nmea")
     assert found.frame == Frame.GEODETIC
     assert found.quality.tolist() == [Quality.FIXED, Quality.FLOAT, Quality.NONE]
     np.testing.assert_allclose(found.position[:2], [[52, 13, 40], [52.1, 13, 40]])
@@ -118,14 +123,12 @@ def test_tables_with_standard_deviations_and_a_quality(tmp_path: Path) -> None:
 
 def test_tables_with_a_covariance_and_by_numbers_of_columns(tmp_path: Path) -> None:
     rows = [[1, 2, 3, 4e-4, 1e-4, 0, 9e-4, 0, 1e-2], [2, 2, 3, 4, 0, 0, 9, 0, 16]]
-    assert convert(tmp_path, rows) == 0
-    [found] = read_fixes(tmp_path / "o.lcmlog", CHANNEL)
+    found = converted(tmp_path, rows)
     assert found.frame == Frame.SITE
     expected = [[4e-4, 1e-4, 0], [1e-4, 9e-4, 0], [0, 0, 1e-2]]
     np.testing.assert_allclose(found.covariance[0], expected)
     assert found.quality.tolist() == [Quality.FIXED, Quality.FLOAT]
-    assert convert(tmp_path, rows, "--fix-columns", "1-4", "--fix-sigma", "0.5") == 0
-    [found] = read_fixes(tmp_path / "o.lcmlog", CHANNEL)
+    found = converted(tmp_path, rows, "--fix-columns", "1-4", "--fix-sigma", "0.5")
     np.testing.assert_allclose(found.covariance[0], 0.25 * np.eye(3))
 
 
@@ -140,14 +143,9 @@ def test_tables_with_a_covariance_and_by_numbers_of_columns(tmp_path: Path) -> N
     ],
 )
 def test_tables_that_are_refused(
-    row: list[float],
-    options: tuple[str, ...],
-    said: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    row: list[float], options: tuple[str, ...], said: str, tmp_path: Path, cli: Cli
 ) -> None:
-    assert convert(tmp_path, [row, row], *options) == 1
-    assert said in capsys.readouterr().err
+    assert said in cli.error(*command(tmp_path, [row, row], *options))
 
 
 def test_every_code_has_only_our_qualities() -> None:
@@ -156,9 +154,7 @@ def test_every_code_has_only_our_qualities() -> None:
         assert codes[0] is Quality.NONE
 
 
-def test_bags_give_fixes_of_what_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bags_give_fixes_of_what_is_named(tmp_path: Path, cli: Cli) -> None:
     """The same topic can be truth as well; other types are refused."""
     pytest.importorskip("rosbags")
     from test_convert_bags import bag, write_drive
@@ -178,13 +174,11 @@ def test_bags_give_fixes_of_what_is_named(
     log = tmp_path / "o.lcmlog"
     given = ["convert", "bag", str(path), "-o", str(log), "--wheel-radius", "0.1"]
     chosen = ["--truth", "/rear", "--fix", "/front", "--fix", "/rear"]
-    assert main([*given, *chosen, "--fix-quality", "fixed"]) == 0
+    cli(*given, *chosen, "--fix-quality", "fixed")
     front, rear = read_fixes(log, CHANNEL)
     assert (front.antenna, rear.antenna, len(front), len(rear)) == (0, 1, 5, 5)
     assert set(rear.quality) == {Quality.FIXED}
-    assert main([*given, "--truth", "none"]) == 0
+    cli(*given, "--truth", "none")
     assert read_fixes(log, CHANNEL) == []
-    assert main([*given, "--truth", "none", "--fix", "/imu"]) == 1
-    assert "/imu is sensor_msgs/msg/Imu; expected sensor_msgs/msg/NavSatFix" in (
-        capsys.readouterr().err
-    )
+    said = cli.error(*given, "--truth", "none", "--fix", "/imu")
+    assert "/imu is sensor_msgs/msg/Imu; expected sensor_msgs/msg/NavSatFix" in said

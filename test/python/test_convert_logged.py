@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -12,9 +11,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conftest import Cli, run_program
 from gprodom.convert.rows import BLOCK_BYTES
 from gprodom.convert.wheels import continued
-from test_convert_tables import COUNTS, SPAN, START, convert, drive, refused, table, three
+from gprodom.lcm.logs import read
+from test_convert_tables import (
+    COUNTS,
+    SPAN,
+    START,
+    convert,
+    drive,
+    refused,
+    table,
+    three,
+    told,
+    wheel_of,
+)
 
 WIDE = ["--imu-columns", "t,ax,ay,az,gx,gy,gz", "--wheel-distance-columns", "t,d"]
 RADAR = ["--gpr-columns", "t,9-20", "--sample-interval", "2e-10"]
@@ -35,17 +47,14 @@ def wide(path: Path, change: Callable[[list[str]], list[str]] = list) -> list[st
     return [str(path), *WIDE, *RADAR]
 
 
-def test_slower_sensors_leave_their_cells_empty(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    log, made = convert(tmp_path, *wide(tmp_path / "all.csv")), drive()
+def test_slower_sensors_leave_their_cells_empty(tmp_path: Path, cli: Cli) -> None:
+    assert told(tmp_path, cli, *wide(tmp_path / "all.csv")) == ""
+    log, made = read(tmp_path / "out.lcmlog"), drive()
     np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-6)
-    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
-    np.testing.assert_allclose(wheel, made["distance"][::3], atol=1e-5)
+    np.testing.assert_allclose(wheel_of(log), made["distance"][::3], atol=1e-5)
     np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
     times = np.rint(made["time"][::5] * 1e6).astype(np.int64)
     np.testing.assert_array_equal(log["GPR_TRACE"]["utime"], times)
-    assert capsys.readouterr().err == ""
 
 
 def spoilt(lines: list[str]) -> list[str]:
@@ -58,20 +67,18 @@ def spoilt(lines: list[str]) -> list[str]:
     return [*lines[:50], "# marked by hand", *lines[50:]]
 
 
-def test_lines_that_cannot_be_used_are_left_out_and_counted(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_lines_that_cannot_be_used_are_left_out_and_counted(tmp_path: Path, cli: Cli) -> None:
     path = tmp_path / "all.csv"
     arguments = wide(path, spoilt)
     path.write_bytes(path.read_bytes().rstrip(b"\n"))
-    log, made = convert(tmp_path, *arguments), drive()
+    said, made = told(tmp_path, cli, *arguments), drive()
+    log = read(tmp_path / "out.lcmlog")
     kept = np.ones(len(made["time"]), bool)
     kept[[99, 199, -1]] = False
     np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"][kept], atol=1e-6)
-    said = capsys.readouterr().err
     assert "4 lines left out, 1 of them comments, of 4001 with acceleration" in said
     assert "line 102, expected a finite number in column 3, got 'nan'" in said
-    strict = refused(tmp_path, capsys, *arguments, "--strict")
+    strict = refused(tmp_path, cli, *arguments, "--strict")
     assert "all.csv:51: expected numbers, got a comment" in strict
 
 
@@ -107,9 +114,7 @@ def test_names_may_stand_in_a_comment(tmp_path: Path) -> None:
     assert len(convert(tmp_path, *arguments)["IMU"]["utime"]) == len(drive()["time"])
 
 
-def test_a_table_of_which_most_is_unusable_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_table_of_which_most_is_unusable_is_refused(tmp_path: Path, cli: Cli) -> None:
     """Columns are numbered as in the file. Samples that are no counts: a scale is wanted."""
     path = tmp_path / "all.csv"
     arguments = wide(path)
@@ -118,25 +123,24 @@ def test_a_table_of_which_most_is_unusable_is_refused(
     for row in rows[1:]:
         row[8:] = [f"{int(cell) / 1000}" if cell else "" for cell in row[8:]]
     path.write_text("\n".join(map(",".join, rows)) + "\n")
-    said = refused(tmp_path, capsys, *arguments)
+    said = refused(tmp_path, cli, *arguments)
     assert "all.csv:2: expected a whole number of 32 bits in column 9" in said
     assert "--gpr-scale" in said
     log = convert(tmp_path, *arguments, "--gpr-scale", "1000")
     np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], drive()["traces"])
 
 
-def test_disorder_and_duplicates_are_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_disorder_and_duplicates_are_told(tmp_path: Path, cli: Cli) -> None:
     def disordered(lines: list[str]) -> list[str]:
         lines[10], lines[20] = lines[20], lines[10]
         other = lines[31].replace(lines[31].split(",")[1], "0.5", 1)
         return [*lines[:31], lines[30], lines[31], other, *lines[32:]]
 
-    log = convert(tmp_path, *wide(tmp_path / "all.csv", disordered))
-    assert np.all(np.diff(log["IMU"]["utime"]) >= 0)
-    assert len(log["IMU"]["utime"]) == len(drive()["time"]) + 1
-    said = capsys.readouterr()
+    log = tmp_path / "out.lcmlog"
+    said = cli("convert", "tables", *wide(tmp_path / "all.csv", disordered), "-o", log)
+    times = read(log)["IMU"]["utime"]
+    assert np.all(np.diff(times) >= 0)
+    assert len(times) == len(drive()["time"]) + 1
     assert "10 rows stood after later ones: sorted into place" in said.err
     assert "1 rows repeat another, time and values: left out" in said.err
     assert "1 rows have the time of another, with other values: kept" in said.err
@@ -149,12 +153,7 @@ def test_disorder_and_duplicates_are_told(
     [(0, False, 0, 1), (16, False, 65_000, 2), (16, True, 32_000, 2), (32, False, 2**32 - 500, 1)],
 )
 def test_a_counter_that_begins_again_is_carried_on(
-    bits: int,
-    signed: bool,
-    began: int,
-    times: int,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    bits: int, signed: bool, began: int, times: int, tmp_path: Path, cli: Cli
 ) -> None:
     """At zero after its power was cut, or by an overflow."""
     made = drive()
@@ -170,11 +169,10 @@ def test_a_counter_that_begins_again_is_carried_on(
     arguments = three(tmp_path)[:4]
     path = table(tmp_path / "c.csv", "t,c", made["time"], counts)
     arguments += ["--wheel-counts", str(path), "--counts-per-metre", str(COUNTS)]
-    log = convert(tmp_path, *arguments)
-    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
-    np.testing.assert_allclose(wheel, made["distance"], atol=0.01)
     how = "overflows" if bits else "starts again at zero"
-    assert f"the counter of wheel 1 {how} {times} times" in capsys.readouterr().err
+    said = told(tmp_path, cli, *arguments)
+    assert f"the counter of wheel 1 {how} {times} times" in said
+    np.testing.assert_allclose(wheel_of(read(tmp_path / "out.lcmlog")), made["distance"], atol=0.01)
 
 
 def test_a_wheel_that_drives_back_to_zero_has_not_begun_again() -> None:
@@ -189,17 +187,13 @@ def test_a_wheel_that_drives_back_to_zero_has_not_begun_again() -> None:
         np.testing.assert_allclose(found.values, counts)
 
 
-def test_a_gap_is_a_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_gap_is_a_gap(tmp_path: Path, cli: Cli) -> None:
     """Not a sensor whose values do not change."""
     made = drive()
     kept = (made["time"] < START + 10) | (made["time"] > START + 30)
-    arguments = three(tmp_path, **{
-        name: made[source][kept]
-        for name, source in (("force_time", "time"), ("rate_time", "time"), ("force", "force"),
-                             ("rate", "rate"))
-    })  # fmt: skip
-    convert(tmp_path, *arguments)
-    said = capsys.readouterr().err
+    changes = {name: made[name][kept] for name in ("force", "rate")}
+    changes |= dict.fromkeys(("force_time", "rate_time"), made["time"][kept])
+    said = told(tmp_path, cli, *three(tmp_path, **changes))
     assert "IMU: no messages for 20.0 s, from 10.0 s after its first on" in said
     assert "does not change" not in said
 
@@ -210,30 +204,26 @@ def test_a_gap_is_a_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
      ("250", "in picoseconds? Then write 2.5e-10"), (None, "Give --sample-interval")],
 )  # fmt: skip
 def test_a_sample_interval_of_no_radar(
-    interval: str | None, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    interval: str | None, said: str, tmp_path: Path, cli: Cli
 ) -> None:
     arguments = wide(tmp_path / "all.csv")[:-2]
     if interval is None:
-        assert said in refused(tmp_path, capsys, *arguments)
+        assert said in refused(tmp_path, cli, *arguments, code=2)
         return
-    with pytest.raises(SystemExit):
-        refused(tmp_path, capsys, *arguments, "--sample-interval", interval)
-    assert said in capsys.readouterr().err
+    assert said in refused(tmp_path, cli, *arguments, "--sample-interval", interval, code=2)
     layout = tmp_path / "robot.yaml"
     layout.write_text(f"sample_interval: {float(interval)!r}\n")
-    assert said in refused(tmp_path, capsys, *arguments, "--layout", str(layout))
+    assert said in refused(tmp_path, cli, *arguments, "--layout", str(layout))
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 10**3), ("us", 10**6), ("ns", 10**9)])
-def test_stamps_of_today_in_smaller_units(
-    unit: str, factor: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stamps_of_today_in_smaller_units(unit: str, factor: int, tmp_path: Path, cli: Cli) -> None:
     def smaller(lines: list[str]) -> list[str]:
         rows = [line.split(",", 1) for line in lines[1:]]
         return [lines[0], *(f"{round(float(t) * 1e3) * factor // 1000},{rest}" for t, rest in rows)]
 
     arguments = wide(tmp_path / "all.csv", smaller)
-    assert f"Give --time-unit {unit}" in refused(tmp_path, capsys, *arguments)
+    assert f"Give --time-unit {unit}" in refused(tmp_path, cli, *arguments)
     log = convert(tmp_path, *arguments, "--time-unit", unit)
     expected = np.rint(drive()["time"] * 1e6).astype(np.int64)
     np.testing.assert_array_equal(log["IMU"]["utime"], expected)
@@ -258,8 +248,7 @@ table = read_source(Source(Path({str(path)!r})), range(9, 999), "time, samples",
 assert table.values.shape == ({rows}, {samples})
 print(highest() - before)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    grown = 1024 * int(done.stdout)
+    grown = 1024 * int(run_program(sys.executable, "-c", code).stdout)
     numbers = rows * samples * np.dtype(np.int32).itemsize
     # Twice, when blocks are joined; and of the block at hand its lines, as objects, and numbers.
     assert grown < 2 * numbers + 12 * BLOCK_BYTES

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import struct
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from gprodom.cli import main
+from conftest import Cli
+from dzt_file import dzt_file
 from gprodom.convert.survey_files import read_line
 from gprodom.convert.wheels import WheelSpec, added_up, along_poses, read_wheel, wheel_streams
 from gprodom.errors import Error
@@ -20,43 +19,35 @@ from gprodom.lcm.log_writer import Stream
 from gprodom.lcm.logs import read
 from gprodom.lcm.wire import decode
 from ids_file import ids_file
+from test_convert_tables import table
 
 HUSKY = ("--imu", "/imu/data", "--wheel", "/husky_velocity_controller/odom", "--truth", "/fix")
 
 
-def figures(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
-    capsys.readouterr()
-    assert main([*arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_husky(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_husky(shared: Path, tmp_path: Path, cli: Cli) -> None:
     """A rotated IMU, no standstill at the start: wheel and gyro within 3.1 m of the GPS."""
     log = tmp_path / "husky.lcmlog"
-    bag = str(shared / "robots" / "husky.bag")
-    channels = figures(capsys, "convert", "bag", bag, "-o", str(log), *HUSKY)["channels"]
+    bag = shared / "robots" / "husky.bag"
+    channels = cli.json("convert", "bag", bag, "-o", log, *HUSKY)["channels"]
     assert {name: channel["count"] for name, channel in channels.items()} == {
         "IMU": 11865,
         "WHEEL": 3952,
         "TOTAL_STATION": 989,
     }
-    score = figures(capsys, "run", str(log), "--method", "wheel", "--truth", str(log))
+    score = cli.json("run", log, "--method", "wheel", "--truth", log)
     assert score["ate_rmse_m"] < 3.1
     assert score["excluded"] == 0
-    assert main(["convert", "bag", bag, "-o", str(log), "--wheel", "/imu/data"]) == 1
-    assert "expected nav_msgs/msg/Odometry" in capsys.readouterr().err
+    said = cli.error("convert", "bag", bag, "-o", log, "--wheel", "/imu/data")
+    assert "expected nav_msgs/msg/Odometry" in said
 
 
-def test_car(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_car(shared: Path, tmp_path: Path, cli: Cli) -> None:
     """Scale fitted on the first half: distance of the second within 0.5 %."""
     car, log = shared / "robots" / "car", tmp_path / "car.lcmlog"
-    tables = [
-        argument
-        for name in ("accelerometer", "gyroscope", "wheel-speed", "position")
-        for argument in (f"--{name}", str(car / f"{name.replace('-', '_')}.csv"))
-    ]
-    figures(capsys, "convert", "tables", *tables, "-o", str(log))
-    found = figures(capsys, "calibrate", "wheel", str(log), "--fit-share", "0.5")
+    names = ("accelerometer", "gyroscope", "wheel-speed", "position")
+    tables = [f"--{name}={car / name.replace('-', '_')}.csv" for name in names]
+    cli.json("convert", "tables", *tables, "-o", log)
+    found = cli.json("calibrate", "wheel", log, "--fit-share", "0.5")
     (rest,) = found["rest"]
     assert abs(rest["error_after_pct"]) < 0.5 < abs(rest["error_before_pct"])
 
@@ -115,31 +106,24 @@ def test_two_sides_of_an_odometry() -> None:
     assert single.channel == "WHEEL"
 
 
-def test_two_sides_of_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    stamps = [f"{1_700_000_000 + 0.02 * k:.2f}" for k in range(101)]
-    rows = [f"{stamp},1,2,3,4" for stamp in stamps]
-    (tmp_path / "wheels.csv").write_text("t,fl,fr,rl,rr\n" + "\n".join(rows) + "\n")
-    for name, value in (("accelerometer", "0,0,9.8"), ("gyroscope", "0,0,0")):
-        lines = [f"{stamp},{value}" for stamp in stamps]
-        (tmp_path / f"{name}.csv").write_text("t,x,y,z\n" + "\n".join(lines) + "\n")
-    tables = [
-        argument
-        for option, name in (
-            ("accelerometer", "accelerometer"),
-            ("gyroscope", "gyroscope"),
-            ("wheel-speed", "wheels"),
-        )
-        for argument in (f"--{option}", str(tmp_path / f"{name}.csv"))
-    ]
+def test_two_sides_of_tables(tmp_path: Path, cli: Cli) -> None:
+    time, sensors = 0.02 * np.arange(101), []
+    for name, values in (
+        ("accelerometer", [0, 0, 9.8]),
+        ("gyroscope", [0, 0, 0]),
+        ("wheel-speed", [1, 2, 3, 4]),
+    ):
+        header, columns = "t,a,b,c,d"[: 1 + 2 * len(values)], np.tile(values, (len(time), 1))
+        file = table(tmp_path / f"{name}.csv", header, 1_700_000_000 + time, columns)
+        sensors += [f"--{name}", file]
     log = tmp_path / "pair.lcmlog"
-    convert = ["convert", "tables", *tables, "-o", str(log)]
-    figures(capsys, *convert, "--left", "1,3", "--right", "2,4")
+    convert = ["convert", "tables", *sensors, "-o", log]
+    cli(*convert, "--left", "1,3", "--right", "2,4")
     wheels = read(log)["WHEELS"]
-    time = 0.02 * np.arange(101)
     np.testing.assert_allclose(wheels["left_ticks"] * wheels["metres_per_tick"], 2 * time)
     np.testing.assert_allclose(wheels["right_ticks"] * wheels["metres_per_tick"], 3 * time)
-    assert main([*convert, "--left", "1,3"]) == 2
-    assert main([*convert, "--left", "1", "--right", "5"]) == 2
+    cli(*convert, "--left", "1,3", code=2)
+    cli(*convert, "--left", "1", "--right", "5", code=2)
 
 
 def test_local_positions() -> None:
@@ -171,18 +155,16 @@ def test_real_survey_files(shared: Path) -> None:
         assert np.abs(mean).max() > 3 * np.std(line.traces[:, -100:])
 
 
-def test_real_ids_files(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_real_ids_files(shared: Path, tmp_path: Path, cli: Cli) -> None:
     """Their headers contradict themselves: told with what the echoes say; the options decide."""
     paths = [str(shared / "survey_files" / f"LID1000{i}.dt") for i in (1, 2)]
     command = ["convert", "survey", *paths, "--aside", "0.1", "-o", str(tmp_path / "wall.npz")]
-    assert main(command) == 1
-    said = capsys.readouterr().err
+    said = cli.error(*command)
     assert "260.417 traces a metre (3.84 mm)" in said and "nominal step of 4 mm" in said
-    assert main([*command, "--spacing", "0.004"]) == 1
-    said = capsys.readouterr().err
+    said = cli.error(*command, "--spacing", "0.004")
     assert "echoes of 2.4 or 0.24 GHz, of an antenna of 3 GHz" in said
     assert "--sample-interval" in said
-    facts = figures(capsys, *command, "--spacing", "0.004", "--sample-interval", "2.34375e-11")
+    facts = cli.json(*command, "--spacing", "0.004", "--sample-interval", "2.34375e-11")
     assert (facts["lines"], facts["traces"], facts["samples"]) == (2, 443, 512)
     assert (facts["spacing_m"], facts["sample_interval_s"]) == pytest.approx((0.004, 2.34375e-11))
 
@@ -216,13 +198,13 @@ def write_mala(path: Path, traces: np.ndarray, **changes: str) -> Path:
     return path
 
 
-def test_survey_lines_become_ground(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_survey_lines_become_ground(tmp_path: Path, cli: Cli) -> None:
     rng = np.random.default_rng(1)
     lines = rng.integers(-3000, 3000, (2, 100, 64))
     paths = [str(write_mala(tmp_path / f"l{i}.rd3", line)) for i, line in enumerate(lines)]
     out = tmp_path / "field.npz"
     arguments = ["convert", "survey", *paths, "--aside", "0.3", "--samples", "50", "-o", str(out)]
-    assert figures(capsys, *arguments)["length_m"] == pytest.approx(4.95)
+    assert cli.json(*arguments)["length_m"] == pytest.approx(4.95)
     survey = read_survey(out)
     np.testing.assert_array_equal(survey.lines, lines[:, :, :50])
     assert not survey.closed
@@ -232,7 +214,7 @@ def test_survey_lines_become_ground(tmp_path: Path, capsys: pytest.CaptureFixtur
     with pytest.raises(Error, match=r"ends after 4\.95 m"):
         survey.traces(np.array([6.0]), np.array([0.0]))
     drive = ["simulate", "--ground", str(out), "--distance", "8", "--standstill", "1"]
-    assert main([*drive, "-o", str(tmp_path / "s.zip")]) == 0
+    cli(*drive, "-o", tmp_path / "s.zip")
 
 
 @pytest.mark.parametrize(
@@ -242,6 +224,7 @@ def test_survey_lines_become_ground(tmp_path: Path, capsys: pytest.CaptureFixtur
         ({"SAMPLES": "0"}, "expected 2 to"),
         ({"DISTANCE INTERVAL": "0"}, "no spacing"),
         ({"SAMPLES": "5000"}, "at least two traces"),
+        ({"SAMPLES": "20000"}, "expected 2 to 16384"),  # no longer than the estimator takes
     ],
 )
 def test_survey_errors(tmp_path: Path, changes: dict[str, str], said: str) -> None:
@@ -274,38 +257,24 @@ def test_survey_that_is_cut_short(tmp_path: Path) -> None:
         read_line(tmp_path / "l.dt1")
 
 
-def write_dzt(path: Path, body: bytes, samples: int = 64) -> Path:
-    """A GSSI file of 16 bits, one channel, 20 traces a metre, 50 ns."""
-    head = bytearray(1024)
-    struct.pack_into("<4Hh", head, 0, 255, 1024, samples, 16, 0)
-    struct.pack_into("<5f", head, 10, 0.0, 20.0, 0.0, 0.0, 50.0)
-    struct.pack_into("<H", head, 52, 1)
-    path.write_bytes(bytes(head) + body)
-    return path
-
-
 def test_dzt_with_a_part_of_a_trace(tmp_path: Path) -> None:
-    assert len(read_line(write_dzt(tmp_path / "l.dzt", bytes(5 * 128))).traces) == 5
+    path, whole = tmp_path / "l.dzt", dzt_file(np.zeros((1, 5, 64)), (50.0,))
+    path.write_bytes(whole)
+    assert len(read_line(path).traces) == 5
+    path.write_bytes(whole + bytes(60))
     with pytest.raises(Error, match="cut short"):
-        read_line(write_dzt(tmp_path / "l.dzt", bytes(5 * 128 + 60)))
+        read_line(path)
 
 
-def test_survey_too_coarse_for_its_wavelength(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_survey_too_coarse_for_its_wavelength(tmp_path: Path, cli: Cli) -> None:
     """Echoes of 500 MHz, 20 cm long in the ground: said at 10 cm between traces, not at 2 cm."""
     rng = np.random.default_rng(1)
     wave = np.sin(2 * np.pi * 500e6 * np.arange(64) * 2e-10)
     traces = 3000 * rng.standard_normal((50, 1)) * wave
     for spacing, said in (("0.10", True), ("0.02", False)):
         path = write_mala(tmp_path / "l.rd3", traces, **{"DISTANCE INTERVAL": spacing})
-        assert main(["convert", "survey", str(path), "-o", str(tmp_path / "g.npz")]) == 0
-        assert ("wavelength of 0.2 m" in capsys.readouterr().err) is said
-
-
-def test_survey_traces_are_no_longer_than_the_estimator_takes(tmp_path: Path) -> None:
-    with pytest.raises(Error, match="expected 2 to 16384"):
-        read_line(write_mala(tmp_path / "l.rd3", np.zeros((2, 20_000)), SAMPLES="20000"))
+        told = cli("convert", "survey", path, "-o", tmp_path / "g.npz").err
+        assert ("wavelength of 0.2 m" in told) is said
 
 
 def test_survey_wants_its_header(tmp_path: Path) -> None:

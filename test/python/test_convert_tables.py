@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import CHECKOUT, Cli, run_cli
 from gprodom.geodesy import Datum
 from gprodom.lcm.logs import read
 
@@ -59,44 +57,52 @@ def three(folder: Path, **changes: np.ndarray) -> list[str]:
     return [text for name, file in names for text in (f"--{name}", str(folder / f"{file}.csv"))]
 
 
-def convert(folder: Path, *arguments: str) -> dict[str, Any]:
+def convert(folder: Path, *arguments: object) -> dict[str, Any]:
     """The log that comes of it."""
     log = folder / "out.lcmlog"
-    assert main(["convert", "tables", *arguments, "-o", str(log)]) == 0
+    run_cli("convert", "tables", *arguments, "-o", log)
     return read(log)
 
 
-def refused(folder: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def told(folder: Path, cli: Cli, *arguments: object) -> str:
+    """What is said of tables that make a log."""
+    said: str = cli("convert", "tables", *arguments, "-o", folder / "out.lcmlog").err
+    return said
+
+
+def refused(folder: Path, cli: Cli, *arguments: object, code: int = 1) -> str:
     """What is said of tables that make no log."""
     log = folder / "none.lcmlog"
-    capsys.readouterr()
-    assert main(["convert", "tables", *arguments, "-o", str(log)]) != 0
+    said = cli.error("convert", "tables", *arguments, "-o", log, code=code)
     assert not log.exists()
-    return capsys.readouterr().err
+    return said
 
 
-def test_tables_as_they_were(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log, made = convert(tmp_path, *three(tmp_path)), drive()
+def wheel_of(log: dict[str, Any]) -> np.ndarray:
+    """Its distance (m)."""
+    return np.asarray(log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"])
+
+
+def test_tables_as_they_were(tmp_path: Path, cli: Cli) -> None:
+    assert told(tmp_path, cli, *three(tmp_path)) == ""
+    log, made = read(tmp_path / "out.lcmlog"), drive()
     np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-6)
-    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
-    np.testing.assert_allclose(wheel, made["distance"][::3], atol=5e-3)
-    assert capsys.readouterr().err == ""
+    np.testing.assert_allclose(wheel_of(log), made["distance"][::3], atol=5e-3)
 
 
-def test_nothing_is_extrapolated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_extrapolated(tmp_path: Path, cli: Cli) -> None:
     """Where the accelerometer ends or pauses there is no IMU; where it has a fifth, no log."""
     made = drive()
     n = len(made["time"])
     part = np.r_[0:1000, 1500 : int(0.9 * n)]
     arguments = three(tmp_path, force=made["force"][part], force_time=made["time"][part])
-    log = convert(tmp_path, *arguments)
-    time = log["IMU"]["utime"] * 1e-6 - START
+    assert "rows of the gyroscope are left out" in told(tmp_path, cli, *arguments)
+    time = read(tmp_path / "out.lcmlog")["IMU"]["utime"] * 1e-6 - START
     assert time[-1] == pytest.approx(0.9 * SPAN, abs=0.02)
     assert not np.any((time > 10.0) & (time < 14.99))
-    assert "rows of the gyroscope are left out" in capsys.readouterr().err
     fifth = slice(0, n // 5)
     arguments = three(tmp_path, force=made["force"][fifth], force_time=made["time"][fifth])
-    assert "8.0 s in common, of 40.0 s" in refused(tmp_path, capsys, *arguments)
+    assert "8.0 s in common, of 40.0 s" in refused(tmp_path, cli, *arguments)
 
 
 @pytest.mark.parametrize(
@@ -117,9 +123,9 @@ def test_nothing_is_extrapolated(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ],
 )
 def test_what_is_plainly_wrong_is_refused(
-    changes: Any, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    changes: Any, said: str, tmp_path: Path, cli: Cli
 ) -> None:
-    assert said in refused(tmp_path, capsys, *three(tmp_path, **changes(drive())))
+    assert said in refused(tmp_path, cli, *three(tmp_path, **changes(drive())))
 
 
 def test_shaking_is_no_wrong_unit(tmp_path: Path) -> None:
@@ -129,19 +135,19 @@ def test_shaking_is_no_wrong_unit(tmp_path: Path) -> None:
     convert(tmp_path, *three(tmp_path, force=force))
 
 
-def test_what_is_doubtful_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_doubtful_is_said(tmp_path: Path, cli: Cli) -> None:
     made = drive()
-    convert(tmp_path, *three(tmp_path, speed=0 * made["speed"]))
-    assert "wheel: it never turns" in capsys.readouterr().err
     stuck = made["force"].copy()
     stuck[1000:2500] = stuck[1000]
-    convert(tmp_path, *three(tmp_path, force=stuck))
-    assert "acceleration does not change at all for 15.0 s" in capsys.readouterr().err
-    convert(tmp_path, *three(tmp_path, speed_time=made["time"] + 4))
-    assert "36.0 s in common, of 40.0 s" in capsys.readouterr().err
+    for said, changes in (
+        ("wheel: it never turns", {"speed": 0 * made["speed"]}),
+        ("acceleration does not change at all for 15.0 s", {"force": stuck}),
+        ("36.0 s in common, of 40.0 s", {"speed_time": made["time"] + 4}),
+    ):
+        assert said in told(tmp_path, cli, *three(tmp_path, **changes))
 
 
-def test_a_first_line_that_is_no_header(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_first_line_that_is_no_header(tmp_path: Path, cli: Cli) -> None:
     arguments = three(tmp_path)
     rows = (tmp_path / "w.csv").read_text().splitlines()[1:]
     for first, said in (
@@ -150,17 +156,17 @@ def test_a_first_line_that_is_no_header(tmp_path: Path, capsys: pytest.CaptureFi
     ):
         (tmp_path / "w.csv").write_text("\n".join([first, *rows]) + "\n")
         if said is not None:
-            assert said in refused(tmp_path, capsys, *arguments)
+            assert said in refused(tmp_path, cli, *arguments)
     (tmp_path / "w.csv").write_text("\n".join(rows) + "\n")  # none at all: every row is data
     assert len(convert(tmp_path, *arguments)["WHEEL"]["utime"]) == len(rows)
     for numbers in ("0,1,2,3", "1,2,3,4"):
         rows = (tmp_path / "a.csv").read_text().splitlines()[1:]
         (tmp_path / "a.csv").write_text("\n".join([numbers, *rows]) + "\n")
-        assert "the numbers of columns" in refused(tmp_path, capsys, *arguments)
+        assert "the numbers of columns" in refused(tmp_path, cli, *arguments)
         (tmp_path / "a.csv").write_text("\n".join(["t,x,y,z", *rows]) + "\n")
     rows = (tmp_path / "w.csv").read_text().splitlines()
     (tmp_path / "w.csv").write_text("\n".join(["0,1", *rows]) + "\n")
-    assert "days between messages 1 and 2" in refused(tmp_path, capsys, *arguments)
+    assert "days between messages 1 and 2" in refused(tmp_path, cli, *arguments)
 
 
 def own(folder: Path) -> tuple[Path, Path]:
@@ -202,8 +208,7 @@ def test_own_tables_by_a_layout_and_by_options(tmp_path: Path) -> None:
     log, made = convert(tmp_path, str(one), "--layout", str(tmp_path / "robot.yaml")), drive()
     np.testing.assert_allclose(log["IMU"]["linear_acceleration"], made["force"], atol=1e-5)
     np.testing.assert_allclose(log["IMU"]["angular_velocity"], made["rate"], atol=1e-7)
-    wheel = log["WHEEL"]["ticks"] * log["WHEEL"]["metres_per_tick"]
-    np.testing.assert_allclose(wheel, made["distance"], atol=3e-4)
+    np.testing.assert_allclose(wheel_of(log), made["distance"], atol=3e-4)
     np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
     assert set(log["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
     assert log["GPR_TRACE"]["utime"][1] == 50_000
@@ -229,15 +234,16 @@ def test_own_tables_by_a_layout_and_by_options(tmp_path: Path) -> None:
     ],
 )
 def test_layouts_that_do_not_fit(
-    change: tuple[str, str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    change: tuple[str, str], said: str, tmp_path: Path, cli: Cli
 ) -> None:
     one, _ = own(tmp_path)
     layout = tmp_path / "robot.yaml"
     layout.write_text(LAYOUT.replace(*change))
-    assert said in refused(tmp_path, capsys, str(one), "--layout", str(layout))
+    code = 2 if "--" in said else 1  # an option is missing
+    assert said in refused(tmp_path, cli, one, "--layout", layout, code=code)
 
 
-def test_positions_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_positions_in_degrees(tmp_path: Path, cli: Cli) -> None:
     pytest.importorskip("pyproj")
     time = drive()["time"][::100]
     north = np.arange(len(time)) * 1e-5
@@ -248,20 +254,20 @@ def test_positions_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     expected = np.column_stack([0 * north, step * np.arange(len(time)), 0 * north])
     np.testing.assert_allclose(log["TOTAL_STATION"]["position"], expected, atol=0.02)
     table(tmp_path / "p.csv", "t,lon,lat", time, 145 + north, 7 + 0 * north)
-    assert "latitude and longitude" in refused(tmp_path, capsys, *arguments)
+    assert "latitude and longitude" in refused(tmp_path, cli, *arguments)
 
 
-def test_traces_of_a_survey_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_traces_of_a_survey_file(tmp_path: Path, cli: Cli) -> None:
     made = drive()
     (tmp_path / "l.rad").write_text("SAMPLES:12\nFREQUENCY:5000\nDISTANCE INTERVAL:0.05\n")
     made["traces"].astype("<i2").tofile(tmp_path / "l.rd3")
     times = table(tmp_path / "t.csv", "t", made["time"][::5])
     arguments = [*three(tmp_path), "--gpr", str(tmp_path / "l.rd3")]
-    assert "--gpr-times" in refused(tmp_path, capsys, *arguments)
+    assert "--gpr-times" in refused(tmp_path, cli, *arguments, code=2)
     log = convert(tmp_path, *arguments, "--gpr-times", str(times))
     np.testing.assert_array_equal(log["GPR_TRACE"]["samples"], made["traces"])
     table(tmp_path / "t.csv", "t", made["time"][:50:5])
-    said = refused(tmp_path, capsys, *arguments, "--gpr-times", str(times))
+    said = refused(tmp_path, cli, *arguments, "--gpr-times", str(times))
     assert "800 traces, but 10 rows" in said
 
 
@@ -301,21 +307,16 @@ def tables_of(log: dict[str, Any], folder: Path) -> list[str]:
 
 
 def test_own_tables_by_the_layout_in_the_docs_are_converted_and_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    sample_log: Path, tmp_path: Path, cli: Cli
 ) -> None:
     """The sample sequence, written as a robot's own tables, comes out as from itself."""
     pytest.importorskip("pyproj")
-    (sequence,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
-    direct = tmp_path / "direct.lcmlog"
-    assert main(["convert", "cmu", str(sequence), "-o", str(direct)]) == 0
-    log = convert(tmp_path, *tables_of(read(direct), tmp_path))
+    log = convert(tmp_path, *tables_of(read(sample_log), tmp_path))
     assert set(log["GPR_TRACE"]["sample_interval"]) == {3.125e-10}
     error = {}
-    for path in (direct, tmp_path / "out.lcmlog"):
-        poses = str(path.with_suffix(".tum"))
-        assert main(["run", str(path), "--method", "gprodom_full", "--tum", poses]) == 0
-        capsys.readouterr()
-        assert main(["score", poses, str(path), "--json"]) == 0
-        error[path.stem] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
-    assert error["direct"] < 0.1
-    assert error["out"] == pytest.approx(error["direct"], rel=0.3)
+    for path in (sample_log, tmp_path / "out.lcmlog"):
+        poses = tmp_path / "path.tum"
+        cli("run", path, "--method", "gprodom_full", "--tum", poses)
+        error[path.stem] = cli.json("score", poses, path)["ate_rmse_m"]
+    assert error["sample"] < 0.1
+    assert error["out"] == pytest.approx(error["sample"], rel=0.3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import sqlite3
 from contextlib import closing
@@ -12,13 +11,14 @@ import numpy as np
 import pytest
 import yaml
 
-from gprodom.cli import main
+from conftest import Cli, rows_of, run_cli
 from gprodom.convert.bag import gpr_stream
 from gprodom.fixes.made import add_to_log
 from gprodom.fixes.site import ORIGIN
 from gprodom.geodesy import Datum
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.lcm.messages import message
+from gprodom.lcm.logs import read
+from packets import packet, status
 
 START = 1_700_000_000_000_000
 COUNT = 50  # poses, ten a second
@@ -39,30 +39,33 @@ def orientation(seconds: np.ndarray) -> np.ndarray:
 
 def more() -> list[Stream]:
     """A status, an estimate in odom a bit off the one in map, and a correction."""
-    status, pose = message("status_t")(), message("odometry_t")()
-    status.utime, status.health, status.num_reasons, status.reasons = START, 1, 1, ["no radar"]
-    status.num_values, status.names, status.values = 1, ["solver.mean_ms"], [1.5]
-    pose.utime, pose.frame, pose.position = START + 1, "odom", [1 / 3, -2 / 7, 0.125]
-    pose.orientation, pose.velocity = [0.8, 0.0, 0.0, 0.6], [0.5, 0.0, 0.0]
-    correction = message("correction_t")()
-    correction.utime, correction.position = START + 2, [0.1, 0.2, 0.3]
-    correction.orientation = [0.6, 0.0, 0.0, 0.8]
-    sent = (("STATUS", status), ("ODOMETRY", pose), ("CORRECTION", correction))
-    return [Stream(name, np.array([each.utime]), [each.encode()]) for name, each in sent]
+    place = {"position": [1 / 3, -2 / 7, 0.125], "orientation": [0.8, 0.0, 0.0, 0.6]}
+    pose = packet("odometry_t", utime=START + 1, frame="odom", velocity=[0.5, 0.0, 0.0], **place)
+    place = {"position": [0.1, 0.2, 0.3], "orientation": [0.6, 0.0, 0.0, 0.8]}
+    sent = {
+        "STATUS": status(START, {"solver.mean_ms": 1.5}, 1, ["no radar"]),
+        "ODOMETRY": pose,
+        "CORRECTION": packet("correction_t", utime=START + 2, **place),
+    }
+    return [
+        Stream(name, np.array([START + i]), [data]) for i, (name, data) in enumerate(sent.items())
+    ]
 
 
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     """An estimate, and traces at 20 Hz that begin a second before it."""
     time = START + 100_000 * np.arange(COUNT)
-    poses = []
     seconds = (time - START) * 1e-6
-    path = zip(time, position(seconds).tolist(), orientation(seconds).tolist(), strict=True)
-    for t, place, turn in path:
-        pose = message("odometry_t")()
-        pose.utime, pose.frame, pose.position, pose.orientation = int(t), "map", place, turn
-        pose.pose_covariance = np.diag([0.01, 0.02, 0.06, 0, 0, 0]).ravel().tolist()
-        poses.append(pose.encode())
+    covariance = np.diag([0.01, 0.02, 0.06, 0, 0, 0]).ravel().tolist()
+    common = {"frame": "map", "pose_covariance": covariance}
+    path = zip(
+        time.tolist(), position(seconds).tolist(), orientation(seconds).tolist(), strict=True
+    )
+    poses = [
+        packet("odometry_t", utime=utime, position=place, orientation=turn, **common)
+        for utime, place, turn in path
+    ]
     traces = START - 1_000_000 + 50_000 * np.arange(60)
     samples = np.random.default_rng(1).integers(-30000, 30000, (60, 16))
     radar = gpr_stream("GPR_TRACE", traces, samples, INTERVAL, 0.0)
@@ -70,10 +73,10 @@ def log(tmp_path: Path) -> Path:
     return tmp_path / "out.lcmlog"
 
 
-def export(log: Path, option: str, *more: str) -> Path:
+def export(log: Path, option: str, *more: object) -> Path:
     """The file that the option makes."""
     path = log.parent / f"made.{option}"
-    assert main(["export", str(log), f"--{option}", str(path), *more]) == 0
+    run_cli("export", log, f"--{option}", path, *more)
     return path
 
 
@@ -99,16 +102,13 @@ def test_geojson(log: Path) -> None:
 def test_the_datum_that_the_log_tells(log: Path) -> None:
     """An estimate that fixes have tied to site needs no --datum, and --datum goes before it."""
     pytest.importorskip("pyproj")
-    message_ = message("status_t")()
-    message_.utime, message_.num_values = START, len(ORIGIN)
-    message_.names, message_.values = list(ORIGIN), [52.3906, 13.0645, 40.0]
     tied = log.parent / "tied.lcmlog"
-    add_to_log(log, tied, [Stream("STATUS", np.array([START]), [bytes(message_.encode())])])
+    told = status(START, dict(zip(ORIGIN, (52.3906, 13.0645, 40.0), strict=True)))
+    add_to_log(log, tied, [Stream("STATUS", np.array([START]), [told])])
     bare = export(tied, "geojson").read_text()
     assert bare == export(tied, "geojson", "--datum", "52.3906,13.0645,40").read_text()
     assert bare != export(tied, "geojson", "--datum", DATUM).read_text()
-    with export(tied, "csv").open() as file:
-        assert "latitude" in next(csv.DictReader(file))
+    assert "latitude" in rows_of(export(tied, "csv"))[0]
 
 
 def test_geojson_in_a_gis_library(log: Path) -> None:
@@ -136,8 +136,7 @@ def test_gpx(log: Path) -> None:
 
 
 def test_csv(log: Path) -> None:
-    with export(log, "csv").open() as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(export(log, "csv"))
     assert list(rows[0]) == ["time", "x", "y", "z", "qw", "qx", "qy", "qz", "sigma"]
     np.testing.assert_allclose([float(row["x"]) for row in rows], 0.2 * np.arange(COUNT))
     assert rows[3]["time"] == "1700000000.300000"
@@ -146,16 +145,15 @@ def test_csv(log: Path) -> None:
 
 def test_csv_with_a_datum(log: Path) -> None:
     pytest.importorskip("pyproj")
-    with export(log, "csv", "--datum", DATUM).open() as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(export(log, "csv", "--datum", DATUM))
     check_fixes(np.array([[float(row["longitude"]), float(row["latitude"])] for row in rows]))
 
 
-def test_a_row_for_each_trace(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_row_for_each_trace(log: Path, cli: Cli) -> None:
     """The traces before the first pose are left out, and counted."""
-    with export(log, "traces").open() as file:
-        rows = list(csv.DictReader(file))
-    assert "40 traces, 20 traces without pose" in capsys.readouterr().out
+    said = cli("export", log, "--traces", log.with_name("traces")).out
+    assert "40 traces, 20 traces without pose" in said
+    rows = rows_of(log.with_name("traces"))
     np.testing.assert_allclose([float(row["x"]) for row in rows], 0.1 * np.arange(40), atol=1e-9)
     assert rows[1]["time"] == "1700000000.050000"
     assert {row["antenna_id"] for row in rows} == {"0"}
@@ -163,8 +161,6 @@ def test_a_row_for_each_trace(log: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 def test_segy(log: Path) -> None:
     segyio = pytest.importorskip("segyio")
-    from gprodom.lcm.logs import read
-
     with segyio.open(str(export(log, "segy")), ignore_geometry=True) as file:
         assert file.tracecount == 40
         samples = read(log)["GPR_TRACE"]["samples"][20:]
@@ -209,7 +205,7 @@ def test_mcap_by_another_reader(log: Path) -> None:
     assert found["/diagnostics"][0].status[0].message == "no radar"
 
 
-def test_a_ros2_bag_is_a_folder_of_tables(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_ros2_bag_is_a_folder_of_tables(log: Path, cli: Cli) -> None:
     """As SQLite itself reads it, beside its description; a folder that is there stays as it is."""
     pytest.importorskip("rosbags")
     made = export(log, "rosbag2")
@@ -228,8 +224,7 @@ def test_a_ros2_bag_is_a_folder_of_tables(log: Path, capsys: pytest.CaptureFixtu
     odometry = ["nav_msgs/msg/Odometry", "cdr", COUNT, START * 1000]
     assert found["/gprodom/odometry_map"] == odometry
     before = sorted(path.stat().st_mtime_ns for path in made.iterdir())
-    assert main(["export", str(log), "--rosbag2", str(made)]) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "exists already" in cli.error("export", log, "--rosbag2", made, code=2)
     assert sorted(path.stat().st_mtime_ns for path in made.iterdir()) == before
 
 
@@ -265,12 +260,5 @@ def test_there_and_back() -> None:
         (["--geojson", "a", "--datum", "95,0"], "expected LAT,LON"),
     ],
 )
-def test_bad_usage(
-    arguments: list[str], said: str, log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    try:
-        code = main(["export", str(log), *arguments])
-    except SystemExit as ended:
-        code = ended.code
-    assert code == 2
-    assert said in capsys.readouterr().err
+def test_bad_usage(arguments: list[str], said: str, log: Path, cli: Cli) -> None:
+    assert said in cli.error("export", log, *arguments, code=2)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from gprodom.errors import Error
-from gprodom.lcm import EventLog, logs, wire
+from gprodom.lcm import logs, wire
 from gprodom.lcm.messages import message
+from packets import packet, status, write_events
 
 BOOLEANS = ("has_orientation", "valid", "mirrored", "has_heading")
 
@@ -56,14 +57,10 @@ def test_a_foreign_message_costs_only_itself(
 ) -> None:
     """Another type's message and bytes of no type, in the middle of a channel."""
     generator = np.random.default_rng(5)
-    log = EventLog(tmp_path / "log", "w")
-    for utime in range(5):
-        log.write_event(utime, "IMU", fill("imu_t", generator, 0).encode())
-        if utime == 2:
-            log.write_event(20, "IMU", fill("wheel_t", generator, 0).encode())
-            log.write_event(21, "IMU", b"who knows what")
-    log.close()
-    imu = logs.read(tmp_path / "log")["IMU"]
+    events = [(utime, "IMU", fill("imu_t", generator, 0).encode()) for utime in range(5)]
+    other = fill("wheel_t", generator, 0).encode()
+    events += [(2, "IMU", other), (2, "IMU", b"who knows what")]
+    imu = logs.read(write_events(tmp_path / "log", events))["IMU"]
     assert (imu["type"], imu["log_utime"].tolist()) == ("imu_t", [0, 1, 2, 3, 4])
     assert imu["linear_acceleration"].shape == (5, 3)
     assert "channel IMU: 2 messages that are no imu_t" in capsys.readouterr().err
@@ -71,18 +68,14 @@ def test_a_foreign_message_costs_only_itself(
 
 def test_log_by_channel(tmp_path: Path) -> None:
     generator = np.random.default_rng(5)
-    status = message("status_t")()
-    status.utime, status.num_reasons, status.reasons = 9, 1, ["no radar"]
-    pose = message("pose_t", "bot_core")()
-    log = EventLog(tmp_path / "log", "w")
+    events = []
     for utime in range(5):
         imu = fill("imu_t", generator, 0)
         imu.utime = utime
-        log.write_event(10 + utime, "IMU", imu.encode())
-        log.write_event(10 + utime, "STATUS", status.encode())
-        log.write_event(10 + utime, "POSE", pose.encode())
-    log.close()
-    content = logs.read(tmp_path / "log")
+        pose = packet("pose_t", "bot_core")
+        sent = {"IMU": imu.encode(), "STATUS": status(9, {}, 0, ["no radar"]), "POSE": pose}
+        events += [(10 + utime, channel, data) for channel, data in sent.items()]
+    content = logs.read(write_events(tmp_path / "log", events))
     assert set(content) == {"IMU", "STATUS"}
     assert content["IMU"]["utime"].tolist() == [0, 1, 2, 3, 4]
     assert content["IMU"]["log_utime"].tolist() == [10, 11, 12, 13, 14]
@@ -97,8 +90,6 @@ def test_damaged_logs_are_named(tmp_path: Path) -> None:
     (tmp_path / "text").write_text("hello" * 100)
     with pytest.raises(Error, match="expected an LCM log"):
         logs.read(tmp_path / "text")
-    log = EventLog(tmp_path / "log", "w")
-    log.write_event(1, "IMU", message("imu_t")().encode()[:-1])
-    log.close()
+    write_events(tmp_path / "log", [(1, "IMU", packet("imu_t")[:-1])])
     with pytest.raises(Error, match="channel IMU: message 0 has 96 bytes, as no imu_t can"):
         logs.read(tmp_path / "log")

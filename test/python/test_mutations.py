@@ -19,21 +19,10 @@ from gprodom.convert.cmu import read_recording
 from gprodom.convert.survey_files import read_line
 from gprodom.errors import Error
 from ids_file import ids_file
+from test_convert import tables
 
 MUTATIONS = int(os.environ.get("GPRODOM_MUTATIONS", "300"))
-WORDS = [
-    b"nan",
-    b"inf",
-    b"-1",
-    b"1e999",
-    b"99999999999",
-    b"\0",
-    b",",
-    b"\r\n",
-    b"0x1",
-    b"_",
-    b"\xff",
-]
+WORDS = [*b"nan inf -1 1e999 99999999999 , 0x1 _".split(), b"\0", b"\r\n", b"\xff"]
 Files = dict[str, bytes]
 
 
@@ -61,19 +50,7 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
 
 def sequence() -> Files:
     """A short sequence in the dataset's format."""
-    rows = [1_611_959_465 + 0.05 * i for i in range(12)]
-    lines = {
-        "imu_meas.csv": ("t,a_x,a_y,a_z,g_x,g_y,g_z,w,x,y,z", "0.1,-0.2,9.79,0.0,0.0,0.0,1,0,0,0"),
-        "we_odom_meas.csv": ("Time[s],Range[m]", "0.125"),
-        "gpr_meas.csv": ("t_stamp," + ",".join(f"amp_{i}" for i in range(20)), "7," * 19 + "7"),
-        "ts_meas.csv": ("Time[s],Px[m],Py[m],Pz[m]", "1.5,-2.25,1.125"),
-    }
-    return {
-        name: "\r\n".join(
-            [header, *(f"{t:.6f},{values}" for t in rows for values in [row])]
-        ).encode()
-        for name, (header, row) in lines.items()
-    }
+    return {name: "\r\n".join(lines).encode() for name, lines in tables().items()}
 
 
 def write(folder: Path, files: Files) -> Path:
@@ -122,39 +99,29 @@ IPRB = {
     "line.iprh": b"SAMPLES: 32\r\nFREQUENCY: 5000\r\nDISTANCE INTERVAL: 0.02\r\n"
     b"DATA VERSION: 16\r\nZERO LEVEL: 2\r\n",
 }
-DZT = {
-    "line.dzt": struct.pack("<4Hh5f", 255, 1024, 32, 16, 0, 20.0, 50.0, 0.0, 0.0, 40.0).ljust(
-        1024, b"\0"
-    )
-    + TRACES
-}
-
-
+DZT = {"line.dzt": dzt_file(np.zeros((1, 32, 32)), (40.0,))}
 PAIR = {"pair.dzt": dzt_file(np.zeros((2, 5, 32)), (40.0, 40.0))}
 IDS = {"line.dt": ids_file(np.zeros((5, 128)))}
 
 
-@pytest.mark.parametrize(
-    "read",
-    [
-        as_folder,
-        as_zip,
-        survey(DT1),
-        survey(RD3),
-        survey(IPRB),
-        survey(DZT),
-        survey(PAIR),
-        survey(IDS),
-    ],
-    ids=["csv", "zip", "dt1", "rd3", "iprb", "dzt", "dzt of two", "dt"],
-)
-def test_damaged_files_are_read_or_refused(
-    read: Callable[[Path, np.random.Generator], None], tmp_path: Path
-) -> None:
+READERS: dict[str, Callable[[Path, np.random.Generator], None]] = {
+    "csv": as_folder,
+    "zip": as_zip,
+    "dt1": survey(DT1),
+    "rd3": survey(RD3),
+    "iprb": survey(IPRB),
+    "dzt": survey(DZT),
+    "dzt of two": survey(PAIR),
+    "dt": survey(IDS),
+}
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_damaged_files_are_read_or_refused(kind: str, tmp_path: Path) -> None:
     refused = 0
     for seed in range(MUTATIONS):
         try:
-            read(tmp_path, np.random.default_rng([20261121, seed]))
+            READERS[kind](tmp_path, np.random.default_rng([20261121, seed]))
         except Error as error:
             refused += 1
             assert "\n" not in str(error), (seed, error)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from conftest import Cli
 from gprodom.cli import build_parser
 
 
@@ -28,9 +29,8 @@ def test_a_datum_south_of_the_equator() -> None:
     assert (datum.latitude, datum.longitude, datum.height) == (-33.9, 18.4, 40.0)
 
 
-def test_flags_and_what_follows_two_dashes_stay(capsys: pytest.CaptureFixture[str]) -> None:
+def test_flags_and_what_follows_two_dashes_stay(cli: Cli) -> None:
     args = build_parser().parse_args(["score", "--json", "--plot", "out", "--", "a", "b"])
     assert (args.json, str(args.plot), str(args.truth)) == (True, "out", "b")
-    with pytest.raises(SystemExit):
-        build_parser().parse_args(["score", "a", "b", "--prism", "--json"])
-    assert "expected one argument" in capsys.readouterr().err
+    said = cli.error("score", "a", "b", "--prism", "--json", code=2)
+    assert "expected one argument" in said
