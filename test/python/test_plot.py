@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,33 +9,27 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from conftest import CHECKOUT, line
+from conftest import SAMPLE, Cli, line, run_cli
 from gprodom import canvas
 from gprodom.benchmark.curves import Curves
 from gprodom.benchmark.pictures import paths_figure, time_figure
-from gprodom.cli import main
 from gprodom.config import STANDARD
 from gprodom.convert.cmu import read_recording
-from gprodom.lcm import EventLog, logs
-from gprodom.lcm.messages import message
-from gprodom.plot.log import log_figure
+from gprodom.lcm import logs
 from gprodom.plot.radar import make_windows
 from gprodom.plot.revisits import Revisits, find_revisits, revisits_figure
 from gprodom.score.pictures import draw_paths
 from gprodom.trajectory import Trajectory
-from made_drive import SECONDS, SPEED, spread, write_drive
+from packets import packet, pose, write_events
 
 
 @pytest.mark.usefixtures("compiled")
-def test_radar_picture(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
-) -> None:
-    (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
+def test_radar_picture(tmp_path: Path, cli: Cli, drawn: list[Figure]) -> None:
     out = tmp_path / "radar.png"
-    assert main(["plot", "radar", str(sample), "--at", "30", "-o", str(out)]) == 0
+    cli("plot", "radar", SAMPLE, "--at", "30", "-o", out)
     [figure] = drawn
     raw, kept, trace, matrix, later, match, _ = figure.axes
-    traces = read_recording(sample).traces
+    traces = read_recording(SAMPLE).traces
     first = int(np.searchsorted(np.arange(len(traces)) / 20, 30))
     shown = raw.get_images()[0].get_array().T  # the window less the mean of what is about it
     window = traces[first : first + 100]
@@ -49,8 +42,7 @@ def test_radar_picture(
     assert (matrix.get_images()[0].get_array() != later.get_images()[0].get_array()).any()
     shifts, distances = np.array(match.get_lines()[0].get_data())
     assert line(match, "shift")[0, 0] == shifts[np.nanargmin(distances)]
-    assert main(["plot", "radar", str(sample), "--at", "3000", "-o", str(out)]) == 2
-    assert "too early" in capsys.readouterr().err
+    assert "too early" in cli.error("plot", "radar", SAMPLE, "--at", "3000", "-o", out, code=2)
 
 
 @pytest.mark.usefixtures("compiled")
@@ -71,39 +63,32 @@ def test_windows_of_one_stream_differ_by_the_step() -> None:
 
 
 def revisit_log(path: Path) -> None:
-    log = EventLog(str(path), "w")
-    for i in range(100):
-        pose = message("odometry_t")()
-        pose.utime, pose.frame = 1_000_000 * i, "map"
-        pose.position = [float(np.cos(i / 8)), float(np.sin(i / 8)), 0.0]
-        pose.orientation, pose.pose_covariance = [1.0, 0, 0, 0], np.eye(6).ravel().tolist()
-        log.write_event(pose.utime, "ODOMETRY_MAP", pose.encode())
+    events = []
+    for utime, angle in zip(1_000_000 * np.arange(100), np.arange(100) / 8, strict=True):
+        sent = pose(int(utime), np.cos(angle), np.sin(angle), 1.0)
+        events.append((int(utime), "ODOMETRY_MAP", sent))
     for end, kind, valid, mirrored in (
         (60, 2, True, False),
         (70, 2, True, True),
         (80, 2, False, False),
         (90, 1, True, False),
     ):
-        sent = message("displacement_t")()
-        sent.utime = sent.utime_to = 1_000_000 * end
-        sent.utime_from, sent.source = 1_000_000 * (end - 50), "revisit"
-        sent.kind, sent.valid, sent.mirrored, sent.distance = kind, valid, mirrored, 0.02
-        log.write_event(sent.utime, "GPR_DISPLACEMENT", sent.encode())
-    log.close()
+        utime = 1_000_000 * end
+        times = {"utime": utime, "utime_from": utime - 50_000_000, "utime_to": utime}
+        told = {"kind": kind, "valid": valid, "mirrored": mirrored, "distance": 0.02}
+        sent = packet("displacement_t", source="revisit", **times, **told)
+        events.append((utime, "GPR_DISPLACEMENT", sent))
+    write_events(path, events)
 
 
-def test_revisits_are_the_valid_ones(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
-) -> None:
+def test_revisits_are_the_valid_ones(tmp_path: Path, cli: Cli, drawn: list[Figure]) -> None:
     revisit_log(tmp_path / "out.lcmlog")
     found = find_revisits(logs.read_roles(tmp_path / "out.lcmlog", STANDARD.of("displacement")))
     assert found.end.tolist() == [60_000_000, 70_000_000]
     assert found.mirrored.tolist() == [False, True]
     picture = tmp_path / "revisits.png"
-    assert (
-        main(["plot", "revisits", str(tmp_path / "out.lcmlog"), "-o", str(picture), "--json"]) == 0
-    )
-    assert json.loads(capsys.readouterr().out) == {"revisits": 2, "mirrored": 1, "corrections": 0}
+    counted = cli.json("plot", "revisits", tmp_path / "out.lcmlog", "-o", picture)
+    assert counted == {"revisits": 2, "mirrored": 1, "corrections": 0}
     [figure] = drawn
     assert picture.is_file()
     above, pairs, apart, _ = figure.axes
@@ -117,46 +102,6 @@ def test_revisits_are_the_valid_ones(
     assert gaps == pytest.approx([2 * np.sin(50 / 16)] * 2, abs=1e-9)
 
 
-def test_lines_of_a_log_differ_without_colour_and_have_their_legend_aside() -> None:
-    """Printed in grey the lines are told apart, and no legend lies on them."""
-    n = 200
-    time = 1_000_000 + 100_000 * np.arange(n)
-    covariance = np.tile(np.diag([0.1] * 6).ravel(), (n, 1))
-    odometry = {
-        "utime": time,
-        "velocity": np.ones((n, 3)),
-        "pose_covariance": covariance,
-        "flags": np.zeros(n, np.int32),
-    }
-    wheel = {"utime": time, "ticks": np.arange(n), "metres_per_tick": np.full(n, 0.1)}
-    figure = log_figure({"odometry": odometry, "wheel": wheel}, "a log")
-    figure.draw_without_rendering()
-    axis = figure.axes[0]
-    styles = [line.get_linestyle() for line in axis.get_lines()]
-    assert len(styles) == len(set(styles)) == 2
-    legend = axis.get_legend()
-    assert legend is not None
-    assert legend.get_window_extent().x0 >= axis.get_window_extent().x1 - 1
-
-
-def test_standard_deviations_in_metres_and_in_degrees_have_an_axis_each(
-    tmp_path: Path, drawn: list[Figure]
-) -> None:
-    write_drive(tmp_path / "drive.lcmlog")
-    picture = tmp_path / "a.png"
-    assert main(["plot", "log", str(tmp_path / "drive.lcmlog"), "-o", str(picture)]) == 0
-    position, heading = drawn[0].axes[1:3]
-    assert (position.get_ylabel(), heading.get_ylabel()) == (
-        "position σ\nin odom (m)",
-        "heading σ\nin odom (°)",
-    )
-    ends = [axis.get_lines()[0].get_ydata()[-1] for axis in (position, heading)]
-    last = np.sqrt(np.trace(spread(SECONDS))), np.degrees(np.sqrt(1e-5))
-    assert ends == pytest.approx(last, rel=0.01)
-    speed = {line.get_label(): line.get_ydata() for line in drawn[0].axes[0].get_lines()}
-    assert speed["wheel"][-1] == pytest.approx(SPEED, abs=0.02)  # no fall at the end
-
-
 def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_other() -> None:
     """Of equal curves the later is thinner, and each has dashes of its own."""
     time = 1_700_000_000_000_000 + 100_000 * np.arange(50)
@@ -166,10 +111,7 @@ def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_ot
     grows, straight = [1.0, 2.0, 3.0], [[0.0, 0.0], [1.0, 0.0]]
     curves = Curves(grows, grows, grows, grows, [None], straight, straight)
     each = dict.fromkeys("abcd", curves)
-    drawn = [
-        axis,
-        paths_figure(each, list(each), "equal").axes[0],
-    ]
+    drawn = [axis, paths_figure(each, list(each), "equal").axes[0]]
     over_time = time_figure({"1-0-yard-cmu-gpr": each}, ["yard"], list(each))
     assert over_time is not None
     drawn.append(over_time.axes[0])
@@ -179,12 +121,6 @@ def test_lines_of_paths_and_errors_differ_without_colour_and_do_not_hide_each_ot
         assert len({str(dashed._unscaled_dash_pattern) for dashed in lines}) == 4
         widths = [each_line.get_linewidth() for each_line in lines]
         assert all(a > b + 0.2 for a, b in pairwise(widths)), widths
-
-
-def test_text_in_tables_is_left_aligned_and_names_do_not_break() -> None:
-    page = canvas.table(["name", "m", "why"], [["a-b", "0.3 m", "no pose at all"]])
-    assert "<td>0.3 m</td><td class=prose>no pose at all</td>" in page
-    assert "td:first-child { text-align: left; white-space: nowrap; }" in canvas.STYLE
 
 
 @pytest.fixture
@@ -206,32 +142,30 @@ def test_a_picture_is_what_its_ending_says(
     path = tmp_path / f"path{ending}"
     made = []
     for _ in range(2):  # equal data give equal files
-        assert main(["plot", "trajectory", str(tum), "-o", str(path)]) == 0
+        run_cli("plot", "trajectory", tum, "-o", path)
         made.append(path.read_bytes())
     assert made[0].startswith(begins) and made[0] == made[1]
 
 
-def test_a_picture_of_another_ending_is_refused(
-    tum: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["plot", "trajectory", str(tum), "-o", str(tmp_path / "path.txt")]) == 2
-    assert "ending in .png, .svg, .pdf" in capsys.readouterr().err
+def test_a_picture_of_another_ending_is_refused(tum: Path, tmp_path: Path, cli: Cli) -> None:
+    assert "ending in .png, .svg, .pdf" in cli.error(
+        "plot", "trajectory", tum, "-o", tmp_path / "path.txt", code=2
+    )
     assert list(tmp_path.iterdir()) == [tum]
 
 
 def test_a_legend_shows_names_and_not_files(
-    tum: Path, tmp_path: Path, drawn: list[Figure], capsys: pytest.CaptureFixture[str]
+    tum: Path, tmp_path: Path, drawn: list[Figure], cli: Cli
 ) -> None:
     other = tmp_path / "1700000000-0-yard.tum"
     other.write_bytes(tum.read_bytes())
     line_of = ["plot", "trajectory", str(tum), str(other), "-o", str(tmp_path / "path.png")]
     for more, names in (([], ["wheel", "estimate 2"]), (["--labels", "a, b"], ["a", "b"])):
-        assert main([*line_of, *more]) == 0
+        cli(*line_of, *more)
         legend = drawn[-1].axes[0].get_legend()
         assert legend is not None
         assert [text.get_text() for text in legend.get_texts()] == names
-    assert main([*line_of, "--labels", "a"]) == 2
-    assert "expected 2 different names" in capsys.readouterr().err
+    assert "expected 2 different names" in cli.error(*line_of, "--labels", "a", code=2)
 
 
 @pytest.mark.parametrize("most", [1.1, 3.0, 40.0, 1e5])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
@@ -11,45 +10,27 @@ import numpy as np
 import pytest
 
 from browser import printed_pages, show
-from gprodom import canvas
-from gprodom.cli import main
+from conftest import Cli, run_cli
 from gprodom.config import STANDARD
 from gprodom.drive.log import read_drive
 from gprodom.drive.radargram import along_way
 from gprodom.drive.troubles import Trouble, covered_s, find_troubles
 from gprodom.lcm import EventLog, logs
 from gprodom.lcm.log_scan import events
-from gprodom.report import vector
 from gprodom.report.page import verdict
-from made_drive import (
-    DEGRADED_S,
-    RADIUS,
-    SECONDS,
-    SILENT_S,
-    SLIPS_S,
-    SPEED,
-    STANDS_S,
-    spread,
-    write_drive,
-)
+from made_drive import DEGRADED_S, SECONDS, SILENT_S, SLIPS_S, along, place, spread, write_drive
+from packets import write_events
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("drive") / "recording.lcmlog"
-    write_drive(path)
+def page(made_log: Path) -> Path:
+    path = made_log.with_name("drive.html")
+    run_cli("report", made_log, "-o", path)
     return path
 
 
-@pytest.fixture(scope="module")
-def page(recording: Path) -> Path:
-    path = recording.with_name("drive.html")
-    assert main(["report", str(recording), "-o", str(path)]) == 0
-    return path
-
-
-def test_troubles_are_told_with_their_times(recording: Path) -> None:
-    found = {each.what: each for each in find_troubles(read_drive(recording, STANDARD))}
+def test_troubles_are_told_with_their_times(made_log: Path) -> None:
+    found = {each.what: each for each in find_troubles(read_drive(made_log, STANDARD))}
 
     def near(trouble: Trouble, spans: list[tuple[float, float]], slack: float) -> None:
         assert np.allclose(np.array(trouble.spans), np.array(spans), atol=slack), trouble
@@ -79,15 +60,11 @@ def test_troubles_at_the_same_time_last_as_long_as_one() -> None:
     assert verdict([]) == "nothing"
 
 
-def test_figures_of_the_drive(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = recording.with_name("figures.html")
-    assert main(["report", str(recording), "-o", str(out), "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
-    driven = SPEED * (SECONDS - STANDS_S)
-    assert facts["distance_m"] == pytest.approx(driven, abs=0.05)
-    turned = driven / RADIUS
-    expected = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
-    assert facts["end_m"] == pytest.approx(expected, abs=0.1)
+def test_figures_of_the_drive(made_log: Path, cli: Cli) -> None:
+    out = made_log.with_name("figures.html")
+    facts = cli.json("report", made_log, "-o", out)
+    assert facts["distance_m"] == pytest.approx(along(SECONDS), abs=0.05)
+    assert facts["end_m"] == pytest.approx(place(SECONDS), abs=0.1)
     # 95 % of a normal distribution in the plane lie within 2.448 standard deviations.
     largest = np.linalg.eigvalsh(spread(SECONDS))[1]
     assert facts["end_radius_95_m"] == pytest.approx(2.448 * np.sqrt(largest), rel=0.01)
@@ -97,25 +74,22 @@ def test_figures_of_the_drive(recording: Path, capsys: pytest.CaptureFixture[str
     assert facts["troubles"] == 2
 
 
-def test_sensors_come_from_the_input_of_a_replay(recording: Path, tmp_path: Path) -> None:
+def test_sensors_come_from_the_input_of_a_replay(made_log: Path, tmp_path: Path) -> None:
     output, pages = tmp_path / "out.lcmlog", []
     write_drive(output, sensors=False)
-    for more in ([], ["--sensors", str(recording)]):
+    for more in ([], ["--sensors", str(made_log)]):
         made = tmp_path / f"{len(more)}.html"
-        assert main(["report", str(output), "-o", str(made), *more]) == 0
+        run_cli("report", output, "-o", made, *more)
         pages.append(made.read_text())
     assert "The ground" not in pages[0] and "The ground" in pages[1]
     assert "wheel and gyro alone" not in pages[0] and "wheel and gyro alone" in pages[1]
 
 
-def test_a_log_without_an_estimate_is_refused_with_what_to_do(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    log = EventLog(str(tmp_path / "in.lcmlog"), "w")
-    log.write_event(1, "IMU", b"12345678")
-    log.close()
-    assert main(["report", str(tmp_path / "in.lcmlog"), "-o", str(tmp_path / "a.html")]) == 1
-    assert "gprodom-replay -c CONFIG" in capsys.readouterr().err
+def test_a_log_without_an_estimate_is_refused_with_what_to_do(tmp_path: Path, cli: Cli) -> None:
+    write_events(tmp_path / "in.lcmlog", [(1, "IMU", b"12345678")])
+    assert "gprodom-replay -c CONFIG" in cli.error(
+        "report", tmp_path / "in.lcmlog", "-o", tmp_path / "a.html"
+    )
     assert not (tmp_path / "a.html").exists()
 
 
@@ -130,20 +104,6 @@ def test_page_is_valid_html_that_fetches_nothing(page: Path) -> None:
     assert named == set(identifiers)
     fetched = re.findall(r'(?:src|href)="(?!#|data:)[^"]*"|url\((?!#)[^)]*\)|@import', text)
     assert not fetched and "<script" not in text
-
-
-def test_a_figure_in_a_page_takes_its_colours_and_is_named() -> None:
-    drawn = []
-    for name in ("one", "two"):
-        figure, (axis,) = canvas.new_figure()
-        axis.plot([0, 1], [0, 1], "o")
-        axis.set_title("<a title>")
-        drawn.append(vector.inline(figure, name, 'of "one"'))
-    assert all(vector.INK not in each and "currentColor" in each for each in drawn)
-    assert 'aria-label="of &quot;one&quot;"' in drawn[0]
-    ids = [set(re.findall(r'\sid="([^"]+)"', each)) for each in drawn]
-    assert ids[0] and not ids[0] & ids[1]
-    justhtml.JustHTML(canvas.page("figures", drawn), strict=True)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -180,12 +140,12 @@ def test_page_prints_on_four_sheets(page: Path, tmp_path: Path) -> None:
     assert printed_pages(page, tmp_path) <= 4
 
 
-def test_radargram_has_a_column_for_each_piece_of_the_way(recording: Path) -> None:
+def test_radargram_has_a_column_for_each_piece_of_the_way(made_log: Path) -> None:
     """However long the robot stood there: the ground depends on the place alone."""
-    drive = read_drive(recording, STANDARD)
+    drive = read_drive(made_log, STANDARD)
     odometry = drive.log["odometry"]
     image = along_way(drive.sensors["gpr_trace"], odometry["utime"], odometry["distance"], 200)
-    assert image.length_m == pytest.approx(SPEED * (SECONDS - STANDS_S), abs=0.05)
+    assert image.length_m == pytest.approx(along(SECONDS), abs=0.05)
     assert image.span_ns == pytest.approx((0.0, 20.2))
     metres = (np.arange(200) + 0.5) * image.length_m / 200
     expected = np.sin(0.3 * 50 + 3 * metres)
@@ -194,11 +154,11 @@ def test_radargram_has_a_column_for_each_piece_of_the_way(recording: Path) -> No
     assert np.corrcoef(image.echoes[50][known], expected[known])[0, 1] > 0.97
 
 
-def test_events_of_a_log_are_those_of_lcms_own_reader(recording: Path, tmp_path: Path) -> None:
-    whole = [(e.channel, e.timestamp, e.data) for e in EventLog(str(recording), "r")]
-    assert list(events(recording)) == whole
-    assert list(events(recording, ["STATUS"])) == [e for e in whole if e[0] == "STATUS"]
-    content = recording.read_bytes()[:200_000]
+def test_events_of_a_log_are_those_of_lcms_own_reader(made_log: Path, tmp_path: Path) -> None:
+    whole = [(e.channel, e.timestamp, e.data) for e in EventLog(str(made_log), "r")]
+    assert list(events(made_log)) == whole
+    assert list(events(made_log, ["STATUS"])) == [e for e in whole if e[0] == "STATUS"]
+    content = made_log.read_bytes()[:200_000]
     random = np.random.default_rng(1)
     for _ in range(40):  # damaged, or cut out
         damaged = np.frombuffer(content, np.uint8).copy()
@@ -213,9 +173,7 @@ def test_events_of_a_log_are_those_of_lcms_own_reader(recording: Path, tmp_path:
         assert list(events(path)) == theirs
 
 
-def test_a_thinned_log_has_one_message_in_each_period(recording: Path) -> None:
-    every = logs.read(recording, ["ODOMETRY"], every_us={"ODOMETRY": 1_000_000})["ODOMETRY"][
-        "utime"
-    ]
+def test_a_thinned_log_has_one_message_in_each_period(made_log: Path) -> None:
+    every = logs.read(made_log, ["ODOMETRY"], every_us={"ODOMETRY": 1_000_000})["ODOMETRY"]["utime"]
     steps = np.diff(every)
     assert steps.min() >= 1_000_000 and len(every) == SECONDS - 2  # and those of the silence
