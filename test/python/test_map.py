@@ -12,7 +12,7 @@ import pytest
 import gprodom
 from gprodom.benchmark.monte_carlo import estimate_told
 from gprodom.simulate.drives import drive_on_known_ground, wrong_revisits
-from gprodom.simulate.recording import as_recording
+from known_drives import drive
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -44,37 +44,18 @@ def test_revisits_help_and_wrong_ones_do_not_harm(seed: int) -> None:
     assert np.linalg.norm(moved) < 0.02
 
 
-def test_without_ground_seen_again_map_is_odom() -> None:
-    run = drive_on_known_ground(1)
-    until = run.gpr_utime[len(run.gpr_utime) // 6]
-    outputs = gprodom.Odometry().run(**as_recording(run).messages(until=until))
-    assert outputs.corrections == []
-    assert np.array_equal(outputs.odometry["position"], outputs.odometry_map["position"])
-
-
 def test_the_solution_over_all_data_takes_revisits_in() -> None:
     run = drive_on_known_ground(0)
     smoothed = []
     for graph in ("true", "false"):
         estimator = gprodom.Odometry(set=[f"graph.enabled={graph}"])
         estimator.record()
-        estimator.run(**as_recording(run).messages())
+        drive(estimator, run)
         smoothed.append(estimator.smoothed())
     with_revisits, without = smoothed
     assert np.array_equal(with_revisits["time"], without["time"])
     moved = np.linalg.norm(with_revisits["position"] - without["position"], axis=1)
     assert 1e-4 < moved.max() < 0.3
-
-
-def drive(estimator: Any, run: Any, shift: int = 0, wheel: float = 1.0, noise: float = 0.0) -> Any:
-    """A whole drive, `shift` ns later than it was, by another wheel and with other noise."""
-    random = np.random.RandomState(1)
-    told = as_recording(run).messages()
-    for time in ("imu_time", "wheel_time", "gpr_time"):
-        told[time] = told[time] + shift
-    told["wheel_distance"] = wheel * told["wheel_distance"]
-    told["traces"] = told["traces"] + noise * random.standard_normal(run.traces.shape)
-    return estimator.run(**told)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -124,6 +105,13 @@ def located_after_m(outputs: Any, run: Any, shift: int) -> float:
     )
 
 
+def end_off_m(outputs: Any, run: Any, shift: int) -> float:
+    """How far the last pose in map is from the truth, placed by the first pose in odom."""
+    begin = (outputs.odometry["time"][0] - shift) // 1000
+    truth = run.position_from(begin, (outputs.odometry_map["time"][-1:] - shift) // 1000)
+    return float(np.hypot(*(outputs.odometry_map["position"][-1, :2] - truth[-1])))
+
+
 def test_a_rough_place_locates_sooner_and_right(known: Path) -> None:
     run, shift = drive_on_known_ground(0), 10**13
     found = []
@@ -137,11 +125,7 @@ def test_a_rough_place_locates_sooner_and_right(known: Path) -> None:
         values = outputs.status[-1]["values"]
         assert 0.0 < values["map.sigma_m"] < 0.5 and values["map.searched_m"] == 0.0
         assert not any(reason.startswith("map:") for reason in outputs.status[-1]["reasons"])
-        times = outputs.odometry_map["time"][[0, -1]] // 1000
-        truth = run.position_from(
-            (outputs.odometry["time"][0] - shift) // 1000, times - shift // 1000
-        )
-        assert np.hypot(*(outputs.odometry_map["position"][-1, :2] - truth[-1])) < 0.3
+        assert end_off_m(outputs, run, shift) < 0.3
     assert found[1] < found[0] - 2.0
 
 
@@ -161,12 +145,7 @@ def test_a_wrong_rough_place_is_not_believed(known: Path, where: str) -> None:
         assert "map: searching for earlier ground" in last["reasons"]
         return
     # Its own search finds it in the end, or nothing does; but not where it was told to be.
-    if last["values"]["map.located"] == 1.0:
-        times = outputs.odometry_map["time"][[0, -1]] // 1000
-        truth = run.position_from(
-            (outputs.odometry["time"][0] - shift) // 1000, times - shift // 1000
-        )
-        assert np.hypot(*(outputs.odometry_map["position"][-1, :2] - truth[-1])) < 0.3
+    assert last["values"]["map.located"] != 1.0 or end_off_m(outputs, run, shift) < 0.3
 
 
 def test_a_rough_place_must_make_sense(known: Path) -> None:
@@ -192,33 +171,3 @@ def test_read_only_writes_no_ground(known: Path, tmp_path: Path) -> None:
     assert (tmp_path / "ground.map").read_bytes() == known.read_bytes()
     assert not (tmp_path / "other.map").exists()
     assert (tmp_path / "pose.state").exists()  # the rest is kept as ever
-
-
-def test_a_damaged_map_is_refused(tmp_path: Path) -> None:
-    damaged = tmp_path / "damaged.map"
-    damaged.write_bytes(b"gprodom ground map 1\n" + bytes(100))
-    with pytest.raises(gprodom.FileError, match=r"damaged\.map"):
-        gprodom.Odometry().load_map(str(damaged))
-
-
-def test_a_restart_goes_on_from_the_saved_pose(tmp_path: Path) -> None:
-    run = drive_on_known_ground(1)
-    kept = [f"state.directory={tmp_path}"]
-    until = run.gpr_utime[len(run.gpr_utime) // 3]  # in mid-drive, and no slip
-    recording = as_recording(run)
-    before, after = (
-        gprodom.Odometry(set=kept).run(**recording.messages(*part))
-        for part in ((0, until), (until + 2_000_000, 2**63 - 1))  # two seconds are lost
-    )
-    assert any("resumed" in warning for warning in after.warnings)
-    # While driving, once a state is known that the IMU had a word in.
-    assert after.odometry["time"][0] <= (until + 2_800_000) * 1000
-    moved = after.odometry["position"][400, :2] - before.odometry["position"][-1, :2]
-    start, last, later = (
-        before.odometry["time"][0],
-        before.odometry["time"][-1],
-        after.odometry["time"][400],
-    )
-    places = run.position_from(start // 1000, np.array([last, later]) // 1000)
-    truth = np.diff(places, axis=0)[0]
-    assert np.linalg.norm(moved - truth) < 0.3

@@ -10,6 +10,7 @@ import pytest
 import gprodom
 from gprodom.simulate.drives import drive_on_known_ground
 from gprodom.simulate.recording import as_recording
+from known_drives import drive
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -18,7 +19,7 @@ def test_lost_without_known_ground_and_found_again(tmp_path: Path) -> None:
     run = drive_on_known_ground(0)
     path = str(tmp_path / "ground.map")
     first = gprodom.Odometry()
-    first.run(**as_recording(run).messages())
+    drive(first, run)
     first.save_map(path)
 
     # Sensors that are said to be poor, and no radar in the middle of the drive.

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import gprodom
-from gprodom.cli import main
+from conftest import Cli
 from gprodom.geodesy import Datum
 from gprodom.map.ground import read_map
 from gprodom.map.merge import as_text
 from gprodom.simulate.drives import drive_on_known_ground
 from gprodom.simulate.recording import as_recording
+from known_drives import drive, later
 from map_bytes import sealed, version_1
 
 pytestmark = pytest.mark.usefixtures("compiled")
@@ -23,14 +23,8 @@ pytestmark = pytest.mark.usefixtures("compiled")
 
 def save(path: Path, seed: int, shift: int = 0, wheel: float = 1.0) -> None:
     """The map of a drive, `shift` ns later than it was, by another wheel."""
-    told = as_recording(drive_on_known_ground(seed)).messages()
-    for time in ("imu_time", "wheel_time", "gpr_time"):
-        told[time] = told[time] + shift
-    told["wheel_distance"] = wheel * told["wheel_distance"]
-    noise = 30.0 * np.random.RandomState(1).standard_normal(told["traces"].shape)
-    told["traces"] = told["traces"] + (noise if shift else 0.0)
     estimator = gprodom.Odometry()
-    estimator.run(**told)
+    drive(estimator, drive_on_known_ground(seed), shift, wheel, 30.0 if shift else 0.0)
     estimator.reset()
     estimator.save_map(str(path))
 
@@ -56,10 +50,7 @@ def save_tied(path: Path, seed: int, day: int, place: tuple[float, float]) -> No
     random, late, since = np.random.RandomState(seed), day * 10**14, 0
     moments = np.arange(run.imu_utime[0], run.imu_utime[-1], 1_000_000)
     for moment in [*moments.tolist(), np.iinfo(np.int64).max]:
-        told = recording.messages(since, moment)
-        for time in ("imu_time", "wheel_time", "gpr_time"):
-            told[time] = told[time] + late
-        estimator.run(**told)
+        estimator.run(**later(recording.messages(since, moment), late))
         if moment <= moments[-1]:
             there = run.motion_at(np.array([moment]))
             site = [there.x[0] + place[0], there.y[0] + place[1], 0.0]
@@ -71,26 +62,22 @@ def save_tied(path: Path, seed: int, day: int, place: tuple[float, float]) -> No
     estimator.save_map(str(path))
 
 
-def test_two_days_of_one_site_need_no_ground_in_common(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_days_of_one_site_need_no_ground_in_common(tmp_path: Path, cli: Cli) -> None:
     save_tied(tmp_path / "one.map", 0, 0, (5.0, 3.0))
     save_tied(tmp_path / "two.map", 3, 1, (60.0, 25.0))
     one = read_map(tmp_path / "one.map")
     assert one.ground.version == 5
-    [facts] = [each["site"] for each in info(one.path, capsys)["maps"]]
+    [facts] = [each["site"] for each in cli.json("map", "info", one.path)[0]["maps"]]
     assert facts["origin"] == pytest.approx(SITE) and facts["x"] == facts["y"] == 0.0
     # m, at the origin, some metres from the track.
     assert 0.005 < facts["sigma_m"] < 0.3 and 1e-4 < facts["sigma_yaw"] < 0.05
-    assert main(["map", "info", str(one.path)]) == 0
-    assert "site at 52.3906000, 13.0645000" in capsys.readouterr().out
+    assert "site at 52.3906000, 13.0645000" in cli("map", "info", one.path).out
     written = tmp_path / "path.json"
-    assert main(["map", "export", str(one.path), "--geojson", str(written)]) == 0
+    cli("map", "export", one.path, "--geojson", written)
     assert json.loads(written.read_text())["features"]
-    capsys.readouterr()
-    assert merge(tmp_path, "one", "two", "--json") == 0
-    [join] = json.loads(capsys.readouterr().out)["joins"]
+    [join] = cli.json(*merging(tmp_path, "one", "two"))["joins"]
     assert join["proven"] and join["by_datum"] and join["revisits"] == 0
+    assert "by where both lie in site" in as_text(join)
     merged = read_map(tmp_path / "merged.map")
     two = read_map(tmp_path / "two.map")
     assert merged.maps == [0] and merged.ground.version == 5
@@ -98,26 +85,18 @@ def test_two_days_of_one_site_need_no_ground_in_common(
     for name in "xy":
         both = np.concatenate([one.places[name], two.places[name]])
         np.testing.assert_allclose(merged.places[name], both, atol=1e-6)
-    assert merge(tmp_path, "one", "two") == 0
-    assert "by where both lie in site" in capsys.readouterr().out
 
 
-def info(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    capsys.readouterr()
-    assert main(["map", "info", "--json", str(path)]) == 0
-    [found] = json.loads(capsys.readouterr().out)
-    return dict(found)
+def merging(folder: Path, first: str, second: str) -> list[object]:
+    """The command."""
+    one, two, merged = (folder / f"{name}.map" for name in (first, second, "merged"))
+    return ["map", "merge", one, two, "-o", merged]
 
 
-def merge(folder: Path, first: str, second: str, *options: str) -> int:
-    names = [str(folder / f"{name}.map") for name in (first, second, "merged")]
-    return main(["map", "merge", *names[:2], "-o", names[2], *options])
-
-
-def test_two_days_become_one_map(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert merge(days, "monday", "tuesday", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
+def test_two_days_become_one_map(days: Path, cli: Cli) -> None:
+    found = cli.json(*merging(days, "monday", "tuesday"))
     [join] = found["joins"]
+    assert "map 0 joins map 0" in as_text(join)
     assert join["proven"] and join["revisits"] > 20 and join["refused"] < 3
     assert 0.985 < join["scale"] < 1.015 and abs(join["longer_travel_times"]) < 0.02
     # Ground that is known is not stored twice.
@@ -135,24 +114,20 @@ def test_two_days_become_one_map(days: Path, capsys: pytest.CaptureFixture[str])
     # A robot is at home in it.
     estimator = gprodom.Odometry()
     estimator.load_map(str(days / "merged.map"))
-    told = as_recording(drive_on_known_ground(0)).messages()
-    assert estimator.run(**told).status[-1]["values"]["map.located"] == 1.0
-    assert merge(days, "monday", "tuesday") == 0
-    assert "map 0 joins map 0" in capsys.readouterr().out
+    status = drive(estimator, drive_on_known_ground(0)).status[-1]
+    assert status["values"]["map.located"] == 1.0
 
 
-def test_nothing_is_written_of_a_stranger(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_written_of_a_stranger(days: Path, cli: Cli) -> None:
     (days / "merged.map").unlink(missing_ok=True)
-    assert merge(days, "monday", "elsewhere") == 1
-    assert "no ground in common" in capsys.readouterr().err
+    assert "no ground in common" in cli.error(*merging(days, "monday", "elsewhere"))
     assert not (days / "merged.map").exists()
 
 
-def test_version_1_is_not_merged(days: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_1_is_not_merged(days: Path, cli: Cli) -> None:
     (days / "old.map").write_bytes(sealed(1, version_1()))
     for names in (("monday", "old"), ("old", "monday")):
-        assert merge(days, *names) == 1
-        assert "version 1" in capsys.readouterr().err
+        assert "version 1" in cli.error(*merging(days, *names))
 
 
 def test_travel_times_are_told_as_far_as_they_are_known() -> None:
