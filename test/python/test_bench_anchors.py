@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 
+import drives
 import numpy as np
 import pytest
+from anchoring import anchors, of_anchors
 
-from conftest import CHECKOUT
+from conftest import BENCH, run_bench
 from gprodom.errors import Error
 from gprodom.trajectory import Trajectory
-from test_bench import run
-
-BENCH = CHECKOUT / "bench"
-sys.path += [str(BENCH / "anchors"), str(BENCH), str(BENCH / "runner")]
-
-import drives  # noqa: E402
-from anchoring import anchors, of_anchors  # noqa: E402
 
 
 def path(scale: float, turn: float) -> Trajectory:
@@ -63,7 +56,7 @@ def test_every_job_names_its_data_and_rows_become_figures() -> None:
 
 def test_the_scale_of_two_fixes(programs: Path) -> None:
     """Two seeds, so that there is a mean; without fixes the scale stays as it was before."""
-    one, two, mean, sure = json.loads(run(BENCH / "anchors", "--json", "scale", "--seeds", 2))
+    one, two, mean, sure = run_bench("anchors", "scale", "--seeds", 2)
     assert (mean["seed"], sure["seed"]) == ("mean", "mean, no slip")
     assert sure["sigma_over_limit"] < 1.2 < mean["sigma_over_limit"]
     for row in (one, two):
@@ -79,6 +72,6 @@ def test_data_that_are_not_there_are_named(tmp_path: Path) -> None:
 
 
 def test_two_days_of_one_datum_become_one_map(programs: Path) -> None:
-    [row] = json.loads(run(BENCH / "anchors", "--json", "days"))
+    [row] = run_bench("anchors", "days")
     assert row["joined"]
     assert row["error_m"] < 0.3  # of fixes of 3 cm, and a path between them

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pair_distance import Case, information
 
-from conftest import CHECKOUT
+from conftest import run_bench
 from gprodom.ground.survey import Survey
 from gprodom.random_streams import stream
-from test_bench import run
-
-BENCH = CHECKOUT / "bench"
-sys.path.append(str(BENCH))
-
-from pair_distance import Case, information  # noqa: E402
 
 
 def test_distance_by_the_pair_alone(shared: Path, programs: Path) -> None:
-    words = ["--drives", 1, "--ground", "field", "--case", "centre", "--json"]
-    (row,) = json.loads(run(BENCH / "pair_distance.py", shared / "real_ground", *words))
+    words = ["--drives", 1, "--ground", "field", "--case", "centre"]
+    (row,) = run_bench("pair_distance.py", shared / "real_ground", *words)
     assert row["passages"] > 100 and row["wrong"] == 0
     assert row["rms_percent"] < 0.5
     assert row["limit_mm"] < row["match_mm"] < 10
@@ -31,8 +24,8 @@ def test_distance_by_the_pair_alone(shared: Path, programs: Path) -> None:
 def test_faults_of_a_pair(shared: Path, programs: Path) -> None:
     """An antenna that was silent is used again; the rest of the drive is as without the fault.
     Swapped cables are named, and nothing that they say is used."""
-    words = ["--km", 0, "--minutes", 1, "--ground", "fdtd", "--json"]
-    rows = json.loads(run(BENCH / "pair_faults.py", shared / "real_ground", *words))
+    words = ["--km", 0, "--minutes", 1, "--ground", "fdtd"]
+    rows = run_bench("pair_faults.py", shared / "real_ground", *words)
     of = {row["fault"]: row for row in rows}
     swapped = [row for row in rows if row["fault"] == "swapped"]
     assert [row["method"] for row in swapped] == ["gprodom", "radar_imu"]
@@ -50,21 +43,19 @@ def test_front_antenna_that_fails(shared: Path, programs: Path) -> None:
     """The rear one finds what the front one has seen; without, the error is 0.34 of dead
     reckoning."""
     drive = shared / "pairs" / "1760002000-0-gates_g-cmu-gpr.zip"
-    (row,) = json.loads(run(BENCH / "pairs.py", drive, "--only", "front fails", "--json"))
+    (row,) = run_bench("pairs.py", drive, "--only", "front fails")
     assert row["smoothed_m"] < 0.15 * row["dead_m"]
 
 
 def test_antennas_abreast_find_more_than_one() -> None:
-    words = ["--runs", 2, "--laps", 3, "--wander", 0.15, "--abreast", 0.15, "--json"]
-    both, one = (
-        json.loads(run(BENCH / "map_coverage.py", *words, *more)) for more in ([], ["--one"])
-    )
+    words = ["--runs", 2, "--laps", 3, "--wander", 0.15, "--abreast", 0.15]
+    both, one = (run_bench("map_coverage.py", *words, *more) for more in ([], ["--one"]))
     assert both["revisits_mean"] > 1.2 * one["revisits_mean"] > 0
 
 
 def test_rebar_at_the_distance_of_the_antennas(shared: Path, programs: Path) -> None:
-    words = ["--km", 0.015, "--minutes", 0, "--json"]
-    rows = json.loads(run(BENCH / "pair_faults.py", shared / "real_ground", *words))
+    words = ["--km", 0.015, "--minutes", 0]
+    rows = run_bench("pair_faults.py", shared / "real_ground", *words)
     passages = {(row["fault"], row["method"]): row["passages"] for row in rows}
     assert all(row["wrong"] == 0 for row in rows)
     for method in ("gprodom", "radar_imu"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -13,20 +12,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from benches import benches
+from commits import sources_of
+from ending import descendants
+from job import Program
 
-from conftest import CHECKOUT
+from conftest import BENCH, CHECKOUT, run_bench, run_program
 
-RUNNER = CHECKOUT / "bench" / "runner"
-ROBOTS = CHECKOUT / "bench" / "robots.py"
+RUNNER = BENCH / "runner"
 pytestmark = pytest.mark.usefixtures("compiled")
 
 
 def run(*arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
     """bench/run, without its building."""
-    command = [sys.executable, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    assert done.returncode == code, done.stderr
-    return done
+    return run_program(sys.executable, *arguments, codes=(code,))
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -77,10 +76,6 @@ def test_what_differs_is_printed(tmp_path: Path) -> None:
 def test_another_commit_is_taken_as_it_was(tmp_path: Path) -> None:
     if not (CHECKOUT / ".git").exists():
         pytest.skip("not a clone")
-    sys.path.append(str(RUNNER))
-    from commits import sources_of
-    from job import Program
-
     program = sources_of("HEAD", tmp_path)
     show = ["git", "-C", str(CHECKOUT), "show", "HEAD:config/gprodom.yaml"]
     settings = program.root / "config" / "gprodom.yaml"
@@ -94,9 +89,6 @@ def test_another_commit_is_taken_as_it_was(tmp_path: Path) -> None:
 
 
 def test_what_it_has_started_ends_with_it(tmp_path: Path) -> None:
-    sys.path.append(str(RUNNER))
-    from ending import descendants
-
     command = [sys.executable, RUNNER, "coverage", "--fresh", "-o", tmp_path, "--cache", tmp_path]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as runner:
         until = time.monotonic() + 120
@@ -125,23 +117,13 @@ def test_unknown_names_are_refused(tmp_path: Path) -> None:
 
 def test_every_program_takes_what_it_is_given(shared: Path) -> None:
     """The words of all jobs, in both forms, against the help of their programs."""
-    code = """
-import json, sys
-from pathlib import Path
-from benches import benches
-words = {}
-for bench in benches(Path(sys.argv[1])):
-    for job in bench.jobs:
-        all_words = (*job.command(short=False), *job.command(short=True))
-        own = all_words[: all_words.index("--")] if "--" in all_words else all_words
-        words.setdefault(bench.program, set()).update(w.split("=")[0] for w in own)
-print(json.dumps({p: sorted(w for w in found if w.startswith("--")) for p, found in words.items()}))
-"""
-    listed = subprocess.run(
-        [sys.executable, "-c", code, str(shared)],
-        capture_output=True, text=True, check=True, cwd=RUNNER,
-    )  # fmt: skip
-    words: dict[str, list[str]] = json.loads(listed.stdout)
+    words: dict[str, set[str]] = {}
+    for bench in benches(shared):
+        for job in bench.jobs:
+            given = (*job.command(short=False), *job.command(short=True))
+            own = given[: given.index("--")] if "--" in given else given
+            options = {word.split("=")[0] for word in own if word.startswith("--")}
+            words.setdefault(bench.program, set()).update(options)
     programs = [program for program in words if program.endswith(".py") and words[program]]
     assert len(programs) > 15
     with ThreadPoolExecutor() as pool:
@@ -154,9 +136,7 @@ print(json.dumps({p: sorted(w for w in found if w.startswith("--")) for p, found
 
 
 def test_without_recorded_data_the_rest_is_measured(tmp_path: Path) -> None:
-    command = [sys.executable, RUNNER, "--list"]
-    nowhere = {**os.environ, "GPRODOM_SHARED": str(tmp_path)}
-    done = subprocess.run(command, capture_output=True, text=True, env=nowhere, check=True)
+    done = run_program(sys.executable, RUNNER, "--list", GPRODOM_SHARED=str(tmp_path))
     assert f"no recorded data in {tmp_path / 'data'}" in done.stderr
     assert "\nsample " in done.stdout and "\nrobots " not in done.stdout
 
@@ -174,11 +154,11 @@ def test_other_recordings_by_a_description(shared: Path, tmp_path: Path) -> None
         "  truth_sigma_m: 0.002\n  truth_delay_sigma_s: 0.05\n"
     )
     description.write_text(described)
-    [mine] = json.loads(run(ROBOTS, folder, "--json").stdout).values()
-    known = json.loads(run(ROBOTS, shared / "robots", "--only", "phil1", "--json").stdout)
+    [mine] = run_bench("robots.py", folder).values()
+    known = run_bench("robots.py", shared / "robots", "--only", "phil1")
     assert mine == known["phil1"]
 
     description.write_text(described + "  truth_sigma: 1\n")
-    assert "mine: unknown key truth_sigma" in run(ROBOTS, folder, code=1).stderr
+    assert "mine: unknown key truth_sigma" in run(BENCH / "robots.py", folder, code=1).stderr
     description.write_text(described.replace("  truth_sigma_m: 0.002\n", ""))
-    assert "mine: truth_sigma_m is missing" in run(ROBOTS, folder, code=1).stderr
+    assert "mine: truth_sigma_m is missing" in run(BENCH / "robots.py", folder, code=1).stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import re
@@ -16,12 +15,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import gprodom
+from conftest import Cli, rows_of, run_cli
 from gprodom.benchmark.jobs import Outcome, Sequence, Settings, fit_on_others, shifts_path
 from gprodom.benchmark.page import write_report
 from gprodom.benchmark.pairs import compare_methods, interval
 from gprodom.benchmark.simulated import drives
 from gprodom.calibrate.k import Fit, Shifts, fit_k
-from gprodom.cli import main
 from gprodom.errors import Error, UsageError
 from gprodom.odometry.methods import METHODS
 from gprodom.score.figures import Figures
@@ -47,56 +46,43 @@ def make_sequence(folder: Path, wheel_scale: float = 1.0) -> Path:
     rate = np.where(seconds > 2, 0.125, 0.0)
     zero = 0 * seconds
     angle = travelled / 4
-    write_csv(
-        folder / "imu_meas.csv",
-        "t,a_x,a_y,a_z,g_x,g_y,g_z",
-        time,
-        [zero, zero, zero + 9.81, zero, zero, rate],
-    )
+    imu = [zero, zero, zero + 9.81, zero, zero, rate]
+    write_csv(folder / "imu_meas.csv", "t,a_x,a_y,a_z,g_x,g_y,g_z", time, imu)
     write_csv(folder / "we_odom_meas.csv", "Time[s],Range[m]", time, [wheel_scale * travelled])
-    position = [4 * np.sin(angle), 4 - 4 * np.cos(angle), zero]
-    write_csv(
-        folder / "ts_meas.csv", "Time[s],Px[m],Py[m],Pz[m]", time[::5], [p[::5] for p in position]
-    )
+    position = [p[::5] for p in (4 * np.sin(angle), 4 - 4 * np.cos(angle), zero)]
+    write_csv(folder / "ts_meas.csv", "Time[s],Px[m],Py[m],Pz[m]", time[::5], position)
     traces = [np.round(zero[::5] + i) for i in range(12)]
     write_csv(folder / "gpr_meas.csv", "t," + ",".join("a" * 12), time[::5], traces)
     return folder
 
 
-def test_benchmark_resumes_and_survives_a_broken_sequence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_benchmark_resumes_and_survives_a_broken_sequence(tmp_path: Path, cli: Cli) -> None:
     good = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr", wheel_scale=1.02)
     broken = make_sequence(tmp_path / "1700001000-0-yard-cmu-gpr")
     (broken / "imu_meas.csv").write_text("t,a\n1.0,x\n")
     out = tmp_path / "out"
-    arguments = ["benchmark", str(good), str(broken), "--methods", "wheel", "-o", str(out), "-j2"]
-    assert main([*arguments, "--json"]) == 1
-    printed = capsys.readouterr()
+    arguments = ["benchmark", good, broken, "--methods", "wheel", "-o", out, "-j2"]
+    printed = cli(*arguments, "--json", code=1)
     assert "1700001000-0-yard-cmu-gpr" in printed.err
     result = json.loads(printed.out)
     assert [record["sequence"] for record in result["records"]] == [good.name]
     assert result["failures"][0]["sequence"] == broken.name
     assert result == json.loads((out / "results.json").read_text())
-    with (out / "results.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == COLUMNS
-    assert rows[0]["scene"] == "yard"
-    assert rows[0]["nees_xy"] == ""
+    row, *_ = rows_of(out / "results.csv")
+    assert tuple(row) == COLUMNS
+    assert (row["scene"], row["nees_xy"]) == ("yard", "")
     # 2 % of wheel scale over 8 m on a curve: centimetres, and 8.16 m of path.
-    assert 0.01 < float(rows[0]["ate_rmse_m"]) < 0.1
-    path = read_tum(out / good.name / "wheel.tum")
-    assert np.linalg.norm(np.diff(path.position, axis=0), axis=1).sum() == pytest.approx(
-        8.16, rel=0.01
-    )
+    assert 0.01 < float(row["ate_rmse_m"]) < 0.1
+    tum = out / good.name / "wheel.tum"
+    steps = np.linalg.norm(np.diff(read_tum(tum).position, axis=0), axis=1)
+    assert steps.sum() == pytest.approx(8.16, rel=0.01)
     assert "1700000000" in (out / "report.html").read_text()
     assert not list(out.rglob("*.lcmlog"))  # what only the work needed is gone
 
-    tum = out / good.name / "wheel.tum"
     before = tum.stat().st_mtime_ns
-    main(arguments)
+    cli(*arguments, code=1)
     assert tum.stat().st_mtime_ns == before  # went on, did not do it again
-    main([*arguments, "--align", "none"])
+    cli(*arguments, "--align", "none", code=1)
     assert tum.stat().st_mtime_ns != before  # what changed is run again
 
 
@@ -160,19 +146,14 @@ def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("stand_in")
-def test_k_is_fitted_on_the_others_and_used(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_k_is_fitted_on_the_others_and_used(tmp_path: Path, cli: Cli) -> None:
     sources = [str(make_sequence(tmp_path / f"170000{i}000-0-yard-cmu-gpr")) for i in range(2)]
     out = tmp_path / "out"
     arguments = ["benchmark", *sources, "--methods", "gpr_sfm,sfm,dec", "-o", str(out), "--json"]
-    assert main(arguments) == 1
-    printed = capsys.readouterr()
+    printed = cli(*arguments, code=1)
     result = json.loads(printed.out)
-    assert {(k["method"], round(k["k"], 4)) for k in result["k"]} == {
-        ("gpr_sfm", 0.02),
-        ("sfm", 0.02),
-    }
+    fitted = {(k["method"], round(k["k"], 4)) for k in result["k"]}
+    assert fitted == {("gpr_sfm", 0.02), ("sfm", 0.02)}
     found = {record["method"]: record["ate_rmse_m"] for record in result["records"]}
     assert set(found) == {"gpr_sfm", "sfm"}
     modes = {(record["method"], record["mode"]) for record in result["records"]}
@@ -184,17 +165,13 @@ def test_k_is_fitted_on_the_others_and_used(
 
 
 @pytest.mark.usefixtures("stand_in")
-def test_calibrate_k_and_observability(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
-) -> None:
+def test_calibrate_k_and_observability(tmp_path: Path, cli: Cli, drawn: list[Figure]) -> None:
     source = str(make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr"))
-    assert main(["calibrate", "k", source, "--method", "sfm", "--json"]) == 0
-    fit = json.loads(capsys.readouterr().out)
+    fit = cli.json("calibrate", "k", source, "--method", "sfm")
     assert fit["k"] == pytest.approx(0.02, rel=0.01)
     assert fit["key"] == "paper.k"
     out = tmp_path / "out"
-    assert main(["plot", "observability", source, "-o", str(out), "--json"]) == 0
-    seen = json.loads(capsys.readouterr().out)
+    seen = cli.json("plot", "observability", source, "-o", out)
     assert seen == json.loads((out / "observability.json").read_text())
     assert set(seen) == {"sfm", "trace_count"}
     [figure] = drawn
@@ -256,14 +233,20 @@ def test_edited_code_runs_the_jobs_again(tmp_path: Path) -> None:
     assert jumps == 7
 
 
+def with_shifts(folder: Path, name: str, found: Shifts) -> Sequence:
+    """A sequence whose shifts have been measured."""
+    sequence = Sequence(f"{name}-cmu-gpr", folder, folder / name, 2e-10)
+    sequence.folder.mkdir()
+    np.savez(shifts_path(sequence, "sfm"), key="", **vars(found))
+    return sequence
+
+
 def test_k_comes_from_the_other_sequences(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
-    sequences = []
-    for i, k in enumerate([0.1, 0.03, 0.03]):
-        sequence = Sequence(f"170000{i}000-0-yard-cmu-gpr", tmp_path, tmp_path / str(i), 2e-10)
-        sequence.folder.mkdir()
-        np.savez(shifts_path(sequence, "sfm"), key="", **vars(shifts(rng, k)))
-        sequences.append(sequence)
+    sequences = [
+        with_shifts(tmp_path, f"{i}-0-yard", shifts(rng, k))
+        for i, k in enumerate([0.1, 0.03, 0.03])
+    ]
     fit, fitted_on = fit_on_others(sequences[0], METHODS["sfm"], sequences[1:])
     assert fitted_on == (sequences[1].name, sequences[2].name)
     assert fit.k == pytest.approx(0.03, rel=0.02)
@@ -275,14 +258,10 @@ def test_k_of_a_lone_scene_comes_from_the_others(tmp_path: Path) -> None:
     """Two simulated drives are of two scenes: each has its K from the other. So has one whose scene
     has too few windows with an answer."""
     rng = np.random.default_rng(3)
-    names = ("1-0-yard-cmu-gpr", "2-0-hall-cmu-gpr", "3-0-hall-cmu-gpr", "4-0-yard-cmu-gpr")
-    yard, hall, again, sparse = (Sequence(name, tmp_path, tmp_path / name, None) for name in names)
-    for each in (yard, hall, again, sparse):
-        each.folder.mkdir()
-        found = shifts(rng, 0.03)
-        few = slice(0, 5) if each is sparse else slice(None)
-        kept = {name: values[few] for name, values in vars(found).items()}
-        np.savez(shifts_path(each, "sfm"), key="", **kept)
+    yard, hall, again, sparse = (
+        with_shifts(tmp_path, name, shifts(rng, 0.03, n))
+        for name, n in (("1-0-yard", 300), ("2-0-hall", 300), ("3-0-hall", 300), ("4-0-yard", 5))
+    )
 
     def fitted_on(sequence: Sequence, *others: Sequence) -> tuple[str, ...]:
         return fit_on_others(sequence, METHODS["sfm"], list(others))[1]
@@ -313,18 +292,10 @@ def test_the_report_says_on_what_k_was_fitted(tmp_path: Path) -> None:
     assert re.findall("<th.*?>(.*?)</th>", header)[:3] == ["method", "mode", "mean ATE (m)"]
 
 
-def test_unknown_method_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_method_is_bad_usage(tmp_path: Path, cli: Cli) -> None:
     sequence = make_sequence(tmp_path / "1700000000-0-yard-cmu-gpr")
-    arguments = [
-        "benchmark",
-        str(sequence),
-        "--methods",
-        "wheel,magic",
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    assert main(arguments) == 2
-    assert "magic" in capsys.readouterr().err
+    methods = ["--methods", "wheel,magic", "-o", tmp_path / "out"]
+    assert "magic" in cli.error("benchmark", sequence, *methods, code=2)
 
 
 def record(sequence: str, method: str, error: float) -> Record:
@@ -363,7 +334,7 @@ def test_report_says_what_is_of_other_data(tmp_path: Path) -> None:
     for sources, said in (([ours, theirs], True), ([theirs], False)):
         out = tmp_path / f"out{said}"
         arguments = ["benchmark", *map(str, sources), "--methods", "wheel", "-o", str(out), "-j1"]
-        assert main(arguments) == 0
+        run_cli(*arguments)
         page = (out / "report.html").read_text()
         assert ("MEASURED ON OTHER DATA: 1 of 2" in page) == said
         assert "0.568" in page  # the published mean stands beside
@@ -372,9 +343,7 @@ def test_report_says_what_is_of_other_data(tmp_path: Path) -> None:
 
 def test_simulated_sequences_are_the_same_again(tmp_path: Path) -> None:
     made = drives(2, 7, ("rays",), 4.0)
-    assert [drive.name for drive in made] == [
-        f"{1_700_000_007 + i}-0-rays-cmu-gpr" for i in range(2)
-    ]
+    assert [drive.name for drive in made] == [f"170000000{i}-0-rays-cmu-gpr" for i in (7, 8)]
     logs_made = [drive.make(tmp_path) for drive in made]
     first = logs_made[0].read_bytes()
     logs_made[0].unlink()

@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
-from conftest import CHECKOUT
-
-sys.path.append(str(CHECKOUT / "bench"))
-
 import code_size
 
 CPP = """// A comment.

@@ -5,32 +5,33 @@ bench/commission.py does it to 50 robots and to recordings of real ones.
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from commission import deviations, make, one
 
 from browser import show
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import SAMPLE, Cli
 from gprodom.commission.find import commission
 from gprodom.config import STANDARD
-from gprodom.lcm.logs import read_roles
+from gprodom.lcm.logs import Channel, read_roles
 from gprodom.odometry.settings import read_settings
-
-sys.path.append(str(CHECKOUT / "bench"))
-
-from commission import deviations, make, one
 
 # One wheel whose ticks are right, and a cart whose ticks are said to be 1.3 times too long.
 RIGHT, OTHER_UNIT = 0, 1
 LATE = 3  # a skid steer
 BESIDE = 5  # one wheel, its IMU 0.26 m behind the origin and 0.1 m to the left
 SIGMAS = 5.0  # of an error of one of some thirty numbers: by chance once in 50,000 runs
+
+
+def made_log_of(seed: int, folder: Path) -> tuple[Any, dict[str, Channel]]:
+    """A robot, and the log of its drive."""
+    made = make(seed, folder, radar=False)
+    return made, dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
 
 
 @pytest.mark.parametrize("seed", [RIGHT, OTHER_UNIT])
@@ -55,8 +56,7 @@ def test_robots(tmp_path: Path, seed: int, compiled: object) -> None:
 
 def test_a_wrong_unit_is_found_without_a_tape(tmp_path: Path, compiled: object) -> None:
     """By accelerations, to some per cent; nothing is said to be found that was not shown."""
-    made = make(RIGHT, tmp_path, radar=False)
-    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    made, log = made_log_of(RIGHT, tmp_path)
     log["wheel"] = {**log["wheel"], "metres_per_tick": 6 * log["wheel"]["metres_per_tick"]}
     found = commission(log, read_settings())
     by_name = {each.name: each for each in found.parameters}
@@ -67,15 +67,14 @@ def test_a_wrong_unit_is_found_without_a_tape(tmp_path: Path, compiled: object) 
     assert [each.code for each in found.findings] == []
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+def test_command(tmp_path: Path, cli: Cli, compiled: object) -> None:
     """One whole configuration, with what was there before; a page; never over an input."""
     made = make(OTHER_UNIT, tmp_path, radar=False)
     before = tmp_path / "before.yaml"
     before.write_text("graph: {latency: 0.7}\nwheel: {drive: differential}\n")
     out, page = tmp_path / "robot.yaml", tmp_path / "robot.html"
     words = ["commission", str(made.log), "-c", str(before), f"--stretch={made.stretch_m}"]
-    assert main([*words, "-o", str(out), "--page", str(page), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = cli.json(*words, "-o", out, "--page", page)
     written = yaml.safe_load(out.read_text())
     assert written["graph"]["latency"] == 0.7 and written["wheel"]["drive"] == "differential"
     assert written["imu"]["rpy_body_imu"] != [0, 0, 0]
@@ -90,17 +89,15 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: o
     for scheme in ("light", "dark"):
         for frame in show(page, [390, 1200], scheme, tmp_path).frames:
             assert frame["cut"] == [] and frame["contrast"] > 4.5
-    assert main([*words, "-o", str(before)]) == 2
-    assert main([*words, "-o", str(made.log)]) == 2
-    assert "is an input" in capsys.readouterr().err
-    assert main(["commission", str(made.log), "--stretch", "0.1"]) == 2
+    cli(*words, "-o", before, code=2)
+    assert "is an input" in cli.error(*words, "-o", made.log, code=2)
+    cli("commission", made.log, "--stretch", "0.1", code=2)
 
 
 def test_an_imu_beside_the_origin(tmp_path: Path, compiled: object) -> None:
     """Its place is found and written, and what it adds does not spoil the mounting;
     where it is configured already, it is not written again."""
-    made = make(BESIDE, tmp_path, radar=False)
-    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    made, log = made_log_of(BESIDE, tmp_path)
     true = made.truth["lever arm of the IMU"]
     configured = [f"imu.lever_arm=[{true[0]}, {true[1]}, 0]"]
     for settings, written in (([], True), (configured, False)):
@@ -116,8 +113,7 @@ def test_an_imu_beside_the_origin(tmp_path: Path, compiled: object) -> None:
 
 def test_late_wheels_are_waited_for(tmp_path: Path, compiled: object) -> None:
     """Held and late by 0.42 s: with the IMU's stamps moved to theirs they would come too late."""
-    made = make(LATE, tmp_path, radar=False)
-    log = dict(read_roles(made.log, STANDARD.of("imu", "wheel")))
+    made, log = made_log_of(LATE, tmp_path)
     found = commission(log, read_settings((), made.settings), made.stretch_m)
     by_name = {each.name: each for each in found.parameters}
     offset = by_name["time offset of the IMU"].value[0]
@@ -126,11 +122,9 @@ def test_late_wheels_are_waited_for(tmp_path: Path, compiled: object) -> None:
     assert found.settings[-1].startswith("time.reorder_window=")
 
 
-def test_the_sample(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+def test_the_sample(tmp_path: Path, cli: Cli, compiled: object) -> None:
     """Its IMU is mounted as configured and its clocks agree: nothing of that is written."""
-    (sample,) = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
-    assert main(["commission", str(sample), "--no-replay", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = cli.json("commission", SAMPLE, "--no-replay")
     assert [s for s in told["settings"] if not s.startswith("imu.") or "noise" not in s] == []
     by_name = {each["name"]: each for each in told["parameters"]}
     assert by_name["mean frequency of the echoes"]["value"][0] == pytest.approx(5e8, rel=0.2)

@@ -5,16 +5,15 @@ bench/doctor.py does it to 200 recordings.
 
 from __future__ import annotations
 
-import json
-import sys
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from doctor import BAND, DAMAGE, codes_of, damaged, recording
+from recordings import RECORDINGS, convert
 
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import Cli
 from gprodom.config import STANDARD
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
@@ -22,11 +21,6 @@ from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.logs import read_roles
 from gprodom.lcm.wire import encode
-
-sys.path.append(str(CHECKOUT / "bench"))
-
-from doctor import BAND, DAMAGE, codes_of, damaged, recording
-from recordings import RECORDINGS, convert
 
 SEEDS = (3, 4)  # figures of eight and stops, with left and right wheels
 BESIDE_SEED = 5  # a loop, whose bends all go to one side
@@ -90,16 +84,14 @@ def test_a_scale_that_the_estimator_divides_out_is_named(percent: int, compiled:
         assert all(f"{percent} % of gravity" in each.what for each in found)
 
 
-def test_an_imu_beside_the_origin(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object
-) -> None:
+def test_an_imu_beside_the_origin(tmp_path: Path, cli: Cli, compiled: object) -> None:
     """Bends add to its accelerations; by its place, as configured, nothing is wrong with them."""
-    log = str(write(recording(BESIDE_SEED, (0.5, 0.0, 0.0)), tmp_path / "beside.lcmlog"))
+    log = write(recording(BESIDE_SEED, (0.5, 0.0, 0.0)), tmp_path / "beside.lcmlog")
     place = ["--set", "imu.lever_arm=[0.5, 0, 0]"]
-    assert main(["doctor", log]) == 1  # as if it were turned
-    assert main(["doctor", log, *place]) == 0, capsys.readouterr().out
-    assert main(["doctor", log, *place, "--set", "imu.rpy_body_imu=[0, 0, 1.57]"]) == 1
-    assert capsys.readouterr().out.splitlines()[-2].startswith("axes: IMU: turned by -90 +- ")
+    cli("doctor", log, code=1)  # as if it were turned
+    cli("doctor", log, *place)
+    said = cli("doctor", log, *place, "--set", "imu.rpy_body_imu=[0, 0, 1.57]", code=1).out
+    assert said.splitlines()[-2].startswith("axes: IMU: turned by -90 +- ")
 
 
 def of_two_antennas(seed: int) -> Log:
@@ -159,25 +151,19 @@ def write(log: Log, path: Path) -> Path:
     return path
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: object) -> None:
+def test_command(tmp_path: Path, cli: Cli, compiled: object) -> None:
     """Exit codes, JSON, and what the configuration says."""
-    assert main(["doctor", str(write(good(3), tmp_path / "good.lcmlog"))]) == 0
-    assert capsys.readouterr().out == "nothing found\n"
-    log = str(write(damaged(good(3), "IMU turned by 90 degrees", 3), tmp_path / "turned.lcmlog"))
-    assert main(["doctor", log, "--json"]) == 1
-    (found,) = json.loads(capsys.readouterr().out)
+    assert cli("doctor", write(good(3), tmp_path / "good.lcmlog")).out == "nothing found\n"
+    log = write(damaged(good(3), "IMU turned by 90 degrees", 3), tmp_path / "turned.lcmlog")
+    (found,) = cli.json("doctor", log, code=1)
     assert found["code"] == "axes" and "gprodom calibrate mount" in found["mend"]
     mended = ["--set", f"imu.rpy_body_imu=[0, 0, {-np.pi / 2}]"]
-    assert main(["doctor", log, *mended]) == 0
-    assert main(["doctor", log, "--set", "imu.rpy_body_imu=auto"]) == 0
+    cli("doctor", log, *mended)
+    cli("doctor", log, "--set", "imu.rpy_body_imu=auto")
     two = of_two_antennas(3)
-    log = str(write(two, tmp_path / "two.lcmlog"))
+    log = write(two, tmp_path / "two.lcmlog")
     count = len(two["gpr_trace"]["utime"]) // 2
-    capsys.readouterr()
-    assert main(["doctor", log]) == 1
-    said = capsys.readouterr().out
+    said = cli("doctor", log, code=1).out
     assert said.startswith(f"antennas: 0 ({count} traces), 4 ({count} traces)\nantenna: radar: of")
-    assert main(["doctor", log, "--set", "gpr.antennas={0: [0, 0, 0], 4: [0.3, 0, 0]}"]) == 0
-    capsys.readouterr()
-    assert main(["doctor", log, "--set", "imu.no_such=1"]) == 1
-    assert "no_such" in capsys.readouterr().err
+    cli("doctor", log, "--set", "gpr.antennas={0: [0, 0, 0], 4: [0.3, 0, 0]}")
+    assert "no_such" in cli.error("doctor", log, "--set", "imu.no_such=1")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import CHECKOUT
+from conftest import CHECKOUT, run_bench
 from gprodom.errors import Error
 from gprodom.ground.materials import sections
 from gprodom.ground.scene import Layer, Pipe, Scene, read_scene
@@ -23,12 +21,7 @@ SCENES = sorted((CHECKOUT / "config" / "scenes").glob("*.yaml"))
 def test_fdtd_obeys_physics() -> None:
     if find_spec("gprMax") is None:
         pytest.skip("gprMax is not installed (the extra fdtd)")
-    result = subprocess.run(
-        [sys.executable, str(CHECKOUT / "bench" / "fdtd_physics.py"), "--json"],
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
+    run_bench("fdtd_physics.py")
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)

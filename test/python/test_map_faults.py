@@ -3,25 +3,19 @@ moments of bench/map_faults.py, and what its power cuts leave of simple files.""
 
 from __future__ import annotations
 
-import json
 import random
-import subprocess
 import sys
 from pathlib import Path
 
+import power_cuts
 import pytest
 
-from conftest import CHECKOUT
-
-BENCH = CHECKOUT / "bench"
+from conftest import run_bench
 
 
 @pytest.mark.usefixtures("compiled")
 def test_the_map_is_there_after_faults_at_random_moments() -> None:
-    command = [sys.executable, str(BENCH / "map_faults.py"), "--moments", "5", "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)["faults"]
+    found = run_bench("map_faults.py", "--moments", 5)["faults"]
     assert [each["fault"] for each in found] == ["kill", "disk", "format", "cut"]
     assert all(each["kept"] == 5 for each in found)
 
@@ -49,9 +43,6 @@ else:
 def test_power_cuts_find_files_that_are_not_written_safely(tmp_path: Path, way: str) -> None:
     """The old file or the new one is there at each moment where it is synchronised and renamed; the
     other ways lose both at some moment, and that is seen."""
-    sys.path.insert(0, str(BENCH))
-    import power_cuts
-
     folder = tmp_path / "files"
     folder.mkdir()
     (folder / "a").write_bytes(b"old")

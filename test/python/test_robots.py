@@ -6,23 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from recordings import RECORDINGS, convert
 
-from gprodom.cli import main
+from conftest import run_cli
 from gprodom.lcm import logs
 
 STANDING = 1
-HUSKY = ("--imu=/imu/data", "--wheel=/husky_velocity_controller/odom", "--truth=/fix")
-WARTHOG = {"accelerometer": "accelerometer", "gyroscope": "gyroscope", "wheel-speed": "wheels"}
-
-
-def convert(data: Path, name: str, log: Path) -> None:
-    if name == "husky":
-        bag = data / "husky.bag"
-        arguments = ["bag", str(bag), *HUSKY]
-    else:
-        arguments = ["tables"]
-        arguments += [f"--{kind}={data / name / file}.csv" for kind, file in WARTHOG.items()]
-    assert main(["convert", *arguments, "-o", str(log)]) == 0
 
 
 @pytest.mark.parametrize(
@@ -33,9 +22,9 @@ def test_knowledge_comes_from_measurements_alone(
 ) -> None:
     """The heading's deviation once fell by a factor of thirty in one message of a driving Husky."""
     log, out = tmp_path / "in.lcmlog", tmp_path / "out.lcmlog"
-    convert(shared / "robots", name, log)
+    convert(RECORDINGS[name], shared / "robots", log)
     setting = f"imu.rpy_body_imu={mounting}"
-    assert main(["run", str(log), "--method", "imu_wheel", "--set", setting, "-o", str(out)]) == 0
+    run_cli("run", log, "--method", "imu_wheel", "--set", setting, "-o", out)
     found = logs.read(out, ["ODOMETRY", "STATUS"])
     odometry = found["ODOMETRY"]
     begun = min(int(channel["utime"][0]) for channel in logs.read(log, ["IMU", "WHEEL"]).values())
@@ -64,9 +53,9 @@ def test_a_car_stands_with_its_engine_running(every: int, shared: Path, tmp_path
         thinned = tmp_path / f"{sensor}.csv"
         thinned.write_text("\n".join([header, *rows[::every], ""]))
         files.append(f"--{sensor}={thinned}")
-    assert main(["convert", "tables", *files, "-o", str(log)]) == 0
+    run_cli("convert", "tables", *files, "-o", log)
     mounting = "imu.rpy_body_imu=[-0.1, 0.01, -1.47]"
-    assert main(["run", str(log), "--method", "imu_wheel", "--set", mounting, "-o", str(out)]) == 0
+    run_cli("run", log, "--method", "imu_wheel", "--set", mounting, "-o", out)
     odometry = logs.read(out, ["ODOMETRY"])["ODOMETRY"]
     begun = int(logs.read(log, ["IMU"])["IMU"]["utime"][0])
     seconds = (odometry["utime"] - begun) * 1e-6

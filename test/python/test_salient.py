@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from salient import apexes, basement_pipes
 
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import run_cli
 from gprodom.errors import Error
 from gprodom.ground.pipes import PipeMap, read_pipes
 from gprodom.ground.survey import find_survey
 from gprodom.lcm.answers import Answer
 from gprodom.lcm.constants import kind
 from gprodom.odometry.pipes import APEX_M, DRIFT, LENGTH, PipeTeller
-
-sys.path.append(str(CHECKOUT / "bench"))
-
-from salient import apexes, basement_pipes
 
 
 def test_apexes_on_full_wave_lines() -> None:
@@ -102,5 +97,5 @@ def test_rays_show_the_pipes_they_are_given(tmp_path: Path) -> None:
     path.write_text("pipes: [{x: 2.0, depth: 0.4}]")
     out = tmp_path / "1700000000-0-yard-cmu-gpr"
     command = ["simulate", "--distance", "6", "--pipes", str(path), "-o", str(out)]
-    assert main(command) == 0
-    assert main([*command, "--ground", "garage"]) == 2
+    run_cli(*command)
+    run_cli(*command, "--ground", "garage", code=2)

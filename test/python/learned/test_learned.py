@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import gprodom
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import BENCH, SAMPLE, Cli, Silent, run_bench, run_cli, run_program
 from gprodom.errors import Error
-from gprodom.lcm.messages import message
 from gprodom.learned import answers, windows
 from gprodom.learned.command import torch_version
 from gprodom.learned.drives import by_images, by_windows, read_drive
@@ -26,8 +20,8 @@ from gprodom.learned.grounds import KEPT, Line, make_line, receive, seeds
 from gprodom.learned.live import Inference
 from gprodom.learned.model import NETWORKS, Network, read_record
 from gprodom.random_streams import stream
+from packets import packet
 
-SAMPLE = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
 PYTHON = Path("/usr/bin/python3")
 
 
@@ -41,7 +35,7 @@ def networks(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip(f"no PyTorch in {PYTHON}: apt-get install python3-torch")
     folder = tmp_path_factory.mktemp("networks")
     short = ["--share", "0.1", "--epochs", "6", "--threads", "1", "--lines", KEPT[0]]
-    assert main(["learn", str(SAMPLE), "-o", str(folder), *short]) == 0
+    run_cli("learn", SAMPLE, "-o", folder, *short)
     return folder
 
 
@@ -87,15 +81,11 @@ def test_a_faster_pass_is_told_to_be_faster(networks: Path) -> None:
 
 
 @pytest.mark.parametrize("method", NETWORKS)
-def test_methods_run_on_a_sequence(
-    networks: Path, tmp_path: Path, method: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_methods_run_on_a_sequence(networks: Path, tmp_path: Path, method: str, cli: Cli) -> None:
     tum = tmp_path / "out.tum"
-    command = ["run", str(SAMPLE), "--method", method, "--networks", str(networks)]
-    command += ["--truth", str(SAMPLE), "--json"]
-    assert main([*command, "--tum", str(tum)]) == 0
+    command = ["run", SAMPLE, "--method", method, "--networks", networks, "--truth", SAMPLE]
+    told = cli.json(*command, "--tum", tum)
     assert len(tum.read_text().splitlines()) > 1000
-    told = json.loads(capsys.readouterr().out)
     if method == "learned_sequential":
         assert told["answered"] > 0.9
         assert told["revisits"] == 0
@@ -107,43 +97,26 @@ def test_a_method_is_answered_by_its_network(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the folder that is given; a network that says nothing leaves IMU and wheel."""
-    heard: list[Any] = []
+    heard = Silent()
 
-    class Silent:
-        def __init__(self, folder: Path) -> None:
-            heard.append(folder)
+    def teller(folder: Path) -> Silent:
+        assert folder == tmp_path
+        return heard
 
-        def trace(self, utime: int, _samples: np.ndarray, _interval: float) -> list[Any]:
-            heard.append(utime)
-            return []
-
-        def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Any]:
-            return []
-
-    monkeypatch.setitem(answers.TELLERS, "learned_pair", Silent)
+    monkeypatch.setitem(answers.TELLERS, "learned_pair", teller)
     command = ["run", str(SAMPLE), "--method", "learned_pair", "--networks", str(tmp_path)]
-    assert main([*command, "--tum", str(tmp_path / "out.tum")]) == 0
-    assert heard[0] == tmp_path
-    assert len(heard) > 1000
+    run_cli(*command, "--tum", tmp_path / "out.tum")
+    assert len(heard.traces) > 1000
 
 
-def test_a_method_without_its_network_says_so(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", str(SAMPLE), "--method", "learned_pair"]) == 2
-    assert "--networks" in capsys.readouterr().err
+def test_a_method_without_its_network_says_so(cli: Cli) -> None:
+    assert "--networks" in cli.error("run", SAMPLE, "--method", "learned_pair", code=2)
 
 
 @pytest.mark.usefixtures("compiled")
 def test_the_factorial_bench(networks: Path) -> None:
     """The short form of bench/learned_factorial, on one ground."""
-    done = subprocess.run(
-        [sys.executable, CHECKOUT / "bench" / "learned_factorial", networks]
-        + ["--share", "0.05", "--json"],
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
-    found: dict[str, Any] = json.loads(done.stdout)
+    found = run_bench("learned_factorial", networks, "--share", 0.05)
     by_name = {way["method"]: way for way in found["ways"]}
     # The coherence sees what a network that is hardly trained need not: the bench must show it.
     assert by_name["coherence, scaled"]["r2"][0] > 0.3
@@ -152,10 +125,8 @@ def test_the_factorial_bench(networks: Path) -> None:
         assert way["r2"][1] <= way["r2"][0] <= way["r2"][2]
     assert {pair["pairs"] for pair in found["pairs"]} == {"consecutive", "revisit"}
     # What was trained on is not scored.
-    command = [sys.executable, CHECKOUT / "bench" / "learned_factorial", networks, SAMPLE]
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    assert refused.returncode == 1
-    assert "trained on" in refused.stderr
+    command = (sys.executable, BENCH / "learned_factorial", networks, SAMPLE)
+    assert "trained on" in run_program(*command, codes=(1,)).stderr
 
 
 def test_windows_keep_what_they_are_given() -> None:
@@ -244,32 +215,16 @@ def test_the_package_works_without_the_networks(tmp_path: Path) -> None:
         assert "learned_" not in path.read_text(), path
         assert "gprodom.learned" not in path.read_text(), path
     code = "from gprodom.cli import build_parser; build_parser().parse_args(['run', '--help'])"
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = run_program(sys.executable, "-c", code, PYTHONPATH=str(tmp_path))
     assert "gprodom_full" in done.stdout
     assert "--networks" not in done.stdout
 
 
 def test_live_hears_one_antenna() -> None:
     """The first: motion is told by neighbouring traces of one."""
-
-    class Heard:
-        def __init__(self) -> None:
-            self.times: list[int] = []
-
-        def trace(self, utime: int, _samples: np.ndarray, _interval: float) -> list[Any]:
-            self.times.append(utime)
-            return []
-
-        def pose(self, _utime: int, _x: float, _y: float, _yaw: float) -> list[Any]:
-            return []
-
-    heard = Heard()
+    heard = Silent()
     inference = Inference(heard, None, "DISPLACEMENT_IN")
     for utime, antenna in ((1, 3), (2, 0), (3, 3)):
-        trace = message("gpr_trace_t")()
-        trace.utime, trace.antenna_id, trace.samples, trace.num_samples = utime, antenna, [7], 1
-        inference.take_trace("GPR_TRACE", trace.encode())
-    assert heard.times == [1, 3]
+        trace = packet("gpr_trace_t", utime=utime, antenna_id=antenna, samples=[7], num_samples=1)
+        inference.take_trace("GPR_TRACE", trace)
+    assert heard.traces == [(1, 1), (3, 1)]
