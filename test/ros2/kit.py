@@ -49,6 +49,11 @@ def on_the_wire(kind: str) -> str:
     return f"{package}::{folder}::dds_::{name}_"
 
 
+def from_the_wire(name: str) -> str:
+    """sensor_msgs::msg::dds_::Imu_ -> sensor_msgs/msg/Imu."""
+    return name.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
+
+
 def make(kind: str, **fields: Any) -> Any:
     return store().types[kind](**fields)
 
@@ -175,8 +180,8 @@ def read_out(path: Path) -> list[Record]:
         if len(data) < at:
             return records
         topic, kind = (text.decode() for text in texts[:2])
-        kind = kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
-        records.append(Record(at_ns, topic.removeprefix("rt"), kind, texts[2], bool(received)))
+        topic, kind = topic.removeprefix("rt"), from_the_wire(kind)
+        records.append(Record(at_ns, topic, kind, texts[2], bool(received)))
     return records
 
 
