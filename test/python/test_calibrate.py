@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,14 +10,15 @@ import pytest
 import yaml
 from matplotlib.figure import Figure
 
+from conftest import Cli
 from gprodom import Odometry, describe_config
 from gprodom.calibrate.fragment import Found, fragment
 from gprodom.calibrate.imu import measure_noise
 from gprodom.calibrate.offset import Offset, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
-from gprodom.cli import main
 from gprodom.config import STANDARD
+from gprodom.convert.cmu import Recording
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
 from gprodom.ground.survey import find_survey
@@ -36,22 +36,25 @@ def sensors(log: Path) -> dict[str, logs.Channel]:
     return logs.read_roles(log, STANDARD.of("imu", "wheel", "gpr_trace"))
 
 
+def write(path: Path, recording: Recording) -> Path:
+    """A log of it."""
+    write_log(path, streams(recording, 2e-10))
+    return path
+
+
 def drive_log(path: Path, seed: int, slips: int = 2, late: int = 0, **wheel: object) -> Path:
     """A robot's log; `late` (us) is added to the IMU's stamps."""
     route = make_route("loop", 40.0, 0.8, 4.0, stream(seed, "route"))
     spec = robot(route, None, slips=slips)
     spec = replace(spec, wheel=replace(spec.wheel, **wheel))
     recording = as_recording(simulate(spec, seed))
-    recording = replace(recording, imu_utime=recording.imu_utime + late)
-    write_log(path, streams(recording, 2e-10))
-    return path
+    return write(path, replace(recording, imu_utime=recording.imu_utime + late))
 
 
-def test_wheel_scale_and_lever_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wheel_scale_and_lever_arm(tmp_path: Path, cli: Cli) -> None:
     log = drive_log(tmp_path / "a.lcmlog", 1, scale=1.03, scale_sigma=0.0, lever_arm=(0.0, 0.25))
     out = tmp_path / "wheel.yaml"
-    assert main(["calibrate", "wheel", str(log), "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = cli.json("calibrate", "wheel", log, "-o", out)
     assert abs(found["scale"] - 1.03) < max(4 * found["scale_sigma"], 5e-4)
     assert abs(found["lever_m"] - 0.25) < max(4 * found["lever_sigma"], 5e-3)
     assert found["scale_sigma"] < 0.005
@@ -60,14 +63,13 @@ def test_wheel_scale_and_lever_arm(tmp_path: Path, capsys: pytest.CaptureFixture
     assert written["wheel"]["lever_arm"][1] == pytest.approx(found["lever_m"], abs=1e-3)
 
 
-def test_wheel_scale_on_the_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wheel_scale_on_the_rest(tmp_path: Path, cli: Cli) -> None:
     log = drive_log(tmp_path / "a.lcmlog", 2, slips=0, scale=0.95, scale_sigma=0.0)
-    assert main(["calibrate", "wheel", str(log), "--fit-share", "0.5", "--json"]) == 0
-    (rest,) = json.loads(capsys.readouterr().out)["rest"]
+    (rest,) = cli.json("calibrate", "wheel", log, "--fit-share", "0.5")["rest"]
     assert rest["error_before_pct"] == pytest.approx(-5, abs=0.7)
     assert abs(rest["error_after_pct"]) < 0.7
-    assert main(["calibrate", "wheel", str(log), "--fit-share", "2"]) == 2
-    assert main(["calibrate", "wheel", str(log), "--prism", "1"]) == 2
+    cli("calibrate", "wheel", log, "--fit-share", "2", code=2)
+    cli("calibrate", "wheel", log, "--prism", "1", code=2)
 
 
 def test_imu_noise() -> None:
@@ -111,18 +113,12 @@ def test_what_is_not_significant_is_a_comment() -> None:
     assert Offset(2.1e-3, 1e-3, 0.5).significant
 
 
-def test_imu_fragment(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], drawn: list[Figure]
-) -> None:
+def test_imu_fragment(tmp_path: Path, cli: Cli, drawn: list[Figure]) -> None:
     """The standstill at the start of a drive, as the simulated IMU was made."""
     route = make_route("line", 6.0, 0.6, 60.0, stream(1, "route"))
-    write_log(
-        tmp_path / "a.lcmlog",
-        streams(as_recording(simulate(robot(route, None), 5)), 2e-10),
-    )
+    log = write(tmp_path / "a.lcmlog", as_recording(simulate(robot(route, None), 5)))
     out, picture = tmp_path / "imu.yaml", tmp_path / "allan.png"
-    arguments = ["calibrate", "imu", str(tmp_path / "a.lcmlog"), "-o", str(out)]
-    assert main([*arguments, "--plot", str(picture)]) == 0
+    cli("calibrate", "imu", log, "-o", out, "--plot", picture)
     written = yaml.safe_load(out.read_text())["imu"]
     assert written["gyro_noise_density"] == pytest.approx(1.61e-4, rel=0.05)
     assert written["accel_noise_density"] == pytest.approx(5.85e-4, rel=0.05)
@@ -136,8 +132,7 @@ def test_imu_fragment(
             density = np.median((deviation * np.sqrt(tau))[tau < 1.0])
             assert density == pytest.approx(written[f"{noise}_noise_density"], rel=0.1)
     short = drive_log(tmp_path / "short.lcmlog", 3)
-    assert main(["calibrate", "imu", str(short)]) == 1
-    assert "at least 20 s" in capsys.readouterr().err
+    assert "at least 20 s" in cli.error("calibrate", "imu", short)
 
 
 @pytest.mark.parametrize("late", [0, 60_000])
@@ -145,8 +140,7 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
     route = make_route("stops", 40.0, 0.8, 4.0, stream(4, "route"))
     recording = as_recording(simulate(Spec(route, wheel=WheelSpec(), ground=None, station=None), 4))
     recording = replace(recording, imu_utime=recording.imu_utime + late)
-    write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
-    found = find_offset(sensors(tmp_path / "a.lcmlog"))
+    found = find_offset(sensors(write(tmp_path / "a.lcmlog", recording)))
     assert found.offset_s == pytest.approx(-late * 1e-6, abs=0.012)
     assert found.sigma_s < 0.02
     assert found.explained > 0.4
@@ -154,9 +148,7 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
 
 @pytest.mark.parametrize("ground", ["rays", "basement"])
 @pytest.mark.parametrize("late", [0, 50_000])
-def test_radar_time_offset(
-    tmp_path: Path, late: int, ground: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_radar_time_offset(tmp_path: Path, late: int, ground: str, cli: Cli) -> None:
     """The offset added to the radar's stamps is found, and the estimator accepts the file."""
     spec, length = (
         (GroundSpec(), None)
@@ -166,10 +158,8 @@ def test_radar_time_offset(
     route = make_route("stops", 30.0, 0.6, 4.0, stream(5, "route"), length)
     recording = as_recording(simulate(robot(route, spec, slips=2), 5))
     recording = replace(recording, gpr_utime=recording.gpr_utime + late)
-    log, out = tmp_path / "a.lcmlog", tmp_path / "time.yaml"
-    write_log(log, streams(recording, 2e-10))
-    assert main(["calibrate", "time", str(log), "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    log, out = write(tmp_path / "a.lcmlog", recording), tmp_path / "time.yaml"
+    found = cli.json("calibrate", "time", log, "-o", out)
     assert found["gpr"]["sigma_s"] < 0.02
     assert abs(found["gpr"]["offset_s"] + late * 1e-6) < max(3 * found["gpr"]["sigma_s"], 0.01)
     assert abs(found["imu"]["offset_s"]) < 0.02
@@ -190,9 +180,9 @@ def test_no_radar_offset_without_motion(tmp_path: Path) -> None:
     recording = replace(
         recording, gpr_utime=recording.gpr_utime[still], traces=recording.traces[still]
     )
-    write_log(tmp_path / "a.lcmlog", streams(recording, 2e-10))
+    log = sensors(write(tmp_path / "a.lcmlog", recording))
     with pytest.raises(Error, match="starts and stops"):
-        find_radar_offset(sensors(tmp_path / "a.lcmlog"))
+        find_radar_offset(log)
 
 
 def test_radar_time_offset_moves_the_stamps() -> None:

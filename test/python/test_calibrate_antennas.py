@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from gprodom import cli
+from conftest import Cli
 from gprodom.calibrate.antennas import Drive, distance_of, find_distance
 from gprodom.config import read_antennas
 from gprodom.errors import Error
@@ -33,14 +32,13 @@ def drive_of_two(way_m: float = WAY_M) -> Simulated:
     return simulate(Spec(track, radar=antennas[0].radar, antennas=antennas), 1)
 
 
-def test_a_wrong_distance_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_distance_is_found(tmp_path: Path, cli: Cli) -> None:
     """Told 2 cm too much, the distance is found within what the command says of itself."""
     log, output = tmp_path / "in.lcmlog", tmp_path / "antennas.yaml"
     write_log(log, log_streams(drive_of_two()))
     told = "gpr.antennas={0: [0.16, 0, 0], 1: [-0.16, 0.01, 0]}"
-    words = ["calibrate", "antennas", str(log), "--distance", str(WAY_M), "--set", told]
-    assert cli.main([*words, "-o", str(output), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    words = ["calibrate", "antennas", log, "--distance", WAY_M, "--set", told]
+    found = cli.json(*words, "-o", output)
     assert found["configured_m"] == pytest.approx(0.32)
     assert found["sigma_m"] < 0.003
     assert abs(found["distance_m"] - TRUE_M) < 3 * found["sigma_m"]

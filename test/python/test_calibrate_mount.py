@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from conftest import Cli
 from gprodom.calibrate.mount import find_mount
-from gprodom.cli import main
 from gprodom.errors import Error
+from gprodom.simulate.imu import rotation_from_rpy
 
 
 def drive(
@@ -38,11 +38,7 @@ def drive(
     force[:, 0] -= rate**2 * arm[0] + faster * arm[1]
     force[:, 1] += faster * arm[0] - rate**2 * arm[1]
     turning = np.column_stack([0 * t, 0 * t, rate])
-    c, s = np.cos(rpy), np.sin(rpy)
-    roll = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    pitch = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
-    yaw = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1]])
-    R = yaw @ pitch @ roll  # R_body_imu
+    R = rotation_from_rpy(rpy)  # R_body_imu
     imu = {
         "utime": utime,
         "linear_acceleration": force @ R + vibration * rng.normal(size=force.shape),
@@ -79,14 +75,13 @@ def test_a_bias_of_the_accelerometer_is_within_the_sigma_of_roll_and_pitch() -> 
         assert 0.002 < abs(angle) < 1.5 * sigma
 
 
-def test_vibration_alone_gives_no_mounting() -> None:
-    with pytest.raises(Error, match="wheel and gyro explain"):
-        find_mount(drive((0.0, 0.0, 0.0), speed=0.05, vibration=3.0))
-
-
-def test_a_robot_that_does_not_drive_gives_no_mounting() -> None:
-    with pytest.raises(Error, match="drives for less than"):
-        find_mount(drive((0.0, 0.0, 0.0), speed=0.001))
+@pytest.mark.parametrize(
+    ("speed", "vibration", "said"),
+    [(0.05, 3.0, "wheel and gyro explain"), (0.001, 0.5, "drives for less than")],
+)
+def test_without_a_drive_there_is_no_mounting(speed: float, vibration: float, said: str) -> None:
+    with pytest.raises(Error, match=said):
+        find_mount(drive((0.0, 0.0, 0.0), speed, vibration))
 
 
 @pytest.mark.parametrize("arm", [(0.5, 0.0, 0.0), (-0.3, 0.4, 0.2)])
@@ -98,19 +93,14 @@ def test_what_turns_add_beside_the_origin_is_taken_out(arm: tuple[float, float, 
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_command_with_an_imu_beside_the_origin(
-    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_with_an_imu_beside_the_origin(seed: int, tmp_path: Path, cli: Cli) -> None:
     """A loop, whose bends all go to one side: without the IMU's place its yaw looks turned."""
     log = tmp_path / "loop.lcmlog"
     simulated = ["simulate", "--seed", str(seed), "--route", "loop", "--ground", "none"]
-    assert main([*simulated, "--slips", "0", "--imu=0.5,0,0", "-o", str(log)]) == 0
-    capsys.readouterr()
-    words = ["calibrate", "mount", str(log), "--json"]
-    assert main(words) == 0
-    assert json.loads(capsys.readouterr().out)["rpy"][2] < -0.2
-    assert main([*words, "--set", "imu.lever_arm=[0.5, 0, 0]"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    cli(*simulated, "--slips", "0", "--imu=0.5,0,0", "-o", log)
+    words = ["calibrate", "mount", log]
+    assert cli.json(*words)["rpy"][2] < -0.2
+    found = cli.json(*words, "--set", "imu.lever_arm=[0.5, 0, 0]")
     assert abs(found["rpy"][2]) < 3 * found["sigma"][2]
     assert found["sigma"][2] < 0.03
     assert np.abs(found["rpy"][:2]).max() < 0.01  # a bias of the accelerometer

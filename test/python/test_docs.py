@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import gprodom
-from conftest import CHECKOUT, colours_in
+from conftest import CHECKOUT, colours_in, run_program
 
 DOCS = CHECKOUT / "docs"
 
@@ -29,23 +28,13 @@ def test_tutorial_runs(tmp_path: Path) -> None:
     work = tmp_path / "work"
     work.mkdir()
     # One program: each shell block as a call, so that Python blocks see what came before.
-    lines = ["import subprocess"]
+    lines = ["import os, subprocess", f"os.chdir({str(work)!r})"]
     for kind, text in blocks:
         run = f"subprocess.run(['sh', '-ec', {text!r}], check=True)"
         lines.append(text if kind == "python" else run)
-    environment = {
-        **os.environ,
-        "PATH": f"{command.parent}:{os.environ['PATH']}",
-        "PYTHONPATH": str(Path(gprodom.__file__).resolve().parents[1]),
-    }
-    result = subprocess.run(
-        [sys.executable, "-c", "\n".join(lines)],
-        cwd=work,
-        env=environment,
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
+    paths = f"{command.parent}:{os.environ['PATH']}"
+    scripts = str(Path(gprodom.__file__).resolve().parents[1])
+    run_program(sys.executable, "-c", "\n".join(lines), PATH=paths, PYTHONPATH=scripts)
     for name in ("radar.png", "paths.png", "flags.png", "report/report.html", "many/report.html"):
         content = (work / name).read_bytes()
         assert not name.endswith(".png") or len(colours_in(content)) > 10
@@ -55,12 +44,7 @@ def test_documentation_builds(tmp_path: Path) -> None:
     if find_spec("mkdocs") is None:
         pytest.skip("MkDocs is not installed (the extra docs)")
     arguments = ["build", "--strict", "--quiet", "-f", str(CHECKOUT / "mkdocs.yml")]
-    result = subprocess.run(
-        [sys.executable, "-m", "mkdocs", *arguments, "-d", str(tmp_path / "site")],
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
+    run_program(sys.executable, "-m", "mkdocs", *arguments, "-d", tmp_path / "site")
     pages = list((tmp_path / "site").rglob("*.html"))
     assert len(pages) > len(list(DOCS.glob("*.md")))
     outside = re.compile(r"""<(?:script|link|img)[^>]*(?:src|href)=["'](?:https?:)?//""")

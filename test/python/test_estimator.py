@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import gprodom
+from conftest import SAMPLE
 from gprodom.convert.cmu import Recording, read_recording
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
-SAMPLE = Path(__file__).parents[2] / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 SEQUENCES = ["1700005000-0-nsh_b-cmu-gpr.zip", "1700003000-0-gates_g-cmu-gpr.zip"]
 
 # Every row quadratic and no revisits, which only the solution over all data takes in.

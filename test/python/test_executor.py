@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gprodom.cli import main
+from conftest import run_cli
 from gprodom.cluster import open_executor
 from gprodom.errors import Error, UsageError
 from gprodom.executor import Answer, Call, Executor, LocalExecutor
@@ -117,8 +117,8 @@ def test_a_worker_of_a_cluster_that_dies_loses_no_result(scheduler: str, tmp_pat
 def test_a_benchmark_is_the_same_on_a_cluster(scheduler: str, tmp_path: Path) -> None:
     drives = ["--simulate", "2", "--grounds", "rays", "--distance", "8"]
     command = ["benchmark", *drives, "--methods", "wheel,imu_wheel", "-o"]
-    assert main([*command, str(tmp_path / "here"), "-j", "2"]) == 0
-    assert main([*command, str(tmp_path / "there"), "--scheduler", scheduler]) == 0
+    run_cli(*command, tmp_path / "here", "-j", "2")
+    run_cli(*command, tmp_path / "there", "--scheduler", scheduler)
     tables = [(tmp_path / where / "results.csv").read_bytes() for where in ("here", "there")]
     assert tables[0] == tables[1] and len(tables[0].splitlines()) == 1 + 2 * 3
 

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 import gprodom
-from conftest import CHECKOUT
+from conftest import CHECKOUT, SAMPLE
 from gprodom.convert.cmu import Recording, read_recording
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
-SAMPLE = CHECKOUT / "sample" / "1700000000-0-basement-cmu-gpr.zip"
 TICK = 100_000_000  # ns
 
 

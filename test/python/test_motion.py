@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
-import pytest
 
+from conftest import Cli
 from gprodom.benchmark.motion import measure
-from gprodom.cli import main
 from gprodom.ground.survey import Survey, write_survey
 
 
@@ -49,20 +47,16 @@ def coarse_ground(path: Path) -> None:
     )
 
 
-def test_ground_that_shows_no_slow_motion(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ground_that_shows_no_slow_motion(tmp_path: Path, cli: Cli) -> None:
     """It is no witness against the wheel: no worse than without a radar, and told."""
     coarse_ground(tmp_path / "coarse.npz")
     drive = tmp_path / "1700000001-0-coarse-cmu-gpr.zip"
     made = ["--ground", str(tmp_path / "coarse.npz"), "--distance", "60", "--seed", "1"]
-    assert main(["simulate", *made, "-o", str(drive)]) == 0
+    cli("simulate", *made, "-o", drive)
     error = {}
     for method in ("imu_wheel", "gprodom"):
         path = tmp_path / f"{method}.tum"
-        assert main(["run", str(drive), "--method", method, "--tum", str(path)]) == 0
-        said = capsys.readouterr().err
+        said = cli("run", drive, "--method", method, "--tum", path).err
         assert ("the radar cannot detect slow motion" in said) is (method == "gprodom")
-        assert main(["score", str(path), str(drive), "--json"]) == 0
-        error[method] = json.loads(capsys.readouterr().out)["ate_rmse_m"]
+        error[method] = cli.json("score", path, drive)["ate_rmse_m"]
     assert error["gprodom"] < 1.1 * error["imu_wheel"] + 0.01

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,18 +11,14 @@ import numpy as np
 import pytest
 
 import gprodom
-from conftest import CHECKOUT
-from gprodom.cli import COMMANDS, build_parser, main
+from conftest import CHECKOUT, SAMPLE, Cli, run_program
+from gprodom.cli import COMMANDS, build_parser
 from gprodom.convert.cmu import read_recording
 from gprodom.odometry.replay import find_program
 
 
 def run(*command: str | Path, **environment: str) -> str:
-    result = subprocess.run(
-        command, capture_output=True, text=True, env={**os.environ, **environment}
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    return result.stdout
+    return run_program(*command, **environment).stdout
 
 
 @pytest.fixture
@@ -65,7 +60,9 @@ def test_the_library_exports_the_public_face_alone(built: Path) -> None:
     assert len(names) < 100
 
 
-def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Path) -> None:
+def test_an_outside_project_finds_and_uses_the_library(
+    built: Path, sample_log: Path, tmp_path: Path
+) -> None:
     # PATH as the system has it, so that an environment's cmake or Python is not what finds it.
     run("cmake", "--install", built, "--prefix", tmp_path / "usr", DESTDIR="", PATH=os.defpath)
     headers = list((tmp_path / "usr" / "include" / "gprodom").iterdir())
@@ -77,9 +74,7 @@ def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Pa
     assert re.fullmatch(r"\d+ poses, at most 0\.00\d+ m from the origin\n", said)
     said = run(tmp_path / "b" / "beacons")
     assert re.fullmatch(r"1 runs: error .* m without ranges, .* m with them .*\n", said)
-    sample = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
-    assert main(["convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]) == 0
-    said = run(tmp_path / "b" / "front_end", tmp_path / "in.lcmlog")
+    said = run(tmp_path / "b" / "front_end", sample_log)
     found = re.fullmatch(
         r"(\d+) poses, (\S+) m driven; (\d+) standstills and (\d+) distances of similarity, "
         r"0 of others\n",
@@ -87,7 +82,7 @@ def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Pa
     )
     assert found, said
     poses, distance_m, standstills, distances = (float(value) for value in found.groups())
-    recording = read_recording(sample)
+    recording = read_recording(SAMPLE)
     usual = gprodom.Odometry().run(**recording.messages()).odometry["position"]
     driven_m = np.linalg.norm(np.diff(usual[::20], axis=0), axis=1).sum()
     assert poses == len(usual)
@@ -96,7 +91,9 @@ def test_an_outside_project_finds_and_uses_the_library(built: Path, tmp_path: Pa
     assert str(CHECKOUT) not in (tmp_path / "usr/lib").as_posix()
 
 
-def test_an_outside_project_uses_the_library_of_a_checkout(built: Path, tmp_path: Path) -> None:
+def test_an_outside_project_uses_the_library_of_a_checkout(
+    built: Path, sample_log: Path, tmp_path: Path
+) -> None:
     """As README.md tells it, with what scripts/setup builds and with what scripts/demo builds."""
     readme = (CHECKOUT / "README.md").read_text()
     assert "cmake -S examples/cpp/front_end -B out/front_end -Dgprodom_DIR=$PWD/build" in readme
@@ -104,9 +101,7 @@ def test_an_outside_project_uses_the_library_of_a_checkout(built: Path, tmp_path
     source, out = CHECKOUT / "examples" / "cpp" / "front_end", tmp_path / "b"
     run("cmake", "-S", source, "-B", out, f"-Dgprodom_DIR={built}", PATH=os.defpath)
     run("cmake", "--build", out, PATH=os.defpath)
-    sample = next((CHECKOUT / "sample").glob("*-cmu-gpr.zip"))
-    assert main(["convert", "cmu", str(sample), "-o", str(tmp_path / "in.lcmlog")]) == 0
-    assert "standstills and" in run(out / "front_end", tmp_path / "in.lcmlog")
+    assert "standstills and" in run(out / "front_end", sample_log)
 
 
 def test_a_build_folder_without_the_library_is_not_taken(built: Path, tmp_path: Path) -> None:
@@ -114,13 +109,10 @@ def test_a_build_folder_without_the_library_is_not_taken(built: Path, tmp_path: 
         text = (built / name).read_text().replace(str(built / "lib"), str(tmp_path / "lib"))
         (tmp_path / name).write_text(text)
     source = CHECKOUT / "examples" / "cpp" / "front_end"
-    command = ["cmake", "-S", source, "-B", tmp_path / "b", f"-Dgprodom_DIR={tmp_path}"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode != 0
-    assert "libgprodom.so" in done.stderr
-    assert f"is not built: cmake --build {tmp_path} --target gprodom" in " ".join(
-        done.stderr.split()
-    )
+    command = ("cmake", "-S", source, "-B", tmp_path / "b", f"-Dgprodom_DIR={tmp_path}")
+    said = " ".join(run_program(*command, codes=(1,)).stderr.split())
+    assert "libgprodom.so" in said
+    assert f"is not built: cmake --build {tmp_path} --target gprodom" in said
 
 
 @pytest.mark.parametrize(("program", "section"), [("gprodomd", 8), ("gprodom-replay", 1)])
@@ -133,14 +125,11 @@ def test_man_page_tells_of_every_option(program: str, section: int) -> None:
     assert len(described) == len(options)
 
 
-def test_the_version_stands_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_stands_once(cli: Cli) -> None:
     text = (CHECKOUT / "scripts" / "pyproject.toml").read_text()
     (version,) = re.findall(r'^version = "(.*)"$', text, re.M)
     assert gprodom.__version__ == version
-    with pytest.raises(SystemExit) as ended:
-        main(["--version"])
-    assert ended.value.code == 0
-    assert capsys.readouterr().out == f"gprodom {version}\n"
+    assert cli("--version").out == f"gprodom {version}\n"
 
 
 def test_man_page_tells_of_every_command() -> None:
@@ -148,19 +137,6 @@ def test_man_page_tells_of_every_command() -> None:
     commands = re.findall(r"^    (\w+)", build_parser().format_help(), re.M)
     assert len(commands) >= len(COMMANDS)
     assert re.findall(r"^\.TP\n\.B (\w+)$", page, re.M) == commands
-
-
-def test_package_tests_that_replay_may_warn_on_stderr() -> None:
-    """Else autopkgtest takes a warning about the data ("trace with a spike") for a failure."""
-    folder = CHECKOUT / "debian" / "tests"
-    found = 0
-    for paragraph in (folder / "control").read_text().split("\n\n"):
-        fields = dict(line.split(": ", 1) for line in paragraph.splitlines() if line)
-        for name in fields["Tests"].split(", "):
-            if "gprodom-replay " in (folder / name).read_text():
-                found += 1
-                assert "allow-stderr" in fields.get("Restrictions", "")
-    assert found
 
 
 @pytest.mark.parametrize(
@@ -183,10 +159,7 @@ def test_integration_runs_and_reports_both_checks(
         script = tmp_path / "scripts" / name
         script.write_text(f"#!/bin/sh\necho no namespaces >&2\nexit {status}\n")
         script.chmod(0o755)
-    ran = subprocess.run(
-        ["bash", tmp_path / ".ci" / "run"], capture_output=True, text=True, cwd="/"
-    )
-    assert ran.returncode == code
+    ran = run_program("bash", tmp_path / ".ci" / "run", codes=(code,))
     assert re.fullmatch(rf"\.ci/run: {re.escape(said)}, \d+ s", ran.stdout.splitlines()[-1])
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import curve_fit
-from scipy.signal import hilbert
 
 gpr = pytest.importorskip("gprodom.gpr")
 
@@ -61,17 +60,6 @@ def test_peak_is_the_first_maximum_of_the_curve() -> None:
         first = 1 + int(np.argmax((curve[1:-1] >= curve[:-2]) & (curve[1:-1] > curve[2:])))
         assert peak.sample == pytest.approx(peak.gate_begin + i[first], abs=2e-3)
         assert peak.amplitude == pytest.approx(curve[first], abs=1e-5)
-
-
-def test_envelope_is_that_of_scipy_away_from_the_ends() -> None:
-    random = np.random.default_rng(3)
-    i = np.arange(201)
-    trace = np.zeros(201)
-    for place in (50, 90, 130):
-        width = random.uniform(6, 12)
-        trace += np.exp(-(((i - place) / width) ** 2)) * np.cos(OMEGA * i + random.uniform(0, 6))
-    expected = np.abs(hilbert(trace))
-    np.testing.assert_allclose(gpr.envelope(trace)[20:-20], expected[20:-20], atol=0.02)
 
 
 def test_shapes_are_checked_and_options_are_keywords() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 import gprodom
-from conftest import CHECKOUT
+from conftest import CHECKOUT, run_program
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -32,8 +31,7 @@ def standing(seconds: int = 4) -> dict[str, Any]:
 
 def test_completion_offers_what_is_loaded_when_asked_for() -> None:
     code = "import gprodom; print(*dir(gprodom)); print(*dir(gprodom.gpr)); gprodom.Odometry"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = run_program(sys.executable, "-c", code)
     names, radar = (set(line.split()) for line in done.stdout.splitlines())
     assert {"Odometry", "Outputs", "ConfigError", "describe_config", "gpr", "__version__"} <= names
     assert "DetailsRetention" in radar

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.signal import hilbert
 
 gpr = pytest.importorskip("gprodom.gpr")
 
@@ -90,41 +88,6 @@ def test_random_peaks() -> None:
         assert_matches(
             real[0].astype(np.float32), real[1].astype(np.float32), gpr.align_bscan, 1e-6
         )
-
-
-def envelope_peaks(traces: Floats) -> tuple[Floats, Floats, Floats]:
-    """(depth sample, trace, amplitude) of every envelope maximum of (traces, samples)."""
-    envelope = np.abs(hilbert(traces, axis=1))
-    inner = envelope[:, 1:-1]
-    position, depth = np.nonzero((inner > envelope[:, :-2]) & (inner >= envelope[:, 2:]))
-    return depth + 1.0, position.astype(float), inner[position, depth]
-
-
-def real_lines(shared: Path) -> list[Floats]:
-    folder = shared / "real_ground" / "seal_beach"
-    lines = []
-    for n in (1, 7, 16):
-        traces = np.load(folder / f"line_{n:02d}.npz")["traces"].astype(float)
-        lines.append(traces - traces.mean(axis=0))
-    return lines
-
-
-def test_real_ground(shared: Path) -> None:
-    for line in real_lines(shared):
-        depth, position, amplitude = envelope_peaks(line)
-        scale = float(np.quantile(amplitude, 0.99))
-        windows = []
-        for first in (100, 109):
-            inside = (position >= first) & (position < first + 100)
-            d, r, a = depth[inside], position[inside] - first, amplitude[inside]
-            S = gpr.build_sfm(d, r, a, depth_range=351.0, length=100.0, amplitude_scale=scale)
-            np.testing.assert_array_equal(S, numpy_sfm(d, r, a, (50, 50), 351.0, 100.0, scale))
-            assert len(np.unique(S)) > 5
-            windows.append(S)
-        assert_matches(windows[0], windows[1], gpr.align_sfm, 1e-12)
-        unit = line / line.std()  # the printed form is not free of scale
-        parts = [unit[first : first + 100].T.astype(np.float32) for first in (100, 109)]
-        assert_matches(parts[0], parts[1], gpr.align_bscan, 1e-5)
 
 
 def test_wrong_sizes_are_told() -> None:

@@ -5,17 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import subprocess
-import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
-from conftest import CHECKOUT
-from gprodom.cli import main
+from conftest import CHECKOUT, CONFIG, SAMPLE, Cli, run_bench, run_cli
 from gprodom.errors import UsageError
 from gprodom.simulate import Spec, make_route, radar, simulate, stream
 from gprodom.simulate.drive import Drive
@@ -26,14 +24,8 @@ from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import ROUTES
 from gprodom.simulate.wheel import Slip, Stuck, WheelSpec
 
-NO_NOISE = ImuSpec(
-    gyro_noise_density=0,
-    accel_noise_density=0,
-    gyro_bias_walk=0,
-    accel_bias_walk=0,
-    gyro_bias_sigma=0,
-    accel_bias_sigma=0,
-)
+ERRORS = ("noise_density", "bias_walk", "bias_sigma")
+NO_NOISE = ImuSpec(**{f"{sensor}_{each}": 0 for sensor in ("gyro", "accel") for each in ERRORS})
 NO_WHEEL_NOISE = WheelSpec(scale_sigma=0, scale_walk=0, noise=0, quantum=1e-9)
 
 
@@ -182,22 +174,12 @@ def test_errors_have_the_size_they_claim() -> None:
 
 
 def test_defaults_are_those_of_the_estimator() -> None:
-    header = (CHECKOUT / "include/gprodom/config.h").read_text()
-
-    def default(struct: str, key: str) -> float:
-        body = re.search(rf"struct {struct} {{(.*?)\n}};", header, re.S)
-        assert body is not None
-        found = re.search(rf"double {key} = ([-+0-9.e]+);", body[1])
-        assert found is not None, key
-        return float(found[1])
-
-    imu, wheel = ImuSpec(), WheelSpec()
+    imu, wheel, default = ImuSpec(), WheelSpec(), yaml.safe_load(CONFIG.read_text())
     for key in ("gyro_noise_density", "accel_noise_density", "gyro_bias_walk", "accel_bias_walk"):
-        assert getattr(imu, key) == default("ImuConfig", key)
+        assert getattr(imu, key) == float(default["imu"][key])
     for key in ("scale", "scale_sigma", "noise"):
-        assert getattr(wheel, key) == default("WheelConfig", key)
-    assert route("line").lateral_noise == default("WheelConfig", "lateral_noise")
-
+        assert getattr(wheel, key) == default["wheel"][key]
+    assert route("line").lateral_noise == default["wheel"]["lateral_noise"]
     state = (CHECKOUT / "src/estimation/nav_state.h").read_text()
     constants = dict(re.findall(r"constexpr double (k\w+) = ([-+0-9.e]+);", state))
     assert imu.accel_bias_sigma == float(constants["kAccelBiasSigma"])
@@ -221,14 +203,13 @@ def digest(folder: Path) -> dict[str, str]:
     }
 
 
-def test_same_seed_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["simulate", "--distance", "5", "--standstill", "1", "--slips", "2", "--json"]
+def test_same_seed_same_bytes(tmp_path: Path, cli: Cli) -> None:
+    arguments = ["simulate", "--distance", "5", "--standstill", "1", "--slips", "2"]
     for folder, seed in (("a", "5"), ("b", "5"), ("c", "6")):
         (tmp_path / folder).mkdir()
         for name in ("x.zip", "y"):
-            output = str(tmp_path / folder / name)
-            assert main([*arguments, "--seed", seed, "-o", output]) == 0
-    assert json.loads(capsys.readouterr().out.split("\n}\n")[0] + "}")["slips"] == 2
+            told = cli.json(*arguments, "--seed", seed, "-o", tmp_path / folder / name)
+            assert told["slips"] == 2
     a, b, c = (digest(tmp_path / folder) for folder in "abc")
     assert a == b
     assert len(a) == 10  # a zip, four tables and the radar's facts, two truths of two files each
@@ -237,14 +218,10 @@ def test_same_seed_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_sample_is_made_by_the_command_in_its_readme(tmp_path: Path) -> None:
-    sample = CHECKOUT / "sample"
-    command = re.search(
-        r"^gprodom (simulate .*) -o (\S+)$", (sample / "README.md").read_text(), re.M
-    )
-    assert command is not None
-    made = tmp_path / Path(command[2]).name
-    assert main([*command[1].split(), "-o", str(made)]) == 0
-    shipped = CHECKOUT / command[2]
+    text = SAMPLE.with_name("README.md").read_text()
+    [(command, name)] = re.findall(r"^gprodom (simulate .*) -o (\S+)$", text, re.M)
+    made, shipped = tmp_path / SAMPLE.name, CHECKOUT / name
+    run_cli(*command.split(), "-o", made)
     assert shipped.stat().st_size < 5e6
     with zipfile.ZipFile(made) as new, zipfile.ZipFile(shipped) as old:
         assert new.namelist() == old.namelist()
@@ -265,13 +242,11 @@ def test_sample_is_made_by_the_command_in_its_readme(tmp_path: Path) -> None:
     assert facts[0]["slip"] == facts[1]["slip"]
 
 
-def test_bad_arguments(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["simulate", "--distance", "-3", "-o", str(tmp_path / "x.zip")]) == 2
-    assert main(["simulate", "--distance", "3", "-o", str(tmp_path / "no" / "x.zip")]) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 2
-    assert "expected 1 to 5000" in lines[0]
-    assert "does not exist" in lines[1]
+def test_bad_arguments(cli: Cli, tmp_path: Path) -> None:
+    said = cli.error("simulate", "--distance", "-3", "-o", tmp_path / "x.zip", code=2)
+    assert "expected 1 to 5000" in said and said.count("\n") == 1
+    said = cli.error("simulate", "--distance", "3", "-o", tmp_path / "no" / "x.zip")
+    assert "does not exist" in said and said.count("\n") == 1
 
 
 def test_eight_and_stops_over_repeating_ground() -> None:
@@ -365,13 +340,7 @@ def test_lever_arms() -> None:
 
 def test_realism_is_told(shared: Path) -> None:
     """The command that compares simulated with real pieces; what is alike by construction is."""
-    result = subprocess.run(
-        [sys.executable, str(CHECKOUT / "bench" / "realism.py"), str(shared), "--json"],
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stderr
-    found = json.loads(result.stdout)
+    found = run_bench("realism.py", shared)
     wheels = found["wheel"]["simulated"], found["wheel"]["real CMU C.0"]
     for name in ("smallest step (mm)", "rate (Hz)"):
         assert wheels[0][name] == pytest.approx(wheels[1][name], rel=0.02)

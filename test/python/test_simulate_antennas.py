@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gprodom.cli import main
+from conftest import run_cli
 from gprodom.ground.survey import LATERAL, Survey, find_survey
 from gprodom.lcm.logs import read
 from gprodom.simulate import Spec, make_route, simulate, stream
@@ -31,8 +31,8 @@ def test_two_antennas_are_written_and_converted(ground: str, tmp_path: Path) -> 
     path = tmp_path / "1700000000-0-two-cmu-gpr.zip"
     words = ["simulate", "--seed=3", "--distance=2", "--standstill=1", f"--ground={ground}"]
     words += ["--antenna=0.15,0", "--antenna=-0.15,0.1", "-o", str(path)]
-    assert main(words) == 0
-    assert main(["convert", "cmu", str(path), "-o", str(tmp_path / "two.lcmlog")]) == 0
+    run_cli(*words)
+    run_cli("convert", "cmu", path, "-o", tmp_path / "two.lcmlog")
     gpr = read(tmp_path / "two.lcmlog")["GPR_TRACE"]
     times = [gpr["utime"][gpr["antenna_id"] == i] for i in (0, 1)]
     count = min(map(len, times))
@@ -48,7 +48,7 @@ def test_two_antennas_are_written_and_converted(ground: str, tmp_path: Path) -> 
 def test_with_one_antenna_nothing_is_said_of_several(tmp_path: Path) -> None:
     path = tmp_path / "one.zip"
     words = ["--distance=1", "--standstill=0", "--ground=none", "--antenna=0.1,0"]
-    assert main(["simulate", *words, "-o", str(path)]) == 0
+    run_cli("simulate", *words, "-o", path)
     facts = json.loads(path.with_suffix(".json").read_text())
     assert not [key for key in (*facts, *facts["spec"]) if key.startswith("antennas")]
     assert facts["spec"]["radar"]["lever_arm"] == [0.1, 0.0]

@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gprodom.cli import main
+from conftest import Cli
 from gprodom.lcm.logs import read
 from gprodom.simulate import make_route, stream
 from gprodom.simulate.drive import Drive
-from gprodom.simulate.imu import ImuSpec, measure
+from gprodom.simulate.imu import measure
 from gprodom.simulate.pair import PairSpec
 from gprodom.simulate.pair import measure as measure_pair
 from gprodom.simulate.robot import KINDS
 from gprodom.simulate.surface import SURFACES, draw_grip
+from test_simulate import NO_NOISE
 
 EXACT = PairSpec(0.5, scale_sigma=0, radii_sigma=0, track_sigma=0, noise=0, quantum=1e-7)
 
@@ -79,16 +80,7 @@ def test_sideways_speed_is_that_of_the_centre(drive: Drive) -> None:
 
 def test_tilting_ground_turns_gravity(drive: Drive) -> None:
     """The gyro integrates to the tilt that the force shows."""
-    spec = ImuSpec(
-        rate=500.0,
-        tilt=0.02,
-        gyro_noise_density=0,
-        accel_noise_density=0,
-        gyro_bias_walk=0,
-        accel_bias_walk=0,
-        gyro_bias_sigma=0,
-        accel_bias_sigma=0,
-    )
+    spec = replace(NO_NOISE, rate=500.0, tilt=0.02)
     t = np.arange(0, drive.duration - 0.1, 1 / spec.rate)
     motion = drive.at(t)
     data = measure(motion, spec, stream(1, "imu"))
@@ -109,17 +101,16 @@ def test_engine_shakes_at_a_standstill(drive: Drive) -> None:
     assert np.std(shaken[:, 0]) == pytest.approx(spec.accel_idle, rel=0.1)
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command(tmp_path: Path, cli: Cli) -> None:
     log = tmp_path / "field.lcmlog"
     arguments = ["simulate", "--robot", "skid_steer", "--surface", "ice", "--ground", "none"]
     arguments += ["--distance", "10", "--standstill", "3", "-o", str(log)]
-    assert main(arguments) == 0
+    cli(*arguments)
     first = log.read_bytes()
-    assert main(arguments) == 0
+    cli(*arguments)
     assert log.read_bytes() == first
     channels = read(log)
     assert set(channels) == {"IMU", "WHEELS", "TOTAL_STATION"}
     facts = json.loads((tmp_path / "field.json").read_text())
     assert facts["pair"]["track"] > 1.08
-    assert main(["simulate", "--surface", "ice", "-o", str(log)]) == 2
-    assert "wants a --robot" in capsys.readouterr().err
+    assert "wants a --robot" in cli.error("simulate", "--surface", "ice", "-o", log, code=2)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gprodom.cli import main
+from conftest import run_cli
 from gprodom.config import STANDARD
 from gprodom.doctor.radar import by_distance
 from gprodom.errors import Error
@@ -33,7 +33,7 @@ DRIVES: dict[str, list[str]] = {
 def simulated(folder: Path, *options: str, spacing: float = SPACING) -> Path:
     log = folder / "drive.lcmlog"
     more = ["--trigger-distance", str(spacing)] if spacing else []
-    assert main(["simulate", "--seed", "11", *options, *more, "-o", str(log)]) == 0
+    run_cli("simulate", "--seed", "11", *options, *more, "-o", log)
     return log
 
 
@@ -63,6 +63,12 @@ def told(found: dict[str, Any]) -> set[str]:
     return {text for each in statuses for text in (*each.reasons, *each.names)}
 
 
+def by_distance_of(found: dict[str, Any]) -> float:
+    """What STATUS says of it at the end."""
+    last = found["status"]["messages"][-1]
+    return float(dict(zip(last.names, last.values, strict=True))["radar.by_distance"])
+
+
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("ground", GROUNDS)
@@ -89,8 +95,7 @@ def test_traces_by_distance_are_no_trouble_and_revisits_are_found(
         )
         assert standing == pytest.approx(as_known, abs=0.01)
         assert error_m(each, log) < 1.1 * error_m(without, log) + 0.02, way
-    last = found["auto"]["status"]["messages"][-1]
-    assert dict(zip(last.names, last.values, strict=True))["radar.by_distance"] == 1.0
+    assert by_distance_of(found["auto"]) == 1.0
     both = [error_m(found[way], log) for way in ("distance", "auto")]
     assert both[0] == pytest.approx(both[1], abs=0.02)
 
@@ -107,8 +112,7 @@ def test_auto_is_time_where_traces_come_by_time(tmp_path: Path) -> None:
     """From the standstill at the start on, it is the same estimate."""
     log = simulated(tmp_path, *DRIVES["stops"], spacing=0)
     auto, time = replayed(log, "gpr.trigger=auto"), replayed(log)
-    last = auto["status"]["messages"][-1]
-    assert dict(zip(last.names, last.values, strict=True))["radar.by_distance"] == 0.0
+    assert by_distance_of(auto) == 0.0
     assert "radar.by_distance" not in told(time)
     np.testing.assert_allclose(
         auto["odometry_map"]["position"], time["odometry_map"]["position"], atol=0.02
@@ -141,4 +145,4 @@ def test_simulated_traces_come_by_the_wheel_with_its_slip(tmp_path: Path) -> Non
     assert json.loads(log.with_suffix(".json").read_text())["spec"]["radar"]["spacing"] == SPACING
     for wrong in ("0.001", "2", "-1"):
         arguments = ["simulate", f"--trigger-distance={wrong}", "-o", str(tmp_path / "x.lcmlog")]
-        assert main(arguments) == 2
+        run_cli(*arguments, code=2)

@@ -17,19 +17,25 @@ from gprodom.simulate.robot import KINDS
 GAP_S = 10.0
 
 
-def run(simulated: Simulated, *settings: str, gap_from: float | None = None, sides: bool = True):
-    """What the estimator makes of it, the IMU silent for `GAP_S` from `gap_from` (s) on."""
-    heard = np.ones(len(simulated.imu_utime), bool)
-    if gap_from is not None:
-        seconds = (simulated.imu_utime - simulated.imu_utime[0]) * 1e-6
-        heard = (seconds < gap_from) | (seconds > gap_from + GAP_S)
-    distance = side_distances(simulated)
+def run(
+    simulated: Simulated,
+    *settings: str,
+    gap_from: float = np.inf,
+    until: float = np.inf,
+    sides: bool = True,
+):
+    """What the estimator makes of it until then (s), the IMU silent for `GAP_S` from `gap_from` (s)
+    on."""
+    seconds = (simulated.imu_utime - simulated.imu_utime[0]) * 1e-6
+    heard = (seconds < until) & ((seconds < gap_from) | (seconds > gap_from + GAP_S))
+    rolled = simulated.wheel_utime <= simulated.imu_utime[heard][-1]
+    distance = side_distances(simulated)[rolled]
     estimator = Odometry(set=["gpr.enabled=false", "graph.enabled=false", *settings])
     return estimator.run(
         simulated.imu_utime[heard] * 1000,
         simulated.imu.acceleration[heard],
         simulated.imu.angular_velocity[heard],
-        simulated.wheel_utime * 1000,
+        simulated.wheel_utime[rolled] * 1000,
         distance if sides else distance.mean(axis=1),
         np.zeros(0, np.int64),
         np.zeros((0, 0), np.float32),
@@ -65,44 +71,23 @@ def test_ten_seconds_without_imu() -> None:
     assert np.mean(gap) < 0.25 * np.mean(single)
 
 
-def test_the_next_run_goes_on_with_the_track_of_this_one(tmp_path: Path) -> None:
+def test_track_and_radii_are_learnt_and_the_next_run_goes_on_with_them(tmp_path: Path) -> None:
     pair = replace(KINDS["cart"].pair, track_sigma=0.05, radii_sigma=0.02)
     simulated = robot_drive(7, "cart", pair=pair)
     kept = (*DIFFERENTIAL, f"state.directory={tmp_path}", "state.resume_within=0")
     learnt = values(run(simulated, *kept))
-    standing = simulated.imu_utime < simulated.imu_utime[0] + 4_000_000
-
-    def at_once(*settings: str) -> dict[str, float]:
-        """What a run that only stands says of the track."""
-        estimator = Odometry(set=["gpr.enabled=false", "graph.enabled=false", *kept, *settings])
-        heard = simulated.wheel_utime <= simulated.imu_utime[standing][-1]
-        return values(
-            estimator.run(
-                simulated.imu_utime[standing] * 1000,
-                simulated.imu.acceleration[standing],
-                simulated.imu.angular_velocity[standing],
-                simulated.wheel_utime[heard] * 1000,
-                side_distances(simulated)[heard],
-                np.zeros(0, np.int64),
-                np.zeros((0, 0), np.float32),
-            )
-        )
-
-    again = at_once()
+    track = simulated.pair.track * simulated.pair.scale
+    assert abs(learnt["wheels.track_m"] - track) < 3 * learnt["wheels.track_sigma_m"]
+    assert learnt["wheels.track_sigma_m"] < 0.02 * track
+    assert learnt["wheels.radii_difference"] == pytest.approx(simulated.pair.radii, abs=0.005)
+    # Runs that only stand.
+    again, other = (
+        values(run(simulated, *kept, *more, until=4.0)) for more in ((), ("wheel.track=0.6",))
+    )
     assert again["wheels.track_m"] == pytest.approx(learnt["wheels.track_m"], abs=1e-9)
     assert again["wheels.radii_difference"] == learnt["wheels.radii_difference"]
     assert again["wheels.track_sigma_m"] < 0.3 * 0.05 * learnt["wheels.track_m"]
-    assert at_once("wheel.track=0.6")["wheels.track_m"] == 0.6
-
-
-def test_track_and_radii_are_learnt() -> None:
-    pair = replace(KINDS["cart"].pair, track_sigma=0.05, radii_sigma=0.02)
-    simulated = robot_drive(7, "cart", pair=pair)
-    told = values(run(simulated, *DIFFERENTIAL))
-    track = simulated.pair.track * simulated.pair.scale
-    assert abs(told["wheels.track_m"] - track) < 3 * told["wheels.track_sigma_m"]
-    assert told["wheels.track_sigma_m"] < 0.02 * track
-    assert told["wheels.radii_difference"] == pytest.approx(simulated.pair.radii, abs=0.005)
+    assert other["wheels.track_m"] == 0.6
 
 
 def test_effective_track_of_a_skid_steer_is_wider_than_the_geometric_one() -> None:
