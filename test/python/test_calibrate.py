@@ -150,11 +150,9 @@ def test_time_offset(tmp_path: Path, late: int) -> None:
 @pytest.mark.parametrize("late", [0, 50_000])
 def test_radar_time_offset(tmp_path: Path, late: int, ground: str, cli: Cli) -> None:
     """The offset added to the radar's stamps is found, and the estimator accepts the file."""
-    spec, length = (
-        (GroundSpec(), None)
-        if ground == "rays"
-        else (SurveySpec(ground), find_survey(ground).length)
-    )
+    spec, length = GroundSpec(), None
+    if ground != "rays":
+        spec, length = SurveySpec(ground), find_survey(ground).length
     route = make_route("stops", 30.0, 0.6, 4.0, stream(5, "route"), length)
     recording = as_recording(simulate(robot(route, spec, slips=2), 5))
     recording = replace(recording, gpr_utime=recording.gpr_utime + late)

@@ -38,14 +38,9 @@ def made_log_of(seed: int, folder: Path) -> tuple[Any, dict[str, Channel]]:
 def test_robots(tmp_path: Path, seed: int, compiled: object) -> None:
     """Each constant within its standard deviations; the estimate after it is as good as `wheel`."""
     row = one(seed, tmp_path, radar=False)
-    assert set(row["deviations"]) >= {
-        "time offset of the IMU",
-        "wheel scale, by the stretch",
-        "mounting of the IMU",
-        "lever arm of the IMU",
-        "noise of the gyro",
-        "noise of the accelerometer",
-    }
+    of_imu = {f"{each} of the IMU" for each in ("time offset", "mounting", "lever arm")}
+    noises = {f"noise of the {each}" for each in ("gyro", "accelerometer")}
+    assert set(row["deviations"]) >= {"wheel scale, by the stretch", *of_imu, *noises}
     assert ("track" in row["deviations"]) == (seed == OTHER_UNIT)
     for name, errors in row["deviations"].items():
         assert np.abs(errors).max() < SIGMAS, name

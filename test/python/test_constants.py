@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from gprodom.lcm.constants import constants, flag, flag_bits, health, kind
 from gprodom.lcm.messages import NAMES, fingerprint, message
-from gprodom.plot.log import flag_shares, log_figure
-from gprodom.status.heard import flags
-
-ALL = (1 << 11) - 1
 
 # Fingerprints of the released types. Constants and comments do not change them. A changed field
 # would make older logs unreadable, so it needs a new type.
@@ -37,26 +31,6 @@ def test_every_flag_of_the_type_has_a_name() -> None:
     bits = set(flag_bits().values())
     assert bits == set(constants("odometry_t").values()) == {1 << i for i in range(11)}
     assert flag("SLIPPING") == message("odometry_t").SLIPPING
-
-
-def test_status_and_pictures_know_the_same_flags() -> None:
-    sent = message("odometry_t")()
-    sent.flags = ALL
-    count = 5
-    log = {
-        "odometry": {
-            "utime": np.arange(count) * 1_000_000,
-            "velocity": np.zeros((count, 3)),
-            "pose_covariance": np.zeros((count, 36)),
-            "flags": np.full(count, ALL),
-        }
-    }
-    names = flags(sent)
-    assert len(names) == 11
-    assert flag_shares(log) == dict.fromkeys(names, 1.0)
-    rows = log_figure(log, "all").axes[3]
-    assert [label.get_text() for label in rows.get_yticklabels()] == names
-    assert len(rows.collections) == 11  # a bar for each
 
 
 def test_kinds_and_health_are_those_of_the_types() -> None:

@@ -12,6 +12,7 @@ from dzt_file import dzt_file
 from gprodom.convert.survey_files import read_line, read_lines
 from gprodom.errors import Error
 from gprodom.ground.survey import read_survey
+from gprodom.lcm.antennas import apart
 from test_convert_tables import convert, drive, refused, table, three
 
 
@@ -64,14 +65,14 @@ def test_channels_become_antennas(tmp_path: Path, cli: Cli) -> None:
     assert radar["antenna_id"].tolist() == [0, 1, 2] * 6
     assert radar["seq"].tolist() == [i // 3 for i in range(18)]
     for antenna, interval in enumerate((2e-9, 1e-9, 1e-9)):
-        mine = radar["antenna_id"] == antenna
-        np.testing.assert_array_equal(radar["samples"][mine], traces[antenna])
-        assert radar["sample_interval"][mine] == pytest.approx(interval)
+        mine = apart(radar)[antenna]
+        np.testing.assert_array_equal(mine["samples"], traces[antenna])
+        assert mine["sample_interval"] == pytest.approx(interval)
     some = convert(tmp_path, *base, "--channels", "2")["GPR_TRACE"]
     assert set(some["antenna_id"]) == {2}
-    twice = convert(tmp_path, *base, "--gpr", str(tmp_path / "a.dzt"))["GPR_TRACE"]
-    assert sorted(set(twice["antenna_id"])) == [0, 1, 2, 3, 4, 5]
-    np.testing.assert_array_equal(twice["samples"][twice["antenna_id"] == 4], traces[1])
+    twice = apart(convert(tmp_path, *base, "--gpr", tmp_path / "a.dzt")["GPR_TRACE"])
+    assert sorted(twice) == [0, 1, 2, 3, 4, 5]
+    np.testing.assert_array_equal(twice[4]["samples"], traces[1])
     said = refused(tmp_path, cli, *three(tmp_path), "--gpr", times, "--channels", "0", code=2)
     assert "this is a table" in said
 
@@ -100,9 +101,8 @@ def test_a_table_of_each_antenna(tmp_path: Path, cli: Cli) -> None:
         convert(tmp_path, *three(tmp_path), *options, *INTERVAL)["GPR_TRACE"],
         convert(tmp_path, *three(tmp_path), "--layout", str(layout))["GPR_TRACE"],
     ):
-        for antenna in (0, 1):
-            mine = radar["antenna_id"] == antenna
-            np.testing.assert_array_equal(radar["samples"][mine], traces[antenna])
+        found = apart(radar)
+        np.testing.assert_array_equal([found[i]["samples"] for i in (0, 1)], traces)
     (tmp_path / "r1.csv").write_text((tmp_path / "r1.csv").read_text().replace("17000", "19000"))
     said = refused(tmp_path, cli, *three(tmp_path), *options, *INTERVAL)
     assert "IMU and radar 1 have 0.0 s in common" in said
@@ -123,9 +123,9 @@ def test_a_column_of_antennas(scale: float | None, tmp_path: Path, cli: Cli) -> 
     options += ["--gpr-columns", "t,3-14"]
     radar = convert(tmp_path, *three(tmp_path), *options)["GPR_TRACE"]
     for antenna, expected in zip((3, 1), traces, strict=True):
-        mine = radar["antenna_id"] == antenna
-        np.testing.assert_array_equal(radar["samples"][mine], expected)
-        assert radar["seq"][mine].tolist() == list(range(len(time)))
+        mine = apart(radar)[antenna]
+        np.testing.assert_array_equal(mine["samples"], expected)
+        assert mine["seq"].tolist() == list(range(len(time)))
     said = refused(tmp_path, cli, *three(tmp_path), *options, "--gpr", tmp_path / "r.csv", code=2)
     assert "not of several" in said
     table(tmp_path / "r.csv", header, np.tile(time, 2), told + 0.5, samples)

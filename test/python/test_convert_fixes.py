@@ -45,18 +45,10 @@ def made(kind: str, *messages: Any, quality: Quality | None = None) -> Any:
 
 def test_the_status_of_a_navsatfix_is_its_quality(capsys: pytest.CaptureFixture[str]) -> None:
     good, fair = np.diag([4e-4, 4e-4, 1e-3]), np.diag([0.04, 0.09, 0.2])
-    found = made(
-        NAVSAT,
-        navsat(-1, fair, 2),
-        navsat(0, fair, 2),
-        navsat(1, good, 2),
-        navsat(2, good, 2),
-        navsat(2, fair, 2),
-        navsat(2, good, 0),
-        navsat(0, fair, 2, np.nan),
-    )
     q = Quality
+    told = ((-1, fair, 2), (0, fair, 2), (1, good, 2), (2, good, 2), (2, fair, 2), (2, good, 0))
     expected = [q.NONE, q.SINGLE, q.SINGLE, q.FIXED, q.FLOAT, q.FLOAT, q.NONE]
+    found = made(NAVSAT, *(navsat(*each) for each in told), navsat(0, fair, 2, np.nan))
     assert found.quality.tolist() == expected
     assert found.frame == Frame.GEODETIC
     assert np.isfinite(found.position).all()

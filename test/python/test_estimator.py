@@ -89,13 +89,10 @@ def test_half_a_second_without_any_sensor_loses_no_distance() -> None:
         deaf = gprodom.Odometry(set=["graph.enabled=false"]).run(**without(messages, begin, end))
         again = deaf.odometry["time"][deaf.odometry["time"] > end][0]
         assert again - end < 1_000_000_000
-        way = [
-            np.linalg.norm(
-                odometry["position"][np.searchsorted(odometry["time"], end + 1_000_000_000)]
-                - position[np.searchsorted(time, begin)]
-            )
-            for odometry in (deaf.odometry, heard)
-        ]
+        way, start = [], position[np.searchsorted(time, begin)]
+        for odometry in (deaf.odometry, heard):
+            later = np.searchsorted(odometry["time"], end + 1_000_000_000)
+            way.append(np.linalg.norm(odometry["position"][later] - start))
         assert way[0] == pytest.approx(way[1], abs=0.03)
 
 

@@ -212,9 +212,8 @@ def test_a_ros2_bag_is_a_folder_of_tables(log: Path, cli: Cli) -> None:
     about = yaml.safe_load((made / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert (about["version"], about["storage_identifier"]) == (8, "sqlite3")
     assert about["relative_file_paths"] == ["made.rosbag2.db3"]
-    assert (
-        about["message_count"] == 2 * COUNT + 8
-    )  # odometry_map and pose, and one or two of others
+    # Of odometry_map and pose, and one or two of others.
+    assert about["message_count"] == 2 * COUNT + 8
     with closing(sqlite3.connect(made / "made.rosbag2.db3")) as tables:
         rows = tables.execute(
             "SELECT topics.name, type, serialization_format, COUNT(*), MIN(timestamp) "

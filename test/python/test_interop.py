@@ -7,11 +7,15 @@ import struct
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from conftest import CHECKOUT, run_isolated, run_program
-from gprodom.lcm.messages import fingerprint, message
+from gprodom.lcm.messages import fingerprint
 from gprodom.odometry.replay import find_program
+from packets import packet
 
 EXAMPLES = CHECKOUT / "examples"
+UTIME = 1_700_000_000_123_456
 
 # As others generate it: 0x170b77d82958082f in their sources, rotated left by one bit in a message.
 POSE_FINGERPRINT = struct.pack(">Q", 0x170B77D82958082F << 1)
@@ -19,11 +23,10 @@ POSE_FINGERPRINT = struct.pack(">Q", 0x170B77D82958082F << 1)
 
 def test_pose_is_byte_for_byte_that_of_bot_core() -> None:
     assert fingerprint("pose_t", "bot_core") == POSE_FINGERPRINT
-    pose = message("pose_t", "bot_core")()
-    pose.utime = 1_700_000_000_123_456
-    pose.pos, pose.vel, pose.orientation = [1, 2, 3], [4, 5, 6], [7, 8, 9, 10]
-    pose.rotation_rate, pose.accel = [11, 12, 13], [14, 15, 16]
-    assert pose.encode() == POSE_FINGERPRINT + struct.pack(">q16d", pose.utime, *range(1, 17))
+    values = {"pos": [1, 2, 3], "vel": [4, 5, 6], "orientation": [7, 8, 9, 10]}
+    values |= {"rotation_rate": [11, 12, 13], "accel": [14, 15, 16]}
+    expected = POSE_FINGERPRINT + struct.pack(">q16d", UTIME, *range(1, 17))
+    assert packet("pose_t", "bot_core", utime=UTIME, **values) == expected
 
 
 PUBLISH = """
@@ -41,13 +44,9 @@ sys.exit(example.returncode)
 
 
 def odometry() -> bytes:
-    m = message("odometry_t")()
-    m.utime, m.frame = 1_700_000_000_123_456, "map"
-    m.position = [1.25, -0.5, 0.0]
-    m.orientation = [math.cos(0.4), 0.0, 0.0, math.sin(0.4)]
-    m.pose_covariance[0], m.pose_covariance[7] = 0.0009, 0.0016
-    data: bytes = m.encode()
-    return data
+    place = {"position": [1.25, -0.5, 0.0], "orientation": [math.cos(0.4), 0, 0, math.sin(0.4)]}
+    covariance = np.diag([0.0009, 0.0016, 0, 0, 0, 0]).ravel().tolist()
+    return packet("odometry_t", utime=UTIME, frame="map", pose_covariance=covariance, **place)
 
 
 def heard_by(*command: object) -> None:

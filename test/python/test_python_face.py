@@ -3,30 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
 
-import numpy as np
 import pytest
 
 import gprodom
-from conftest import CHECKOUT, run_program
+from conftest import CHECKOUT, SAMPLE, run_program
+from gprodom.convert.cmu import read_recording
 
 pytestmark = pytest.mark.usefixtures("compiled")
-
-
-def standing(seconds: int = 4) -> dict[str, Any]:
-    """A robot that stands, IMU at 100 Hz and wheel at 10 Hz."""
-    random = np.random.default_rng(1)
-    start, n = 1_700_000_000_000_000_000, 100 * seconds
-    return {
-        "imu_time": start + np.arange(n) * 10_000_000,
-        "acceleration": random.normal([0, 0, 9.81], 0.01, (n, 3)),
-        "angular_velocity": random.normal(0, 0.001, (n, 3)),
-        "wheel_time": start + np.arange(n // 10) * 100_000_000,
-        "wheel_distance": np.zeros(n // 10),
-        "gpr_time": np.empty(0, int),
-        "traces": np.empty((0, 64)),
-    }
 
 
 def test_completion_offers_what_is_loaded_when_asked_for() -> None:
@@ -42,7 +26,8 @@ def test_outputs_say_what_they_hold() -> None:
     assert repr(odometry.step()) == (
         "<gprodom.Outputs: 0 odometry, 0 corrections, 0 displacements, 0 status, 0 warnings>"
     )
-    outputs = odometry.run(**standing())
+    recording = read_recording(SAMPLE)
+    outputs = odometry.run(**recording.messages(until=int(recording.imu_utime[0]) + 4_000_000))
     time = outputs.odometry["time"]
     first, last = (f"{time[i] / 1e9:.3f}" for i in (0, -1))
     assert repr(outputs).startswith(

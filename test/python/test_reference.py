@@ -26,12 +26,8 @@ void f() {
 def test_values_events_and_reasons_are_found_in_the_code() -> None:
     known = make_reference.constants(CODE)
     assert known == {"kGap": "gap: messages lost"}
-    assert make_reference.values_in(CODE, known) == {
-        "map.located",
-        "states",
-        "solver.*",
-        "queue.longest",
-    }
+    values = {"map.located", "states", "solver.*", "queue.longest"}
+    assert make_reference.values_in(CODE, known) == values
     assert make_reference.suffixes(CODE) == {"WorkTime": [".mean_ms"]}
     assert make_reference.events_in(CODE, known) == {"gap: messages lost", "tick not answered"}
     assert make_reference.reasons_in(CODE, known) == [("failed", "no data")]

@@ -229,12 +229,8 @@ def test_sample_is_made_by_the_command_in_its_readme(tmp_path: Path) -> None:
             if name.endswith(".json"):
                 assert new.read(name) == old.read(name)
                 continue
-            tables = [
-                np.genfromtxt(
-                    archive.read(name).decode().splitlines(), delimiter=",", skip_header=1
-                )
-                for archive in (new, old)
-            ]
+            texts = [archive.read(name).decode().splitlines() for archive in (new, old)]
+            tables = [np.genfromtxt(text, delimiter=",", skip_header=1) for text in texts]
             # Another machine's sine may differ in its last bit, and so a rounded figure by one.
             atol = 1.0 if name.endswith("gpr_meas.csv") else 1e-6
             np.testing.assert_allclose(*tables, rtol=1e-7, atol=atol, err_msg=name)

@@ -101,13 +101,6 @@ def test_traces_by_distance_are_no_trouble_and_revisits_are_found(
 
 
 @pytest.mark.usefixtures("compiled")
-def test_as_traces_by_time_they_would_be_trouble(tmp_path: Path) -> None:
-    found = replayed(simulated(tmp_path, *DRIVES["stops"]))
-    assert any("gap in traces" in text for text in told(found))
-    assert any("GPR_TRACE: no data" in text for text in told(found))
-
-
-@pytest.mark.usefixtures("compiled")
 def test_auto_is_time_where_traces_come_by_time(tmp_path: Path) -> None:
     """From the standstill at the start on, it is the same estimate."""
     log = simulated(tmp_path, *DRIVES["stops"], spacing=0)

@@ -220,12 +220,8 @@ def watched(folder: Path, command: list[str]) -> tuple[int, set[str], set[str], 
     listened = {line.split()[3].rsplit(":", 1)[0] for line in listening if line.strip()}
     calls = re.findall(r"(?:connect|sendto)\(.*?sin6?_addr[=(].*", trace.read_text())
     reached = {found for call in calls for found in re.findall(r'"([0-9a-f.:]+)"', call)}
-    return (
-        int(size),
-        listened,
-        {each for each in reached if not each.startswith(("127.", "::1", "0.0.0.0"))},
-        done.stderr,
-    )
+    others = {each for each in reached if not each.startswith(("127.", "::1", "0.0.0.0"))}
+    return int(size), listened, others, done.stderr
 
 
 @pytest.fixture
@@ -306,17 +302,10 @@ def test_speed_by_the_imu_follows_what_the_wheel_does_not_show(
 
 def test_the_place_of_the_imu_is_taken_into_account(made_log: Path, tmp_path: Path) -> None:
     """On the circle an IMU that feels no force 20 m ahead feels one of 20 w^2 at the origin."""
-    view = [
-        "view",
-        str(made_log),
-        "-o",
-        str(tmp_path / "log.rrd"),
-        "--set",
-        "imu.lever_arm=[20, 0, 0]",
-    ]
-    run_cli(*view)
+    recording = tmp_path / "log.rrd"
+    run_cli("view", made_log, "-o", recording, "--set", "imu.lever_arm=[20, 0, 0]")
     live = shown_live(made_log, tmp_path / "live.rrd", ImuMounting(arm=(20.0, 0.0, 0.0)))
-    for found in (rows(tmp_path / "log.rrd"), live):
+    for found in (rows(recording), live):
         time, speed = (np.ravel(found["/speed/IMU"][name]) for name in ("time", "scalars"))
         after = speed[(time > STANDS_S + 2) & (time < SECONDS - 2)].astype(float)
         assert np.median(after) == pytest.approx(SPEED + 20 * (SPEED / RADIUS) ** 2, abs=0.01)

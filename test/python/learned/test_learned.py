@@ -55,12 +55,9 @@ def test_both_runtimes_say_the_same(networks: Path) -> None:
     for name in NETWORKS:
         network = Network(networks, name)
         with np.load(networks / f"{name}.npz") as kept:
-            inputs = [kept[key] for key in kept if key != "told"]
-            by_name = {
-                key: kept[key] for key in ("before", "after", "memory", "query") if key in kept
-            }
-            first, second = list(by_name.values())
-            assert len(inputs) == 2
+            inputs = [key for key in ("before", "after", "memory", "query") if key in kept]
+            assert {*inputs, "told"} == set(kept)
+            first, second = (kept[key] for key in inputs)
             np.testing.assert_allclose(network(first, second), kept["told"], atol=1e-4)
 
 
