@@ -311,7 +311,7 @@ def asked_once(daemon: Daemon, utime: int) -> tuple[int, str, int]:
 def into_a_pipe(daemon: Daemon, utime: int) -> bytes:
     """What `gprodom status` says where there is no screen, until it is ok."""
     command, said = [sys.executable, "-m", "gprodom", "status"], b""
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + 4 * PATIENCE_S  # a busy machine starts it slowly
     with subprocess.Popen(command, stdout=subprocess.PIPE) as told:
         assert told.stdout is not None
         while b"\nok: IMU " not in said and time.monotonic() < deadline:
