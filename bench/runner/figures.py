@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -66,9 +66,8 @@ class Report:
     def save(self, folder: Path) -> Path:
         """Writes NAME.json, a figure a line."""
         path = folder / f"{self.name}.json"
-        write_bytes(
-            path, (_FIGURE.sub(_on_one_line, to_json(_short(asdict(self)))) + "\n").encode()
-        )
+        text = _FIGURE.sub(_on_one_line, to_json(_short(asdict(self))))
+        write_bytes(path, f"{text}\n".encode())
         return path
 
 
@@ -112,33 +111,22 @@ class Unit:
     spread: str | float | None = None
 
 
-ERROR_M = Unit("m", "lower")
-RATIO = Unit("", "lower")
-NEES = Unit("", "near 2")
+METRES, ERROR_M = Unit("m", ""), Unit("m", "lower")
 SECONDS = Unit("s", "lower")
-SHARE = Unit("", "higher")
-COUNT = Unit("", "")
+NEES = Unit("", "near 2")
+COUNT, FEWER, MORE = Unit("", ""), Unit("", "lower"), Unit("", "higher")
 TIME_SPREAD = 0.15  # of a time measured on a machine that does other things besides
 
 Read = Callable[[Any], Iterator[Figure]]
 
 
-def rows(label: Sequence[str], values: Mapping[str, Unit]) -> Read:
-    """Figures of a list of rows, or of rows by name: LABEL/.../KEY for each of `values` that a row
-    has. Labels are values of the row; a row by name has its name as the first part."""
-
-    def read(content: Any) -> Iterator[Figure]:
-        named = content.items() if isinstance(content, dict) else ((None, row) for row in content)
-        for name, row in named:
-            parts = ([] if name is None else [str(name)]) + [str(row[key]) for key in label]
-            if "error" in row:
-                yield Figure("/".join([*parts, "failed"]), 1.0, "", "lower")
-            yield from _of_row("/".join(parts), row, values)
-
-    return read
+def each(unit: Unit, *keys: str) -> dict[str, Unit]:
+    """The same unit of several keys."""
+    return dict.fromkeys(keys, unit)
 
 
-def _of_row(name: str, row: Mapping[str, Any], values: Mapping[str, Unit]) -> Iterator[Figure]:
+def of_row(name: str, row: Mapping[str, Any], values: Mapping[str, Unit]) -> Iterator[Figure]:
+    """NAME/KEY for each of `values` that the row has."""
     for key, unit in values.items():
         if row.get(key) is None:
             continue
@@ -153,9 +141,21 @@ def _of_row(name: str, row: Mapping[str, Any], values: Mapping[str, Unit]) -> It
 
 def one_row(values: Mapping[str, Unit]) -> Read:
     """Figures of a bench that prints one object."""
-    return lambda content: _of_row("", content, values)
+    return lambda content: of_row("", content, values)
 
 
 def by_row(name: Callable[[Mapping[str, Any]], str], values: Mapping[str, Unit]) -> Read:
     """Figures of a list of rows, of names that are made of each."""
-    return lambda content: (figure for row in content for figure in _of_row(name(row), row, values))
+    return lambda content: (figure for row in content for figure in of_row(name(row), row, values))
+
+
+def by_name(values: Mapping[str, Unit]) -> Read:
+    """Figures of rows by name, and of each that has an error, that it failed."""
+
+    def read(content: Any) -> Iterator[Figure]:
+        for name, row in content.items():
+            if "error" in row:
+                yield Figure(f"{name}/failed", 1.0, "", "lower")
+            yield from of_row(name, row, values)
+
+    return read

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -27,14 +27,18 @@ MOST_S = 3600.0  # of a job: more is a job that hangs
 class Job:
     """One call of a bench program. name: within its bench. arguments: of the program; {data} stands
     for the folder of recorded data, {checkout} for the present checkout. data: the files and
-    folders that it reads, likewise. short: also run by --short, with these arguments where given.
-    """
+    folders that it reads, likewise; those among its arguments where none are given. short: also run
+    by --short, with these arguments where given."""
 
     name: str
     arguments: tuple[str, ...]
     data: tuple[str, ...] = ()
     short: bool | tuple[str, ...] = False
     prefix: str = ""
+
+    def __post_init__(self) -> None:
+        named = (word for word in self.arguments if word.startswith("{") and "/config/" not in word)
+        object.__setattr__(self, "data", self.data or tuple(named))
 
     def command(self, short: bool) -> tuple[str, ...]:
         """Its arguments in this form."""
@@ -43,18 +47,22 @@ class Job:
 
 @dataclass(frozen=True)
 class Bench:
-    """name: as `bench/run` takes it. title: what it measures, for people. program: in bench/. read:
-    makes figures of what the program prints with --json. alone: measures times, so that nothing
-    runs beside it. settable: takes --set. compiled: uses bench programs in C++."""
+    """name: as `bench/run` takes it. title: what it measures, for people. read: makes figures of
+    what the program prints with --json. program: in bench/; NAME.py where none is given. alone:
+    measures times, so that nothing runs beside it. settable: takes --set. compiled: uses bench
+    programs in C++."""
 
     name: str
     title: str
-    program: str
     read: Read
     jobs: tuple[Job, ...]
+    program: str = ""
     alone: bool = False
     settable: bool = True
     compiled: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "program", self.program or f"{self.name}.py")
 
 
 @dataclass(frozen=True)
@@ -63,7 +71,7 @@ class Program:
     themselves are always the present ones."""
 
     root: Path = CHECKOUT
-    commit: str = field(default="")
+    commit: str = ""
 
     def environment(self) -> dict[str, str]:
         """That makes a bench use it."""

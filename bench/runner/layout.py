@@ -19,14 +19,13 @@ class Figures:
             for name, report in reports.items()
         }
 
-    @property
-    def benches(self) -> list[str]:
-        """Those that were measured."""
-        return list(self._values)
-
     def of(self, bench: str, name: str) -> float | None:
         """None where it was not measured."""
         return self._values.get(bench, {}).get(name)
+
+    def each(self, bench: str, *names: str) -> list[float | None]:
+        """Of several names."""
+        return [self.of(bench, name) for name in names]
 
     def parts(self, bench: str, number: int = 0) -> list[str]:
         """The parts of that number of the names of a bench's figures, in their order."""
@@ -35,8 +34,7 @@ class Figures:
 
     def all(self, bench: str, names: Iterable[str]) -> list[float]:
         """Those of the names that were measured."""
-        found = (self.of(bench, name) for name in names)
-        return [value for value in found if value is not None]
+        return [value for value in self.each(bench, *names) if value is not None]
 
     def mean(self, bench: str, rows: Iterable[str], key: str) -> float | None:
         """Of a key over rows."""

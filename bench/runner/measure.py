@@ -160,13 +160,11 @@ class Measurement:
         except (KeyError, TypeError, ValueError) as error:
             why = f" ({type(error).__name__} {error})" if answer.output.strip() else ""
             raise Error(f"no figures: {said[0]}{why}") from None
-        words = [task.bench.program, *task.arguments]
-        words = [word.replace("{data}", "../shared/data") for word in words]
-        words = [word.replace("{checkout}/", "") for word in words]
+        words = " ".join([task.bench.program, *task.arguments])
+        words = words.replace("{data}", "../shared/data").replace("{checkout}/", "")
         measured = Measured(
             task.job.name,
-            "bench/"
-            + " ".join(words).replace("{data}", "../shared/data").replace("{checkout}/", ""),
+            f"bench/{words}",
             self._program.commit,
             datetime.now(UTC).date().isoformat(),
             machine(),

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 
 from layout import Figures, Row, metres, plain, table, whole
 
-UNKNOWN = "?"  # in an answer that is not written
 LASTING = ("ramps", "steps", "turns", "gravel", "ice")  # as bench/runner/benches.py has them
 MOST_FAULTS = 4
 PAIR_METHODS = ("gprodom", "radar_imu")  # as bench/pair_faults.py has them
@@ -14,62 +13,66 @@ PAIR_METHODS = ("gprodom", "radar_imu")  # as bench/pair_faults.py has them
 
 def questions(f: Figures) -> str:
     """The table; without the lines of which something was not measured."""
-    lines = [line for part in PARTS for line in part(f) if UNKNOWN not in str(line[1])]
+    lines = [line for part in PARTS for line in part(f)]
     return table(["what", "measured", "bench"], lines) if lines else ""
 
 
-def _of(f: Figures, bench: str, name: str, form: Callable[[float | None], str] = whole) -> str:
-    value = f.of(bench, name)
-    return UNKNOWN if value is None else form(value)
+def filled(answer: str, *values: float | None) -> str | None:
+    """The answer with these values; None where one was not measured."""
+    return None if None in values else answer.format(*values)
+
+
+def listed(what: str, bench: str, answers: Sequence[str | None]) -> Iterator[Row]:
+    """A line of answers, if all there are were measured."""
+    known = [answer for answer in answers if answer is not None]
+    if known and len(known) == len(answers):
+        yield [what, "; ".join(known), f"`{bench}`"]
+
+
+def told(what: str, bench: str, answer: str, *values: float | None) -> Iterator[Row]:
+    """A line of one answer."""
+    yield from listed(what, bench, [filled(answer, *values)])
 
 
 def starts(f: Figures) -> Iterator[Row]:
     """In mid-drive."""
     rows = [f"{d}/{c}" for d in f.parts("mid_drive") for c in f.parts("mid_drive", 1)]
     keys = ("causal_m", "normal_m", "smoothed_m", "normal_smoothed_m")
-    live, normal, after, normal_after = (
-        metres(f.mean("mid_drive", rows, key)) or UNKNOWN for key in keys
-    )
-    nees, late = (f.greatest("mid_drive", rows, key) for key in ("nees_xy", "start_s"))
-    what = (
-        "start in mid-drive: mean error (of a normal start, same stretch), live; afterwards; "
-        "largest NEES, time until the first pose"
-    )
-    answer = f"{live} m ({normal}); {after} m ({normal_after}); {plain(nees) or UNKNOWN}"
-    yield [what, f"{answer}, {plain(late, 1)} s", "`mid_drive`"]
+    means = [f.mean("mid_drive", rows, key) for key in keys]
+    most = [f.greatest("mid_drive", rows, key) for key in ("nees_xy", "start_s")]
+    what = "start in mid-drive: mean error (of a normal start, same stretch), live; afterwards; "
+    what += "largest NEES, time until the first pose"
+    answer = "{:.3f} m ({:.3f}); {:.3f} m ({:.3f}); {:.2f}, {:.1f} s"
+    yield from told(what, "mid_drive", answer, *means, *most)
 
 
 def mountings(f: Figures) -> Iterator[Row]:
     """That are found while driving."""
     names = f.parts("mounting")
-    groups = {
-        "gentle": [name for name in names if name.isdigit()],
-        "real robots": [name for name in names if not name.isdigit()],
-    }
+    gentle = [name for name in names if name.isdigit()]
+    robots = [name for name in names if not name.isdigit()]
     what = "IMU mounted at random, `auto`: error over that of the right mounting, mean (worst)"
-    answers = [
-        f"{group} {plain(f.mean('mounting', rows, 'over')) or UNKNOWN} "
-        f"({plain(f.greatest('mounting', rows, 'over'))})"
-        for group, rows in groups.items()
+    answer = "gentle {:.2f} ({:.2f}); real robots {:.2f} ({:.2f})"
+    over = [
+        of("mounting", rows, "over") for rows in (gentle, robots) for of in (f.mean, f.greatest)
     ]
-    yield [what, "; ".join(answers), "`mounting`"]
+    yield from told(what, "mounting", answer, *over)
 
 
 def wheel(f: Figures) -> Iterator[Row]:
     """That fails, and slips of it."""
     drives = f.parts("wheel_fails")
     means = [
-        metres(f.mean("wheel_fails", drives, f"{how}, {use}_m")) or UNKNOWN
+        f.mean("wheel_fails", drives, f"{how}, {use}_m")
         for how in ("missing", "stuck")
         for use in ("never", "contradicted")
     ]
     what = "wheel gone for 10 s: mean error without coherence, with it; wheel's count stuck"
-    answer = f"{means[0]} m, {means[1]} m; {means[2]} m, {means[3]} m"
-    yield [what, answer, "`wheel_fails`"]
-    keys = ("in_time", "cases", "false_alarms")
-    in_time, cases, alarms = (_of(f, "immobilised", key) for key in keys)
-    answer = f"{in_time} of {cases}; {alarms} in {_of(f, 'immobilised', 'km', plain)} km"
-    yield ["immobilised robots told in time; false alarms", answer, "`immobilised`"]
+    answer = "{:.3f} m, {:.3f} m; {:.3f} m, {:.3f} m"
+    yield from told(what, "wheel_fails", answer, *means)
+    values = f.each("immobilised", "in_time", "cases", "false_alarms", "km")
+    what = "immobilised robots told in time; false alarms"
+    yield from told(what, "immobilised", "{:.0f} of {:.0f}; {:.0f} in {:.2f} km", *values)
 
 
 def standing(f: Figures) -> Iterator[Row]:
@@ -77,110 +80,100 @@ def standing(f: Figures) -> Iterator[Row]:
     drives = f.parts("motion")
     if not drives:
         return
-    prompt, episodes = (
-        sum(f.all("motion", (f"{d}/{key}" for d in drives))) for key in ("prompt", "episodes")
-    )
+    slips = [sum(f.all("motion", (f"{d}/{key}" for d in drives))) for key in ("prompt", "episodes")]
     what = "sudden slips flagged within 0.5 s"
-    yield [what, f"{prompt:.0f} of {episodes:.0f}", "`motion`"]
-    claims, false = (
-        f.mean("motion", drives, f"standing_{key}") or 0.0 for key in ("recall", "false")
-    )
+    yield from told(what, "motion", "{:.0f} of {:.0f}", *slips)
+    keys = ("standing_recall", "standing_false")
+    shares = [100 * (f.mean("motion", drives, key) or 0.0) for key in keys]
     what = "standstill that the radar claims; claims while it moves, of that time"
-    yield [what, f"{100 * claims:.1f} %; {100 * false:.2f} %", "`motion`"]
+    yield from told(what, "motion", "{:.1f} %; {:.2f} %", *shares)
 
 
 def covariance(f: Figures) -> Iterator[Row]:
     """Is it true?"""
-    held = [
-        _of(f, "coverage", key, lambda v: f"{100 * (v or 0):.0f} %")
-        for key in ("coverage_end", "coverage_all")
-    ]
+    shares = [100 * share for share in f.all("coverage", ("coverage_end", "coverage_all"))]
     what = "95 % ellipse in `map` holds the truth: at the end; always"
     what = f"{what}; wrong revisits of another process move its end by at most"
-    held.append(f"{_of(f, 'coverage', 'moved_m_max', metres)} m")
-    yield [what, "; ".join(held), "`coverage`"]
+    if shares:
+        answer = "{:.0f} %; {:.0f} %; {:.3f} m"
+        yield from told(what, "coverage", answer, *shares, f.of("coverage", "moved_m_max"))
     robots = [
-        f"{plain(f.of('consistency', f'{robot}/nees_xy'))} {robot.partition(',')[0]}"
+        filled(f"{{:.2f}} {robot.partition(',')[0]}", f.of("consistency", f"{robot}/nees_xy"))
         for robot in f.parts("consistency")
     ]
     what = "NEES of x, y of simulated robots that do not slip (2 is right)"
-    yield [what, "; ".join(robots) or UNKNOWN, "`consistency`"]
+    yield from listed(what, "consistency", robots)
 
 
 def revisits(f: Figures) -> Iterator[Row]:
     """Of the gentle drives."""
     rows = [f"{d}/free/gprodom_full" for d in f.parts("revisits")]
-    found, wrong = (
-        sum(f.all("revisits", (f"{row}/{key}" for row in rows))) for key in ("revisits", "wrong")
+    wrong, found = (
+        sum(f.all("revisits", (f"{row}/{key}" for row in rows))) for key in ("wrong", "revisits")
     )
     most = f.greatest("revisits", rows, "rms_cm")
-    if most is not None:
-        answer = f"{wrong:.0f} of {found:.0f}; {most:.1f} cm"
-        what = "wrong revisits of the gentle drives; RMS of a drive's others at most"
-        yield [what, answer, "`revisits`"]
-        true = [row.replace("/free/", "/true/") for row in rows]
-        both = [metres(f.mean("revisits", true, key)) for key in ("se2_c", "se2_s")]
-        what = "`gprodom_full` with the wheel's true scale: mean error live; afterwards"
-        yield [what, f"{both[0]} m; {both[1]} m", "`revisits`"]
+    what = "wrong revisits of the gentle drives; RMS of a drive's others at most"
+    yield from told(what, "revisits", "{:.0f} of {:.0f}; {:.1f} cm", wrong, found, most)
+    true = [row.replace("/free/", "/true/") for row in rows]
+    both = [f.mean("revisits", true, key) for key in ("se2_c", "se2_s")]
+    what = "`gprodom_full` with the wheel's true scale: mean error live; afterwards"
+    yield from told(what, "revisits", "{:.3f} m; {:.3f} m", *both)
 
 
 def live(f: Figures) -> Iterator[Row]:
     """A daemon among faults."""
-    packets, wrong = (_of(f, "hostile_packets", key) for key in ("packets", "wrong"))
+    values = f.each("hostile_packets", "packets", "wrong")
     what = "hostile packets beside a robot's; poses that differ, losses, ends"
-    yield [what, f"{packets}; {wrong}", "`hostile_packets`"]
-    faults, wrong = (_of(f, "process_faults", key) for key in ("faults", "wrong"))
-    after = _of(f, "process_faults", "killed/pose_after_s", plain)
+    yield from told(what, "hostile_packets", "{:.0f}; {:.0f}", *values)
+    values = f.each("process_faults", "faults", "wrong", "killed/pose_after_s")
     what = "faults of process, disk, listener; not held or not told; a pose after kill -9"
-    yield [what, f"{faults}; {wrong}; after {after} s", "`process_faults`"]
+    yield from told(what, "process_faults", "{:.0f}; {:.0f}; after {:.2f} s", *values)
 
 
 def located(f: Figures) -> Iterator[Row]:
     """On ground of a map."""
-    right = f"{_of(f, 'relocation', 'right')} of {_of(f, 'relocation', 'runs')}"
-    after = _of(f, "relocation", "located_after_m_median", lambda v: plain(v, 1))
-    false = [_of(f, "relocation", f"false_on_{kind}_ground") for kind in ("known", "unknown")]
+    keys = ("right", "runs", "located_after_m_median")
+    false = ("false_on_known_ground", "false_on_unknown_ground")
     what = "located after a reset; after, median; falsely on known, on unknown ground"
-    yield [what, f"{right}; {after} m; {false[0]}, {false[1]}", "`relocation`"]
-    keys = ("right", "runs", "false_on_strangers", "strangers")
+    answer = "{:.0f} of {:.0f}; {:.1f} m; {:.0f}, {:.0f}"
+    yield from told(what, "relocation", answer, *f.each("relocation", *keys, *false))
     changed = []
     for change in f.parts("changed_ground"):
-        found = [_of(f, "changed_ground", f"{change}/{key}") for key in keys]
-        changed.append(f"{change}: {found[0]} of {found[1]}, {found[2]} of {found[3]}")
+        keys = ("right", "runs", "false_on_strangers", "strangers")
+        found = f.each("changed_ground", *(f"{change}/{key}" for key in keys))
+        changed.append(filled(f"{change}: {{:.0f}} of {{:.0f}}, {{:.0f}} of {{:.0f}}", *found))
     what = "located with permittivity changed by; on a stranger's ground"
-    yield [what, "; ".join(changed) or UNKNOWN, "`changed_ground`"]
+    yield from listed(what, "changed_ground", changed)
     real = []
     for kind in f.parts("another_day"):
         right, number, wrong = (
-            f.of("another_day", f"{kind}/{key}") for key in ("right", "number", "false")
+            whole(f.of("another_day", f"{kind}/{key}")) for key in ("right", "number", "false")
         )
-        told = f"{whole(right)} of " if right is not None else ""
-        real.append(f"{kind}: {told}{whole(number)}, {whole(wrong)}")
-    what = "located rightly on real ground; falsely"
-    yield [what, "; ".join(real) or UNKNOWN, "`another_day`"]
+        real.append(f"{kind}: {f'{right} of ' if right else ''}{number}, {wrong}")
+    yield from listed("located rightly on real ground; falsely", "another_day", real)
 
 
 def begun_with_a_map(f: Figures) -> Iterator[Row]:
     """The twelve."""
     days = [f"same/{d}" for d in f.parts("days", 1) if d.isdigit()]
-    both = [metres(f.mean("days", days, key)) or UNKNOWN for key in ("with_map_m", "without_m")]
-    found = [
-        f"{_of(f, 'days', f'{kind}/located')} of {_of(f, 'days', f'{kind}/drives')}"
-        for kind in ("same", "strangers")
-    ]
+    both = [f.mean("days", days, key) for key in ("with_map_m", "without_m")]
+    same = f.each("days", "same/located", "same/drives")
+    strangers = f.each("days", "strangers/located", "strangers/drives")
     what = "located in the map of an earlier drive; error from there, without it; on other ground"
-    yield [what, f"{found[0]}; {both[0]} m, {both[1]} m; {found[1]}", "`days`"]
+    answer = "{:.0f} of {:.0f}; {:.3f} m, {:.3f} m; {:.0f} of {:.0f}"
+    yield from told(what, "days", answer, *same, *both, *strangers)
 
 
 def joined(f: Figures) -> Iterator[Row]:
     """Maps of two days."""
     found = []
     for change in f.parts("merge"):
-        count = f"{_of(f, 'merge', f'{change}/proven')} of {_of(f, 'merge', f'{change}/runs')}"
-        errors = [_of(f, "merge", f"{change}/{key}", metres) for key in ("before_m", "after_m")]
-        found.append(f"{change}: {count}, {errors[0]} m, {errors[1]} m")
-    what = "maps of two days joined, ground changed by; error before, after"
-    yield [what, "; ".join(found) or UNKNOWN, "`merge`"]
+        keys = ("proven", "runs", "before_m", "after_m")
+        values = f.each("merge", *(f"{change}/{key}" for key in keys))
+        found.append(filled(f"{change}: {{:.0f}} of {{:.0f}}, {{:.3f}} m, {{:.3f}} m", *values))
+    yield from listed(
+        "maps of two days joined, ground changed by; error before, after", "merge", found
+    )
 
 
 def tied(f: Figures) -> Iterator[Row]:
@@ -188,29 +181,26 @@ def tied(f: Figures) -> Iterator[Row]:
     days = [f"days/{kind}" for kind in f.parts("anchors", 1)]
     if found := f.all("anchors", (f"{day}/joined" for day in days)):
         off = metres(f.mean("anchors", days, "error_m")) or "no"
-        keys = ("sigma_over_limit", "nees")
-        rows = [
-            ", ".join(plain(f.of("anchors", f"scale/{row}/{key}")) or UNKNOWN for key in keys)
+        scales = [
+            f.of("anchors", f"scale/{row}/{key}")
             for row in ("mean, no slip", "mean")
+            for key in ("sigma_over_limit", "nees")
         ]
         what = "maps of two days tied to one datum: joined, error; two fixes of 2 cm, 90 m apart: "
         what += "sigma of the wheel's scale over its limit, NEES; where it may slip"
-        answer = f"{sum(found):.0f} of {len(found)}, {off} m; {'; '.join(rows)}"
-        yield [what, answer, "`anchors`"]
+        answer = (
+            f"{sum(found):.0f} of {len(found)}, {off} m; {{:.2f}}, {{:.2f}}; {{:.2f}}, {{:.2f}}"
+        )
+        yield from told(what, "anchors", answer, *scales)
 
 
 def ground(f: Figures) -> Iterator[Row]:
     """Revisits on real lines, calibration, and the simulated ground."""
     for variant in f.parts("revisit_along")[:1]:  # the whole matcher; then one check off at a time
-        told, right = (
-            _of(f, "revisit_along", f"{variant}/{key}", lambda v: plain(v, 3))
-            for key in ("told", "right_told")
-        )
-        false, negatives = (
-            _of(f, "revisit_along", f"{variant}/{key}") for key in ("false", "negatives")
-        )
+        keys = ("told", "right_told", "false", "negatives")
+        values = f.each("revisit_along", *(f"{variant}/{key}" for key in keys))
         what = "revisits 20 cm aside on real lines: accepted; right of these; false"
-        yield [what, f"{told}; {right}; {false} of {negatives}", "`revisit_along`"]
+        yield from told(what, "revisit_along", "{:.3f}; {:.3f}; {:.0f} of {:.0f}", *values)
     grounds = [f"{g}/{t}" for g in f.parts("radar_time_offset") for t in ("0 ms", "50 ms")]
     rms = f.all("radar_time_offset", (f"{each}/rms_s" for each in grounds))
     parts = ("direct_wave", "pipe", "pipe_from_above", "layer")
@@ -227,17 +217,17 @@ def again_and_again(f: Figures) -> Iterator[Row]:
     pieces = [f"pieces/{day}" for day in f.parts("yard", 1) if f.of("yard", f"pieces/{day}/rounds")]
     if not pieces:
         return
-    cost = plain(f.of("yard", "pieces/cost_last_over_second"))
-    memory = plain(f.of("yard", "pieces/memory_last_over_second"))
+    cost, memory = (f"pieces/{what}_last_over_second" for what in ("cost", "memory"))
     rounds = sum(f.all("yard", (f"{piece}/rounds" for piece in pieces)))
     nees = f.all("yard", (f"{piece}/nees_xy" for piece in pieces))
-    off = metres(f.of("yard", f"{pieces[-1]}/rmse_in_map_m"))
-    one = ", ".join(plain(f.of("yard", f"one/{day}/nees_xy")) for day in (1, 2))
+    keys = (f"{pieces[-1]}/rmse_in_map_m", "one/1/nees_xy", "one/2/nees_xy")
     what = f"a yard of 400 m, {rounds:.0f} rounds in {len(pieces)} runs, each in the map of the "
     what += "one before: cost and memory of the last over the second; NEES; error in the map; NEES "
     what += "of two days in one run"
-    answer = f"{cost}, {memory}; {min(nees):.2f} to {max(nees):.2f}; {off} m; {one}"
-    yield [what, answer, "`yard`"]
+    answer = (
+        f"{{:.2f}}, {{:.2f}}; {min(nees):.2f} to {max(nees):.2f}; {{:.3f}} m; {{:.2f}}, {{:.2f}}"
+    )
+    yield from told(what, "yard", answer, *f.each("yard", cost, memory, *keys))
 
 
 def lasting_slip(f: Figures) -> Iterator[Row]:
@@ -246,14 +236,14 @@ def lasting_slip(f: Figures) -> Iterator[Row]:
     found = []
     for i, kind in enumerate(LASTING):
         some = [name for name in names if int(name.split("-")[0]) % len(LASTING) == i]
-        sums = [
+        live, after, dead = (
             sum(f.all("slip_kinds", (f"{way}/{name}/ate_rmse_m" for name in some)))
             for way in ("gprodom_full/causal", "gprodom_full/smoothed", "wheel/causal")
-        ]
-        if sums[2]:
-            found.append(f"{kind} {plain(sums[0] / sums[2])}, {plain(sums[1] / sums[2])}")
+        )
+        if dead:
+            found.append(f"{kind} {live / dead:.2f}, {after / dead:.2f}")
     what = "lasting slip by kind: `gprodom_full` over dead reckoning, live, afterwards"
-    yield [what, "; ".join(found) or UNKNOWN, "`slip_kinds`"]
+    yield from listed(what, "slip_kinds", found)
 
 
 def sensor_faults(f: Figures) -> Iterator[Row]:
@@ -266,12 +256,12 @@ def sensor_faults(f: Figures) -> Iterator[Row]:
         return
     below = sum(ratio < 1.1 for ratio in known.values())
     worst = sorted(known, key=lambda name: known[name], reverse=True)[:MOST_FAULTS]
+    dearest = [f"{name} {plain(known[name])}" for name in worst]
     what = "faults of sensors that cost less than 10 % of the error; dearest, over the clean run"
-    dearest = "; ".join(f"{name} {plain(known[name])}" for name in worst)
-    yield [what, f"{below} of {len(known)}; {dearest}", "`faults`"]
+    yield from listed(what, "faults", [f"{below} of {len(known)}", *dearest])
     wrong = sum(f.all("faults", (f"{row}/wrong" for each in rows.values() for row in each)))
     what = "poses of them not finite or back in time, ends, faults of which `STATUS` is silent"
-    yield [what, f"{wrong:.0f}", "`faults`"]
+    yield from told(what, "faults", "{:.0f}", wrong)
 
 
 def pair_faults(f: Figures) -> Iterator[Row]:
@@ -287,67 +277,63 @@ def pair_faults(f: Figures) -> Iterator[Row]:
             share = total("passages", *rows) / max(1.0, total("passages", *free))
             found.append(f"{kind}: {total('wrong', *rows):.0f}, {100 * share:.0f} %")
         what = "rebar at the antennas' distance, half, a third: wrong passages; answers over those"
-        what += " without rebar"
-        yield [what, "; ".join(found), "`pair_faults`"]
+        yield from listed(f"{what} without rebar", "pair_faults", found)
     fails = [f"{drive}/front fails" for drive in f.parts("pairs")]
-    errors = (f.mean("pairs", fails, key) for key in ("dead_m", "causal_m", "smoothed_m"))
+    errors = [f.mean("pairs", fails, key) for key in ("dead_m", "causal_m", "smoothed_m")]
     what = "front antenna fails after two fifths of a drive: dead reckoning, live, afterwards (m)"
-    yield [what, ", ".join(metres(error) or UNKNOWN for error in errors), "`pairs`"]
+    yield from told(what, "pairs", "{:.3f}, {:.3f}, {:.3f}", *errors)
     grounds = [ground for ground in f.parts("pair_faults") if ground != "rebar"]
     if grounds:
         each = {
             fault: [f"{ground}/{fault}/gprodom" for ground in grounds]
             for fault in ("none", "swapped", "silent", "time zero")
         }
-        answer = "; ".join(f"{k}: {total('passages', *r):.0f}" for k, r in each.items())
+        passages = [f"{fault}: {total('passages', *rows):.0f}" for fault, rows in each.items()]
         wrong = total("wrong", *(row for rows in each.values() for row in rows))
         back = f.greatest("pair_faults", each["silent"], "back_after_s")
         what = "pair with faults: passages; wrong ones; used again after a silence of 10 s"
-        yield [what, f"{answer}; {wrong:.0f}; {plain(back, 1)} s", "`pair_faults`"]
+        answers = [*passages, f"{wrong:.0f}", f"{plain(back, 1)} s"]
+        yield from listed(what, "pair_faults", answers)
 
 
-def speed(f: Figures) -> Iterator[Row]:
+def replays(f: Figures) -> Iterator[Row]:
     """Times, on the machine of the run."""
     logs = f.parts("replay_speed")
     for case in f.parts("replay_speed", 1):
-        times = [f.of("replay_speed", f"{log}/{case}/times_real_time_cpu") for log in logs]
-        if None not in times:
-            answer = f"{', '.join(whole(value) for value in times)} times real time"
-            yield [f"replay of {', '.join(logs)}: {case}", answer, "`replay_speed`"]
-    logs = f.parts("window_solvers")
-    if logs:
+        times = f.each("replay_speed", *(f"{log}/{case}/times_real_time_cpu" for log in logs))
+        answer = ", ".join(["{:.0f}"] * len(logs)) + " times real time"
+        yield from told(f"replay of {', '.join(logs)}: {case}", "replay_speed", answer, *times)
+    if logs := f.parts("window_solvers"):
         ceres, chain = (
             ", ".join(whole(f.of("window_solvers", f"{log}/{key}")) for log in logs)
             for key in ("ceres_x", "chain_x")
         )
-        apart = max(f.of("window_solvers", f"{log}/max_m") for log in logs)
+        apart = max(f.all("window_solvers", (f"{log}/max_m" for log in logs)))
         what = f"{', '.join(logs)} by Ceres; by the chain; apart by at most"
-        yield [what, f"{ceres}; {chain} times real time; {apart:.0e} m", "`window_solvers`"]
-    told = []
+        yield from listed(
+            what, "window_solvers", [ceres, f"{chain} times real time", f"{apart:.0e} m"]
+        )
+
+
+def latencies(f: Figures) -> Iterator[Row]:
+    """Of what runs live; and of an update, beside GTSAM's."""
+    keys = ("latency.imu.p50_ms", "latency.imu.p99_ms")
+    nodes = []
     for job in f.parts("ros2_live"):
-        keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "lost")
-        values = [f.of("ros2_live", f"{job}/{key}") for key in keys]
-        if None not in values:
-            p50, p99, lost = values
-            told.append(f"{job.replace('_', ' ')} {plain(p50)} ms, {plain(p99)} ms, {lost:.0f}")
-    if told:
-        what = "ROS 2 node live: IMU to pose, median, p99; lost"
-        yield [what, "; ".join(told), "`ros2_live`"]
+        values = f.each("ros2_live", *(f"{job}/{key}" for key in (*keys, "lost")))
+        nodes.append(filled(f"{job.replace('_', ' ')} {{:.2f}} ms, {{:.2f}} ms, {{:.0f}}", *values))
+    yield from listed("ROS 2 node live: IMU to pose, median, p99; lost", "ros2_live", nodes)
     for job, name in (("idle", "nothing beside it"), ("busy", "two busy processes beside it")):
-        keys = ("latency.imu.p50_ms", "latency.imu.p99_ms", "core_percent", "memory_mb")
-        values = [f.of("live", f"{job}/{key}") for key in keys]
-        if None not in values:
-            p50, p99, core, memory = (plain(value) for value in values)
-            answer = f"{p50} ms; {p99} ms; {core} % of a core; {memory} MB"
-            what = f"daemon live, {name}: IMU to pose, median; p99; load; memory"
-            yield [what, answer, "`live`"]
+        values = f.each("live", *(f"{job}/{key}" for key in (*keys, "core_percent", "memory_mb")))
+        what = f"daemon live, {name}: IMU to pose, median; p99; load; memory"
+        answer = "{:.2f} ms; {:.2f} ms; {:.2f} % of a core; {:.2f} MB"
+        yield from told(what, "live", answer, *values)
+    updates = []
     labels = [label for label in f.parts("smoothers") if f.of("smoothers", f"{label}/median_ms")]
-    if labels:
-        times = [plain(f.of("smoothers", f"{label}/median_ms")) for label in labels]
-        errors = [metres(f.of("smoothers", f"{label}/error_m")) for label in labels]
-        both = (f"{time} ms, {error} m" for time, error in zip(times, errors, strict=True))
-        what = f"an update, median, and error: {'; '.join(labels)}"
-        yield [what, "; ".join(both), "`smoothers`"]
+    for label in labels:
+        values = f.each("smoothers", f"{label}/median_ms", f"{label}/error_m")
+        updates.append(filled("{:.2f} ms, {:.3f} m", *values))
+    yield from listed(f"an update, median, and error: {'; '.join(labels)}", "smoothers", updates)
 
 
 PARTS = (
@@ -367,5 +353,6 @@ PARTS = (
     ground,
     again_and_again,
     live,
-    speed,
+    replays,
+    latencies,
 )

@@ -1,38 +1,166 @@
-"""Figures of benches whose rows are not figures themselves."""
+"""Figures of what benches print, with their units."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from statistics import fmean, median, pstdev
 from typing import Any
 
 from figures import (
     COUNT,
     ERROR_M,
+    FEWER,
+    METRES,
+    MORE,
     NEES,
-    RATIO,
     SECONDS,
-    SHARE,
     TIME_SPREAD,
     Better,
     Figure,
     Unit,
     by_row,
+    each,
+    of_row,
 )
 
-SOLVERS = {
-    "max_m": ERROR_M,
-    "covariance": RATIO,
-    "ceres_ms": Unit("ms", "lower", TIME_SPREAD),
-    "chain_ms": Unit("ms", "lower", TIME_SPREAD),
-    "ceres_x": Unit("", "higher", TIME_SPREAD),
-    "chain_x": Unit("", "higher", TIME_SPREAD),
-}
+PERCENT, MM, CM = Unit("%", "lower"), Unit("mm", "lower"), Unit("cm", "lower")
+TIME_S, TIME_MS = Unit("s", "lower", TIME_SPREAD), Unit("ms", "lower", TIME_SPREAD)
+TIMES = Unit("", "higher", TIME_SPREAD)  # of real time
 
 
 def short_name(sequence: str) -> str:
     """Of a sequence: the number that its name begins with."""
     return sequence.split("-")[0]
+
+
+# ---- units by key ----
+
+DRIVE = by_row(
+    lambda row: f"{short_name(row['sequence'])}/{row['method']}",
+    each(ERROR_M, "dead_m", "causal_m", "smoothed_m") | each(NEES, "nees_odom", "nees_map"),
+)
+ROBOT = {
+    **each(ERROR_M, "wheel_m", "causal_m", "smoothed_m"),
+    **each(FEWER, "ratio", "over", "smoothed_over"),
+    "nees_xy": NEES,
+    "start_s": SECONDS,
+    "jump_m": ERROR_M,
+    **each(METRES, "distance_m", "wheel_distance_m", "causal_distance_m"),
+}
+METHOD = by_row(
+    lambda row: f"{row['method']}/{row['mode']}/{row['sequence'].rsplit('-cmu-gpr', 1)[0]}",
+    {"ate_rmse_m": ERROR_M, "nees_xy": NEES},
+)
+START = {
+    "start_s": SECONDS,
+    **each(ERROR_M, "normal_m", "causal_m", "normal_smoothed_m", "smoothed_m"),
+    "nees_xy": NEES,
+}
+MOTION = {
+    **each(MORE, "standing_recall", "standing_flagged"),
+    "standing_false": FEWER,
+    "episodes": COUNT,
+    "prompt": MORE,
+    "false_flags": FEWER,
+    "metres": METRES,
+    "coherence_error": FEWER,
+}
+MOUNTING = {"over": FEWER, "right_m": ERROR_M, "auto_m": ERROR_M, "known_s": SECONDS}
+TRIGGER = {"error_m": ERROR_M, "without_m": METRES, "revisits": COUNT}
+SALIENT = {
+    "found": MORE,
+    "off_m": ERROR_M,
+    "depth_error": FEWER,
+    **each(COUNT, "permittivity_ratio", "others_per_m"),
+    "wheel_m": METRES,
+    "imu_wheel_m": ERROR_M,
+    "salient_m": ERROR_M,
+    "salient_answered": MORE,
+    "salient_s": TIME_S,
+    "salient_pipes_m": ERROR_M,
+    "salient_pipes_answered": MORE,
+    "salient_pipes_s": TIME_S,
+    "crossings": COUNT,
+    "answered": MORE,
+    **each(COUNT, "answers", "revisits"),
+    "wrong": FEWER,
+    "rms_m": ERROR_M,
+    **each(COUNT, "windows", "commonest_shift", "commonest_share"),
+    **each(COUNT, "correlation", "correlation_size"),
+    "residual_rms_m": ERROR_M,
+    "constant_rms_m": METRES,
+}
+PAIR = {
+    "drives": COUNT,
+    "passages": MORE,
+    "rms_percent": PERCENT,
+    "limit_percent": Unit("%", ""),
+    "match_mm": MM,
+    "limit_mm": Unit("mm", ""),
+    "nees": COUNT,
+    "wrong": FEWER,
+}
+PAIR_FAULT = {
+    "metres": COUNT,
+    "passages": MORE,
+    "wrong": FEWER,
+    "match_mm": MM,
+    "back_after_s": SECONDS,
+}
+FOUND = {
+    **each(ERROR_M, "se2_c", "se2_s"),
+    "revisits": COUNT,
+    "wrong": FEWER,
+    "rms_cm": CM,
+    "rms_sigma": FEWER,
+    "scale_error": COUNT,
+}
+MAP = {
+    "runs": COUNT,
+    "coverage_end": MORE,
+    "coverage_all": MORE,
+    "nees_end_mean": NEES,
+    **each(ERROR_M, "end_m_rms", "moved_m_max"),
+}
+YARD = {
+    "rounds": COUNT,
+    "nees_xy": NEES,
+    "nees_yaw": COUNT,
+    "rmse_m": ERROR_M,
+    "rmse_in_map_m": ERROR_M,
+    "restarts": COUNT,
+}
+VISIT = {
+    **each(MORE, "right", "right_within_20_m"),
+    **each(COUNT, "runs", "number", "located"),
+    **each(FEWER, "false", "false_on_known_ground", "false_on_unknown_ground"),
+    "strangers": COUNT,
+    "false_on_strangers": FEWER,
+    **each(ERROR_M, "located_after_m", "located_after_m_median", "end_m_rms"),
+    "along_cm_rms": CM,
+}
+DAY = {**each(ERROR_M, "located_after_m", "with_map_m"), "without_m": METRES, "nees_xy": NEES}
+REVISIT = {"told": MORE, "right_told": MORE, "rms_cm": CM, "false": FEWER, "negatives": COUNT}
+WAVES = ("direct_wave_ns", "pipe_ns", "pipe_from_above_ns", "layer_ns")
+FDTD = {**each(Unit("ns", "lower"), *WAVES), "attenuation_pct": PERCENT}
+OFFSET = {"mean_s": COUNT, "rms_s": SECONDS, "worst_s": SECONDS, "told_s": COUNT}
+KERNEL = {"us": Unit("us", "lower", "spread_us")}
+REPLAY = {"times_real_time_cpu": TIMES, "solve_ms": TIME_MS}
+VIEW = {
+    "open_processor_s": TIME_S,
+    "recording_mb": Unit("MB", "lower"),
+    **each(Unit("%", "lower", TIME_SPREAD), "live_to_file_core_pct", "live_to_viewer_core_pct"),
+}
+PAGE = {**each(FEWER, "errors", "cut", "console"), "contrast": MORE, "sheets": FEWER}
+SOLVERS = {
+    "max_m": ERROR_M,
+    "covariance": FEWER,
+    **each(TIME_MS, "ceres_ms", "chain_ms"),
+    **each(TIMES, "ceres_x", "chain_x"),
+}
+
+
+# ---- benches whose rows are not figures themselves ----
 
 
 def mean(name: str, values: list[float], unit: str, better: Better) -> Figure:
@@ -41,22 +169,21 @@ def mean(name: str, values: list[float], unit: str, better: Better) -> Figure:
     return Figure(name, fmean(values), unit, better, spread)
 
 
+def as_told(name: str, row: Mapping[str, Any], values: Mapping[str, Unit]) -> Iterator[Figure]:
+    """NAME/KEY for each of `values`, counts as whole numbers."""
+    for key, unit in values.items():
+        yield Figure(f"{name}/{key}" if name else key, row[key], unit.unit, unit.better)
+
+
 def motion(content: Any) -> Iterator[Figure]:
     """bench/motion.py, and with --cut."""
     for row in content:
         name = short_name(row["sequence"])
-        for key, value in row["rmse"].items():
-            yield Figure(f"{name}/{key}_m", value, "m", "lower")
-        if "standing" not in row:
-            continue
-        for key in ("recall", "flagged"):
-            yield Figure(f"{name}/standing_{key}", row["standing"][key], "", "higher")
-        yield Figure(f"{name}/standing_false", row["standing"]["false"], "", "lower")
-        yield Figure(f"{name}/episodes", row["episodes"], "", "")
-        yield Figure(f"{name}/prompt", row["prompt"], "", "higher")
-        yield Figure(f"{name}/false_flags", row["false_flags"], "", "lower")
-        yield Figure(f"{name}/metres", row["metres"], "m", "")
-        yield Figure(f"{name}/coherence_error", row["coherence_error"], "", "lower")
+        errors = {f"{key}_m": value for key, value in row["rmse"].items()}
+        yield from as_told(name, errors, each(ERROR_M, *errors))
+        if "standing" in row:
+            standing = {f"standing_{key}": value for key, value in row["standing"].items()}
+            yield from as_told(name, row | standing, MOTION)
 
 
 def immobilised(content: Any) -> Iterator[Figure]:
@@ -81,36 +208,22 @@ def consistency(content: Any) -> Iterator[Figure]:
             spread = value * (2 / (width * drives["runs"])) ** 0.5
             better: Better = "near 2" if width == 2 else ""
             yield Figure(f"{name}/{key}", value, "", better, spread)
-        yield Figure(f"{name}/runs", drives["runs"], "", "")
-        yield Figure(f"{name}/rmse_m", drives["rmse_m"], "m", "lower")
-        yield Figure(f"{name}/reckoned_m", drives["reckoned_m"], "m", "")
+        yield from as_told(name, drives, {"runs": COUNT, "rmse_m": ERROR_M, "reckoned_m": METRES})
 
 
 def yard(content: Any) -> Iterator[Figure]:
     """bench/yard.py: by day, or by piece."""
-    units = {
-        "rounds": COUNT,
-        "nees_xy": NEES,
-        "nees_yaw": Unit("", ""),
-        "rmse_m": ERROR_M,
-        "rmse_in_map_m": ERROR_M,
-        "restarts": COUNT,
-    }
-    yield from by_row(lambda row: str(row["day"]), units)(content["days"])
-    for what in ("cost", "memory", "map"):
-        name = f"{what}_last_over_second"
-        if name in content:
-            yield Figure(name, content[name], "", "lower")
+    yield from by_row(lambda row: str(row["day"]), YARD)(content["days"])
+    ratios = [f"{what}_last_over_second" for what in ("cost", "memory", "map")]
+    yield from as_told("", content, each(FEWER, *(key for key in ratios if key in content)))
 
 
 def faults(content: Any) -> Iterator[Figure]:
     """bench/faults."""
+    units = {"error_ratio": FEWER, "silent_s": SECONDS, "wrong": FEWER}
     for row in content:
-        name = row["fault"].replace("/", " ")
-        if "error_ratio" in row:
-            yield Figure(f"{name}/error_ratio", row["error_ratio"], "", "lower")
-        yield Figure(f"{name}/silent_s", row["silent_s"], "s", "lower")
-        yield Figure(f"{name}/wrong", row["wrong"], "", "lower")
+        there = {key: unit for key, unit in units.items() if key in row}
+        yield from as_told(row["fault"].replace("/", " "), row, there)
 
 
 def live(content: Any) -> Iterator[Figure]:
@@ -140,72 +253,15 @@ def smoothers(content: Any) -> Iterator[Figure]:
 def realism(content: Any) -> Iterator[Figure]:
     """bench/realism.py: figures of made and of real data, none of which is better."""
     for group, columns in content.items():
-        if group == "differences":
-            continue
-        for column, values in columns.items():
-            for key, value in values.items():
-                yield Figure(f"{group}/{column}/{key}", value, "", "")
+        for column, values in columns.items() if group != "differences" else ():
+            yield from as_told(f"{group}/{column}", values, each(COUNT, *values))
 
 
 def lateral(content: Any) -> Iterator[Figure]:
     """bench/lateral.py: the ground, of which nothing is better."""
     for row in content["rows"]:
-        for key in ("aside", "along"):
-            yield Figure(f"{row['m']:.1f} m/{key}", row[key], "", "")
-    for key in ("along_curvature_m", "stretch", "lateral_m"):
-        yield Figure(key, content[key], "", "")
-
-
-VISIT = {
-    "right": Unit("", "higher"),
-    "right_within_20_m": Unit("", "higher"),
-    "runs": COUNT,
-    "number": COUNT,
-    "located": COUNT,
-    "false": Unit("", "lower"),
-    "false_on_known_ground": Unit("", "lower"),
-    "false_on_unknown_ground": Unit("", "lower"),
-    "strangers": COUNT,
-    "false_on_strangers": Unit("", "lower"),
-    "located_after_m": ERROR_M,
-    "located_after_m_median": ERROR_M,
-    "end_m_rms": ERROR_M,
-    "along_cm_rms": Unit("cm", "lower"),
-}
-PERCENT, MM = Unit("%", "lower"), Unit("mm", "lower")
-PAIR = {
-    "drives": COUNT,
-    "passages": Unit("", "higher"),
-    "rms_percent": PERCENT,
-    "limit_percent": Unit("%", ""),
-    "match_mm": MM,
-    "limit_mm": Unit("mm", ""),
-    "nees": Unit("", ""),
-    "wrong": Unit("", "lower"),
-}
-PAIR_FAULT = {
-    "metres": COUNT,
-    "passages": Unit("", "higher"),
-    "wrong": Unit("", "lower"),
-    "match_mm": MM,
-    "back_after_s": SECONDS,
-}
-MAP = {
-    "runs": COUNT,
-    "coverage_end": SHARE,
-    "coverage_all": SHARE,
-    "nees_end_mean": NEES,
-    "end_m_rms": ERROR_M,
-    "moved_m_max": ERROR_M,
-}
-START = {
-    "start_s": SECONDS,
-    "normal_m": ERROR_M,
-    "causal_m": ERROR_M,
-    "normal_smoothed_m": ERROR_M,
-    "smoothed_m": ERROR_M,
-    "nees_xy": NEES,
-}
+        yield from as_told(f"{row['m']:.1f} m", row, each(COUNT, "aside", "along"))
+    yield from as_told("", content, each(COUNT, "along_curvature_m", "stretch", "lateral_m"))
 
 
 def days(content: Any) -> Iterator[Figure]:
@@ -213,23 +269,18 @@ def days(content: Any) -> Iterator[Figure]:
     located = [day for day in content if day["located_after_m"] is not None]
     yield Figure("drives", len(content), "", "")
     yield Figure("located", len(located), "", "")
-    for day in located:
-        name = short_name(day["sequence"])
-        yield from by_row(lambda _, name=name: name, DAY)([day])
+    yield from by_row(lambda day: short_name(day["sequence"]), DAY)(located)
 
 
 def merge(content: Any) -> Iterator[Figure]:
     """bench/merge.py."""
     for row in content:
         name = f"{row['change_percent']:g} %"
-        yield Figure(f"{name}/runs", row["runs"], "", "")
-        yield Figure(f"{name}/proven", row["proven"], "", "higher")
-        yield Figure(f"{name}/strangers_joined", row["strangers_joined"], "", "lower")
-        if row["proven"] == 0:  # nothing was joined
-            continue
-        yield Figure(f"{name}/before_m", fmean(row["before_m"]), "m", "")
-        yield Figure(f"{name}/after_m", fmean(row["after_m"]), "m", "lower")
-        yield Figure(f"{name}/nees_after", fmean(row["nees_after"]), "", "near 2")
+        counts = {"runs": COUNT, "proven": MORE, "strangers_joined": FEWER}
+        yield from as_told(name, row, counts)
+        if row["proven"] > 0:  # else nothing was joined
+            units = {"before_m": METRES, "after_m": ERROR_M, "nees_after": NEES}
+            yield from as_told(name, {key: fmean(row[key]) for key in units}, units)
 
 
 def changed_ground(content: Any) -> Iterator[Figure]:
@@ -240,23 +291,16 @@ def changed_ground(content: Any) -> Iterator[Figure]:
 def salient(content: Any) -> Iterator[Figure]:
     """bench/salient.py, its three parts; errors of apexes by their size."""
     for row in content:
-        where = (
-            (row["clutter"], row["pipe"]) if "clutter" in row else (str(row.get("seed", "all")),)
-        )
+        apex = "clutter" in row
+        name = f"{row['clutter']}/{row['pipe']}" if apex else str(row.get("seed", "all"))
         sizes = {key: abs(row[key]) for key in ("off_m", "depth_error") if key in row}
-        name = "/".join(where)
-        yield from by_row(lambda _, name=name: name, SALIENT)([row | sizes])
+        yield from of_row(name, row | sizes, SALIENT)
 
 
 def doctor(content: Any) -> Iterator[Figure]:
     """bench/doctor.py."""
-    values = {
-        "recordings": COUNT,
-        "found_in_good": Unit("", "lower"),
-        "named": SHARE,
-        "tried": COUNT,
-    }
-    yield from by_row(lambda _: "", values)([content])
+    values = {"recordings": COUNT, "found_in_good": FEWER, "named": MORE, "tried": COUNT}
+    yield from of_row("", content, values)
     yield from by_row(lambda row: str(row["damage"]), values)(
         {**row, "named": row["named"] / row["tried"]} for row in content["kinds"] if row["tried"]
     )
@@ -270,62 +314,14 @@ def commission(content: Any) -> Iterator[Figure]:
     yield mean("over", [row["over"] for row in measured], "", "lower")
     seconds = [row["seconds"] for row in content["robots"] if "seconds" in row]
     yield Figure("seconds", median(seconds), "s", "lower", TIME_SPREAD)
-    values = {"shown": COUNT, "rms": Unit("", "lower"), "largest": Unit("", "lower")}
+    values = {"shown": COUNT, "rms": FEWER, "largest": FEWER}
     yield from by_row(lambda row: str(row["constant"]), values)(content["constants"])
 
 
 def radar_time_offset(content: Any) -> Iterator[Figure]:
     """bench/radar_time_offset.py; s."""
-    values = {"mean_s": COUNT, "rms_s": SECONDS, "worst_s": SECONDS, "told_s": COUNT}
-    for row in content["rows"]:
-        name = f"{row['ground']}/{1e3 * row['late_s']:.0f} ms"
-        yield from by_row(lambda _, name=name: name, values)([row])
-
-
-DRIVE = by_row(
-    lambda row: f"{row['sequence'].split('-')[0]}/{row['method']}",
-    {
-        "dead_m": ERROR_M,
-        "causal_m": ERROR_M,
-        "smoothed_m": ERROR_M,
-        "nees_odom": NEES,
-        "nees_map": NEES,
-    },
-)
-ROBOT = {
-    "wheel_m": ERROR_M,
-    "causal_m": ERROR_M,
-    "smoothed_m": ERROR_M,
-    "ratio": RATIO,
-    "over": RATIO,
-    "smoothed_over": RATIO,
-    "nees_xy": NEES,
-    "start_s": SECONDS,
-    "jump_m": ERROR_M,
-    "distance_m": Unit("m", ""),
-    "wheel_distance_m": Unit("m", ""),
-    "causal_distance_m": Unit("m", ""),
-    "failed": COUNT,
-}
-METHOD = by_row(
-    lambda row: f"{row['method']}/{row['mode']}/{row['sequence'].rsplit('-cmu-gpr', 1)[0]}",
-    {"ate_rmse_m": ERROR_M, "nees_xy": NEES},
-)
-NANOSECONDS = Unit("ns", "lower")
-FDTD = {
-    "direct_wave_ns": NANOSECONDS,
-    "pipe_ns": NANOSECONDS,
-    "pipe_from_above_ns": NANOSECONDS,
-    "layer_ns": NANOSECONDS,
-    "attenuation_pct": Unit("%", "lower"),
-}
-REVISIT = {
-    "told": SHARE,
-    "right_told": SHARE,
-    "rms_cm": Unit("cm", "lower"),
-    "false": Unit("", "lower"),
-    "negatives": COUNT,
-}
+    read = by_row(lambda row: f"{row['ground']}/{1e3 * row['late_s']:.0f} ms", OFFSET)
+    yield from read(content["rows"])
 
 
 def process_faults(content: Any) -> Iterator[Figure]:
@@ -343,48 +339,3 @@ def hostile_packets(content: Any) -> Iterator[Figure]:
     yield Figure("wrong", len(content["wrong"]), "", "lower")
     yield Figure("apart_m", content["apart_m"], "m", "lower")
     yield Figure("memory_end_mb", content["memory_end_mb"], "MB", "lower", 1.0)
-
-
-SALIENT = {
-    "found": SHARE,
-    "off_m": ERROR_M,
-    "depth_error": RATIO,
-    "permittivity_ratio": COUNT,
-    "others_per_m": COUNT,
-    "wheel_m": Unit("m", ""),
-    "imu_wheel_m": ERROR_M,
-    "salient_m": ERROR_M,
-    "salient_answered": SHARE,
-    "salient_s": Unit("s", "lower", TIME_SPREAD),
-    "salient_pipes_m": ERROR_M,
-    "salient_pipes_answered": SHARE,
-    "salient_pipes_s": Unit("s", "lower", TIME_SPREAD),
-    "crossings": COUNT,
-    "answered": SHARE,
-    "answers": COUNT,
-    "revisits": COUNT,
-    "wrong": Unit("", "lower"),
-    "rms_m": ERROR_M,
-    "windows": COUNT,
-    "commonest_shift": COUNT,
-    "commonest_share": COUNT,
-    "correlation": COUNT,
-    "correlation_size": COUNT,
-    "residual_rms_m": ERROR_M,
-    "constant_rms_m": Unit("m", ""),
-}
-DAY = {
-    "located_after_m": ERROR_M,
-    "with_map_m": ERROR_M,
-    "without_m": Unit("m", ""),
-    "nees_xy": NEES,
-}
-FOUND = {
-    "se2_c": ERROR_M,
-    "se2_s": ERROR_M,
-    "revisits": COUNT,
-    "wrong": Unit("", "lower"),
-    "rms_cm": Unit("cm", "lower"),
-    "rms_sigma": RATIO,
-    "scale_error": COUNT,
-}

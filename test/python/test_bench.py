@@ -23,7 +23,7 @@ KERNELS = BENCH / "kernels.py"
 
 
 def test_every_bench_is_named_where_it_is_found() -> None:
-    """By a document, a test, a check, or by another bench that is."""
+    """By a document, a test, a check, the table of bench/run, or by another bench that is."""
     sources = [path for path in BENCH.rglob("*") if path.suffix in (".py", ".cpp")]
     places = [*CHECKOUT.glob("docs/*.md"), *CHECKOUT.glob("test/python/*.py"), *sources]
     places += [path for path in CHECKOUT.glob("scripts/*") if path.is_file()]
@@ -34,7 +34,8 @@ def test_every_bench_is_named_where_it_is_found() -> None:
         if path.suffix not in (".py", ".cpp") or path.stem.removeprefix("bench_") in kernels:
             continue
         name = path.stem
-        word = re.compile(rf"\b{name}\.(py|cpp)|\bbench_{name}\b|^(import|from) {name}\b", re.M)
+        ways = [rf"\b{name}\.(py|cpp)", rf"\bbench_{name}\b", rf"^(import|from) {name}\b"]
+        word = re.compile("|".join([*ways, rf'Bench\(\s*"{name}"']), re.M)
         if not any(word.search(text) for where, text in texts.items() if where != path):
             unnamed.append(path.name)
     assert unnamed == []

@@ -7,9 +7,10 @@ from pathlib import Path
 import drives
 import numpy as np
 import pytest
-from anchoring import anchors, of_anchors
+from anchoring import anchors
+from jobs import of_anchors
 
-from conftest import BENCH, run_bench
+from conftest import run_bench
 from gprodom.errors import Error
 from gprodom.trajectory import Trajectory
 
@@ -41,10 +42,9 @@ def test_errors_are_placed_by_what_they_say() -> None:
 
 
 def test_every_job_names_its_data_and_rows_become_figures() -> None:
-    (bench,) = of_anchors()
-    assert (BENCH / bench.program / "__main__.py").is_file()
-    assert len({job.name for job in bench.jobs}) == len(bench.jobs)
-    for job in bench.jobs:
+    jobs = of_anchors()
+    assert len({job.name for job in jobs}) == len(jobs)
+    for job in jobs:
         assert bool(job.data) == ("{data}/robots" in job.arguments)
     row = {"recording": "a", "fault": "jump", "smoothed_m": 1.0, "smoothed_over": 1.1}
     rows = [row | {"named": "fixes: jump", "after_s": 2.0}, row | {"named": "", "fault": "drag_1"}]
