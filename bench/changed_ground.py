@@ -40,27 +40,13 @@ from gprodom.simulate import radar as radar_of
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.recording import as_recording
 from program import print_figures, table_of
-from relocation import RIGHT, command_line, each_drive, located_at, remember_others, simulated
+from relocation import Visit, command_line, each_drive, placed, remember_others, simulated, visited
 
 DAY = 86_400_000_000  # us
 SCALE = 0.01  # by which the wheel's scale changes at most
 SECOND_DAY = 2_000_000  # seeds of the other day begin here
 STRANGER = 3_000_000  # and those of ground that is in no map
 WITHIN = 20.0  # m
-
-
-@dataclass(frozen=True)
-class Visit:
-    """Of one drive on the other day."""
-
-    located_after_m: float | None
-    end_m: float  # error of the pose in map at the end; of no meaning where not located
-    along_m: list[float]  # errors along the track while located, one a second
-
-    @property
-    def right(self) -> bool:
-        """Located, and the pose in map is near the truth at the end."""
-        return self.located_after_m is not None and self.end_m < RIGHT
 
 
 @dataclass(frozen=True)
@@ -113,10 +99,9 @@ def another_day(first: Simulated, percent: float, ground_seed: int) -> Simulated
     )
     clean = ground.traces(*antenna_path(again, again.gpr_utime))
     time = (again.gpr_utime - spec.start_utime) * 1e-6
-    assert again.sample_interval is not None
-    traces = radar_of.measure(
-        clean, time, again.sample_interval, spec.radar, stream(seed, "radar again")
-    )
+    interval, random = again.sample_interval, stream(seed, "radar again")
+    assert interval is not None
+    traces = radar_of.measure(clean, time, interval, spec.radar, random)
     return replace(again, traces=traces)
 
 
@@ -128,21 +113,10 @@ def visit(run: Simulated, first: Simulated, origin: int, where: Path, sets: list
     scale = stream(run.seed, "scale").uniform(-SCALE, SCALE)
     told["wheel_distance"] = (1 + scale) * told["wheel_distance"]
     outputs = estimator.run(**told)
-    at = located_at(outputs)
-    if at is None:
-        return Visit(None, np.inf, [])
     pose = outputs.odometry_map
-    utime = pose["time"] // 1000
-    start, motion = first.motion_at(np.array([origin])), run.motion_at(utime)
-    cos, sin = np.cos(start.yaw), np.sin(start.yaw)
-    dx, dy = motion.x - start.x, motion.y - start.y
-    off = pose["position"][:, :2] - np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+    off = pose["position"][:, :2] - placed(run, pose["time"] // 1000, first, origin)
     yaw = rotation.yaw_of(pose["orientation"])
-    along = off[:, 0] * np.cos(yaw) + off[:, 1] * np.sin(yaw)
-    seconds = np.flatnonzero(np.diff(utime // 1_000_000, prepend=0) > 0)
-    since = seconds[pose["time"][seconds] >= at]
-    travelled = np.interp(at // 1000, run.truth_utime, run.truth.travelled)
-    return Visit(float(travelled), float(np.linalg.norm(off[-1])), along[since].tolist())
+    return visited(run, outputs, off, off[:, 0] * np.cos(yaw) + off[:, 1] * np.sin(yaw))
 
 
 def run_one(

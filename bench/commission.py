@@ -8,8 +8,7 @@ ground of scatterers. For each constant: how many robots showed it, the mean and
 the standard deviation that was told, and its root mean square, which is 1 where that is right; then
 the processor time of the command, and the error of `imu_wheel` after it over that of `wheel` (both
 plus 15 mm; `wheel` with the unit put right and no more), and whether it is at most 1.2 of that and
-15 mm. --without-slip: also with wheel.slip_threshold and wheel.slip_share 0, which tells what the
-verdict on slip does.
+15 mm.
 
 With --recordings the same on recordings of real robots (recordings.py), with what a tape measures
 as it is in their table; their truth scores and is not fitted.
@@ -21,23 +20,19 @@ as it is in their table; their truth scores and is not fitted.
 from __future__ import annotations
 
 import json
-import resource
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from estimates import planar_figures
 from gprodom import rotation
-from gprodom.cli import main as gprodom
 from gprodom.config import STANDARD
-from gprodom.console import format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import logs, wire
 from gprodom.lcm.log_writer import Stream, write_log
@@ -46,9 +41,6 @@ from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.estimate import estimate
 from gprodom.odometry.methods import find_method
 from gprodom.random_streams import stream
-from gprodom.score.align import FIRST_M
-from gprodom.score.associate import associate
-from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
 from gprodom.simulate.drives import guided_drive
 from gprodom.simulate.ground import GroundSpec
@@ -56,7 +48,8 @@ from gprodom.simulate.imu import rotation_from_rpy
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.sequence import Simulated, Spec, simulate
-from program import one_by_one, parser_of, table_of
+from processes import children_seconds
+from program import command, one_by_one, parser_of, print_figures, table_of
 from recordings import convert, recordings_of
 from robots import UNDECIDED_M
 
@@ -65,7 +58,6 @@ SLOW_CAR = 2.0  # m/s: a car on a yard
 TAPE_SIGMA_M = 0.01
 UNITS = (0.2, 5.0)  # of metres_per_tick: times too long
 CLOCK_S = 0.2  # by which stamps of a sensor are off, to either side
-NO_SLIP = ("wheel.slip_threshold=0", "wheel.slip_share=0")
 ARM_M = (0.8, 0.4)  # within which the antenna is, forwards and to the left
 IMU_ARM_M = (0.6, 0.3, 0.5)  # within which the IMU of every other robot is; the others' is at 0
 
@@ -111,13 +103,8 @@ def make(seed: int, folder: Path, radar: bool = True) -> Robot:
     unit = float(np.exp(draw.uniform(*np.log(UNITS)))) if draw.uniform() < 0.5 else 1.0
     log = folder / f"robot-{seed}.lcmlog"
     write_log(log, _disguised(simulated, late, unit))
-    return Robot(
-        log,
-        _true(simulated, late, unit, arm),
-        _stretch(simulated) + TAPE_SIGMA_M * draw.standard_normal(),
-        settings,
-        unit,
-    )
+    stretch_m = _stretch(simulated) + TAPE_SIGMA_M * draw.standard_normal()
+    return Robot(log, _true(simulated, late, unit, arm), stretch_m, settings, unit)
 
 
 def _disguised(simulated: Simulated, late: dict[str, float], unit: float) -> list[Stream]:
@@ -171,20 +158,12 @@ def _true(
     return true
 
 
-def _of_children() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def commission(log: Path, more: Sequence[str], folder: Path) -> tuple[dict[str, Any], float]:
     """What the command prints with --json, and its processor time, s."""
-    told, began = StringIO(), time.process_time() + _of_children()
-    words = ["commission", str(log), "-o", str(folder / "found.yaml"), "--json", *more]
-    with redirect_stdout(told):
-        code = gprodom([*words, "--page", str(folder / "found.html")])
-    if code != 0:
-        raise Error(f"{log.name}: could not be commissioned")
-    return json.loads(told.getvalue()), time.process_time() + _of_children() - began
+    began = time.process_time() + children_seconds()
+    outputs = ("-o", folder / "found.yaml", "--page", folder / "found.html")
+    told = command("commission", log, *outputs, "--json", *more)
+    return json.loads(told), time.process_time() + children_seconds() - began
 
 
 def deviations(told: dict[str, Any], true: dict[str, np.ndarray]) -> dict[str, list[float]]:
@@ -203,77 +182,52 @@ def deviations(told: dict[str, Any], true: dict[str, np.ndarray]) -> dict[str, l
     return found
 
 
-def errors_after(
-    log: Path, folder: Path, unit: float = 1.0, overrides: Sequence[str] = ()
-) -> dict[str, Any]:
+def errors_after(log: Path, folder: Path, unit: float = 1.0) -> dict[str, Any]:
     """RMS errors, m, against the log's positions: of `wheel`, with the unit of its ticks put right,
     and of `imu_wheel` with the configuration that was found, from the start of that on."""
     truth = read_truth(log, frame=None).trajectory
     sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
     wheel = sensors["wheels" if "wheels" in sensors else "wheel"]
     wheel["metres_per_tick"] = wheel["metres_per_tick"] / unit
+    method, configs = find_method("imu_wheel"), (folder / "found.yaml",)
     try:
-        found = estimate(
-            log,
-            find_method("imu_wheel"),
-            (folder / "found.yaml",),
-            overrides,
-            folder / "out.lcmlog",
-        ).trajectory
+        found = estimate(log, method, configs, (), folder / "out.lcmlog").trajectory
     except Error as error:
         return {"error": str(error)}
     rest = truth.select(truth.time >= found.time[0])
-    reckoned, after = (
-        compare(associate(each, rest), "se2", FIRST_M).figures.ate_rmse_m
-        for each in (wheel_and_gyro(sensors), found)
-    )
+    paths = (wheel_and_gyro(sensors), found)
+    reckoned, after = (planar_figures(path, rest).ate_rmse_m for path in paths)
     over = (after + UNDECIDED_M) / (reckoned + UNDECIDED_M)
-    return {"wheel_m": reckoned, "after_m": after, "over": over, "allowed": within(after, reckoned)}
+    allowed = after <= 1.2 * reckoned + UNDECIDED_M
+    return {"wheel_m": reckoned, "after_m": after, "over": over, "allowed": allowed}
 
 
-def without_slip(log: Path, folder: Path, unit: float = 1.0) -> dict[str, Any]:
-    """The same without the verdict on slip."""
-    found = errors_after(log, folder, unit, NO_SLIP)
-    return {f"{key}_without_slip": found.get(key) for key in ("after_m", "allowed")}
-
-
-def within(after: float, reckoned: float) -> bool:
-    """At most 1.2 of `wheel`, and 15 mm."""
-    return after <= 1.2 * reckoned + UNDECIDED_M
-
-
-def one(seed: int, folder: Path, radar: bool = True, bare: bool = False) -> dict[str, Any]:
-    """Of a simulated robot. bare: without the verdict on slip, too."""
+def one(seed: int, folder: Path, radar: bool = True) -> dict[str, Any]:
+    """Of a simulated robot."""
     made = make(seed, folder, radar)
     more = [f"--set={setting}" for setting in made.settings]
     told, seconds = commission(made.log, [f"--stretch={made.stretch_m:.4f}", *more], folder)
-    return {
-        "name": f"{seed} {ROBOTS[seed % len(ROBOTS)] or 'one wheel'}",
-        "seconds": seconds,
-        "deviations": deviations(told, made.truth),
-        "missing": [each["name"] for each in told["parameters"] if not each["value"]],
-        "findings": [each["code"] for each in told["findings"]],
-        **errors_after(made.log, folder, made.unit),
-        **(without_slip(made.log, folder, made.unit) if bare else {}),
-    }
+    row = {"name": f"{seed} {ROBOTS[seed % len(ROBOTS)] or 'one wheel'}", "seconds": seconds}
+    row |= {"deviations": deviations(told, made.truth), **shown(told)}
+    return row | errors_after(made.log, folder, made.unit)
 
 
-def real(name: str, data: Path, folder: Path, bare: bool = False) -> dict[str, Any]:
+def real(name: str, data: Path, folder: Path) -> dict[str, Any]:
     """Of a recording, likewise."""
     recording = recordings_of(data)[name]
     log = folder / "in.lcmlog"
     convert(recording, data, log)
-    more = [f"--set={setting}" for setting in recording.settings]
-    told, seconds = commission(log, more, folder)
+    told, seconds = commission(log, [f"--set={setting}" for setting in recording.settings], folder)
+    row = {"name": name, "seconds": seconds, "deviations": {}, **shown(told)}
+    row["settings"] = told["settings"]
+    return row | (errors_after(log, folder) if recording.points else {})
+
+
+def shown(told: dict[str, Any]) -> dict[str, list[str]]:
+    """Constants without a value, and what the doctor finds."""
     return {
-        "name": name,
-        "seconds": seconds,
-        "deviations": {},
         "missing": [each["name"] for each in told["parameters"] if not each["value"]],
         "findings": [each["code"] for each in told["findings"]],
-        "settings": told["settings"],
-        **(errors_after(log, folder) if recording.points else {}),
-        **(without_slip(log, folder) if recording.points and bare else {}),
     }
 
 
@@ -299,7 +253,6 @@ def main() -> int:
     parser.add_argument("--robots", type=int, default=50, metavar="N")
     parser.add_argument("--first", type=int, default=0, metavar="SEED")
     parser.add_argument("--no-radar", action="store_true", help="robots without a radar")
-    parser.add_argument("--without-slip", action="store_true", help="see above")
     parser.add_argument("--recordings", type=Path, metavar="DIR")
     parser.add_argument("--only", action="append", default=[], metavar="NAME")
     args = parser.parse_args()
@@ -310,31 +263,17 @@ def main() -> int:
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
             try:
                 rows.append(
-                    one(each, Path(name), not args.no_radar, args.without_slip)
+                    one(each, Path(name), not args.no_radar)
                     if isinstance(each, int)
-                    else real(each, args.recordings, Path(name), args.without_slip)
+                    else real(each, args.recordings, Path(name))
                 )
             except Error as error:
                 rows.append({"name": str(each), "deviations": {}, "error": str(error)})
     constants = summary(rows)
-    if args.json:
-        print_json({"robots": rows, "constants": constants})
-        return 0
-    keys = ["name", "seconds", "wheel_m", "after_m", "over", "allowed"]
-    if args.without_slip:
-        keys += ["after_m_without_slip", "allowed_without_slip"]
-    lines = [
-        [
-            *(row.get(key, "") for key in keys),
-            ", ".join(row.get("missing", ())),
-            ", ".join(row.get("findings", ())),
-            row.get("error", ""),
-        ]
-        for row in rows
-    ]
-    print(format_table([*keys, "not shown", "doctor", ""], lines))
-    if constants:
-        print(table_of(constants))
+    keys = ("name", "seconds", "wheel_m", "after_m", "over", "allowed", "missing", "findings")
+    lines = [{key: row.get(key) for key in (*keys, "error")} for row in rows]
+    text = f"{table_of(lines)}\n{table_of(constants)}"
+    print_figures(args, {"robots": rows, "constants": constants}, text)
     return 0
 
 

@@ -34,7 +34,7 @@ from gprodom.benchmark.monte_carlo import End, end_of_drive, judge
 from gprodom.console import format_table
 from gprodom.simulate.robot import KINDS
 from gprodom.simulate.surface import SURFACES
-from program import add_seeds, exit_with, in_processes, parser_of, print_figures
+from program import add_seeds, exit_with, in_processes, parser_of, print_figures, seeds_of
 
 NEES = ("nees_xy", "nees_yaw")
 ERRORS = ("rmse_m", "reckoned_m")
@@ -87,7 +87,6 @@ def main() -> int:
         "--surface", choices=sorted(SURFACES), action="append", help="default: floor"
     )
     args = parser.parse_args()
-    seeds = range(args.first_seed, args.first_seed + args.runs)
     kinds = sorted(KINDS) if "all" in args.robot else args.robot
     cases: list[tuple[str | None, str]] = [
         (kind, surface) for kind in kinds or [None] for surface in args.surface or ["floor"]
@@ -96,7 +95,7 @@ def main() -> int:
     for kind, surface in cases:
         name = f"{kind}, {surface}" if kind else "plain"
         work = partial(end_of_drive, overrides=args.overrides, kind=kind, surface=surface)
-        summaries[name] = summarise(in_processes(args.jobs, name, work, seeds))
+        summaries[name] = summarise(in_processes(args.jobs, name, work, seeds_of(args)))
     print_figures(args, summaries, table(summaries))
     judged = [each[name]["inside"] for each in summaries.values() for name in NEES]
     return 0 if all(judged) else 1

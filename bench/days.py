@@ -18,16 +18,14 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from estimates import planar_figures, run_method
 from gprodom.errors import Error
-from gprodom.odometry.estimate import Estimate, estimate
-from gprodom.odometry.methods import find_method
-from gprodom.score.align import FIRST_M
-from gprodom.score.associate import associate
-from gprodom.score.figures import Figures, compare
+from gprodom.odometry.estimate import Estimate
+from gprodom.score.figures import Figures
 from gprodom.score.frames import in_last_frame
 from gprodom.score.record import scene_of
 from gprodom.score.sources import read_truth
@@ -36,18 +34,6 @@ from program import exit_with, in_processes, parser_of, print_rows
 from zips import log_of, sequences_of
 
 METHOD = "gprodom_full"
-
-
-@dataclass(frozen=True)
-class Day:
-    """A drive that began with the map of another."""
-
-    sequence: str
-    map_of: str
-    located_after_m: float | None
-    with_map_m: float
-    without_m: float
-    nees_xy: float | None
 
 
 def pairs_of(sequences: Sequence[Path], strangers: bool) -> list[tuple[Path, Path]]:
@@ -62,7 +48,7 @@ def pairs_of(sequences: Sequence[Path], strangers: bool) -> list[tuple[Path, Pat
     return [(drives[0], later) for drives in scenes.values() for later in drives[1:]]
 
 
-def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> Day:
+def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> dict[str, Any]:
     """Of one pair; the drive without the map is scored from where it was located with it."""
     first, second = pair
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
@@ -71,9 +57,8 @@ def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> Day:
         state.mkdir()
 
         def estimated(source: Path, *settings: str) -> Estimate:
-            log = log_of(source, folder)
-            given = [*settings, *overrides]
-            return estimate(log, find_method(METHOD), (), given, folder / "out.lcmlog")
+            log, output = log_of(source, folder), folder / "out.lcmlog"
+            return run_method(log, METHOD, output, [*settings, *overrides])
 
         estimated(first, f"state.directory={state}")
         if not (state / "ground.map").is_file():
@@ -84,18 +69,17 @@ def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> Day:
     truth = read_truth(second).trajectory
 
     def figures(path: Trajectory) -> Figures:
-        kept = in_last_frame(path, located)
-        return compare(associate(kept, truth), "se2", FIRST_M).figures
+        return planar_figures(in_last_frame(path, located), truth)
 
     told = figures(informed.trajectory)
-    return Day(
-        second.stem,
-        first.stem,
-        located.driven_m if located else None,
-        told.ate_rmse_m,
-        figures(alone.trajectory).ate_rmse_m,
-        told.nees_xy,
-    )
+    return {
+        "sequence": second.stem,
+        "map_of": first.stem,
+        "located_after_m": located.driven_m if located else None,
+        "with_map_m": told.ate_rmse_m,
+        "without_m": figures(alone.trajectory).ate_rmse_m,
+        "nees_xy": told.nees_xy,
+    }
 
 
 def main() -> int:
@@ -109,7 +93,7 @@ def main() -> int:
         raise Error("no two drives of a scene (with --strangers: of two scenes)")
     days = in_processes(args.jobs, "drives", partial(run, overrides=args.overrides), pairs)
     header = ["drive", "map of", "located after (m)", "error (m)", "without", "NEES x,y"]
-    print_rows(args, [asdict(day) for day in days], header)
+    print_rows(args, days, header)
     return 0
 
 

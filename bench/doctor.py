@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from gprodom.config import STANDARD
-from gprodom.console import print_json
 from gprodom.doctor.examine import examine
 from gprodom.doctor.finding import Log
 from gprodom.drive.imu_mounting import ImuMounting
@@ -32,7 +31,7 @@ from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import of_kind, robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import SurveySpec, simulate
-from program import one_by_one, parser_of, table_of
+from program import one_by_one, parser_of, print_figures, table_of
 
 ROUTES = ("eight", "stops", "loop")
 ROBOTS = ("", "cart", "rover")  # one wheel, then pairs
@@ -80,13 +79,14 @@ def recording(seed: int, imu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)) ->
 # ---- damage: each changes the log in place ----
 
 
-def _wheel(log: Log) -> dict[str, Any]:
-    return log["wheels"] if "wheels" in log else log["wheel"]
+def _of(log: Log, role: str) -> dict[str, Any]:
+    """The messages of a role; of the wheel, those of a pair where it has one."""
+    return log["wheels"] if role == "wheel" and "wheels" in log else log[role]
 
 
 def _scaled(role: str, field: str, factor: float) -> Change:
     def change(log: Log, _random: np.random.RandomState) -> None:
-        log[role][field] = log[role][field] * factor
+        _of(log, role)[field] = _of(log, role)[field] * factor
 
     return change
 
@@ -106,13 +106,9 @@ def _without_gravity(log: Log, _random: np.random.RandomState) -> None:
     log["imu"]["linear_acceleration"] = force - force.mean(axis=0)
 
 
-def _gyro_reversed(log: Log, _random: np.random.RandomState) -> None:
-    log["imu"]["angular_velocity"] = -log["imu"]["angular_velocity"]
-
-
 def _ticks(change: Callable[[np.ndarray, np.random.RandomState], np.ndarray]) -> Change:
     def changed(log: Log, random: np.random.RandomState) -> None:
-        wheel = _wheel(log)
+        wheel = _of(log, "wheel")
         seed = int(random.randint(1 << 30))
         for field in ("ticks", "left_ticks", "right_ticks"):
             if field in wheel:
@@ -137,13 +133,6 @@ def _swapped(log: Log, _random: np.random.RandomState) -> None:
     wheels["left_ticks"], wheels["right_ticks"] = wheels["right_ticks"], wheels["left_ticks"]
 
 
-def _tick_size(factor: float) -> Change:
-    def change(log: Log, _random: np.random.RandomState) -> None:
-        _wheel(log)["metres_per_tick"] = _wheel(log)["metres_per_tick"] * factor
-
-    return change
-
-
 def _kept(content: dict[str, Any], which: np.ndarray) -> None:
     """Only these messages (indices)."""
     for name, values in content.items():
@@ -155,7 +144,7 @@ def _kept(content: dict[str, Any], which: np.ndarray) -> None:
 
 def _gap(role: str, seconds: float) -> Change:
     def change(log: Log, random: np.random.RandomState) -> None:
-        content = _wheel(log) if role == "wheel" else log[role]
+        content = _of(log, role)
         utime = content["utime"]
         begin = utime[0] + random.uniform(0.3, 0.7) * (utime[-1] - utime[0])
         _kept(content, np.flatnonzero((utime < begin) | (utime > begin + seconds * 1e6)))
@@ -165,7 +154,7 @@ def _gap(role: str, seconds: float) -> Change:
 
 def _rarely(role: str, every: int) -> Change:
     def change(log: Log, _random: np.random.RandomState) -> None:
-        content = _wheel(log) if role == "wheel" else log[role]
+        content = _of(log, role)
         _kept(content, np.arange(0, len(content["utime"]), every))
 
     return change
@@ -262,14 +251,14 @@ DAMAGE: dict[str, Damage] = {
     "gyro in degrees": Damage(
         _scaled("imu", "angular_velocity", 180 / np.pi), ("rate of turn",), _bends
     ),
-    "gyro's sign": Damage(_gyro_reversed, ("gyro sign", "sides"), _bends),
+    "gyro's sign": Damage(_scaled("imu", "angular_velocity", -1), ("gyro sign", "sides"), _bends),
     "IMU with z down": Damage(_turned([[1, 0, 0], [0, -1, 0], [0, 0, -1]]), ("axes",)),
     "IMU on its side": Damage(_turned([[1, 0, 0], [0, 0, 1], [0, -1, 0]]), ("axes",)),
     "IMU turned by 90 degrees": Damage(_turned([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), ("axes",)),
     "wheel backwards": Damage(_ticks(lambda ticks, _: -ticks), ("axes", "sides")),
     "wheels swapped": Damage(_swapped, ("sides",), _pair),
-    "tick ten times too long": Damage(_tick_size(10.0), ("tick size",)),
-    "tick ten times too short": Damage(_tick_size(0.1), ("tick size",)),
+    "tick ten times too long": Damage(_scaled("wheel", "metres_per_tick", 10.0), ("tick size",)),
+    "tick ten times too short": Damage(_scaled("wheel", "metres_per_tick", 0.1), ("tick size",)),
     "counter anew": Damage(_ticks(_anew), ("counter",)),
     "counter of 16 bits": Damage(_ticks(_overflows), ("counter",)),
     "IMU lost for 2 s": Damage(_gap("imu", 2.0), ("gap",)),
@@ -323,27 +312,21 @@ def main() -> int:
             if tried[name] < args.damaged and damage.shown(seed):
                 tried[name] += 1
                 seen = codes_of(damaged(log, name, seed))
-                named[name] += bool(set(seen) & set(damage.codes))
-                if not set(seen) & set(damage.codes):
+                told = bool(set(seen) & set(damage.codes))
+                named[name] += told
+                if not told:
                     missed.append(f"{name}, {seed}: {seen}")
     rows = [{"damage": name, "tried": tried[name], "named": named[name]} for name in DAMAGE]
-    share = sum(named.values()) / max(sum(tried.values()), 1)
-    if args.json:
-        print_json(
-            {
-                "recordings": args.recordings,
-                "found_in_good": len(found),
-                "named": share,
-                "kinds": rows,
-                "missed": missed,
-                "good": found,
-            }
-        )
-    else:
-        print(table_of(rows))
-        print(f"named {100 * share:.1f} %; found in {len(found)} of {args.recordings} good ones")
-        for line in (*missed, *(f"good {seed}: {codes}" for seed, codes in found.items())):
-            print(line)
+    figures = {
+        "recordings": args.recordings,
+        "found_in_good": len(found),
+        "named": sum(named.values()) / max(sum(tried.values()), 1),
+        "kinds": rows,
+        "missed": missed,
+        "good": found,
+    }
+    lines = [table_of(rows), *missed, *(f"good {seed}: {codes}" for seed, codes in found.items())]
+    print_figures(args, figures, "\n".join(lines))
     return 0
 
 

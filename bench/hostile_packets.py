@@ -20,8 +20,6 @@ import argparse
 import math
 import socket
 import struct
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -30,19 +28,22 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.config import Configs, config_arguments
-from gprodom.console import Progress, format_table, print_json
+from gprodom.config import Configs
+from gprodom.console import Progress
 from gprodom.errors import Error
-from gprodom.lcm import LCM, EventLog, logs
+from gprodom.lcm import LCM, logs
 from gprodom.lcm.messages import fingerprint, message
-from gprodom.odometry.replay import find_program, run_replay
+from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
-from own_network import GROUP, PORT, URL, parse_inside
-from program import exit_with, parser_of
+from log_events import read_events
+from own_network import GROUP, PORT, URL, in_time, parse_inside, start_daemon
+from processes import memory_mb
+from program import complain, exit_with, list_of, parser_of, print_figures
 from zips import log_of
 
 VARIANTS = 4000  # different packets, sent again and again
 FOREIGN_SHARE = 0.02  # of the packets are datagrams that are no LCM
+NOT_FINITE = [math.nan, math.inf, -math.inf]
 CHANNELS = {
     "IMU": "imu_t",
     "WHEEL": "wheel_t",
@@ -52,7 +53,7 @@ CHANNELS = {
     "POSITION_FIX": "position_fix_t",
     "COMMAND": "command_t",
 }
-BAD_VALUES = [math.nan, math.inf, -math.inf, 1e300, -1e18]
+BAD_VALUES = [*NOT_FINITE, 1e300, -1e18]
 
 
 def valid(channel: str, utime: int, rng: np.random.Generator) -> Any:
@@ -121,17 +122,17 @@ def impossible(channel: str, rng: np.random.Generator, utime: int) -> bytes:
         if which == 0:
             m.sample_interval = float(rng.choice([bad, 0.0, -1e-10, 1e-300, 1e-18, 1e-7, 1.0]))
         elif which == 1:
-            m.time_zero = float(rng.choice([math.nan, math.inf, -math.inf]))
+            m.time_zero = float(rng.choice(NOT_FINITE))
         else:
             m.num_samples = int(rng.integers(0, 16))
             m.samples = m.samples[: m.num_samples]
     elif channel == "GPR_DISPLACEMENT_IN":
         m.kind = int(rng.choice([2, 3]))
         name = str(rng.choice(["distance", "sigma", "lateral", "lateral_sigma", "scale", "score"]))
-        setattr(m, name, float(rng.choice([math.nan, math.inf, -math.inf])))
+        setattr(m, name, float(rng.choice(NOT_FINITE)))
     elif channel == "POSITION_FIX":
         field = m.position if rng.random() < 0.5 else m.covariance
-        field[rng.integers(0, 3)] = float(rng.choice([math.nan, math.inf, -math.inf]))
+        field[rng.integers(0, 3)] = float(rng.choice(NOT_FINITE))
     return bytes(m.encode())
 
 
@@ -160,14 +161,6 @@ def hostile(seed: int, utime: int) -> list[tuple[str, bytes]]:
         else:
             packets.append((channel, make(channel, rng, utime)))
     return packets
-
-
-def resident_mb(pid: int) -> float:
-    """Resident memory of a process, MB (10^6 bytes)."""
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1]) * 1024e-6
-    raise Error("gprodomd ended while it was watched")
 
 
 class Listener:
@@ -202,8 +195,7 @@ class Attack:
     """Plays a log with hostile packets between its messages."""
 
     def __init__(self, log: Path, packets: int, speed: float, seed: int) -> None:
-        self.events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
-        self.events = [event for event in self.events if event[1] in CHANNELS]
+        self.events = [event for event in read_events(log) if event[1] in CHANNELS]
         if not self.events:
             raise Error(f"{log}: no messages of {', '.join(CHANNELS)}")
         self.packets, self.speed = packets, speed
@@ -225,14 +217,11 @@ class Attack:
 
     def run(self, listener: Listener, alive: Callable[[int], None]) -> None:
         """`alive` is told the packets sent, now and then."""
-        begun, first = time.monotonic(), self.events[0][0]
-        for i, (stamp, channel, data) in enumerate(self.events):
-            ahead = (stamp - first) * 1e-6 / self.speed - (time.monotonic() - begun)
-            listener.receive(1 if ahead > 0.002 else 0)
-            if ahead > 0:
-                time.sleep(min(ahead, 0.01))
+        paced = in_time(self.events, self.speed, lambda _: listener.receive(1))
+        for i, (_, channel, data) in enumerate(paced):
             self.send_hostile(self.packets * (i + 1) // len(self.events))
             self.sender.publish(channel, data)
+            listener.receive()
             if i % 200 == 0:
                 alive(self.sent)
 
@@ -255,11 +244,7 @@ def measure(
     """The figures by name."""
     attack, listener = Attack(log, packets, speed, seed), Listener()
     daemon_log = folder / "daemon.log"
-    with open(daemon_log, "w") as said:
-        daemon = subprocess.Popen(
-            [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL],
-            stderr=said,
-        )
+    daemon = start_daemon(configs, daemon_log)
     memory: list[float] = []
     try:
         time.sleep(1.0)  # the daemon listens
@@ -268,7 +253,7 @@ def measure(
             def alive(sent: int) -> None:
                 if daemon.poll() is not None:
                     raise Error(f"gprodomd ended ({daemon.returncode}):\n{daemon_log.read_text()}")
-                memory.append(resident_mb(daemon.pid))
+                memory.append(memory_mb(daemon.pid, "VmRSS"))
                 progress.update(sent)
 
             attack.run(listener, alive)
@@ -300,17 +285,16 @@ def measure(
 
 def verdict(figures: dict[str, Any], max_growth_mb: float) -> list[str]:
     """What is not as it should be."""
-    wrong = []
-    if figures["exit_code"] != 0:
-        wrong.append(f"gprodomd ended with {figures['exit_code']}")
-    if figures["poses_live"] < 0.999 * figures["poses"] or figures["apart_m"] > 1e-6:
-        wrong.append("the poses are not those of the log alone")
     asked = figures["packets"] - figures["datagrams"]
-    if figures["counted"] < 0.995 * asked:
-        wrong.append(f"STATUS counted {figures['counted']} of {asked}")
-    if figures["memory_end_mb"] - figures["memory_tenth_mb"] > max_growth_mb:
-        wrong.append("memory grew")
-    return wrong
+    alike = figures["poses_live"] >= 0.999 * figures["poses"] and figures["apart_m"] <= 1e-6
+    growth_mb = figures["memory_end_mb"] - figures["memory_tenth_mb"]
+    checks = {
+        f"gprodomd ended with {figures['exit_code']}": figures["exit_code"] == 0,
+        "the poses are not those of the log alone": alike,
+        f"STATUS counted {figures['counted']} of {asked}": figures["counted"] >= 0.995 * asked,
+        "memory grew": growth_mb <= max_growth_mb,
+    }
+    return [what for what, held in checks.items() if not held]
 
 
 def parse() -> argparse.Namespace:
@@ -332,14 +316,10 @@ def main() -> int:
         log = log_of(args.log, Path(name))
         figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))
     wrong = verdict(figures, args.max_growth)
-    if args.json:
-        print_json({**figures, "wrong": wrong})
-    else:
-        reasons = figures.pop("reasons")
-        print(format_table(["counted in STATUS", "times"], [list(row) for row in reasons.items()]))
-        print(format_table(["", "measured"], [list(row) for row in figures.items()]))
-        for line in wrong:
-            print(f"hostile_packets: {line}", file=sys.stderr)
+    shown = {**figures, "reasons": "", **figures["reasons"]}
+    print_figures(args, {**figures, "wrong": wrong}, list_of(shown))
+    for line in wrong:
+        complain(line)
     return 1 if wrong else 0
 
 

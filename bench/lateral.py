@@ -18,12 +18,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.console import format_table, print_json
-from program import parser_of
+from program import list_of, parser_of, print_figures, table_of
 
 PATCH, REACH = 100, 28  # traces: 1.8 m, and 0.5 m, as lines start up to 25 cm apart
 DEPTH = slice(15, 120)  # samples: 5 to 38 ns; below, noise is as strong as the ground
@@ -70,7 +70,7 @@ def along(lines: Floats, steps: int) -> float:
     return float(np.mean([correlation(line[:-steps], line[steps:]) for line in lines]))
 
 
-def measure(folder: Path) -> dict[str, object]:
+def measure(folder: Path) -> dict[str, Any]:
     """The figures."""
     lines, spacing = read_lines(folder)
     own = np.array([along(lines, steps) for steps in range(1, 40)])
@@ -99,12 +99,8 @@ def main() -> int:
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
     args = parser.parse_args()
     found = measure(args.data / "seal_beach")
-    if args.json:
-        print_json(found)
-        return 0
-    rows = [[f"{row[key]:.2f}" for key in ("m", "aside", "along")] for row in found["rows"]]
-    print(format_table(["m", "aside", "along"], rows))
-    print(*(f"{key} {found[key]:.3f}" for key in ("along_curvature_m", "stretch", "lateral_m")))
+    lengths = {key: value for key, value in found.items() if key != "rows"}
+    print_figures(args, found, f"{table_of(found['rows'])}\n{list_of(lengths)}")
     return 0
 
 

@@ -19,6 +19,7 @@ Exit code 1 where memory or processor time is over its limit, or something was l
 
 from __future__ import annotations
 
+import argparse
 import csv
 import os
 import signal
@@ -29,33 +30,17 @@ import time
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import Configs, config_arguments
-from gprodom.console import format_table, print_json
 from gprodom.errors import Error
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import message
-from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
-from own_network import URL, parse_inside
-from program import exit_with, parser_of
+from own_network import URL, parse_inside, start_daemon
+from processes import memory_mb, processor_seconds
+from program import exit_with, list_of, parser_of, print_figures
 from zips import log_of
 
 COUNTED = ("latency.imu", "latency.radar", "queue.input.longest", "queue.output.longest")
 LOST = "dropped"  # in the name of each count of messages lost inside
-
-
-def peak_memory_mb(pid: int) -> float:
-    """Peak resident memory of a process, MB (10^6 bytes)."""
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmHWM:"):
-            return int(line.split()[1]) * 1024e-6
-    raise Error(f"/proc/{pid}/status: no VmHWM")
-
-
-def processor_seconds(pid: int) -> float:
-    """User and system time of a process so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def stolen_seconds() -> float:
@@ -95,49 +80,34 @@ class Told:
         return {"poses": self.poses, "lost": lost, **counted}
 
 
-def measure(
-    log: Path,
-    configs: Configs,
-    overrides: list[str],
-    seconds: float,
-    speed: float,
-    series: Path | None,
-) -> Any:
-    """Plays `log` to a daemon, for `seconds` at most; the figures by name."""
-    command = [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL]
-    for override in overrides:
-        command += ["--set", override]
+def measure(log: Path, args: argparse.Namespace) -> Any:
+    """Plays `log` to a daemon, for --seconds at most; the figures by name."""
     told = Told()
     lcm = LCM(URL + "&recv_buf_size=4194304")
     lcm.subscribe("ODOMETRY", told.count).set_queue_capacity(10000)
     lcm.subscribe("STATUS", told.take).set_queue_capacity(100)
-    daemon = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    daemon = start_daemon(args.configs, Path(os.devnull), args.overrides)
     player = None
     try:
         time.sleep(1.0)  # the daemon listens
         if daemon.poll() is not None:
-            raise Error(f"gprodomd ended at once: {' '.join(command)}")
-        play = [
-            "/usr/bin/lcm-logplayer",
-            f"--speed={speed}",
-            f"--lcm-url={URL}",
-            str(log),
-        ]
+            raise Error("gprodomd ended at once")
+        play = ["/usr/bin/lcm-logplayer", f"--speed={args.speed}", f"--lcm-url={URL}", str(log)]
         begun, spent = time.monotonic(), processor_seconds(daemon.pid)
         stolen = stolen_seconds()
         player = subprocess.Popen(play, stdout=subprocess.DEVNULL)
-        while player.poll() is None and time.monotonic() < begun + seconds:
+        while player.poll() is None and time.monotonic() < begun + args.seconds:
             lcm.handle_timeout(100)
             if told.series and "memory_mb" not in told.series[-1]:
-                told.series[-1]["memory_mb"] = peak_memory_mb(daemon.pid)
+                told.series[-1]["memory_mb"] = memory_mb(daemon.pid, "VmHWM")
                 told.series[-1]["cpu_s"] = processor_seconds(daemon.pid) - spent
         elapsed = time.monotonic() - begun
-        if series is not None:
-            write_series(series, told.series)
+        if args.series is not None:
+            write_series(args.series, told.series)
         return {
             "seconds": elapsed,
             **told.figures(),
-            "memory_mb": peak_memory_mb(daemon.pid),
+            "memory_mb": memory_mb(daemon.pid, "VmHWM"),
             "core_percent": 100 * (processor_seconds(daemon.pid) - spent) / elapsed,
             "stolen_percent": 100 * (stolen_seconds() - stolen) / elapsed,
         }
@@ -157,12 +127,6 @@ def write_series(path: Path, rows: list[dict[str, float]]) -> None:
         writer.writerows(rows)
 
 
-def busy(processes: int) -> list[subprocess.Popen[bytes]]:
-    """So many processes that compute without end, at normal priority."""
-    command = [sys.executable, "-c", "while True: pass"]
-    return [subprocess.Popen(command) for _ in range(processes)]
-
-
 def main() -> int:
     """Runs the command line, in a network namespace."""
     parser = parser_of(__doc__)
@@ -175,27 +139,16 @@ def main() -> int:
     parser.add_argument("--busy", type=int, default=0, metavar="N", help="processes that compute")
     parser.add_argument("--series", type=Path, metavar="CSV", help="what was told each second")
     args = parse_inside(parser)
-    others = busy(args.busy)
+    compute = [sys.executable, "-c", "while True: pass"]
+    others = [subprocess.Popen(compute) for _ in range(args.busy)]
     try:
         with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            log, load = log_of(args.log, Path(name)), (args.seconds, args.speed, args.series)
-            figures = measure(log, args.configs, args.overrides, *load)
+            figures = measure(log_of(args.log, Path(name)), args)
     finally:
         for process in others:
             process.kill()
             process.wait()
-    if args.json:
-        print_json(figures)
-    else:
-        rows = [
-            ["resident memory, peak, MB", figures["memory_mb"], args.max_memory],
-            ["processor, % of a core", figures["core_percent"], args.max_core],
-            ["taken by the machine's host, % of a core", figures["stolen_percent"], ""],
-            ["messages lost inside", figures["lost"], 0],
-        ]
-        rows += [[name, figures[name], ""] for name in figures if name.startswith(COUNTED)]
-        print(f"{figures['seconds']:.1f} s live, {figures['poses']} poses")
-        print(format_table(["", "measured", "limit"], rows))
+    print_figures(args, figures, list_of(figures))
     within = figures["memory_mb"] < args.max_memory and figures["core_percent"] < args.max_core
     return 0 if within and figures["poses"] > 0 and figures["lost"] == 0 else 1
 

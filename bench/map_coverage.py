@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -41,22 +40,10 @@ from gprodom.simulate.drives import (
     laps_drive,
     wrong_revisits,
 )
-from program import add_seeds, in_processes, list_of, parser_of, print_figures
+from program import add_seeds, in_processes, list_of, parser_of, print_figures, seeds_of
 
 WANDER_M = 0.1  # to either side of the track, in laps
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Of one run. nees: of x, y in map, at moments a second apart from the first revisit on."""
-
-    seed: int
-    revisits: int
-    nees: list[float]
-    end_m: float  # error at the end
-    rms_m: float  # of all moments
-    moved_m: float = 0.0  # of the final pose, by wrong revisits
 
 
 def drive(
@@ -68,8 +55,9 @@ def drive(
     wander: float = WANDER_M,
     abreast: float = 0.0,
     one: bool = False,
-) -> Drive:
-    """One run."""
+) -> dict[str, Any]:
+    """One run. nees: of x, y in map, at moments a second apart from the first revisit on; end_m:
+    error at the end; rms_m: of all moments; moved_m: of the final pose, by wrong revisits."""
     run = laps_drive(seed, laps, wander, abreast) if laps else drive_on_known_ground(seed, distance)
     if abreast > 0:
         places = {0: [0, abreast / 2, 0]} | ({} if one else {1: [0, -abreast / 2, 0]})
@@ -90,29 +78,29 @@ def drive(
         moved = float(np.linalg.norm(other - pose["position"][-1]))
     revisits = outputs.corrections[-1]["revisits"] if outputs.corrections else 0
     rms = float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
-    return Drive(seed, revisits, nees.tolist(), float(np.linalg.norm(error[-1])), rms, moved)
+    found = {"seed": seed, "revisits": revisits, "nees": nees.tolist()}
+    return found | {"end_m": float(np.linalg.norm(error[-1])), "rms_m": rms, "moved_m": moved}
 
 
-def summarise(drives: list[Drive], wrong: bool) -> dict[str, Any]:
+def summarise(drives: list[dict[str, Any]], wrong: bool) -> dict[str, Any]:
     """The figures of ``--json``."""
-    tied = [run for run in drives if run.revisits > 0]
-    inside = np.concatenate([np.array(run.nees) <= ELLIPSE for run in tied])
-    end = judge([run.nees[-1] for run in drives], 2, 0.95)
+    tied = [run for run in drives if run["revisits"] > 0]
+    inside = np.concatenate([np.array(run["nees"]) <= ELLIPSE for run in tied])
+    ends = [run["nees"][-1] for run in drives]
+    end = judge(ends, 2, 0.95)
     figures: dict[str, Any] = {
         "runs": len(drives),
         "with_revisits": len(tied),
-        "revisits_mean": float(np.mean([run.revisits for run in drives])),
-        "coverage_end": float(np.mean([run.nees[-1] <= ELLIPSE for run in drives])),
+        "revisits_mean": float(np.mean([run["revisits"] for run in drives])),
+        "coverage_end": float(np.mean(np.array(ends) <= ELLIPSE)),
         "coverage_all": float(inside.mean()),
-        "nees_end_mean": end["mean"],
-        "nees_end_low": end["low"],
-        "nees_end_high": end["high"],
-        "nees_all_mean": float(np.mean([np.mean(run.nees) for run in tied])),
-        "end_m_rms": float(np.sqrt(np.mean([run.end_m**2 for run in drives]))),
-        "all_m_rms": float(np.sqrt(np.mean([run.rms_m**2 for run in drives]))),
+        **{f"nees_end_{key}": end[key] for key in ("mean", "low", "high")},
+        "nees_all_mean": float(np.mean([np.mean(run["nees"]) for run in tied])),
+        "end_m_rms": float(np.sqrt(np.mean([run["end_m"] ** 2 for run in drives]))),
+        "all_m_rms": float(np.sqrt(np.mean([run["rms_m"] ** 2 for run in drives]))),
     }
     if wrong:
-        moved = [run.moved_m for run in drives]
+        moved = [run["moved_m"] for run in drives]
         figures |= {"moved_m_max": max(moved), "moved_m_median": float(np.median(moved))}
     return figures
 
@@ -140,20 +128,11 @@ def main() -> int:
         parser.error("--abreast: expected with --laps")
     if args.one and args.abreast == 0:
         parser.error("--one: expected with --abreast")
-    seeds = range(args.first_seed, args.first_seed + args.runs)
-    work = partial(
-        drive,
-        overrides=args.overrides,
-        wrong=args.wrong,
-        distance=args.distance,
-        laps=args.laps,
-        wander=args.wander,
-        abreast=args.abreast,
-        one=args.one,
-    )
-    drives = in_processes(args.jobs, "drives", work, seeds)
+    chosen = ("overrides", "wrong", "distance", "laps", "wander", "abreast", "one")
+    work = partial(drive, **{name: getattr(args, name) for name in chosen})
+    drives = in_processes(args.jobs, "drives", work, seeds_of(args))
     figures = summarise(drives, args.wrong)
-    print_figures(args, figures | {"drives": [vars(run) for run in drives]}, list_of(figures))
+    print_figures(args, figures | {"drives": drives}, list_of(figures))
     return 0
 
 

@@ -27,13 +27,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from gprodom.cli import main as gprodom
-from gprodom.lcm import LCM, EventLog
+from gprodom.lcm import LCM
 from gprodom.map.ground import read_map
-from gprodom.odometry.replay import find_program
+from gprodom.odometry.replay import run_replay
+from log_events import read_events
 from map_faults import fault_of, tell
-from own_network import URL, parse_inside
-from program import parser_of
+from own_network import URL, in_time, parse_inside, start_daemon
+from program import command, parser_of
 
 SPEED = 10.0  # times real time
 IN_EACH = 5  # reloads of a drive
@@ -53,21 +53,16 @@ def write_config(folder: Path, state: Path, max_speed: float) -> Path:
 def reloads(log: Path, folder: Path, state: Path, chance: random.Random) -> None:
     """A drive with reloads at random moments."""
     config = write_config(folder, state, 5.0)
-    events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
+    events = read_events(log)
     first, last = events[0][0], events[-1][0]
     moments = sorted(chance.uniform(first, last) for _ in range(IN_EACH))
     lcm = LCM(URL)
-    with open(folder / "log", "w") as said:
-        command = [str(find_program("gprodomd")), "-c", str(config), "--lcm-url", URL]
-        daemon = subprocess.Popen(command, stderr=said)
+    daemon = start_daemon([config], folder / "log")
     deadline = time.monotonic() + PATIENCE_S
     while " runs: " not in (folder / "log").read_text() and time.monotonic() < deadline:
         time.sleep(0.05)
-    begun, done = time.monotonic(), 0
-    for stamp, channel, data in events:
-        ahead = (stamp - first) * 1e-6 / SPEED - (time.monotonic() - begun)
-        if ahead > 0:
-            time.sleep(ahead)
+    done = 0
+    for stamp, channel, data in in_time(events, SPEED):
         if done < len(moments) and stamp >= moments[done]:
             done += 1
             write_config(folder, state, 5.0 - 0.1 * done)
@@ -84,12 +79,10 @@ def measure_reloads(moments: int, chance: random.Random, folder: Path) -> dict[s
     for seed in (1, 2):
         logs.append(folder / f"{seed}.lcmlog")
         drive = ["--route", "loop", "--distance", "14", "--seed", str(seed)]
-        if gprodom(["simulate", *drive, "-o", str(logs[-1])]) != 0:
-            raise RuntimeError("the drive was not made")
+        command("simulate", *drive, "-o", logs[-1])
     before = folder / "before"
     before.mkdir()
-    replay = [str(find_program("gprodom-replay")), "-c", str(write_config(folder, before, 5.0))]
-    subprocess.run([*replay, str(logs[0]), "-o", str(folder / "out.lcmlog")], check=True)
+    run_replay(logs[0], folder / "out.lcmlog", [write_config(folder, before, 5.0)])
     length_m = read_map(before / "ground.map").length_m
     lost, grown_m = [], 0.0
     for number in range(-(-moments // IN_EACH)):
@@ -109,8 +102,8 @@ def measure_reloads(moments: int, chance: random.Random, folder: Path) -> dict[s
 def measure_errors(moments: int, tests: Path) -> dict[str, Any]:
     """Exceptions at so many moments."""
     environment = {**os.environ, "GPRODOM_MOMENTS": str(moments)}
-    command = [str(tests / "test_live"), f"--gtest_filter={ERRORS}"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    test = [str(tests / "test_live"), f"--gtest_filter={ERRORS}"]
+    done = subprocess.run(test, env=environment, capture_output=True, text=True, check=False)
     passed = done.returncode == 0 and f"[       OK ] {ERRORS}" in done.stdout
     lost = [] if passed else done.stdout.splitlines()[-30:]
     return {"fault": "error", "moments": moments, "kept": moments if passed else 0, "lost": lost}

@@ -16,7 +16,6 @@ Needs strace.
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import shutil
 import subprocess
@@ -26,9 +25,10 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from gprodom.lcm import EventLog
 from gprodom.map.ground import read_map
 from gprodom.odometry.replay import find_program
+from log_events import read_events
+from processes import children_seconds
 from program import parser_of, print_rows
 
 WRITE = re.compile(r"^\d+ +writev?\(\d+<([^>]*)>.* = (\d+)$", re.M)
@@ -48,11 +48,9 @@ def command(
 
 def processor_s(arguments: list[str]) -> float:
     """Of a process, all threads."""
-    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status != 0:
-        raise RuntimeError(" ".join(arguments))
-    return usage.ru_utime + usage.ru_stime
+    before = children_seconds()
+    subprocess.run(arguments, check=True, capture_output=True)
+    return children_seconds() - before
 
 
 def written(arguments: list[str], state: Path, calls: Path) -> Counter[str]:
@@ -69,8 +67,8 @@ def written(arguments: list[str], state: Path, calls: Path) -> Counter[str]:
 def measure(log: Path, state: Path, folder: Path, args: argparse.Namespace) -> dict[str, Any]:
     """The figures of one log. state: goes on from the log before."""
     output = folder / "out.lcmlog"
-    stamps = [event.timestamp for event in EventLog(str(log), "r")]
-    seconds = (stamps[-1] - stamps[0]) * 1e-6
+    events = read_events(log)
+    seconds = (events[-1][0] - events[0][0]) * 1e-6
     times: dict[bool, float] = {}
     for keeps in (False, True):
         for _ in range(args.repeats):

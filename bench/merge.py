@@ -34,7 +34,7 @@ from gprodom.map.ground import MapFile, read_map
 from gprodom.simulate import Simulated
 from gprodom.simulate.recording import as_recording
 from program import list_of, print_figures
-from relocation import command_line, each_drive, simulated
+from relocation import command_line, each_drive, placed, simulated
 
 
 @dataclass(frozen=True)
@@ -51,31 +51,6 @@ class Session:
     def truth(self, time: Any, frame: Session) -> Floats:
         """Position of the robot at times (ns), in the frame of a map."""
         return placed(self.run, np.asarray(time) // 1000, frame.run, frame.origin)
-
-
-@dataclass(frozen=True)
-class Figures:
-    """Of one drive at one change; of each of the two days."""
-
-    seed: int
-    change: float
-    proven: list[bool]
-    before_m: list[float]
-    after_m: list[float]
-    nees_before: list[float]
-    nees_after: list[float]
-    bytes_before: list[int]
-    bytes_after: int
-    stranger_joined: bool
-    stranger_changed_m: float  # the most by which a pose of the first map has moved
-
-
-def placed(run: Simulated, utime: Any, frame: Simulated, origin: int) -> Floats:
-    """Positions (n, 2) of a drive in the frame that lies where another one was at `origin`."""
-    start, motion = frame.motion_at(np.array([origin])), run.motion_at(utime)
-    cos, sin = np.cos(start.yaw), np.sin(start.yaw)
-    dx, dy = motion.x - start.x, motion.y - start.y
-    return np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
 
 
 def drive(run: Simulated, path: Path, sets: list[str]) -> Session:
@@ -134,7 +109,7 @@ def error_after(first: Session, second: Session, join: dict[str, Any]) -> tuple[
     return errors(first, found[:count], first), errors(second, found[count:], first)
 
 
-def run_one(seed: int, changes: list[float], sets: list[str]) -> list[Figures]:
+def run_one(seed: int, changes: list[float], sets: list[str]) -> list[dict[str, Any]]:
     """Two days and a stranger's, at each change."""
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
@@ -144,12 +119,13 @@ def run_one(seed: int, changes: list[float], sets: list[str]) -> list[Figures]:
         for change in changes:
             days = first, drive(another_day(first_run, change, seed), work / "second.map", sets)
             away = another_day(first_run, change, STRANGER + seed)
-            found.append(compare(seed, change, days, drive(away, work / "away.map", sets)))
+            found.append(compare(days, drive(away, work / "away.map", sets)))
         return found
 
 
-def compare(seed: int, change: float, days: tuple[Session, Session], away: Session) -> Figures:
-    """Merges both days, either way, and a stranger's with the first."""
+def compare(days: tuple[Session, Session], away: Session) -> dict[str, Any]:
+    """Merges both days, either way, and a stranger's with the first. Of each of the two days; and
+    the most by which a pose of the first map has moved by a stranger's."""
     merged = [a.file.ground.merged(b.file.ground) for a, b in (days, days[::-1])]
     joins = [one["joins"][0] for one in merged]
     proven = [bool(join["proven"]) for join in joins]
@@ -163,41 +139,35 @@ def compare(seed: int, change: float, days: tuple[Session, Session], away: Sessi
     stranger = days[0].file.ground.merged(away.file.ground)
     kept, places = stranger["ground"].places(), days[0].file.places
     moved = np.hypot(kept["x"] - places["x"], kept["y"] - places["y"])
-    return Figures(
-        seed=seed,
-        change=change,
-        proven=proven,
-        before_m=[rms(error_before(day)) for day in days],
-        after_m=after,
-        nees_before=[
-            nees(day.end - day.truth([day.end_time], day)[0],
-                 day.end_covariance) for day in days
+    return {
+        "proven": proven,
+        "before_m": [rms(error_before(day)) for day in days],
+        "after_m": after,
+        "nees_before": [
+            nees(day.end - day.truth([day.end_time], day)[0], day.end_covariance) for day in days
         ],
-        nees_after=ends[::-1],  # the first day joins the second in the second way
-        bytes_before=[len(day.file.data) for day in days],
-        bytes_after=len(merged[0]["ground"].to_bytes()),
-        stranger_joined=any(join["proven"] for join in stranger["joins"]),
-        stranger_changed_m=float(moved.max()),
-    )  # fmt: skip
+        "nees_after": ends[::-1],  # the first day joins the second in the second way
+        "bytes_before": [len(day.file.data) for day in days],
+        "bytes_after": len(merged[0]["ground"].to_bytes()),
+        "stranger_joined": any(join["proven"] for join in stranger["joins"]),
+        "stranger_changed_m": float(moved.max()),
+    }
 
 
-def summarise(change: float, runs: list[Figures]) -> dict[str, Any]:
+def summarise(change: float, runs: list[dict[str, Any]]) -> dict[str, Any]:
     """The figures of one change."""
-    joined = [one for one in runs if all(one.proven)]
-
-    def of_days(name: str, over: list[Figures]) -> list[float]:
-        return [float(x) for x in np.mean([getattr(one, name) for one in over], axis=0)]
-
+    joined = [one for one in runs if all(one["proven"])]
     figures: dict[str, Any] = {
         "change_percent": change,
         "runs": len(runs),
         "proven": len(joined),
-        "strangers_joined": sum(one.stranger_joined for one in runs),
-        "moved_by_strangers_m": max(one.stranger_changed_m for one in runs),
+        "strangers_joined": sum(one["stranger_joined"] for one in runs),
+        "moved_by_strangers_m": max(one["stranger_changed_m"] for one in runs),
     }
-    for name in ("before_m", "after_m", "nees_before", "nees_after", "bytes_before"):
-        figures[name] = of_days(name, joined) if joined else None
-    figures["bytes_after"] = float(np.mean([one.bytes_after for one in joined])) if joined else None
+    of_days = ("before_m", "after_m", "nees_before", "nees_after", "bytes_before", "bytes_after")
+    for name in of_days:
+        mean = np.mean([one[name] for one in joined], axis=0).tolist() if joined else None
+        figures[name] = mean
     return figures
 
 

@@ -20,15 +20,16 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.calibrate.mount import find_mount, rpy_of
+from estimates import mount_in
+from gprodom.calibrate.mount import rpy_of
+from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
-from gprodom.console import format_table
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
 from gprodom.odometry.methods import find_method
 from gprodom.odometry.replay import run_replay
 from gprodom.simulate.imu import rotation_from_rpy
-from program import exit_with, one_by_one, parser_of, print_figures
+from program import exit_with, one_by_one, parser_of, print_figures, table_of
 
 CASES = {
     "right": (0, 0),
@@ -63,24 +64,14 @@ def measure(
         folder = Path(name)
         log = as_log(sequence, folder)
         if mount is None:
-            mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel"))).rpy
+            mount = mount_in(log).rpy
         sits, found = rotation_from_rpy(tuple(mount)), {}
         for case in cases:
             roll, yaw = np.radians(CASES[case])
-            angles = ", ".join(
-                f"{angle:.5f}" for angle in rpy_of(rotation_from_rpy((roll, 0, yaw)) @ sits)
-            )
-            setting = f"imu.rpy_body_imu=[{angles}]"
+            angles = listed(rpy_of(rotation_from_rpy((roll, 0, yaw)) @ sits), 5)
+            setting = f"imu.rpy_body_imu={angles}"
             found[case] = told(log, folder / "out.lcmlog", [*overrides, setting])
     return found
-
-
-def cell(changes: list[float]) -> str:
-    """For people."""
-    if not changes:
-        return ""
-    until = f" until {changes[1]:.0f}" if len(changes) > 1 else ""
-    return f"{changes[0]:.0f}{until}"
 
 
 def main() -> int:
@@ -95,8 +86,11 @@ def main() -> int:
     found: dict[str, dict[str, list[float]]] = {}
     for sequence in one_by_one("mountings", args.sequences):
         found[sequence.stem] = measure(sequence, cases, mount, args.overrides)
-    rows = [[name, *(cell(of[case]) for case in cases)] for name, of in found.items()]
-    print_figures(args, found, format_table(["sequence", *cases], rows))
+    rows = [
+        {"sequence": name} | {case: " to ".join(f"{s:.0f}" for s in of[case]) for case in cases}
+        for name, of in found.items()
+    ]
+    print_figures(args, found, table_of(rows))
     return 1 if any(of.get("right") for of in found.values()) else 0
 
 

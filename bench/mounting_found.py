@@ -25,21 +25,20 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gprodom.calibrate.mount import find_mount, rpy_of
+from estimates import mount_in, planar_figures, run_method
+from gprodom.calibrate.mount import rpy_of
 from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
-from gprodom.console import format_table
 from gprodom.drive.imu_mounting import matrix_of
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.odometry.estimate import as_log, estimate
-from gprodom.odometry.methods import find_method
+from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
 from gprodom.score.sources import read_truth
-from program import exit_with, in_processes, parser_of, print_figures
+from program import exit_with, in_processes, parser_of, print_figures, table_of
 from recordings import Recording, convert, recordings_of
 from robot_variations import is_folder
-from robots import UNDECIDED_M, score
+from robots import UNDECIDED_M
 from sensors import read, write
 
 SEQUENCE = Recording((), TruthError(), "")
@@ -58,8 +57,7 @@ def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> d
             R = np.eye(3)  # the simulation's
         else:
             convert(recording, source, log)
-            found = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
-            R = matrix_of(found.rpy)
+            R = matrix_of(mount_in(log).rpy)
         sensors = read(log)
         label = name or source.name[:10]
         R_old_new = Rotation.random(random_state=seed + zlib.crc32(label.encode())).as_matrix()
@@ -71,9 +69,9 @@ def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> d
         for which, mounting in (("right", listed(list(rpy_of(right)))), ("auto", "auto")):
             output = Path(folder) / f"{which}.lcmlog"
             given = [*settings, f"imu.rpy_body_imu={mounting}"]
-            made = estimate(log, find_method("imu_wheel"), (), given, output)
-            truth = read_truth(log).trajectory
-            row[f"{which}_m"] = score(made.trajectory, truth, recording.truth).ate_rmse_m
+            made, truth = run_method(log, "imu_wheel", output, given), read_truth(log).trajectory
+            figures = planar_figures(made.trajectory, truth, recording.truth)
+            row[f"{which}_m"] = figures.ate_rmse_m
         row["over"] = (row["auto_m"] + UNDECIDED_M) / (row["right_m"] + UNDECIDED_M)
         return row | told(output, log, right)
 
@@ -84,7 +82,7 @@ def reckoned(log: Path, right: Any, error: TruthError) -> dict[str, float]:
     for name in ("linear_acceleration", "angular_velocity"):
         sensors["imu"][name] = sensors["imu"][name] @ right.T
     truth = read_truth(log).trajectory
-    return {"wheel_m": score(wheel_and_gyro(sensors), truth, error).ate_rmse_m}
+    return {"wheel_m": planar_figures(wheel_and_gyro(sensors), truth, error).ate_rmse_m}
 
 
 def told(output: Path, log: Path, right: Any) -> dict[str, Any]:
@@ -103,24 +101,6 @@ def told(output: Path, log: Path, right: Any) -> dict[str, Any]:
     }
 
 
-def table(rows: Sequence[dict[str, Any]]) -> str:
-    """A line each, and the geometric mean below."""
-    lines = [
-        [
-            row["recording"],
-            *(f"{row[key]:.3f}" for key in ("wheel_m", "right_m", "auto_m")),
-            f"{row['over']:.2f}",
-            "" if row["known_s"] is None else f"{row['known_s']:.0f}",
-            f"{row['yaw_off_deg']:.1f} +- {row['yaw_sigma_deg']:.1f}",
-        ]
-        for row in rows
-    ]
-    mean = geometric_mean(row["over"] for row in rows)
-    lines.append(["geometric mean", "", "", "", f"{mean:.2f}", "", ""])
-    header = ["recording", "wheel", "right", "auto", "over", "known s", "yaw off"]
-    return format_table(header, lines)
-
-
 def main() -> int:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
@@ -137,7 +117,8 @@ def main() -> int:
             cases.append((source, None))
     work = partial(run, seed=args.seed, overrides=args.overrides)
     rows = in_processes(args.jobs, "mountings", work, cases)
-    print_figures(args, rows, table(rows))
+    mean = geometric_mean(row["over"] for row in rows)
+    print_figures(args, rows, f"{table_of(rows)}\ngeometric mean of over: {mean:.2f}")
     return 0
 
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 import argparse
 import os
 import signal
+import subprocess
 import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from gprodom.config import Configs, config_arguments
+from gprodom.odometry.replay import find_program
+from log_events import Message
 
 GROUP, PORT = "239.255.76.67", 7667
 URL = f"udpm://{GROUP}:{PORT}?ttl=0"
@@ -26,3 +34,26 @@ def parse_inside(parser: argparse.ArgumentParser, *, mounts: bool = False) -> ar
         os.execvp("unshare", ["unshare", rights, "sh", "-c", _LOOPBACK, "sh", *again])
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what was started ends, too
     return args
+
+
+def start_daemon(
+    configs: Configs, said: Path, overrides: Sequence[str] = ()
+) -> subprocess.Popen[bytes]:
+    """gprodomd in this network. said: a file to which its standard error is added."""
+    command = [str(find_program("gprodomd")), *config_arguments(configs), "--lcm-url", URL]
+    for override in overrides:
+        command += ["--set", override]
+    with open(said, "a") as file:
+        return subprocess.Popen(command, stderr=file)
+
+
+def in_time(
+    events: Sequence[Message], speed: float = 1.0, wait: Callable[[float], object] = time.sleep
+) -> Iterator[Message]:
+    """The events, each at its time, at so many times real time. wait: is given the seconds that are
+    left, and may return sooner."""
+    begun, first = time.monotonic(), events[0][0]
+    for event in events:
+        while (ahead := (event[0] - first) * 1e-6 / speed - (time.monotonic() - begun)) > 0:
+            wait(ahead)
+        yield event

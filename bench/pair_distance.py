@@ -7,12 +7,12 @@ antennas with faults of their own, 0.3 m apart, the rear one 1 cm aside, ground 
 exact, and the wheel true, so that only the passages are measured. A drive's error is that of the
 sum of all passages' distances over that of the true ways between their times. Columns:
 
-    passages   of a drive; three for the antennas' distance at most
-    rms %      error of the distance, over drives; beside it the limit
-    bias %     its mean
-    match mm   standard deviation of a passage; beside it the limit for 0.4 m of ground
-    NEES       mean of the passages' squared error over their variance
-    wrong      by more than 3 sigma and 2 cm
+    passages       of a drive; three for the antennas' distance at most
+    rms_percent    error of the distance, over drives; beside it the limit
+    bias_percent   its mean
+    match_mm       standard deviation of a passage; beside it the limit for 0.4 m of ground
+    nees           mean of the passages' squared error over their variance
+    wrong          by more than 3 sigma and 2 cm
 
 The limit is that of Knapp and Carter (1976), of noise and of ground that differs beside the track
 (docs/pair.md), from the ground without noise: all wave numbers along the track, frequencies, and
@@ -24,16 +24,15 @@ four parts of the depth.
 from __future__ import annotations
 
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
-from itertools import repeat
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gprodom import canvas
 from gprodom.arrays import Floats
-from gprodom.console import format_table
 from gprodom.ground.survey import Survey
 from gprodom.random_streams import stream
 from gprodom.simulate.drive import Move
@@ -47,7 +46,7 @@ from pair_drives import (
     strength,
     to_and_fro,
 )
-from program import one_by_one, parser_of, print_figures
+from program import in_processes, parser_of, print_rows
 
 WAY_M = 50.0
 PATCH_M = 0.4  # of ground to a match
@@ -82,23 +81,6 @@ CASES = (
 )
 
 
-@dataclass(frozen=True)
-class Row:
-    """Of one case on one ground, all drives."""
-
-    ground: str
-    case: str
-    drives: int
-    passages: float  # of a drive
-    rms_percent: float | None  # None: drives without any passage
-    bias_percent: float | None
-    match_mm: float | None
-    nees: float | None
-    wrong: int
-    limit_percent: float
-    limit_mm: float
-
-
 def information(survey: Survey, case: Case) -> float:
     """Of the ground under both antennas about an offset along the track, 1/m^2 for a metre."""
     spacing = case.speed / case.rate
@@ -126,7 +108,7 @@ def information(survey: Survey, case: Case) -> float:
     return float(np.sum(each) / (SEGMENT * spacing))
 
 
-def measure(ground: str, case: Case, seed: int, data: Path) -> dict[str, float]:
+def measure(ground: str, case: Case, data: Path, seed: int) -> dict[str, float]:
     """One drive: error (relative), passages, their sums of squares (m^2), and information."""
     survey = make_ground(ground, seed, data)
     noise = strength(survey) * 10 ** (-case.snr_db / 20)
@@ -146,58 +128,40 @@ def measure(ground: str, case: Case, seed: int, data: Path) -> dict[str, float]:
     }
 
 
-def summary(ground: str, case: Case, drives: list[dict[str, float]]) -> Row:
-    """Of all drives of a case."""
+def summary(ground: str, case: Case, drives: list[dict[str, float]]) -> dict[str, Any]:
+    """Of all drives of a case; None of drives without any passage."""
     of = {key: np.array([each[key] for each in drives]) for key in drives[0]}
     count = of["passages"].sum()
     known = of["error"][np.isfinite(of["error"])]
     # The mean over drives is that of variances: a drive's limit is one over its information.
     limit = np.sqrt(np.mean(1 / of["information"]))
-    return Row(
-        ground,
-        case.name,
-        len(drives),
-        float(of["passages"].mean()),
-        100 * float(np.sqrt(np.mean(known**2))) if len(known) else None,
-        100 * float(np.mean(known)) if len(known) else None,
-        1e3 * float(np.sqrt(of["square"].sum() / count)) if count else None,
-        float(of["nees"].sum() / count) if count else None,
-        int(of["wrong"].sum()),
-        100 * float(limit / np.sqrt(WAY_M) / case.b_m),
-        1e3 * float(limit / np.sqrt(PATCH_M)),
-    )
+    return {
+        "ground": ground,
+        "case": case.name,
+        "drives": len(drives),
+        "passages": float(of["passages"].mean()),
+        "rms_percent": 100 * float(np.sqrt(np.mean(known**2))) if len(known) else None,
+        "bias_percent": 100 * float(np.mean(known)) if len(known) else None,
+        "match_mm": 1e3 * float(np.sqrt(of["square"].sum() / count)) if count else None,
+        "nees": float(of["nees"].sum() / count) if count else None,
+        "wrong": int(of["wrong"].sum()),
+        "limit_percent": 100 * float(limit / np.sqrt(WAY_M) / case.b_m),
+        "limit_mm": 1e3 * float(limit / np.sqrt(PATCH_M)),
+    }
 
 
-def table(rows: list[Row]) -> str:
-    """Rows as they are."""
-    heads = ["ground", "case", "drives", "passages", "rms %", "limit", "bias %"]
-    heads += ["match mm", "limit", "NEES", "wrong"]
-
-    def text(value: float | None, digits: int) -> str:
-        return "" if value is None else f"{value:.{digits}f}"
-
-    lines = [
-        [
-            row.ground, row.case, row.drives, text(row.passages, 0), text(row.rms_percent, 3),
-            text(row.limit_percent, 3), text(row.bias_percent, 3), text(row.match_mm, 1),
-            text(row.limit_mm, 1), text(row.nees, 1), row.wrong,
-        ]
-        for row in rows
-    ]  # fmt: skip
-    return format_table(heads, lines)
-
-
-def picture(rows: list[Row], path: Path) -> None:
+def picture(rows: list[dict[str, Any]], path: Path) -> None:
     """A passage's standard deviation over its limit."""
     figure, (axes,) = canvas.new_figure(height=5.0)
     colours = dict(zip(GROUNDS, canvas.COLOURS[:3], strict=True))
     marks = dict(zip((case.name for case in CASES), "o<>^v*sDPXp", strict=True))
     for row in rows:
-        if row.match_mm is not None:
-            axes.plot(row.limit_mm, row.match_mm, marks[row.case], color=colours[row.ground])
+        if row["match_mm"] is not None:
+            look = {"marker": marks[row["case"]], "color": colours[row["ground"]]}
+            axes.plot(row["limit_mm"], row["match_mm"], **look)
     for ground, colour in colours.items():
         axes.plot([], [], "s", color=colour, label=ground)
-    driven = {row.case for row in rows}
+    driven = {row["case"] for row in rows}
     for name, mark in ((name, mark) for name, mark in marks.items() if name in driven):
         axes.plot([], [], mark, color="0.5", label=name)
     ends = np.array([0.05, 20.0])
@@ -231,13 +195,12 @@ def main() -> int:
     ]
     seeds = range(1, args.drives + 1)
     rows = []
-    with ProcessPoolExecutor(args.jobs) as pool:
-        for ground, case in one_by_one("cases", asked):
-            found = pool.map(measure, repeat(ground), repeat(case), seeds, repeat(args.data))
-            rows.append(summary(ground, case, list(found)))
+    for ground, case in asked:
+        work = partial(measure, ground, case, args.data)
+        rows.append(summary(ground, case, in_processes(args.jobs, case.name, work, seeds)))
     if args.plot:
         picture(rows, args.plot)
-    print_figures(args, [asdict(row) for row in rows], table(rows))
+    print_rows(args, rows)
     return 0
 
 

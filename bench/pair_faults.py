@@ -19,12 +19,13 @@ Columns: passages; those wrong by more than 3 sigma and 2 cm; error of the dista
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from gprodom.console import Progress, format_table
+from gprodom.console import Progress
 from gprodom.convert.cmu import Traces
 from gprodom.ground.survey import Survey
 from gprodom.random_streams import stream
@@ -43,7 +44,7 @@ from pair_drives import (
     straight,
     strength,
 )
-from program import parser_of, print_figures
+from program import parser_of, print_rows
 
 B_M, SPEED = 0.3, 0.4  # m, m/s
 PIECE_M = 100.0  # of the drives over rebar
@@ -54,22 +55,7 @@ SILENT_S = 10.0
 DRIFT = 1e-9 / 600  # s/s
 WHEEL = WheelSpec(scale_sigma=0.0, lasting="ramps", quantum=1.82e-4)
 METHODS = ("gprodom", "radar_imu")
-
-
-@dataclass(frozen=True)
-class Row:
-    """Of one fault on one ground, all drives."""
-
-    ground: str
-    fault: str
-    method: str
-    metres: float
-    passages: int
-    wrong: int
-    distance_percent: float | None
-    match_mm: float | None
-    back_after_s: float | None
-    said: list[str]
+Row = dict[str, Any]
 
 
 def rebar(pitch_m: float | None, seed: int) -> Survey:
@@ -116,18 +102,18 @@ def row(
     error, way = (told - true) * np.sign(true), np.abs(true)
     after = [] if back_s is None else found[0].time[found[0].time > back_s]
     said = dict.fromkeys(r for p in found for r in p.reasons if "pair" in r or "antenna" in r)
-    return Row(
-        ground,
-        fault,
-        method,
-        float(sum(each.truth.travelled[-1] for each in drives)),
-        len(way),
-        sum(len(p.wrong) for p in found),
-        100 * float(error.sum() / way.sum()) if len(way) else None,
-        1e3 * float(np.std(error)) if len(way) else None,
-        float(after[0] - back_s) if len(after) and back_s is not None else None,
-        list(said),
-    )
+    return {
+        "ground": ground,
+        "fault": fault,
+        "method": method,
+        "metres": float(sum(each.truth.travelled[-1] for each in drives)),
+        "passages": len(way),
+        "wrong": sum(len(p.wrong) for p in found),
+        "distance_percent": 100 * float(error.sum() / way.sum()) if len(way) else None,
+        "match_mm": 1e3 * float(np.std(error)) if len(way) else None,
+        "back_after_s": float(after[0] - back_s) if len(after) and back_s is not None else None,
+        "said": list(said),
+    }
 
 
 def over_rebar(km: float) -> list[Row]:
@@ -174,27 +160,6 @@ def faults(minutes: float, grounds: list[str], data: Path) -> list[Row]:
     return rows
 
 
-def table(rows: list[Row]) -> str:
-    """Rows as they are."""
-    heads = ["ground", "fault", "method", "m", "passages", "wrong", "distance %", "match mm"]
-    heads += ["back s", "said"]
-
-    def text(value: float | None, digits: int) -> str:
-        return "" if value is None else f"{value:.{digits}f}"
-
-    return format_table(
-        heads,
-        [
-            [
-                r.ground, r.fault, r.method, f"{r.metres:.0f}", r.passages, r.wrong,
-                text(r.distance_percent, 2), text(r.match_mm, 1), text(r.back_after_s, 1),
-                "; ".join(r.said),
-            ]
-            for r in rows
-        ],
-    )  # fmt: skip
-
-
 def main() -> int:
     """Runs the command line."""
     parser = parser_of(__doc__)
@@ -206,10 +171,9 @@ def main() -> int:
     )
     args = parser.parse_args()
     rows = over_rebar(args.km) if args.km > 0 else []
-    rows += (
-        faults(args.minutes, args.ground or list(GROUNDS), args.data) if args.minutes > 0 else []
-    )
-    print_figures(args, [asdict(each) for each in rows], table(rows))
+    if args.minutes > 0:
+        rows += faults(args.minutes, args.ground or list(GROUNDS), args.data)
+    print_rows(args, rows)
     return 0
 
 

@@ -19,9 +19,8 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-from gprodom.files import replacing
-from gprodom.lcm import EventLog
 from gprodom.lcm.messages import message
+from log_events import read_events, write_events
 from program import exit_with, in_processes, parser_of, print_figures, told_apart
 from rough import ALL, Row, attempt, sequences_of, table
 
@@ -40,17 +39,19 @@ def antennas_of(sequence: Path) -> str:
 
 def front_fails(log: Path) -> None:
     """Takes the front antenna's traces out of the log, from `FAILS_AFTER` on."""
-    traces = message("gpr_trace_t")
-    events = list(EventLog(str(log), "r"))
-    begin, end = events[0].timestamp, events[-1].timestamp
-    with replacing(log) as part:
-        kept = EventLog(str(part), "w", overwrite=True)
-        for event in events:
-            late = event.timestamp >= begin + FAILS_AFTER * (end - begin)
-            of_front = event.channel == "GPR_TRACE" and traces.decode(event.data).antenna_id == 0
-            if not (late and of_front):
-                kept.write_event(event.timestamp, event.channel, event.data)
-        kept.close()
+    events = read_events(log)
+    begin, end = events[0][0], events[-1][0]
+
+    def is_kept(time: int, channel: str, data: bytes) -> bool:
+        late = time >= begin + FAILS_AFTER * (end - begin)
+        return not (late and channel == "GPR_TRACE" and antenna_of(data) == 0)
+
+    write_events([event for event in events if is_kept(*event)], log)
+
+
+def antenna_of(trace: bytes) -> int:
+    """The id of an encoded trace's antenna."""
+    return int(message("gpr_trace_t").decode(trace).antenna_id)
 
 
 def run(sequence: Path, more: tuple[str, ...], names: Sequence[str]) -> list[Row] | str:

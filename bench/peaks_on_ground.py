@@ -14,9 +14,7 @@ counterpart within half a period on both sides.
 
 from __future__ import annotations
 
-import argparse
 import io
-import json
 import sys
 import time
 import zipfile
@@ -26,11 +24,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 from gprodom import gpr
+from program import parser_of, print_figures, table_of
+from zips import sample_interval
 
 MAX_TRACES = 2000
 REACH = 5.0  # samples: half a period of these antennas
+WAYS = {
+    "fit": gpr.PeakOptions(),
+    "apart": gpr.PeakOptions(max_joint=1),
+    "envelope": gpr.PeakOptions(fit=False),
+}
+COUNTS = ("pulses", "accepted", "insignificant", "not_converged", "out_of_bounds", "misfit")
 
 
 def read_traces(path: Path) -> tuple[NDArray[np.float32], float]:
@@ -42,9 +47,7 @@ def read_traces(path: Path) -> tuple[NDArray[np.float32], float]:
         name = next(n for n in archive.namelist() if n.endswith("gpr_meas.csv"))
         text = io.TextIOWrapper(archive.open(name))
         traces = np.loadtxt(text, delimiter=",", skiprows=1, max_rows=MAX_TRACES)[:, 1:]
-    side = path.with_suffix(".json")
-    known = json.loads(side.read_text()) if side.is_file() else {}
-    return traces.astype(np.float32), float(known.get("gpr_sample_interval", 2e-10))
+    return traces.astype(np.float32), sample_interval(path)
 
 
 def filtered(traces: NDArray[np.float32], interval: float) -> NDArray[np.float32]:
@@ -91,11 +94,7 @@ def examine(path: Path) -> dict[str, Any]:
     traces, interval = read_traces(path)
     traces = filtered(traces, interval)
     figures: dict[str, Any] = {"recording": path.stem, "traces": len(traces)}
-    for name, options in {
-        "fit": gpr.PeakOptions(),
-        "apart": gpr.PeakOptions(max_joint=1),
-        "envelope": gpr.PeakOptions(fit=False),
-    }.items():
+    for name, options in WAYS.items():
         extractor = gpr.PeakExtractor(options)
         start = time.process_time()
         peaks = extractor.extract_all(traces)
@@ -104,17 +103,7 @@ def examine(path: Path) -> dict[str, Any]:
         each = 1.0 / max(counts.traces, 1)
         figures[name] = {
             "us": 1e6 * seconds * each,
-            **{
-                key: getattr(counts, key) * each
-                for key in (
-                    "pulses",
-                    "accepted",
-                    "insignificant",
-                    "not_converged",
-                    "out_of_bounds",
-                    "misfit",
-                )
-            },
+            **{key: getattr(counts, key) * each for key in COUNTS},
             **repeatability(peaks),
         }
         if name != "envelope":
@@ -123,32 +112,18 @@ def examine(path: Path) -> dict[str, Any]:
     return figures
 
 
-def print_figures(figures: dict[str, Any]) -> None:
-    """One block per recording, one line per way."""
-    print(f"{figures['recording']}: {figures['traces']} traces")
-    for name in ("fit", "apart", "envelope"):
-        f = figures[name]
-        rejected = f["pulses"] - f["accepted"]
-        energy = f"{f['residual_energy']:.3f}" if "residual_energy" in f else "  -  "
-        print(
-            f"  {name:9s} pulses {f['pulses']:5.2f} rejected {rejected:5.2f} residual {energy}  "
-            f"time {f['time']:.3f} (rms {f['time_rms']:.3f}) samples, "
-            f"amplitude {100 * f['amplitude']:.1f} %, "
-            f"lost {100 * f['lost']:.0f} %, {f['us']:.0f} us a trace"
-        )
-
-
 def main() -> int:
-    """Prints the figures of each recording."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    """Prints the figures of each recording, a line for each way."""
+    parser = parser_of(__doc__)
     parser.add_argument("recording", type=Path, nargs="+", help=".npz line or CMU-GPR zip")
-    parser.add_argument("--json", action="store_true", help="print figures as JSON lines")
-    arguments = parser.parse_args()
-    for path in arguments.recording:
-        figures = examine(path)
-        print(json.dumps(figures)) if arguments.json else print_figures(figures)
+    args = parser.parse_args()
+    found = [examine(path) for path in args.recording]
+    rows = [
+        {"recording": figures["recording"], "way": name, **figures[name]}
+        for figures in found
+        for name in WAYS
+    ]
+    print_figures(args, found, table_of(rows))
     return 0
 
 

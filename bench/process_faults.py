@@ -27,14 +27,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gprodom.config import Configs, config_arguments
-from gprodom.lcm import LCM, EventLog, logs
+from gprodom.config import Configs
+from gprodom.lcm import LCM, logs
 from gprodom.lcm.messages import message
-from gprodom.odometry.replay import find_program, run_replay
+from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
-from own_network import URL, parse_inside
-from program import exit_with, parser_of, print_figures, table_of
+from log_events import Message, read_events
+from own_network import URL, in_time, parse_inside, start_daemon
+from program import complain, exit_with, parser_of, print_figures, table_of
 from zips import log_of
 
 FAULT_AT = 0.6  # of the time played
@@ -56,11 +57,8 @@ class Run:
 
     def start(self) -> None:
         """Starts the daemon, with its state in folder/state."""
-        command = [str(find_program("gprodomd")), *config_arguments(self.configs)]
-        command += ["--lcm-url", URL]
-        command += ["--set", f"state.directory={self.folder / 'state'}"]
-        with open(self.stderr, "a") as said:
-            self.process = subprocess.Popen(command, stderr=said)
+        state = f"state.directory={self.folder / 'state'}"
+        self.process = start_daemon(self.configs, self.stderr, [state])
 
     def signal(self, which: signal.Signals) -> None:
         """Sends the daemon a signal."""
@@ -163,15 +161,12 @@ FAULTS = [
 ]
 
 
-def play(
-    events: list[tuple[int, str, bytes]], lcm: LCM, at: dict[float, Callable[[], None]]
-) -> None:
+def play(events: list[Message], lcm: LCM, at: dict[float, Callable[[], None]]) -> None:
     """Sends the events at real time; calls what is due at a time (s from the first)."""
-    begun, first = time.monotonic(), events[0][0]
-    due = sorted(at.items())
-    for stamp, channel, data in events:
-        while (ahead := (stamp - first) * 1e-6 - (time.monotonic() - begun)) > 0:
-            lcm.handle_timeout(max(1, min(10, round(ahead * 1e3))))
+    due, first = sorted(at.items()), events[0][0]
+    for stamp, channel, data in in_time(
+        events, wait=lambda left: lcm.handle_timeout(max(1, min(10, round(left * 1e3))))
+    ):
         while due and (stamp - first) * 1e-6 >= due[0][0]:
             due.pop(0)[1]()
         lcm.publish(channel, data)
@@ -211,7 +206,7 @@ def measure(
     fault: Fault, log: Path, seconds: float, configs: Configs, folder: Path
 ) -> dict[str, Any]:
     """Plays the log with the fault."""
-    events = [(e.timestamp, e.channel, e.data) for e in EventLog(str(log), "r")]
+    events = read_events(log)
     events = [e for e in events if e[1] in CHANNELS and e[0] < events[0][0] + seconds * 1e6]
     run_replay(log, folder / "clean.lcmlog", configs)
     odometry = logs.read(folder / "clean.lcmlog", ["ODOMETRY"])["ODOMETRY"]
@@ -246,17 +241,14 @@ def measure(
 
 def verdict(figures: dict[str, Any]) -> list[str]:
     """What is not as it should be."""
-    wrong = []
-    name = figures["fault"]
-    if not figures["held"]:
-        wrong.append(f"{name}: gprodomd ended")
-    if not figures["monotone"]:
-        wrong.append(f"{name}: a pose was earlier than the one before")
-    if not figures["told"]:
-        wrong.append(f"{name}: not told of")
-    if "killed" in name and not figures["pose_after_s"] <= LIMIT_S:
-        wrong.append(f"{name}: {figures['pose_after_s']:.1f} s without a pose")
-    return wrong
+    silence = figures["pose_after_s"]
+    checks = {
+        "gprodomd ended": figures["held"],
+        "a pose was earlier than the one before": figures["monotone"],
+        "not told of": figures["told"],
+        f"{silence:.1f} s without a pose": "killed" not in figures["fault"] or silence <= LIMIT_S,
+    }
+    return [f"{figures['fault']}: {what}" for what, held in checks.items() if not held]
 
 
 def parse() -> argparse.Namespace:
@@ -289,9 +281,8 @@ def main() -> int:
             results.append(by_itself(fault, log, args))
             wrong += verdict(results[-1])
     print_figures(args, {"runs": results, "wrong": wrong}, table_of(results))
-    if not args.json:
-        for line in wrong:
-            print(f"process_faults: {line}", file=sys.stderr)
+    for line in wrong:
+        complain(line)
     return 1 if wrong else 0
 
 

@@ -6,6 +6,8 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stdout
+from io import StringIO
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -34,9 +36,14 @@ def parser_of(
 
 
 def add_seeds(parser: argparse.ArgumentParser, name: str, count: int, first: int = 0) -> None:
-    """How many seeds, as the option `name`, and ``--first-seed``."""
-    parser.add_argument(name, type=int, default=count, help="default: %(default)s")
+    """How many seeds, as the option `name`, and ``--first-seed``; see `seeds_of`."""
+    parser.add_argument(name, type=int, default=count, help="default: %(default)s", dest="seeds")
     parser.add_argument("--first-seed", type=int, default=first, help="default: %(default)s")
+
+
+def seeds_of(args: argparse.Namespace) -> range:
+    """Those of the command line."""
+    return range(args.first_seed, args.first_seed + args.seeds)
 
 
 def in_processes(
@@ -53,6 +60,18 @@ def in_processes(
             found.append(one)
             progress.advance()
     return found
+
+
+def command(*words: object) -> str:
+    """What a command of `gprodom` prints; raises `Error` where it fails."""
+    from gprodom.cli import main
+
+    said = StringIO()
+    with redirect_stdout(said):
+        code = main([str(word) for word in words])
+    if code != 0:
+        raise Error(f"gprodom {words[0]} {words[1]}: exit code {code}")
+    return said.getvalue()
 
 
 def told_apart(found: Iterable[list[T] | str]) -> tuple[list[T], bool]:

@@ -19,13 +19,12 @@ import numpy as np
 
 from gprodom.calibrate.offset import Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
-from gprodom.console import format_table
 from gprodom.ground.survey import find_survey, shipped
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.robot import robot
 from gprodom.simulate.sequence import SurveySpec
-from program import add_seeds, in_processes, parser_of, print_figures
+from program import add_seeds, in_processes, parser_of, print_figures, seeds_of, table_of
 
 RAYS = "rays"
 Case = tuple[str, int]  # ground, seed
@@ -64,23 +63,23 @@ def main() -> int:
         "--bound", type=float, default=0.015, help="of the RMS error, s (%(default)s)"
     )
     args = parser.parse_args()
-    seeds = range(args.first_seed, args.first_seed + args.seeds)
-    cases = list(product([RAYS, *shipped()], seeds))
+    cases = list(product([RAYS, *shipped()], seeds_of(args)))
     found = in_processes(args.jobs, "drives", partial(measure, late=args.late), cases)
     rows = []
     for ground, (at, late) in product([RAYS, *shipped()], enumerate(args.late)):
         own = [o[at] for case, o in zip(cases, found, strict=True) if case[0] == ground]
         error = np.array([o.offset_s + late for o in own])
         told = np.array([o.sigma_s for o in own])
-        rms = [float(np.sqrt(np.mean(x**2))) for x in (error, told)]
-        worst = float(np.abs(error).max())
-        rows.append([ground, late, float(np.mean(error)), rms[0], worst, rms[1]])
-    keys = ("ground", "late_s", "mean_s", "rms_s", "worst_s", "told_s")
-    shown = [[row[0], *(f"{1e3 * value:.1f}" for value in row[1:])] for row in rows]
-    heading = ["ground", "late (ms)", "mean error", "RMS", "worst", "sigma told"]
-    figures = {"rows": [dict(zip(keys, row, strict=True)) for row in rows]}
-    print_figures(args, figures, format_table(heading, shown))
-    return 0 if all(row[3] <= args.bound for row in rows) else 1
+        rows.append({
+            "ground": ground,
+            "late_s": late,
+            "mean_s": float(np.mean(error)),
+            "rms_s": float(np.sqrt(np.mean(error**2))),
+            "worst_s": float(np.abs(error).max()),
+            "told_s": float(np.sqrt(np.mean(told**2))),
+        })  # fmt: skip
+    print_figures(args, {"rows": rows}, table_of(rows))
+    return 0 if all(row["rms_s"] <= args.bound for row in rows) else 1
 
 
 if __name__ == "__main__":

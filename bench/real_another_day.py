@@ -40,7 +40,7 @@ from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.recording import as_recording
 from program import parser_of, print_rows
-from relocation import RIGHT, located_at
+from relocation import Visit, visited
 
 TOLD_SIGMA = 0.5  # m
 SPEED = 0.5  # m/s
@@ -61,20 +61,6 @@ class Line:
     def length(self) -> float:
         """m."""
         return (len(self.traces) - 1) * self.spacing
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Of one drive."""
-
-    located_after_m: float | None
-    end_m: float
-    along_m: list[float]
-
-    @property
-    def right(self) -> bool:
-        """Located, and near the truth at the end."""
-        return self.located_after_m is not None and self.end_m < RIGHT
 
 
 def read_beach(folder: Path, number: int) -> Line:
@@ -159,7 +145,7 @@ def save_map(line: Line, seed: int, where: Path) -> Known:
     return Known(where, at, pose["position"][:, :2])
 
 
-def visit(line: Line, back: bool, seed: int, known: Known, told: bool = False) -> Outcome:
+def visit(line: Line, back: bool, seed: int, known: Known, told: bool = False) -> Visit:
     """Drives on a line with the map. told: about where it begins."""
     run, there = drive(line, back, 3 - back, seed)
     estimator = gprodom.Odometry()
@@ -167,21 +153,14 @@ def visit(line: Line, back: bool, seed: int, known: Known, told: bool = False) -
     if told:
         estimator.locate_at(0.0, 0.0, 0.0, TOLD_SIGMA)
     outputs = estimator.run(**as_recording(run).messages())
-    at = located_at(outputs)
-    if at is None:
-        return Outcome(None, np.inf, [])
     pose = outputs.odometry_map
-    utime = pose["time"] // 1000
-    place = np.interp(utime, run.truth_utime, there)
+    place = np.interp(pose["time"] // 1000, run.truth_utime, there)
     right = np.column_stack([np.interp(place, known.place, axis) for axis in known.position.T])
-    along, aside = (pose["position"][:, :2] - right).T
-    seconds = np.flatnonzero(np.diff(utime // 1_000_000, prepend=0) > 0)
-    since = seconds[pose["time"][seconds] >= at]
-    driven = float(np.interp(at // 1000, run.truth_utime, run.truth.travelled))
-    return Outcome(driven, float(np.hypot(along[-1], aside[-1])), along[since].tolist())
+    off = pose["position"][:, :2] - right
+    return visited(run, outputs, off, off[:, 0])
 
 
-def summarise(name: str, found: list[Outcome], known: bool, less_mean: bool) -> dict[str, Any]:
+def summarise(name: str, found: list[Visit], known: bool, less_mean: bool) -> dict[str, Any]:
     """The figures of one kind of drive."""
     right = [one for one in found if one.right]
     off = [np.array(one.along_m) - less_mean * np.mean(one.along_m) for one in right if one.along_m]
@@ -217,7 +196,7 @@ def main() -> int:
         for i in range(args.strangers)
     ]
     strangers = [(a, b if abs(a - b) >= NEAREST else (a + NEAREST) % 46) for a, b in strangers]
-    of_beach: dict[tuple[float, bool], list[Outcome]] = {
+    of_beach: dict[tuple[float, bool], list[Visit]] = {
         (percent, told): [] for percent in args.change for told in (False, True)
     }
     of_field, of_strangers = [], []
@@ -238,12 +217,10 @@ def main() -> int:
             known = save_map(field[mapped], 400 + number, where)
             of_strangers.append(visit(field[other], bool(number % 2), 600 + number, known))
             progress.advance()
-    figures = [
-        summarise(
-            f"beach, 20 cm aside, {percent:+g} %" + (", told" if told else ""), found, True, True
-        )
-        for (percent, told), found in of_beach.items()
-    ]
+    figures = []
+    for (percent, told), found in of_beach.items():
+        name = f"beach, 20 cm aside, {percent:+g} %" + (", told" if told else "")
+        figures.append(summarise(name, found, True, True))
     figures.append(summarise("field, there and back", of_field, True, False))
     figures.append(summarise("field, strangers", of_strangers, False, False))
     print_rows(args, figures)

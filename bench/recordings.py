@@ -27,17 +27,15 @@ a description file, recordings.yaml, in it:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from gprodom.cli import main as gprodom
 from gprodom.errors import Error
 from gprodom.score.consistency import TruthError
+from program import command
 
 DESCRIPTION = "recordings.yaml"
 TABLES = ("accelerometer", "gyroscope", "wheel", "position")
@@ -86,6 +84,7 @@ _PAIR = replace(
     options=("--left=1", "--right=2"),
     settings=("wheel.drive=skid_steer", "wheel.track=1.08"),
 )
+_XSENS = ("/xsens/imu_data", "/wheel_odometry", "/stereo_odometer/odometry")
 RECORDINGS = {
     "wid02": _tables("wid02", "wheel.csv", RTK, "ansfl WID, trial 02"),
     "wid09": _tables("wid09", "wheel.csv", RTK, "ansfl WID, trial 09"),
@@ -100,16 +99,7 @@ RECORDINGS = {
     "phil8": _tables("phil8", "wheels.csv", CAPTURE, "PHIL, turtlebot mocap 8"),
     "s5t1": _tables("s5t1", "wheels.csv", POINT_GPS, "corenav-GP"),
     "car": replace(_tables("car", "wheel_speed.csv", RTK, "comma2k19, example"), points=False),
-    "xsens_skid": replace(
-        _bag(
-            "xsens_skid/test1.bag",
-            "/xsens/imu_data",
-            "/wheel_odometry",
-            "/stereo_odometer/odometry",
-            VISUAL,
-        ),
-        points=False,
-    ),
+    "xsens_skid": replace(_bag("xsens_skid/test1.bag", *_XSENS, VISUAL), points=False),
 }
 
 
@@ -173,7 +163,4 @@ def convert(recording: Recording, folder: Path, log: Path) -> None:
         given = ["tables", *(f"--{kind}={path}" for kind, path in named), *recording.options]
     else:
         given = ["bag", str(paths[0]), *recording.options]
-    with redirect_stdout(StringIO()):  # its table
-        code = gprodom(["convert", *given, "-o", str(log)])
-    if code != 0:
-        raise Error(f"{paths[0]}: could not be converted")
+    command("convert", *given, "-o", log)

@@ -30,10 +30,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 import gprodom
+from gprodom.arrays import Floats
 from gprodom.console import Progress
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
 from gprodom.simulate.recording import as_recording
-from program import add_seeds, in_processes, list_of, parser_of, print_figures
+from program import add_seeds, in_processes, list_of, parser_of, print_figures, seeds_of
 
 T = TypeVar("T")
 
@@ -89,6 +90,35 @@ def located_at(outputs: Any) -> int | None:
     return next(times, None)
 
 
+def travelled(run: Simulated, time: int) -> float:
+    """Metres until a time (ns)."""
+    return float(np.interp(time // 1000, run.truth_utime, run.truth.travelled))
+
+
+@dataclass(frozen=True)
+class Visit:
+    """Of one drive with the map of another day."""
+
+    located_after_m: float | None
+    end_m: float  # error of the pose in map at the end; of no meaning where not located
+    along_m: list[float]  # errors along the track while located, one a second
+
+    @property
+    def right(self) -> bool:
+        """Located, and the pose in map is near the truth at the end."""
+        return self.located_after_m is not None and self.end_m < RIGHT
+
+
+def visited(run: Simulated, outputs: Any, off: Floats, along: Floats) -> Visit:
+    """off (n, 2), along (n,): errors of the poses in map, m; along the track."""
+    at, pose = located_at(outputs), outputs.odometry_map
+    if at is None:
+        return Visit(None, np.inf, [])
+    seconds = np.flatnonzero(np.diff(pose["time"] // 10**9, prepend=0) > 0)
+    since = seconds[pose["time"][seconds] >= at]
+    return Visit(travelled(run, at), float(np.linalg.norm(off[-1])), along[since].tolist())
+
+
 def relocate(seed: int, others: Path, overrides: list[str]) -> Relocation:
     """One run."""
     run = simulated(seed)
@@ -102,21 +132,25 @@ def relocate(seed: int, others: Path, overrides: list[str]) -> Relocation:
     told["wheel_distance"] = (1 + random.uniform(-SCALE, SCALE)) * told["wheel_distance"]
     told["traces"] = told["traces"] + NOISE * random.standard_normal(told["traces"].shape)
     second = estimator.run(**told)
-
-    def travelled(time: int) -> float:
-        return float(np.interp(time // 1000, run.truth_utime, run.truth.travelled))
-
     pose = second.odometry_map
     [truth] = run.position_from(first.odometry["time"][0] // 1000, pose["time"][-1:] // 1000)
-    at = located_at(second)
+    before, at = travelled(run, reset * 1000), located_at(second)
     return Relocation(
         seed=seed,
         route=ROUTES[seed % 4],
-        driven_m=run.truth.travelled[-1] - travelled(reset * 1000),
+        driven_m=run.truth.travelled[-1] - before,
         located_first=located_at(first) is not None,
-        located_after_m=None if at is None else travelled(at) - travelled(reset * 1000),
+        located_after_m=None if at is None else travelled(run, at) - before,
         end_m=float(np.linalg.norm(pose["position"][-1, :2] - truth)),
     )
+
+
+def placed(run: Simulated, utime: Any, frame: Simulated, origin: int) -> Floats:
+    """Positions (n, 2) of a drive in the frame that lies where another one was at `origin` (us)."""
+    start, motion = frame.motion_at(np.array([origin])), run.motion_at(utime)
+    cos, sin = np.cos(start.yaw), np.sin(start.yaw)
+    dx, dy = motion.x - start.x, motion.y - start.y
+    return np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
 
 
 def remember_others(count: int, file: Path) -> float:
@@ -160,18 +194,14 @@ def command_line(description: str | None, others: int) -> argparse.ArgumentParse
     parser = parser_of(description, jobs=2, overrides=True)
     add_seeds(parser, "--runs", 100)
     parser.add_argument(
-        "--others",
-        type=int,
-        default=others,
-        help="drives over other ground in the map (%(default)s)",
+        "--others", type=int, default=others, help="drives over other ground (%(default)s)"
     )
     return parser
 
 
 def each_drive(work: Callable[[int], T], args: argparse.Namespace) -> list[T]:
     """Runs `work` for each seed of the command line, in other processes."""
-    seeds = range(args.first_seed, args.first_seed + args.runs)
-    return in_processes(args.jobs, "drives", work, seeds)
+    return in_processes(args.jobs, "drives", work, seeds_of(args))
 
 
 def main() -> int:

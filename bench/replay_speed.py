@@ -13,30 +13,24 @@ runs counts. One core: the program has one thread.
 from __future__ import annotations
 
 import json
-import resource
 import subprocess
 import tempfile
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
-from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
-from program import exit_with, parser_of, print_rows
+from processes import children_seconds
+from program import exit_with, one_by_one, parser_of, print_rows
 from zips import log_of
 
 CASES = {
     "default": [],
     "10 states/s, lag 5 s": ["smoother.state_rate=10", "smoother.lag=5.0"],
 }
-
-
-def processor_seconds() -> float:
-    """User and system time of the children so far."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def replay(log: Path, configs: Configs, overrides: list[str], folder: Path) -> dict[str, float]:
@@ -46,11 +40,11 @@ def replay(log: Path, configs: Configs, overrides: list[str], folder: Path) -> d
     command += ["-o", str(folder / "out.lcmlog"), "--stats", str(stats)]
     for override in overrides:
         command += ["--set", override]
-    before = processor_seconds()
+    before = children_seconds()
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise Error(done.stderr.strip().splitlines()[-1])
-    spent = processor_seconds() - before
+    spent = children_seconds() - before
     said: dict[str, Any] = json.loads(stats.read_text())
     return {
         "times_real_time": said["times_real_time"],
@@ -58,11 +52,6 @@ def replay(log: Path, configs: Configs, overrides: list[str], folder: Path) -> d
         "solve_ms": said["solver"]["mean_ms"],
         "steps_per_solve": said["values"]["solver.steps"] / said["values"]["states"],
     }
-
-
-def best(runs: list[dict[str, float]]) -> dict[str, float]:
-    """Of several runs of the same work the least disturbed."""
-    return max(runs, key=lambda run: run["times_real_time_cpu"])
 
 
 def main() -> int:
@@ -74,17 +63,13 @@ def main() -> int:
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        total = float(len(args.logs) * len(CASES) * args.repeats)
-        with Progress("replays", total) as progress:
-            for log in [log_of(source, Path(name)) for source in args.logs]:
-                for case, overrides in CASES.items():
-                    runs = []
-                    for _ in range(args.repeats):
-                        runs.append(
-                            replay(log, args.configs, [*overrides, *args.overrides], Path(name))
-                        )
-                        progress.update(float(len(results) * args.repeats + len(runs)))
-                    results.append({"log": log.name, "case": case, **best(runs)})
+        folder = Path(name)
+        logs = [log_of(source, folder) for source in args.logs]
+        for log, (case, overrides) in one_by_one("replays", list(product(logs, CASES.items()))):
+            given = [*overrides, *args.overrides]
+            runs = [replay(log, args.configs, given, folder) for _ in range(args.repeats)]
+            best = max(runs, key=lambda run: run["times_real_time_cpu"])  # the least disturbed
+            results.append({"log": log.name, "case": case, **best})
     header = ["log", "case", "x real time", "x, processor", "ms a solve", "steps a solve"]
     print_rows(args, results, header)
     return 0

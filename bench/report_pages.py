@@ -17,18 +17,12 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import justhtml
 
-from gprodom.calibrate.mount import find_mount
-from gprodom.cli import main as gprodom
-from gprodom.config import STANDARD
-from gprodom.errors import Error
-from gprodom.lcm import logs
+from estimates import mount_in, mounting_setting
 from gprodom.odometry.replay import run_replay
 from recordings import convert, recordings_of
 from zips import log_of
@@ -36,7 +30,7 @@ from zips import log_of
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "python"))
 import browser
 
-from program import exit_with, parser_of, print_figures, table_of
+from program import command, exit_with, parser_of, print_figures, table_of
 
 WIDTHS = (360, 768, 1920)
 LEAST_CONTRAST, MOST_SHEETS = 4.5, 4
@@ -50,9 +44,7 @@ def robot(data: Path, folder: Path) -> tuple[Path, Path]:
     sensors, out = folder / "robot.lcmlog", folder / "robot.out.lcmlog"
     recording = recordings_of(data / "robots")[ROBOT]
     convert(recording, data / "robots", sensors)
-    mount = find_mount(logs.read_roles(sensors, STANDARD.of("imu", "wheel")))
-    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-    run_replay(sensors, out, overrides=(f"imu.rpy_body_imu=[{angles}]", *recording.settings))
+    run_replay(sensors, out, overrides=(mounting_setting(mount_in(sensors)), *recording.settings))
     return out, sensors
 
 
@@ -128,10 +120,7 @@ def main() -> int:
             output.mkdir(parents=True, exist_ok=True)
             out, sensors = DRIVES[name](args.data, folder)
             page = output / f"{name}.html"
-            with redirect_stdout(StringIO()):
-                code = gprodom(["report", str(out), "--sensors", str(sensors), "-o", str(page)])
-            if code != 0:
-                raise Error(f"{name}: no report")
+            command("report", out, "--sensors", sensors, "-o", page)
             found[name], told = judge(page, folder)
             wrong += [f"{name}: {each}" for each in told]
     print_figures(args, found, table_of([{"drive": name, **row} for name, row in found.items()]))

@@ -17,56 +17,35 @@ import json
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from estimates import run_method
 from gprodom.console import format_table
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
-from gprodom.odometry.estimate import as_log, estimate
-from gprodom.odometry.methods import find_method
+from gprodom.odometry.estimate import Estimate, as_log
 from gprodom.score.align import FIRST_M, Alignment
 from gprodom.score.associate import associate
 from gprodom.score.figures import Figures, compare
 from gprodom.score.sources import read_truth
-from gprodom.trajectory import Trajectory
 from program import in_processes, parser_of, print_rows
 
 METHODS = ("gprodom", "gprodom_full")
 WRONG = 0.15  # m
+ERRORS = ("se2_c", "se2_s", "first_c", "first_s", "end_c", "end_s")  # m
+Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Row:
-    """One method on one sequence. rms_sigma: of the errors over their standard deviation."""
-
-    sequence: str
-    scene: str
-    scale: str
-    method: str
-    se2_c: float
-    se2_s: float
-    first_c: float
-    first_s: float
-    end_c: float
-    end_s: float
-    nees_xy: float | None
-    scale_error: float  # of the wheel's scale at the end, relative
-    revisits: int
-    wrong: int
-    rms_cm: float
-    rms_sigma: float
-
-
-def errors(sequence: Path, log: Path) -> tuple[int, int, float, float]:
-    """Of the revisits found: how many, how many wrong, RMS (cm) of the others, and over sigma."""
+def errors(sequence: Path, log: Path) -> dict[str, float]:
+    """Of the revisits found: how many, how many wrong, RMS of the others, and over sigma."""
     told = logs.read(log, ["GPR_DISPLACEMENT"]).get("GPR_DISPLACEMENT")
     if told is None or not np.any(told["kind"] == kind("REVISIT")):
-        return 0, 0, 0.0, 0.0
+        return {"revisits": 0, "wrong": 0, "rms_cm": 0.0, "rms_sigma": 0.0}
     kept = told["kind"] == kind("REVISIT")
     with np.load(sequence.with_suffix(".truth.npz")) as truth:
         times = [told[at][kept] * 1e-6 for at in ("utime_from", "utime_to")]
@@ -77,9 +56,12 @@ def errors(sequence: Path, log: Path) -> tuple[int, int, float, float]:
     along = (x[1] - x[0]) * np.cos(yaw[0]) + (y[1] - y[0]) * np.sin(yaw[0])
     error, sigma = along - told["distance"][kept], told["sigma"][kept]
     right = np.abs(error) <= WRONG
-    rms = float(np.sqrt(np.mean(error[right] ** 2))) if right.any() else 0.0
-    ratio = float(np.sqrt(np.mean((error[right] / sigma[right]) ** 2))) if right.any() else 0.0
-    return int(kept.sum()), int((~right).sum()), 100 * rms, ratio
+    rms, ratio = (
+        float(np.sqrt(np.mean(off[right] ** 2))) if right.any() else 0.0
+        for off in (error, error / sigma)
+    )
+    found = {"revisits": int(kept.sum()), "wrong": int((~right).sum())}
+    return found | {"rms_cm": 100 * rms, "rms_sigma": ratio}
 
 
 def run(sequence: Path, sample_interval: float, overrides: tuple[str, ...]) -> list[Row]:
@@ -88,8 +70,10 @@ def run(sequence: Path, sample_interval: float, overrides: tuple[str, ...]) -> l
     true_scale = json.loads(sequence.with_suffix(".json").read_text())["scale"]
     held = (f"wheel.scale={true_scale}", "wheel.scale_sigma=0")
 
-    def figures(trajectory: Trajectory, alignment: Alignment) -> Figures:
-        return compare(associate(trajectory, truth), alignment, FIRST_M).figures
+    def figures(found: Estimate, alignment: Alignment) -> list[Figures]:
+        """Causal and smoothed."""
+        paths = (path for path in (found.trajectory, found.smoothed) if path)
+        return [compare(associate(path, truth), alignment, FIRST_M).figures for path in paths]
 
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -97,27 +81,14 @@ def run(sequence: Path, sample_interval: float, overrides: tuple[str, ...]) -> l
         for scale, known in (("free", ()), ("true", held)):
             for name in METHODS:
                 output = Path(folder) / f"{name}.lcmlog"
-                settings = (*known, *overrides)
-                made = estimate(log, find_method(name), (), settings, output, smooth=True)
-                assert made.smoothed is not None
-                both = (made.trajectory, made.smoothed)
-                se2 = [figures(t, "se2") for t in both]
-                first = [figures(t, "first") for t in both]
+                made = run_method(log, name, output, (*known, *overrides), smooth=True)
+                se2, first = figures(made, "se2"), figures(made, "first")
                 believed = logs.read(output, ["ODOMETRY"])["ODOMETRY"]["wheel_scale"][-1]
-                rows.append(
-                    Row(
-                        sequence.stem,
-                        sequence.stem.split("-")[2],
-                        scale,
-                        name,
-                        *(f.ate_rmse_m for f in se2),
-                        *(f.ate_rmse_m for f in first),
-                        *(f.end_m for f in se2),
-                        se2[0].nees_xy,
-                        believed / true_scale - 1,
-                        *errors(sequence, output),
-                    )
-                )
+                values = [f.ate_rmse_m for f in (*se2, *first)] + [f.end_m for f in se2]
+                row: Row = {"sequence": sequence.stem, "scene": sequence.stem.split("-")[2]}
+                row |= {"scale": scale, "method": name, **dict(zip(ERRORS, values, strict=True))}
+                row |= {"nees_xy": se2[0].nees_xy, "scale_error": believed / true_scale - 1}
+                rows.append(row | errors(sequence, output))
     return rows
 
 
@@ -125,13 +96,12 @@ def means(rows: list[Row]) -> Iterator[list[str]]:
     """A line for each scale and method: means over the sequences, of the simulated and `beach`."""
     for scale in ("free", "true"):
         for method in METHODS:
-            of = [r for r in rows if (r.scale, r.method) == (scale, method)]
-            beach = [r for r in of if r.scene == "beach"]
-            other = [r for r in of if r.scene != "beach"]
+            of = [r for r in rows if (r["scale"], r["method"]) == (scale, method)]
+            beach = [r for r in of if r["scene"] == "beach"]
+            other = [r for r in of if r["scene"] != "beach"]
             for name, some in (("simulated", other), ("beach", beach), ("all", of)):
                 if some:
-                    columns = ("se2_c", "se2_s", "first_c", "first_s", "end_c", "end_s")
-                    values = [float(np.mean([getattr(r, key) for r in some])) for key in columns]
+                    values = [float(np.mean([r[key] for r in some])) for key in ERRORS]
                     yield [scale, method, name, *(f"{value:.3f}" for value in values)]
 
 
@@ -144,11 +114,10 @@ def main() -> int:
     work = partial(run, overrides=tuple(args.overrides))
     parts = in_processes(args.jobs, "sequences", work, args.sequences, intervals)
     rows = [row for part in parts for row in part]
-    print_rows(args, [asdict(row) for row in rows])
+    print_rows(args, rows)
     if args.json:
         return 0
-    heads = ["scale", "method", "ground", "se2_c", "se2_s", "first_c", "first_s", "end_c", "end_s"]
-    print("\n" + format_table(heads, list(means(rows))))
+    print("\n" + format_table(["scale", "method", "ground", *ERRORS], list(means(rows))))
     return 0
 
 

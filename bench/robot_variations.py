@@ -22,16 +22,13 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.calibrate.mount import find_mount
+from estimates import mount_in
 from gprodom.commission.parameter import listed
-from gprodom.config import STANDARD
-from gprodom.console import format_table
 from gprodom.drive.imu_mounting import matrix_of
 from gprodom.errors import Error
-from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
-from program import exit_with, in_processes, parser_of, print_figures
+from program import exit_with, in_processes, parser_of, print_figures, table_of
 from recordings import Recording, convert, recordings_of
 from robots import measure
 from sensors import read, write
@@ -74,11 +71,10 @@ def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Ro
         try:
             whole = write(sensors, Path(folder) / "whole.lcmlog")
             try:
-                found_in = whole if varied.known else log
-                mount = find_mount(logs.read_roles(found_in, STANDARD.of("imu", "wheel", "wheels")))
+                mount = mount_in(whole if varied.known else log)
             except Error:  # as found in the recording; a user measures it otherwise
                 row["mounting"] = "of the recording"
-                mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
+                mount = mount_in(log)
             log = write(varied.cut(sensors), Path(folder) / "in.lcmlog")
             place = listed((matrix_of(mount.rpy) @ varied.arm_m).tolist())
             given = [f"imu.lever_arm={place}"] * any(varied.arm_m)
@@ -87,25 +83,12 @@ def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Ro
             return row | {"error": str(error)}
 
 
-def table(rows: Sequence[Row]) -> str:
-    """A line for each variation of each recording."""
-    lines: list[list[object]] = []
-    for row in rows:
-        begin: list[object] = [row["variation"], row["recording"]]
-        if "error" in row:
-            lines.append([*begin, *[""] * 6, row["error"].splitlines()[0][:60]])
-            continue
-        if "ratio" in row:
-            errors = [row["wheel_m"], row["causal_m"], f"{row['ratio']:.2f}"]
-            errors.append("" if row["nees_xy"] is None else f"{row['nees_xy']:.1f}")
-        else:
-            errors = [f"{row['wheel_distance_m']:.1f} of {row['distance_m']:.1f}"]
-            errors += [f"{row['causal_distance_m']:.1f}", "", ""]
-        said = "mounting not found; " * ("mounting" in row)
-        said += "; ".join(sorted({reason.split(":")[0] for reason in row["reasons"]}))
-        lines.append([*begin, *errors, f"{row['start_s']:.1f}", f"{row['jump_m']:.2f}", said[:60]])
-    header = ["variation", "recording", "wheel", "imu_wheel", "ratio", "nees", "start", "jump"]
-    return format_table([*header, "health"], lines)
+def said(row: Row) -> Row:
+    """A row for people: its numbers, and what went wrong in a few words."""
+    words = row.get("error", "").splitlines()[:1] + ["mounting not found"] * ("mounting" in row)
+    words += sorted({reason.split(":")[0] for reason in row.get("reasons", ())})
+    numbers = {key: value for key, value in row.items() if isinstance(value, float | None)}
+    return {"variation": row["variation"], **numbers, "said": "; ".join(words)[:60]}
 
 
 def main() -> int:
@@ -120,7 +103,7 @@ def main() -> int:
     of, kinds = zip(*cases, strict=True)
     work = partial(run, args.source, overrides=args.overrides)
     rows = in_processes(args.jobs, "variations", work, of, kinds)
-    print_figures(args, rows, table(rows))
+    print_figures(args, rows, table_of([said(row) for row in rows]))
     return 0
 
 

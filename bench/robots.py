@@ -23,17 +23,14 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.calibrate.mount import Mount, find_mount
+from estimates import mount_in, mounting_setting, planar_figures, run_method
+from gprodom.calibrate.mount import Mount
 from gprodom.config import STANDARD
 from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.odometry.estimate import estimate
-from gprodom.odometry.methods import find_method
-from gprodom.score.associate import associate
-from gprodom.score.consistency import TruthError
-from gprodom.score.figures import Figures, compare
+from gprodom.score.figures import Figures
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
 from mid_drive import cut_log
@@ -51,10 +48,10 @@ def run(
     with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
         log = Path(name) / "in.lcmlog"
         convert(recording, data, log)
-        sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
-        mount = find_mount(sensors)
+        mount = mount_in(log)
         if from_s > 0:
-            begin = int(sensors["imu"]["utime"][0]) + round(from_s * 1e6)
+            imu = logs.read_roles(log, STANDARD.of("imu"))["imu"]
+            begin = int(imu["utime"][0]) + round(from_s * 1e6)
             log = cut_log(log, begin, Path(name) / "rest.lcmlog")
         return measure(recording, log, mount, overrides)
 
@@ -65,11 +62,8 @@ def measure(
     """The figures of its log; what is run is written beside that."""
     output = log.with_suffix(".out.lcmlog")
     sensors = logs.read_roles(log, STANDARD.of("imu", "wheel"))
-    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-    settings = [f"imu.rpy_body_imu=[{angles}]", *recording.settings]
-    found = estimate(
-        log, find_method("imu_wheel"), (), [*settings, *overrides], output, smooth=smooth
-    )
+    settings = [mounting_setting(mount), *recording.settings]
+    found = run_method(log, "imu_wheel", output, [*settings, *overrides], smooth)
     truth = read_truth(log).trajectory
     wheel = wheel_and_gyro(sensors)
     told = logs.read_roles(output, STANDARD.of("odometry", "status"))
@@ -89,12 +83,12 @@ def measure(
     if not recording.points:
         return figures | distances(wheel, odometry, truth)
     rest = truth.select(truth.time >= start)
-    causal = score(found.trajectory, rest, recording.truth)
-    smoothed = score(found.smoothed, rest, recording.truth) if found.smoothed else None
-    reckoned = score(wheel, rest, recording.truth)
+    causal = planar_figures(found.trajectory, rest, recording.truth)
+    smoothed = planar_figures(found.smoothed, rest, recording.truth) if found.smoothed else None
+    reckoned = planar_figures(wheel, rest, recording.truth)
     return figures | {
         "wheel_m": reckoned.ate_rmse_m,
-        "wheel_all_m": score(wheel, truth, recording.truth).ate_rmse_m,
+        "wheel_all_m": planar_figures(wheel, truth, recording.truth).ate_rmse_m,
         "causal_m": causal.ate_rmse_m,
         "smoothed_m": smoothed.ate_rmse_m if smoothed else None,
         "ratio": causal.ate_rmse_m / reckoned.ate_rmse_m,
@@ -103,11 +97,6 @@ def measure(
         "nees_xy": causal.nees_xy,
         "n": causal.n,
     }
-
-
-def score(trajectory: Trajectory, truth: Trajectory, error: TruthError) -> Figures:
-    """Aligned by se2."""
-    return compare(associate(trajectory, truth), "se2", 3.0, error).figures
 
 
 def over(estimate: Figures, reckoned: Figures) -> float:

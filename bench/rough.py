@@ -23,15 +23,11 @@ from functools import partial
 from pathlib import Path
 from statistics import fmean
 
+from estimates import planar_figures, run_method
 from gprodom.console import format_table
 from gprodom.errors import Error
-from gprodom.odometry.estimate import as_log, estimate
-from gprodom.odometry.methods import find_method
-from gprodom.score.align import FIRST_M
-from gprodom.score.associate import associate
-from gprodom.score.figures import Figures, compare
+from gprodom.odometry.estimate import as_log
 from gprodom.score.sources import read_estimate, read_truth
-from gprodom.trajectory import Trajectory
 from program import exit_with, in_processes, parser_of, print_figures, told_apart
 from zips import sample_interval, sequences_of
 
@@ -70,32 +66,19 @@ def as_it_is(log: Path) -> None:
 def run(sequence: Path, methods: Cases, change: Callable[[Path], None] = as_it_is) -> list[Row]:
     """The rows of one drive, whose log `change` has changed."""
     truth = read_truth(sequence).trajectory
-
-    def figures(trajectory: Trajectory) -> Figures:
-        return compare(associate(trajectory, truth), "se2", FIRST_M).figures
-
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         log = as_log(sequence, Path(folder), sample_interval(sequence))
         change(log)
         output = Path(folder) / "output.lcmlog"
-        dead = figures(estimate(log, find_method("wheel"), (), (), output).trajectory)
+        dead = planar_figures(run_method(log, "wheel", output).trajectory, truth)
         for name, method, settings in methods:
-            made = estimate(log, find_method(method), (), settings, output, smooth=True)
+            made = run_method(log, method, output, settings, smooth=True)
             assert made.smoothed is not None
-            causal = figures(made.trajectory)
-            odom = figures(read_estimate(output, "odom").trajectory)
-            rows.append(
-                Row(
-                    sequence.stem,
-                    name,
-                    dead.ate_rmse_m,
-                    causal.ate_rmse_m,
-                    figures(made.smoothed).ate_rmse_m,
-                    odom.nees_xy,
-                    causal.nees_xy,
-                )
-            )
+            paths = (made.trajectory, made.smoothed, read_estimate(output, "odom").trajectory)
+            causal, smoothed, odom = (planar_figures(path, truth) for path in paths)
+            errors = (each.ate_rmse_m for each in (dead, causal, smoothed))
+            rows.append(Row(sequence.stem, name, *errors, odom.nees_xy, causal.nees_xy))
     return rows
 
 

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gprodom.benchmark.motion import read_beside
+from gprodom.benchmark.motion import read_beside, rmse
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import STANDARD
 from gprodom.gpr import find_apexes
@@ -40,9 +40,6 @@ from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
 from gprodom.plot.observability import measure, observe, pool
 from gprodom.random_streams import stream
-from gprodom.score.align import FIRST_M
-from gprodom.score.associate import associate
-from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.robot import robot
@@ -158,9 +155,7 @@ def drive(seed: int) -> dict[str, Any]:
             begun = time.process_time()
             found = estimate(log, method, (), (), folder / f"{label}.lcmlog")
             row[f"{label}_s"] = time.process_time() - begun
-            row[f"{label}_m"] = compare(
-                associate(found.trajectory, truth), "se2", FIRST_M
-            ).figures.ate_rmse_m
+            row[f"{label}_m"] = rmse(found.trajectory, truth)
             if found.answered is not None:
                 row[f"{label}_answered"] = found.answered.share
         row |= judged(log, folder, pipes, run)

@@ -2,7 +2,7 @@
 """Does gprodom-replay give the same bytes as that of another commit, each with its own profiles?
 
 Builds the commit of --base in a folder of its own (the program alone, as the present build is
-built) and compares, by SHA-256, what both make of
+built) and compares what both make of
 
     cmu_like     every sequence in DATA/cmu_like, with config/cmu_gpr.yaml
     sample       the sample with the settings of every method, with config/cmu_gpr.yaml and with
@@ -26,36 +26,34 @@ holds a text; without --base the present program is compared with itself.
 
 from __future__ import annotations
 
-import hashlib
-import json
+import argparse
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from estimates import mount_in, mounting_setting
 from gprodom import RESET_ALL, CommandName
-from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
-from gprodom.console import Progress, format_table, print_json
-from gprodom.convert.cmu import read_recording
-from gprodom.convert.sampling import SAMPLE_INTERVAL
-from gprodom.convert.streams import streams
+from gprodom.console import Progress, format_table
 from gprodom.errors import Error
-from gprodom.lcm import EventLog, logs
-from gprodom.lcm.log_writer import write_log
 from gprodom.lcm.messages import message
 from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import find_program
-from log_differences import Message, differences, read_events
-from program import exit_with, parser_of
-from recordings import Recording, recordings_of
-from recordings import convert as convert_recording
+from log_events import differences, read_events, write_events
+from program import exit_with, parser_of, print_figures
+from recordings import Recording, convert, recordings_of
 from repeat_log import repeat
+from zips import log_of
+
+sys.path.append(str(Path(__file__).resolve().parent / "runner"))
+
+from commits import build, sources_of
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 FULL = METHODS["gprodom_full"].overrides
@@ -76,6 +74,9 @@ class Side:
 
     program: Path
     profiles: Path
+
+
+PRESENT = Side(find_program(), CHECKOUT / "config")
 
 
 @dataclass(frozen=True)
@@ -106,24 +107,6 @@ class Result:
 # ---- what is replayed ----
 
 
-def convert(sequence: Path, folder: Path) -> Path:
-    """The sequence's log in `folder`."""
-    facts = json.loads(sequence.with_suffix(".json").read_text(encoding="utf-8"))
-    log = folder / f"{sequence.stem}.lcmlog"
-    interval = facts.get("gpr_sample_interval", SAMPLE_INTERVAL)
-    write_log(log, streams(read_recording(sequence), interval))
-    return log
-
-
-def write_events(events: Iterable[Message], log: Path) -> Path:
-    """A log of messages, in their order."""
-    made = EventLog(str(log), "w", overwrite=True)
-    for event in events:
-        made.write_event(*event)
-    made.close()
-    return log
-
-
 def cut(log: Path, since_s: float, until_s: float, output: Path) -> Path:
     """The messages of `log` between two times after its first."""
     events = read_events(log)
@@ -150,7 +133,7 @@ def with_commands(sample: Path, folder: Path) -> Path:
 def sample_cases(base: Side, folder: Path, short: bool) -> Iterator[Case]:
     """The cases on the sample; what `state` begins with is written by `base`."""
     [sequence] = (CHECKOUT / "sample").glob("*-cmu-gpr.zip")
-    sample = convert(sequence, folder)
+    sample = log_of(sequence, folder)
     methods = [method for method in METHODS.values() if method.reckoned != "wheel"]
     for profile in ("cmu_gpr.yaml",) if short else ("cmu_gpr.yaml", "paper.yaml"):
         for method in methods[-1:] if short else methods:
@@ -179,7 +162,7 @@ def data_cases(data: Path, folder: Path, only: Sequence[str]) -> Iterator[Case]:
         for sequence in sequences:
             name = f"{kind} {sequence.stem}"
             if is_wanted(name, only):
-                yield Case(name, convert(sequence, folder), profile)
+                yield Case(name, log_of(sequence, folder), profile)
     for name, recording in recordings_of(data / "robots").items():
         if is_wanted(f"robots {name}", only):
             yield robot_case(f"robots {name}", recording, data / "robots", folder)
@@ -189,12 +172,10 @@ def robot_case(name: str, recording: Recording, data: Path, folder: Path) -> Cas
     """Of a recording, with the mounting that is found; one that is refused tells why."""
     log = folder / f"{re.sub(r'[^a-z0-9]+', '_', name)}.lcmlog"
     try:
-        convert_recording(recording, data, log)
-        mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel")))
+        convert(recording, data, log)
+        settings = (mounting_setting(mount_in(log)), *recording.settings)
     except Error as error:
         return Case(name, log, "gprodom.yaml", trouble=str(error))
-    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-    settings = (f"imu.rpy_body_imu=[{angles}]", *recording.settings)
     return Case(name, log, "gprodom.yaml", settings, smoothed=True)
 
 
@@ -236,11 +217,6 @@ def run(side: Side, case: Case, folder: Path, name: str) -> dict[str, Path]:
     return made
 
 
-def digest(path: Path) -> str:
-    """SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
     """Replays the case on both sides."""
     if case.trouble:
@@ -253,97 +229,48 @@ def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
     count = len(read_events(now["log"]))
     differing = [f"{name} on one side only" for name in sorted(before.keys() ^ now.keys())]
     for name in sorted(before.keys() & now.keys()):
-        if digest(before[name]) != digest(now[name]):
+        if before[name].read_bytes() != now[name].read_bytes():
             differing += differences(before[name], now[name]) if name == "log" else [name]
     if not differing:  # gone, as the data of a long list would fill a disk
         shutil.rmtree(folder)
     return Result(case.name, count, len(now), differing)
 
 
-# ---- the program of another commit ----
-
-
-@contextmanager
-def built(revision: str, folder: Path) -> Iterator[Side]:
-    """The commit's program, built in a worktree below `folder` that is removed in the end."""
-    source = folder / "base"
-    build = source / "build"  # as other checkouts have it, so that ccache knows the paths
-    worktree = ["git", "-C", str(CHECKOUT), "worktree"]
-    call([*worktree, "add", "--quiet", "--detach", str(source), revision])
-    try:
-        options = [
-            "BUILD_TESTING=OFF",
-            "GPRODOM_BENCHMARKS=OFF",
-            f"CMAKE_BUILD_TYPE={build_type()}",
-        ]
-        configure = ["cmake", "-S", str(source), "-B", str(build), "-G", "Ninja"]
-        call([*configure, *(f"-D{option}" for option in options)])
-        call(["cmake", "--build", str(build), "--target", "gprodom-replay", "-j2"])
-        yield Side(build / "bin" / "gprodom-replay", source / "config")
-    finally:
-        call([*worktree, "remove", "--force", str(source)])
-
-
-def call(command: list[str]) -> None:
-    """Runs a command; raises `Error` with the end of what it says where it fails."""
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Error(f"{' '.join(command)}: {(done.stdout + done.stderr).strip()[-2000:]}")
-
-
-def build_type() -> str:
-    """How the present program is built: with other optimisation the last digits may differ."""
-    cache = find_program().parents[1] / "CMakeCache.txt"
-    found = None
-    if cache.is_file():
-        found = re.search(r"^CMAKE_BUILD_TYPE:\w+=(\w+)$", cache.read_text(), re.M)
-    return found.group(1) if found else "RelWithDebInfo"
-
-
 # ---- the command line ----
 
 
-def compare_all(
-    base: Side,
-    present: Side,
-    folder: Path,
-    data: Path | None,
-    only: list[str],
-    short: bool,
-    jobs: int,
-) -> list[Result]:
+def compare_all(base: Side, args: argparse.Namespace, folder: Path) -> list[Result]:
     """All cases, in their order."""
-    cases = list(sample_cases(base, folder, short))
-    if data is not None:
-        cases += data_cases(data, folder, only)
-    cases = [case for case in cases if is_wanted(case.name, only)]
-    with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(jobs) as pool:
+    cases = list(sample_cases(base, folder, args.short))
+    if args.data is not None:
+        cases += data_cases(args.data, folder, args.only)
+    cases = [case for case in cases if is_wanted(case.name, args.only)]
+    with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(args.jobs) as pool:
 
         def work(case: Case) -> Result:
-            result = compare(base, present, case, folder)
+            result = compare(base, PRESENT, case, folder)
             progress.advance()
             return result
 
         return list(pool.map(work, cases))
 
 
-def report(results: Sequence[Result]) -> None:
-    """Prints the table and the sums."""
+def report(results: Sequence[Result]) -> str:
+    """The table and the sums."""
     rows = [
         [result.case, result.messages, result.files, "; ".join(result.differing) or "same"]
         for result in results
     ]
-    print(format_table(["case", "messages", "files", "bytes"], rows))
     wrong = sum(bool(result.differing) for result in results)
     total = sum(result.messages for result in results)
-    print(
-        f"{len(results)} cases, {total} messages: " + (f"{wrong} differ" if wrong else "the same")
-    )
+    verdict = f"{wrong} differ" if wrong else "the same"
+    table = format_table(["case", "messages", "files", "bytes"], rows)
+    return f"{table}\n{len(results)} cases, {total} messages: {verdict}"
 
 
 def main() -> int:
     """Runs the command line."""
-    parser = parser_of(__doc__)
+    parser = parser_of(__doc__, jobs=1)
     base = parser.add_mutually_exclusive_group()
     base.add_argument("--base", metavar="REV", help="commit to compare with")
     base.add_argument(
@@ -352,26 +279,22 @@ def main() -> int:
     parser.add_argument("--data", type=Path, metavar="DIR", help="recorded sequences")
     parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="some cases")
     parser.add_argument("--short", action="store_true", help="the sample by one method alone")
-    parser.add_argument("-j", "--jobs", type=int, default=1, help="cases at once (default 1)")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="keep what differs there")
     args = parser.parse_args()
-    present = Side(find_program(), CHECKOUT / "config")
     with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
         folder = Path(temporary)
         if args.output is not None:
             args.output.mkdir(parents=True, exist_ok=True)
             folder = args.output.resolve()
-        more = (folder, args.data, args.only, args.short, args.jobs)
+        base_side = PRESENT
         if args.base is not None:
-            with built(args.base, Path(temporary)) as other:
-                results = compare_all(other, present, *more)
-        else:
-            other = Side(args.base_program or present.program, present.profiles)
-            results = compare_all(other, present, *more)
-    if args.json:
-        print_json([vars(result) for result in results])
-    else:
-        report(results)
+            other = sources_of(args.base, Path(temporary))
+            build(other, ["gprodom-replay"])
+            base_side = Side(other.root / "build/bin/gprodom-replay", other.root / "config")
+        elif args.base_program is not None:
+            base_side = replace(PRESENT, program=args.base_program)
+        results = compare_all(base_side, args, folder)
+    print_figures(args, [vars(result) for result in results], report(results))
     return 1 if any(result.differing for result in results) else 0
 
 

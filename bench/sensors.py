@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from gprodom.arrays import Floats, Ints
+from gprodom.arrays import Bools, Floats, Ints
 from gprodom.config import STANDARD, TRUTH_CHANNEL
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import Stream, write_log
@@ -35,6 +35,15 @@ class Sensors:
     def seconds(self) -> Floats:
         """Of the IMU's samples, from the first."""
         return np.asarray((self.imu_time - self.imu_time[0]) * 1e-6)
+
+    def imu_at(self, which: Ints | Bools | slice) -> Sensors:
+        """With these of the IMU's samples alone."""
+        imu = {"imu_time": self.imu_time, "force": self.force, "rate": self.rate}
+        return replace(self, **{name: values[which] for name, values in imu.items()})
+
+    def wheel_at(self, which: Ints | Bools | slice) -> Sensors:
+        """With these of the wheels' samples alone."""
+        return replace(self, wheel_time=self.wheel_time[which], wheels=self.wheels[which])
 
 
 def read(log: Path) -> Sensors:
@@ -66,24 +75,17 @@ def write(sensors: Sensors, log: Path) -> Path:
         "has_orientation": False,
         "orientation": np.tile([1.0, 0.0, 0.0, 0.0], (len(sensors.force), 1)),
     }
-    pair = ticks.shape[1] == 2
-    streams = [
+    wheel = (STANDARD.wheels, "wheels_t") if len(names) == 2 else (STANDARD.wheel, "wheel_t")
+    channels = [
         (STANDARD.imu, "imu_t", sensors.imu_time, imu),
-        (
-            STANDARD.wheels if pair else STANDARD.wheel,
-            "wheels_t" if pair else "wheel_t",
-            sensors.wheel_time,
-            counts,
-        ),
+        (*wheel, sensors.wheel_time, counts),
         (TRUTH_CHANNEL, "position_truth_t", sensors.truth_time, {"position": sensors.truth}),
     ]
-    write_log(
-        log,
-        [
-            Stream(channel, time, encode(kind, {"utime": time, **fields}, len(time)))
-            for channel, kind, time, fields in streams
-        ],
-    )
+    streams = [
+        Stream(channel, time, encode(kind, {"utime": time, **fields}, len(time)))
+        for channel, kind, time, fields in channels
+    ]
+    write_log(log, streams)
     return log
 
 

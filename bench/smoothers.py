@@ -41,14 +41,13 @@ import gprodom
 import plain_ekf
 import smoothers_gtsam
 import state_intervals
-from gprodom.console import Progress, format_table, print_json
+from gprodom.benchmark.motion import rmse
+from gprodom.console import Progress
 from gprodom.convert.cmu import read_recording
 from gprodom.errors import Error
-from gprodom.score.associate import associate
-from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory
-from program import exit_with, parser_of
+from program import exit_with, parser_of, print_figures, table_of
 from smoothers_gtsam import Noise, Updates
 
 Array = NDArray[np.float64]
@@ -77,12 +76,6 @@ def ours(program: Path, file: Path, lag: float, overrides: list[str]) -> Updates
     position = np.column_stack([table[axis] for axis in "xyz"])
     wall, cpu = table["wall_s"], table["cpu_s"]
     return Updates(position, wall, cpu, wall, cpu)
-
-
-def error(time: NDArray[np.int64], position: Array, truth: Trajectory) -> float:
-    """RMSE after SE(2) alignment, m."""
-    pairs = associate(Trajectory(time, position), truth)
-    return compare(pairs, "se2", 3.0).figures.ate_rmse_m
 
 
 def known_scale(source: Path) -> float:
@@ -122,9 +115,10 @@ def measure(source: Path, args: argparse.Namespace, results: dict[str, Result], 
         for what in ("wall", "cpu", "wall_update", "cpu_update"):
             each = np.median([getattr(run, what) for run in repeats], axis=0)
             results[timed].times.setdefault(what, []).append(each)
-        results[label].errors.append(error(stamps, repeats[0].position, truth))
+        results[label].errors.append(rmse(Trajectory(stamps, repeats[0].position), truth))
     for label, less_bias in EKFS.items():
-        results[label].errors.append(error(*plain_ekf.run(recording, scale, less_bias), truth))
+        reckoned = Trajectory(*plain_ekf.run(recording, scale, less_bias))
+        results[label].errors.append(rmse(reckoned, truth))
     return len(stamps)
 
 
@@ -159,10 +153,7 @@ def main() -> int:
             updates += measure(source, args, results, progress.advance)
     figures = summary(results)
     figures["updates"] = updates
-    if args.json:
-        print_json(figures)
-    else:
-        show(figures)
+    print_figures(args, figures, shown(figures))
     wall, cpu = figures["over_batch"]["wall"], figures["over_batch"]["cpu"]
     fast = min(wall["median"], cpu["median"]) <= args.max_median
     even = min(wall["p99"], cpu["p99"]) <= args.max_p99
@@ -193,33 +184,17 @@ def summary(results: dict[str, Result]) -> dict[str, Any]:
     }
 
 
-def show(figures: dict[str, Any]) -> None:
-    """As a table; ms."""
+def shown(figures: dict[str, Any]) -> str:
+    """As tables; ms."""
+    columns = [(what, name) for what in ("cpu", "wall", "cpu_update") for name in ("median", "p99")]
     rows = []
     for label in figures["errors_m"]:
-        row: list[object] = [label, figures["sequences"].get(label, "")]
-        for what, name in (
-            ("cpu", "median"),
-            ("cpu", "p99"),
-            ("wall", "median"),
-            ("wall", "p99"),
-            ("cpu_update", "median"),
-            ("cpu_update", "p99"),
-        ):
-            told = figures["times_s"].get(label)
-            row.append(f"{1e3 * told[what][name]:.2f}" if told else "")
-        each = figures["error_m"].get(label)
-        rows.append([*row, "" if each is None else f"{each:.4f}"])
-    heading = ["", "sequences timed", "cpu median (ms)", "p99", "wall median", "p99"]
-    heading += ["without covariance", "p99", "error (m)"]
-    print(format_table(heading, rows))
-    over = figures["over_batch"]
-    print(
-        f"{figures['updates']} updates. Over the batch smoother: "
-        f"median {over['cpu']['median']:.2f} "
-        f"(wall {over['wall']['median']:.2f}), p99 {over['cpu']['p99']:.2f} "
-        f"(wall {over['wall']['p99']:.2f})"
-    )
+        row = {"smoother": label, "timed": figures["sequences"].get(label)}
+        if told := figures["times_s"].get(label):
+            row |= {f"{what} {name}": 1e3 * told[what][name] for what, name in columns}
+        rows.append(row | {"error (m)": figures["error_m"].get(label)})
+    over = [{"over batch": what} | ratios for what, ratios in figures["over_batch"].items()]
+    return f"{table_of(rows)}\n{figures['updates']} updates\n{table_of(over)}"
 
 
 if __name__ == "__main__":

@@ -54,24 +54,17 @@ class Smoother:
         if self._batch:
             params = gtsam.LevenbergMarquardtParams()
             params.setLinearSolverType(f"MULTIFRONTAL_{factorization}")
-            self._smoother = gtsam.BatchFixedLagSmoother(lag, params)
+            self.fixed_lag = gtsam.BatchFixedLagSmoother(lag, params)
         else:
             params = gtsam.ISAM2Params()
             params.setFactorization(factorization)
-            self._smoother = gtsam.IncrementalFixedLagSmoother(lag, params)
-
-    def update(self, graph: Any, values: Any, stamps: dict[int, float]) -> None:
-        """Adds factors and values, and solves."""
-        self._smoother.update(graph, values, stamps)
+            self.fixed_lag = gtsam.IncrementalFixedLagSmoother(lag, params)
 
     def newest(self, k: int) -> tuple[Any, Array, Any]:
         """Pose, velocity and bias of state k."""
-        s = self._smoother
-        return (
-            s.calculateEstimatePose3(X(k)),
-            s.calculateEstimateVector(V(k)),
-            s.calculateEstimateConstantBias(B(k)),
-        )
+        s = self.fixed_lag
+        pose, velocity = s.calculateEstimatePose3(X(k)), s.calculateEstimateVector(V(k))
+        return pose, velocity, s.calculateEstimateConstantBias(B(k))
 
     def covariance(self, k: int) -> list[Array] | None:
         """Of pose, velocity and bias of state k; batch has no call for it but that on the graph.
@@ -80,8 +73,8 @@ class Smoother:
         """
         keys = (X(k), V(k), B(k))
         if not self._batch:
-            return [self._smoother.marginalCovariance(key) for key in keys]
-        graph, values = self._smoother.getFactors(), self._smoother.calculateEstimate()
+            return [self.fixed_lag.marginalCovariance(key) for key in keys]
+        graph, values = self.fixed_lag.getFactors(), self.fixed_lag.calculateEstimate()
         try:
             marginals = gtsam.Marginals(graph, values)
             return [marginals.marginalCovariance(key) for key in keys]
@@ -123,12 +116,12 @@ def run(
     for k, interval in enumerate(whole.intervals, start=1):
         state = gtsam.NavState(pose, velocity)
         pim = preintegrate(params, bias, interval)
-        add_factors(graph, k, interval, pim, pose, velocity, bias, scale, noise)
+        add_factors(graph, k, interval, pim, state, bias, scale, noise)
         predicted = pim.predict(state, bias)
         insert(values, k, predicted.pose(), predicted.velocity(), bias)
         stamps.update(dict.fromkeys((X(k), V(k), B(k)), (interval.time - begin) * 1e-9))
         clocks = [(time.perf_counter(), time.process_time())]
-        smoother.update(graph, values, stamps)
+        smoother.fixed_lag.update(graph, values, stamps)
         pose, velocity, bias = smoother.newest(k)
         clocks.append((time.perf_counter(), time.process_time()))
         smoother.covariance(k)
@@ -138,13 +131,7 @@ def run(
         graph, values, stamps = gtsam.NonlinearFactorGraph(), gtsam.Values(), {}
     t = np.array(times)  # (n, 3, 2)
     whole_time, update_time = t[:, 2] - t[:, 0], t[:, 1] - t[:, 0]
-    return Updates(
-        np.array(positions),
-        whole_time[:, 0],
-        whole_time[:, 1],
-        update_time[:, 0],
-        update_time[:, 1],
-    )
+    return Updates(np.array(positions), *whole_time.T, *update_time.T)
 
 
 def insert(values: Any, k: int, pose: Any, velocity: Array, bias: Any) -> None:
@@ -167,19 +154,18 @@ def add_factors(
     k: int,
     interval: Interval,
     pim: Any,
-    pose: Any,
-    velocity: Array,
+    state: Any,
     bias: Any,
     scale: float,
     noise: Noise,
 ) -> None:
-    """Between state k - 1, estimated as `pose`, `velocity`, `bias`, and state k."""
+    """Between state k - 1, estimated as `state` and `bias`, and state k."""
     root_dt = float(np.sqrt(np.sum(interval.dt)))
     graph.push_back(gtsam.ImuFactor(X(k - 1), V(k - 1), X(k), V(k), B(k - 1), pim))
     walk = sigmas([noise.accel_walk * root_dt] * 3, [noise.gyro_walk * root_dt] * 3)
     still_bias = gtsam.imuBias.ConstantBias()
     graph.push_back(gtsam.BetweenFactorConstantBias(B(k - 1), B(k), still_bias, walk))
-    speed = float(pose.rotation().unrotate(velocity)[0])
+    speed = float(state.attitude().unrotate(state.velocity())[0])
     wheel = interval.wheel / scale if interval.has_wheel else speed * interval.dt
     turned, moved = gtsam.Rot3(), np.zeros(3)
     for dt, rate, distance in zip(interval.dt, interval.rate, wheel, strict=True):

@@ -64,17 +64,14 @@ def cut(recording: Recording, rate: float) -> Cut:
     times = np.arange(time[start], time[-1], round(1e6 / rate))
     last = np.searchsorted(time, times)  # of each interval, the IMU sample it ends at
     flags = _flags(recording)
-    intervals = []
+    way, intervals = recording.ticks * recording.metres_per_tick, []
     for begin, end in pairwise(last):
         if end <= begin:
             continue
         stamps = time[begin : end + 1]
-        rolled = np.interp(
-            stamps, recording.wheel_utime, recording.ticks * recording.metres_per_tick
-        )
-        said = flags[1][
-            np.searchsorted(flags[0], stamps[0] + 1) : np.searchsorted(flags[0], stamps[-1]) + 1
-        ]
+        rolled = np.interp(stamps, recording.wheel_utime, way)
+        first, end_at = np.searchsorted(flags[0], [stamps[0] + 1, stamps[-1]])
+        said = flags[1][first : end_at + 1]
         intervals.append(
             Interval(
                 int(stamps[-1]) * 1000,

@@ -13,25 +13,18 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import redirect_stdout
-from io import StringIO
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gprodom.cli import main as gprodom
-from gprodom.errors import Error
+from estimates import planar_figures, run_method
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
-from gprodom.odometry.estimate import estimate
-from gprodom.odometry.methods import find_method
-from gprodom.score.align import FIRST_M
-from gprodom.score.associate import associate
-from gprodom.score.figures import compare
 from gprodom.score.sources import read_truth
-from program import exit_with, one_by_one, parser_of, print_rows
+from program import command, exit_with, one_by_one, parser_of, print_rows
 
 GROUNDS = ("rays", *shipped())
 SLIPS = {
@@ -46,17 +39,14 @@ def drive(log: Path, ground: str, slip: str, seed: int, spacing: float) -> None:
     words = ["simulate", f"--seed={seed}", f"--ground={ground}", *SLIPS[slip], "-o", str(log)]
     if spacing:
         words.append(f"--trigger-distance={spacing}")
-    with redirect_stdout(StringIO()):
-        if gprodom(words) != 0:
-            raise Error(f"{ground}: could not be simulated")
+    command(*words)
 
 
 def error_m(log: Path, method: str, settings: Sequence[str] = ()) -> tuple[float, int]:
     """And the number of displacements to places seen before."""
     out = log.with_suffix(".out.lcmlog")
-    found = estimate(log, find_method(method), (), settings, out).trajectory
-    truth = read_truth(log, frame=None).trajectory
-    error = compare(associate(found, truth), "se2", FIRST_M).figures.ate_rmse_m
+    found, truth = run_method(log, method, out, settings), read_truth(log, frame=None)
+    error = planar_figures(found.trajectory, truth.trajectory).ate_rmse_m
     told = logs.read(out, ["GPR_DISPLACEMENT"])
     if "GPR_DISPLACEMENT" not in told:
         return error, 0
@@ -79,15 +69,8 @@ def measure(
             error, revisits = error_m(
                 log, "gprodom_full", [f"gpr.trigger={'distance' if spacing else 'time'}"]
             )
-            yield {
-                "ground": ground,
-                "slip": slip,
-                "trigger": way,
-                "seed": seed,
-                "error_m": error,
-                "without_m": without,
-                "revisits": revisits,
-            }
+            row = {"ground": ground, "slip": slip, "trigger": way, "seed": seed}
+            yield row | {"error_m": error, "without_m": without, "revisits": revisits}
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -96,10 +79,8 @@ def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     found = []
     for case in cases:
         of = [row for row in rows if (row["ground"], row["slip"], row["trigger"]) == case]
-        mean = {
-            key: float(np.mean([row[key] for row in of]))
-            for key in ("error_m", "without_m", "revisits")
-        }
+        keys = ("error_m", "without_m", "revisits")
+        mean = {key: float(np.mean([row[key] for row in of])) for key in keys}
         found.append(dict(zip(("ground", "slip", "trigger"), case, strict=True)) | mean)
     return found
 
@@ -112,12 +93,7 @@ def main() -> int:
     parser.add_argument("--ground", choices=GROUNDS, action="append")
     args = parser.parse_args()
     spacings = args.spacing or [0.02, 0.05]
-    cases = [
-        (ground, slip, seed)
-        for ground in args.ground or GROUNDS
-        for slip in SLIPS
-        for seed in range(args.seeds)
-    ]
+    cases = list(product(args.ground or GROUNDS, SLIPS, range(args.seeds)))
     rows: list[dict[str, Any]] = []
     for case in one_by_one("drives", cases):
         rows += measure(*case, spacings)

@@ -25,7 +25,7 @@ def slower_imu(hz: float, mean: bool) -> Change:
     def change(s: Sensors, _: np.random.Generator) -> Sensors:
         k = max(round(rate_hz(s.imu_time) / hz), 1)
         if not mean:
-            return replace(s, imu_time=s.imu_time[::k], force=s.force[::k], rate=s.rate[::k])
+            return s.imu_at(slice(None, None, k))
         n = len(s.imu_time) // k
 
         def of(values: Floats) -> Floats:
@@ -41,7 +41,7 @@ def slower_imu(hz: float, mean: bool) -> Change:
 def slower_wheel(s: Sensors, hz: float) -> Sensors:
     """Every kth sample."""
     k = max(round(rate_hz(s.wheel_time) / hz), 1)
-    return replace(s, wheel_time=s.wheel_time[::k], wheels=s.wheels[::k])
+    return s.wheel_at(slice(None, None, k))
 
 
 def held_wheel(seconds: float) -> Change:
@@ -78,8 +78,7 @@ def lossy_wheel(burst_s: float) -> Change:
 
     def change(s: Sensors, generator: np.random.Generator) -> Sensors:
         slow = slower_wheel(s, SLOW_HZ)
-        kept = lost(slow.wheel_time, 0.05, burst_s, generator)
-        return replace(slow, wheel_time=slow.wheel_time[kept], wheels=slow.wheels[kept])
+        return slow.wheel_at(lost(slow.wheel_time, 0.05, burst_s, generator))
 
     return change
 
@@ -88,8 +87,7 @@ def lossy_imu(burst_s: float) -> Change:
     """5 % of the samples."""
 
     def change(s: Sensors, generator: np.random.Generator) -> Sensors:
-        kept = lost(s.imu_time, 0.05, burst_s, generator)
-        return replace(s, imu_time=s.imu_time[kept], force=s.force[kept], rate=s.rate[kept])
+        return s.imu_at(lost(s.imu_time, 0.05, burst_s, generator))
 
     return change
 
@@ -185,12 +183,8 @@ def silent(seconds: float, imu: bool = True, wheel: bool = True) -> Change:
             return np.flatnonzero((time < begin) | (time > begin + seconds * 1e6))
 
         if imu:
-            i = rest(s.imu_time)
-            s = replace(s, imu_time=s.imu_time[i], force=s.force[i], rate=s.rate[i])
-        if wheel:
-            i = rest(s.wheel_time)
-            s = replace(s, wheel_time=s.wheel_time[i], wheels=s.wheels[i])
-        return s
+            s = s.imu_at(rest(s.imu_time))
+        return s.wheel_at(rest(s.wheel_time)) if wheel else s
 
     return change
 
@@ -274,17 +268,9 @@ class Variation:
         def of(time: Ints) -> slice:
             return slice(*np.searchsorted(time, [begin, end + 1]).tolist())
 
-        imu, wheel, truth = of(s.imu_time), of(s.wheel_time), of(s.truth_time)
-        return replace(
-            s,
-            imu_time=s.imu_time[imu],
-            force=s.force[imu],
-            rate=s.rate[imu],
-            wheel_time=s.wheel_time[wheel],
-            wheels=s.wheels[wheel],
-            truth_time=s.truth_time[truth],
-            truth=s.truth[truth],
-        )
+        kept = of(s.truth_time)
+        s = replace(s, truth_time=s.truth_time[kept], truth=s.truth[kept])
+        return s.imu_at(of(s.imu_time)).wheel_at(of(s.wheel_time))
 
 
 VARIATIONS = {

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import shutil
 import signal
 import statistics
@@ -37,8 +36,8 @@ from typing import Any
 from gprodom.odometry.replay import run_replay
 from gprodom.view.record import TIMELINE
 from gprodom.view.viewer import free_port, started, viewer_command, without_statistics
-from live_load import processor_seconds
 from own_network import URL, parse_inside
+from processes import children_seconds, processor_seconds
 from program import list_of, parser_of, print_figures
 from repeat_log import repeat
 from zips import log_of
@@ -53,18 +52,14 @@ SEED = 1
 
 def open_log(out: Path, sensors: Path, path: Path) -> dict[str, float]:
     """Writes the recording."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    begun = time.monotonic()
-    subprocess.run(
-        [*VIEW, str(out), "--sensors", str(sensors), "-o", str(path)],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
-    wall = time.monotonic() - begun
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    size = path.stat().st_size / 1e6
-    return {"open_wall_s": wall, "open_processor_s": used, "recording_mb": size}
+    before, begun = children_seconds(), time.monotonic()
+    view = [*VIEW, str(out), "--sensors", str(sensors), "-o", str(path)]
+    subprocess.run(view, check=True, stdout=subprocess.DEVNULL)
+    return {
+        "open_wall_s": time.monotonic() - begun,
+        "open_processor_s": children_seconds() - before,
+        "recording_mb": path.stat().st_size / 1e6,
+    }
 
 
 def scrub(recording: Path, folder: Path, count: int) -> dict[str, float]:
@@ -143,14 +138,11 @@ def watch(logs: list[Path], seconds: float, more: list[str]) -> float:
     viewer = subprocess.Popen([*VIEW, "--live", "--lcm-url", URL, *more], start_new_session=True)
     try:
         time.sleep(SETTLES_S)
-        players = [
-            subprocess.Popen(
-                ["lcm-logplayer", "-l", URL, str(log)],
-                stdout=subprocess.DEVNULL,
-                start_new_session=True,
+        for log in logs:
+            play = ["lcm-logplayer", "-l", URL, str(log)]
+            players.append(
+                subprocess.Popen(play, stdout=subprocess.DEVNULL, start_new_session=True)
             )
-            for log in logs
-        ]
         time.sleep(2.0)
         begun, used = time.monotonic(), processor_seconds(viewer.pid)
         time.sleep(seconds)

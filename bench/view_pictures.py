@@ -25,6 +25,7 @@ WIDTH = 1280  # of the picture, pixels
 WINDOW = "1440x900"
 # The pointer is in the middle of the screen: not over the window, which is at its corner.
 XVFB = ("xvfb-run", "-a", "-s", "-screen 0 5000x4000x24")
+CHROMIUM = ("chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars")
 MOST_BYTES = 200_000  # of a picture: the palette is as large as that leaves it
 
 
@@ -48,12 +49,9 @@ def picture_of_page(what: str, log: list[str], shot: Path, folder: Path) -> None
     halves = []
     for scheme in (1, 0):  # of Chromium's setting: light, dark
         half = folder / f"{scheme}.png"
-        subprocess.run(
-            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-             f"--user-data-dir={folder}/profile", f"--blink-settings=preferredColorScheme={scheme}",
-             "--window-size=820,1400", f"--screenshot={half}", page.as_uri()],
-            check=True, capture_output=True,
-        )  # fmt: skip
+        look = [f"--blink-settings=preferredColorScheme={scheme}", "--window-size=820,1400"]
+        shoot = [*CHROMIUM, f"--user-data-dir={folder}/profile", *look, f"--screenshot={half}"]
+        subprocess.run([*shoot, page.as_uri()], check=True, capture_output=True)
         halves.append(Image.open(half).convert("RGB"))
     both = Image.new("RGB", (sum(each.width for each in halves), halves[0].height))
     both.paste(halves[0], (0, 0))

@@ -16,19 +16,18 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from estimates import mount_in
 from gprodom.arrays import Floats
-from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.score.sources import read_truth
+from gprodom.score.sources import read_estimate, read_truth
 from gprodom.trajectory import Trajectory, path_length
 from program import exit_with, in_processes, parser_of, print_rows
 from recordings import recordings_of
@@ -66,22 +65,15 @@ def run(source: Path, name: str, gap: float, overrides: Sequence[str]) -> dict[s
     """The figures of gaps of one length in one recording."""
     with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
         recording, log = recorded(source, name, Path(folder))
-        mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel", "wheels")))
-        sensors = read(log)
+        mount, sensors = mount_in(log), read(log)
         t = sensors.wheel_time * 1e-6
         begins = np.arange(t[0] + FIRST, t[-1] - gap - BEHIND, gap + BETWEEN)
         rest = ~np.any((t > begins[:, None]) & (t < begins[:, None] + gap), axis=0)
-        log = write(
-            replace(sensors, wheel_time=sensors.wheel_time[rest], wheels=sensors.wheels[rest]),
-            Path(folder) / "in.lcmlog",
-        )
+        log = write(sensors.wheel_at(rest), Path(folder) / "in.lcmlog")
         measure(recording, log, mount, overrides, smooth=False)
-        odometry = logs.read_roles(log.with_suffix(".out.lcmlog"), STANDARD.of("odometry"))[
-            "odometry"
-        ]
         truth = read_truth(log).trajectory
         tracks = {
-            "imu_wheel_m": Trajectory(odometry["utime"], np.asarray(odometry["position"])),
+            "imu_wheel_m": read_estimate(log.with_suffix(".out.lcmlog"), "odom").trajectory,
             "wheel_m": wheel_and_gyro(logs.read_roles(log, STANDARD.of("imu", "wheel"))),
         }
     off = {

@@ -32,8 +32,8 @@ import scale
 import two_days
 import withheld
 
-from gprodom.console import add_json_flag
-from program import exit_with, print_rows
+from gprodom.options import add_overrides_option
+from program import add_seeds, exit_with, parser_of, print_rows
 
 PARTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "ends": ends.run,
@@ -47,10 +47,7 @@ OF_RECORDINGS = ("ends", "withheld", "faults")
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    made = argparse.ArgumentParser(
-        prog="anchors", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    add_json_flag(made)
+    made = parser_of(__doc__)
     parts = made.add_subparsers(metavar="PART", dest="part", required=True)
     for name in PARTS:
         part = parts.add_parser(name)
@@ -60,19 +57,15 @@ def parser() -> argparse.ArgumentParser:
             part.add_argument("--only", action="append", metavar="NAME", default=[])
         if name == "faults":
             part.add_argument("--fault", action="append", metavar="NAME", default=[])
-        part.add_argument("--seeds", type=int, default=1, help="default: %(default)s")
-        part.add_argument("--first-seed", type=int, default=0, help="default: %(default)s")
-        part.add_argument(
-            "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides"
-        )
+        add_seeds(part, "--seeds", 1)
+        add_overrides_option(part)
     return made
 
 
 def main() -> int:
     """Runs a part."""
     args = parser().parse_args()
-    rows = PARTS[args.part](args)
-    print_rows(args, rows)
+    print_rows(args, PARTS[args.part](args))
     return 0
 
 

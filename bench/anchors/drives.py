@@ -9,15 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from estimates import mount_in, mounting_setting, run_method
 from gprodom.arrays import Bools
-from gprodom.calibrate.mount import find_mount
 from gprodom.config import STANDARD
 from gprodom.errors import Error
 from gprodom.fixes.made import add_to_log
 from gprodom.fixes.record import Fixes
 from gprodom.lcm import logs
-from gprodom.odometry.estimate import estimate
-from gprodom.odometry.methods import find_method
 from gprodom.score.align import fit_planar
 from gprodom.score.associate import associate
 from gprodom.score.sources import read_truth
@@ -55,9 +53,7 @@ def ready(name: str, data: Path, folder: Path) -> Drive:
         raise Error(f"{data / missing[0]}: no such file; {name} is not measured")
     log = folder / f"{name}.lcmlog"
     convert(RECORDINGS[name], data, log)
-    mount = find_mount(logs.read_roles(log, STANDARD.of("imu", "wheel")))
-    angles = ", ".join(f"{angle:.4f}" for angle in mount.rpy)
-    settings = (f"imu.rpy_body_imu=[{angles}]", *RECORDINGS[name].settings)
+    settings = (mounting_setting(mount_in(log)), *RECORDINGS[name].settings)
     return Drive(name, log, read_truth(log).trajectory, settings)
 
 
@@ -68,10 +64,8 @@ def run(drive: Drive, fixes: Fixes | None, overrides: Sequence[str]) -> Run:
         log = drive.log.with_suffix(".fixes.lcmlog")
         add_to_log(drive.log, log, [fixes.stream(STANDARD.position_fix)])
     output = log.with_suffix(".out.lcmlog")
-    settings = [*drive.settings, *overrides]
-    found = estimate(log, find_method("imu_wheel"), (), settings, output, smooth=True)
-    if found.smoothed is None:
-        raise Error(f"{drive.name}: no smoothed solution")
+    found = run_method(log, "imu_wheel", output, [*drive.settings, *overrides], smooth=True)
+    assert found.smoothed is not None
     told = logs.read_roles(output, STANDARD.of("status", "odometry"))
     messages = told["status"]["messages"] if "status" in told else []
     reasons = [(message.utime, reason) for message in messages for reason in message.reasons]

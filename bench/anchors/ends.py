@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import drives
 
-from gprodom.fixes.made import (
-    CENTIMETRES,
-    ENDS,
-    METRES,
-    fixes_of_truth,
-    share_of_way,
-    within,
-)
+from gprodom.fixes.made import CENTIMETRES, ENDS, METRES, fixes_of_truth, share_of_way, within
+from program import seeds_of
 
 NAMES = ("wid02", "wid09", "f1tenth3")
 NOISES = {"3 cm": CENTIMETRES, "1 m": METRES}
@@ -30,14 +25,11 @@ def run(args: argparse.Namespace) -> list[dict[str, Any]]:
             drive = drives.ready(recording, args.data, Path(name))
             bare = drives.run(drive, None, args.overrides)
             fixed = within(share_of_way(drive.truth, drive.truth.time), ENDS)
-            for noise in NOISES:
-                for seed in range(args.first_seed, args.first_seed + args.seeds):
-                    fixes = fixes_of_truth(drive.truth, NOISES[noise], seed)
-                    shares = share_of_way(drive.truth, fixes.utime)
-                    fixes = fixes.select(within(shares, ENDS))
-                    helped = drives.run(drive, fixes, args.overrides)
-                    rows.append(
-                        {"recording": recording, "noise": noise, "seed": seed, "fixes": len(fixes)}
-                        | drives.compare(drive, bare, helped, ~fixed, fixed)
-                    )
+            for noise, seed in product(NOISES, seeds_of(args)):
+                fixes = fixes_of_truth(drive.truth, NOISES[noise], seed)
+                shares = share_of_way(drive.truth, fixes.utime)
+                fixes = fixes.select(within(shares, ENDS))
+                helped = drives.run(drive, fixes, args.overrides)
+                row = {"recording": recording, "noise": noise, "seed": seed, "fixes": len(fixes)}
+                rows.append(row | drives.compare(drive, bare, helped, ~fixed, fixed))
     return rows

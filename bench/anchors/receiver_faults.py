@@ -12,6 +12,7 @@ import numpy as np
 
 from gprodom.errors import Error
 from gprodom.fixes.made import CENTIMETRES, FAULTS, fixes_of_truth, in_degrees, with_fault
+from program import seeds_of
 
 NAMES = ("wid02", "f1tenth3")
 BEGIN, END = 0.4, 0.6  # of the time in which the truth is known
@@ -28,7 +29,7 @@ def run(args: argparse.Namespace) -> list[dict[str, Any]]:
         for recording in args.only or NAMES:
             drive = drives.ready(recording, args.data, Path(name))
             bare = drives.run(drive, None, args.overrides)
-            for seed in range(args.first_seed, args.first_seed + args.seeds):
+            for seed in seeds_of(args):
                 rows += _of_drive(drive, bare, seed, args)
     return rows
 

@@ -13,6 +13,7 @@ from gprodom.random_streams import stream
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.sequence import Simulated, Spec, simulate
+from program import seeds_of
 
 APART_M = 90.0
 SIGMA_M = 0.02
@@ -62,11 +63,7 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
             values = [status["values"] for out in outputs for status in out.status]
             scale, sigma = (values[-1][f"fixes.wheel_scale{each}"] for each in ("", "_sigma"))
         off = scale - true
-        found |= {
-            f"sigma{name}": sigma,
-            f"error{name}": off,
-            f"nees{name}": (off / sigma) ** 2,
-        }
+        found |= {f"sigma{name}": sigma, f"error{name}": off, f"nees{name}": (off / sigma) ** 2}
     found["sigma_over_limit"] = found["sigma"] / found["limit"]
     return found
 
@@ -74,9 +71,8 @@ def one(seed: int, overrides: list[str]) -> dict[str, Any]:
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """A row for each seed, and their mean; then the mean of the same drives where no slip is
     expected, as by the limit."""
-    seeds = range(args.first_seed, args.first_seed + args.seeds)
-    rows = [one(seed, args.overrides) for seed in seeds]
-    sure = [one(seed, [*args.overrides, "wheel.slip_share=0"]) for seed in seeds]
+    rows = [one(seed, args.overrides) for seed in seeds_of(args)]
+    sure = [one(seed, [*args.overrides, "wheel.slip_share=0"]) for seed in seeds_of(args)]
     return [*rows, mean_of("mean", rows), mean_of("mean, no slip", sure)]
 
 

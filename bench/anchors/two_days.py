@@ -14,6 +14,7 @@ from gprodom.map.ground import MapFile, read_map
 from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.sequence import Simulated
+from program import seeds_of
 from relocation import simulated
 
 SIGMA_M = 0.03
@@ -71,5 +72,4 @@ def one(seed: int, sets: list[str]) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """A row for each seed."""
-    seeds = range(args.first_seed, args.first_seed + args.seeds)
-    return [one(seed, args.overrides) for seed in seeds]
+    return [one(seed, args.overrides) for seed in seeds_of(args)]

@@ -162,8 +162,8 @@ def measure_before(
             raise UsageError(f"--compare {folder}: no figures in it")
         return [kept[bench.name] for bench in wanted if bench.name in kept]
     program = sources_of(args.compare, args.cache / "commits")
-    compiled = any(bench.compiled for bench in wanted)
-    measurement = Measurement(program, settings, executor, lambda: build(program, compiled))
+    targets = ["programs", *(["benches"] if any(bench.compiled for bench in wanted) else [])]
+    measurement = Measurement(program, settings, executor, lambda: build(program, targets))
     reports = measurement.of(wanted)
     (args.output / "before").mkdir(exist_ok=True)
     for report in reports:

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from job import CHECKOUT, Program
@@ -33,13 +34,12 @@ def sources_of(revision: str, folder: Path) -> Program:
     return Program(root, commit[:10])
 
 
-def build(program: Program, compiled: bool) -> None:
-    """Builds it where it is not built. compiled: bench programs in C++ too."""
+def build(program: Program, targets: Sequence[str]) -> None:
+    """Builds these of it where they are not built."""
     print(f"building {program.commit}", file=sys.stderr, flush=True)
     folder = program.root / "build"  # as in other checkouts, so that a compiler cache knows it
     options = [f"-DGPRODOM_PYTHON={sys.executable}", f"-DCMAKE_BUILD_TYPE={_build_type()}"]
     _call("cmake", "-S", str(program.root), "-B", str(folder), "-G", "Ninja", *options)
-    targets = ["programs", *(["benches"] if compiled else [])]
     at_once = str(os.cpu_count() or 1)
     _call("cmake", "--build", str(folder), "-j", at_once, "--target", *targets)
 

@@ -1,12 +1,14 @@
-"""In what the messages of two logs differ, and how far their poses are apart."""
+"""Messages of logs, and in what those of two logs differ, and how far their poses are apart."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from gprodom.config import STANDARD
+from gprodom.files import replacing
 from gprodom.lcm import EventLog, logs
 
 Message = tuple[int, str, bytes]  # time (us), channel, content
@@ -15,6 +17,16 @@ Message = tuple[int, str, bytes]  # time (us), channel, content
 def read_events(log: Path) -> list[Message]:
     """The messages of a log, in its order."""
     return [(event.timestamp, event.channel, event.data) for event in EventLog(str(log), "r")]
+
+
+def write_events(events: Iterable[Message], log: Path) -> Path:
+    """A log of messages, in their order."""
+    with replacing(log) as part:
+        made = EventLog(str(part), "w", overwrite=True)
+        for event in events:
+            made.write_event(*event)
+        made.close()
+    return log
 
 
 def differences(one: Path, other: Path) -> list[str]:
