@@ -10,12 +10,13 @@ import math
 import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from gprodom.lcm.messages import message
+from log_events import Message
 
-Message = tuple[int, str, bytes]
 Random = np.random.Generator
 Change = Callable[[bytes], bytes]
 
@@ -250,48 +251,39 @@ def duplicated(share: float) -> Fault:
 
 def reordered(share: float) -> Fault:
     """A share of all messages arrives up to 200 ms late."""
-    return scattered(
-        "all",
-        share,
-        lambda m, rng: (delayed(m, rng.uniform(0, 200_000)),),
-        f"{share:.0%} up to 200 ms late",
-    )
+
+    def a_little(m: Message, rng: Random) -> Iterable[Message]:
+        return (delayed(m, rng.uniform(0, 200_000)),)
+
+    return scattered("all", share, a_little, f"{share:.0%} up to 200 ms late")
 
 
 def late(share: float) -> Fault:
     """A share of all messages arrives later than any window."""
-    return scattered(
-        "all",
-        share,
-        lambda m, rng: (delayed(m, rng.uniform(0.5, 2) * SECOND),),
-        f"{share:.0%} 0.5 to 2 s late",
-    )
+
+    def too_late(m: Message, rng: Random) -> Iterable[Message]:
+        return (delayed(m, rng.uniform(0.5, 2) * SECOND),)
+
+    return scattered("all", share, too_late, f"{share:.0%} 0.5 to 2 s late")
 
 
 def stamps(channel: str) -> list[Fault]:
     """Stamps of one sensor, or of all, that jump: here and there, or for good."""
     jumps = {"+1 s": SECOND, "-1 s": -SECOND, "+1 h": HOUR, "-1 h": -HOUR}
+    keeps_time = channel not in ("all", IMU)
     faults = []
     for name, jump in jumps.items():
+        jumped = partial(shifted, by_us=jump)
         if channel != "all":
-            faults.append(
-                scattered(
-                    channel,
-                    0.01,
-                    lambda m, _, jump=jump: ((m[0], m[1], shifted(m[2], jump)),),
-                    f"{channel} 1% of stamps {name}",
-                )
-            )
-        faults.append(
-            during(
-                channel,
-                FOR_GOOD,
-                lambda data, jump=jump: shifted(data, jump),
-                f"{channel} stamps {name} for good",
-                keeps_time=channel not in ("all", IMU),
-            )
-        )
+            faults.append(now_and_then(channel, jumped, f"{channel} 1% of stamps {name}"))
+        for_good = f"{channel} stamps {name} for good"
+        faults.append(during(channel, FOR_GOOD, jumped, for_good, keeps_time=keeps_time))
     return faults
+
+
+def now_and_then(channel: str, change: Change, name: str) -> Fault:
+    """One message of a hundred is changed."""
+    return scattered(channel, 0.01, lambda m, _: ((m[0], m[1], change(m[2])),), name)
 
 
 def all_faults() -> list[Fault]:
@@ -309,42 +301,25 @@ def all_faults() -> list[Fault]:
         faults.append(stuck(channel, 5, False, f"{channel} values stuck 5 s"))
         faults.append(scattered(channel, 0.01, bit_flipped, f"{channel} 1% a bit flipped"))
         faults.append(drifting_clock(channel, 100))
-        faults.append(
-            during(
-                channel,
-                FOR_GOOD,
-                lambda d: shifted(d, 50_000),
-                f"{channel} stamps +50 ms",
-                told=False,
-            )
-        )
+        late_clock, name = partial(shifted, by_us=50_000), f"{channel} stamps +50 ms"
+        faults.append(during(channel, FOR_GOOD, late_clock, name, told=False))
     for name, value in (("NaN", math.nan), ("infinite", math.inf)):
-        for channel, change in ((IMU, imu_values), (WHEEL, wheel_value)):
-
-            def bad(
-                data: bytes, change: Callable[[bytes, float], bytes] = change, value: float = value
-            ) -> bytes:
-                return change(data, value)
-
+        for channel, replaced in ((IMU, imu_values), (WHEEL, wheel_value)):
+            bad = partial(replaced, value=value)
             faults.append(during(channel, 5, bad, f"{channel} {name} 5 s"))
             faults.append(during(channel, FOR_GOOD, bad, f"{channel} {name} for good"))
+    # Of a robot that drives, 5 mg ahead are a slope of 5 mrad.
+    slope, name = partial(biased, rate=0, acceleration=0.05), f"{IMU} accelerometer bias step"
     faults += [
         during(IMU, 5, saturated, f"{IMU} saturated 5 s"),
         during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0), f"{IMU} gyro bias step"),
-        # Of a robot that drives, 5 mg ahead are a slope of 5 mrad.
-        during(
-            IMU,
-            FOR_GOOD,
-            lambda d: biased(d, 0, 0.05),
-            f"{IMU} accelerometer bias step",
-            told=False,
-        ),
+        during(IMU, FOR_GOOD, slope, name, told=False),
         during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0.05), f"{IMU} bias step of both"),
         from_then_on(WHEEL, wheel_from_zero, f"{WHEEL} reset to zero"),
         from_then_on(WHEEL, wheel_backwards, f"{WHEEL} sign flipped"),
         during(GPR, FOR_GOOD, dead, f"{GPR} dead"),
         during(GPR, FOR_GOOD, shorter, f"{GPR} shorter"),
-        scattered(GPR, 0.01, lambda m, _: ((m[0], m[1], shorter(m[2])),), f"{GPR} 1% shorter"),
+        now_and_then(GPR, shorter, f"{GPR} 1% shorter"),
     ]
     return faults
 

@@ -14,18 +14,19 @@ DRAW = " #"  # between a fault's name and the number of a further draw
 
 
 def _faults(results: Results) -> list[str]:
-    names = [name for _, name in results if name != "clean" and not name.startswith("return ")]
+    names = [name for _, name in results if name != "clean"]
     return list(dict.fromkeys(name.split(DRAW)[0] for name in names))
-
-
-def _known() -> dict[str, kinds.Fault]:
-    return {fault.name: fault for fault in kinds.all_faults()}
 
 
 def _told(fault: str) -> bool:
     """Whether STATUS can know of the fault; of a combination, whether of any part."""
-    known = _known()
-    return any(known[part].told for part in fault.split(" + ") if part in known)
+    parts = fault.split(" + ")
+    return any(known.told for known in kinds.all_faults() if known.name in parts)
+
+
+def _of(fault: str, results: Results) -> list[tuple[str, dict[str, Any]]]:
+    """Log and result of each draw of a fault."""
+    return [(log, r) for (log, name), r in results.items() if name.split(DRAW)[0] == fault]
 
 
 def of_replays(results: Results) -> tuple[str, list[str]]:
@@ -36,13 +37,7 @@ def of_replays(results: Results) -> tuple[str, list[str]]:
         "|---|---|---|---|---|",
     ]
     for fault in _faults(results):
-        of_fault = [(log, r) for (log, name), r in results.items() if name.split(DRAW)[0] == fault]
-        lines.append(_row(fault, of_fault, results, wrong))
-    returns = [_return_row(channel, results) for channel in kinds.SENSORS]
-    if any(returns):
-        lines += ["", "| back after 10 s | places | growth, clean (m per 5 m) | faulty | ratio |"]
-        lines[-1] += " from 1 s later: clean | faulty | ratio | from 3 s later: | | |"
-        lines += ["|---|" + 10 * "---|", *filter(None, returns)]
+        lines.append(_row(fault, _of(fault, results), results, wrong))
     return "\n".join(lines) + "\n", wrong
 
 
@@ -51,7 +46,7 @@ def figures(results: Results) -> list[dict[str, Any]]:
     the longest silence, and what of it is wrong."""
     rows = []
     for fault in _faults(results):
-        of_fault = [(log, r) for (log, name), r in results.items() if name.split(DRAW)[0] == fault]
+        of_fault = _of(fault, results)
         wrong: list[str] = []
         _row(fault, of_fault, results, wrong)
         held = [(log, r) for log, r in of_fault if "ended" not in r]
@@ -91,25 +86,3 @@ def _row(
     error = f"{np.mean(known):.2f}, worst {max(known):.2f}" if known else "no pose to compare"
     words = "; ".join(list(said)[:3]) + (f"; and {len(said) - 3} more" if len(said) > 3 else "")
     return f"| {fault} | {error} | {silent:.1f} | {recovered:.1f} | {words} |"
-
-
-def _return_row(channel: str, results: Results) -> str:
-    """RMS of the relative errors over all places, from the return on and from 1 and 3 s later."""
-    cells = []
-    places = 0
-    for start in range(3):
-        clean: list[float] = []
-        faulty: list[float] = []
-        places = 0
-        for (_, name), result in results.items():
-            if not name.startswith(f"return {channel} "):
-                continue
-            if result["clean"][start] and result["faulty"][start]:
-                clean += result["clean"][start]
-                faulty += result["faulty"][start]
-                places += 1
-        if not places:
-            return ""
-        rms = [float(np.sqrt(np.mean(np.square(values)))) for values in (clean, faulty)]
-        cells += [f"{rms[0]:.4f}", f"{rms[1]:.4f}", f"{rms[1] / rms[0]:.2f}"]
-    return f"| {channel} | {places} | " + " | ".join(cells) + " |"
