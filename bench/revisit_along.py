@@ -15,10 +15,12 @@ Negatives: the same drives over lines 1 m aside or more.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+import importlib.util
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -26,31 +28,39 @@ from gprodom import gpr
 from gprodom.arrays import Floats
 from gprodom.console import Progress
 from program import parser_of, print_rows
-from revisit_protocol import load_protocol
 
 STEP_M = 0.25  # between patches
 BEFORE = 58  # columns before a patch, in which the memory is looked for in turn
 
 
-def _options(**changes: float) -> Callable[[], gpr.RevisitSearchOptions]:
-    def make() -> gpr.RevisitSearchOptions:
-        options = gpr.RevisitSearchOptions()
-        for name, value in changes.items():
-            setattr(options, name, value)
-        return options
-
-    return make
-
-
-VARIANTS = {
-    "all checks": _options(),
-    "one patch suffices": _options(min_patches=1),
-    "not carried along": _options(min_patches=1, lost=1.0),
-    "newest patch not asked": _options(min_half=-100.0),
-    "no patch clear by itself": _options(clear_once=False),
-    "memory not looked for in turn": _options(agree_m=0.0),
-    "certainty 0.99": _options(certainty=0.99),
+VARIANTS: dict[str, dict[str, float]] = {
+    "all checks": {},
+    "one patch suffices": {"min_patches": 1},
+    "not carried along": {"min_patches": 1, "lost": 1.0},
+    "newest patch not asked": {"min_half": -100.0},
+    "no patch clear by itself": {"clear_once": False},
+    "memory not looked for in turn": {"agree_m": 0.0},
+    "certainty 0.99": {"certainty": 0.99},
 }
+
+
+def options_of(variant: str) -> gpr.RevisitSearchOptions:
+    """Of the search."""
+    options = gpr.RevisitSearchOptions()
+    for name, value in VARIANTS[variant].items():
+        setattr(options, name, value)
+    return options
+
+
+def load_protocol(path: Path) -> ModuleType:
+    """The protocol's module, its lines read once."""
+    spec = importlib.util.spec_from_file_location("revisit_eval", path)
+    if spec is None or spec.loader is None:
+        raise SystemExit(f"{path}: not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.load = cache(module.load)  # type: ignore[attr-defined]
+    return module
 
 
 @dataclass(frozen=True)
@@ -59,19 +69,6 @@ class Slip:
 
     size: float
     sigma: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Shares of patches; of negatives, those that were told a place, and of how many."""
-
-    variant: str
-    told: float
-    right_told: float
-    rms_cm: float
-    sigma_ratio: float
-    false: int
-    negatives: int
 
 
 @dataclass(frozen=True)
@@ -117,8 +114,9 @@ def drive(
 def run(
     protocol: ModuleType, name: str, pairs: list[int], prior: float, aside: int, slip: Slip,
     progress: Progress,
-) -> Outcome:  # fmt: skip
-    """The pairs of lines n and n + aside, both directions."""
+) -> dict[str, Any]:  # fmt: skip
+    """The pairs of lines n and n + aside, both directions: shares of patches; of negatives, those
+    that were told a place, and of how many."""
     random = np.random.default_rng(1)
     errors, sigmas, patches, false, negatives = [], [], 0, 0, 0
     for n in pairs:
@@ -126,7 +124,7 @@ def run(
         line = protocol.load(n + aside)[0]
         passes = [
             drive(memory, line, spacing, interval, prior, random.uniform(-prior, prior),
-                  VARIANTS[name](), reverse, slip)
+                  options_of(name), reverse, slip)
             for reverse in (False, True)
         ]  # fmt: skip
         all_errors = np.concatenate([told.error for told in passes])
@@ -139,22 +137,24 @@ def run(
             for other in far:
                 told = drive(
                     protocol.load(int(other))[0], line, spacing, interval, prior,
-                    random.uniform(-prior, prior), VARIANTS[name](), reverse, slip,
+                    random.uniform(-prior, prior), options_of(name), reverse, slip,
                 )  # fmt: skip
                 false += len(told.error)
                 negatives += told.patches
         progress.advance()
     error, sigma = np.concatenate(errors), np.concatenate(sigmas)
     right = np.abs(error) <= protocol.RIGHT_M
-    return Outcome(
-        name,
-        len(error) / patches,
-        float(right.mean()) if len(error) else np.nan,
-        100 * float(np.sqrt(np.mean(error[right] ** 2))) if right.any() else np.nan,
-        float(np.sqrt(np.mean((error[right] / sigma[right]) ** 2))) if right.any() else np.nan,
-        false,
-        negatives,
-    )
+    off = error[right]
+    return {
+        "variant": name,
+        "told": len(error) / patches,
+        "right_told": float(right.mean()) if len(error) else np.nan,
+        "rms_cm": 100 * float(np.sqrt(np.mean(off**2))) if right.any() else np.nan,
+        "sigma_ratio": float(np.sqrt(np.mean((off / sigma[right]) ** 2)))
+        if right.any() else np.nan,
+        "false": false,
+        "negatives": negatives,
+    }  # fmt: skip
 
 
 def main() -> None:
@@ -178,7 +178,7 @@ def main() -> None:
             outcomes.append(
                 run(protocol, name, pairs, arguments.prior, arguments.aside, slip, progress)
             )
-    print_rows(arguments, [asdict(outcome) for outcome in outcomes])
+    print_rows(arguments, outcomes)
 
 
 if __name__ == "__main__":
