@@ -22,8 +22,7 @@ from pathlib import Path
 from pygments.lexers import CppLexer, PythonLexer
 from pygments.token import Comment, Number, String
 
-from gprodom.console import format_table, print_json
-from program import parser_of
+from program import complain, parser_of, print_figures, table_of
 
 ROOT = Path(__file__).resolve().parents[1]
 CODE = {
@@ -126,15 +125,13 @@ def main() -> int:
     try:
         commits = [git("rev-parse", "--short", commit).strip() for commit in args.commit]
     except subprocess.CalledProcessError as error:
-        print(f"code_size: error: {error.stderr.strip()}", file=sys.stderr)
+        complain(error.stderr.strip())
         return 1
     sizes = {commit: size(commit) for commit in commits}
-    if args.json:
-        print_json([{"commit": commit} | found for commit, found in sizes.items()])
-        return 0
-    names = list(dict.fromkeys(name for found in sizes.values() for name in found))
-    rows = [[name, *(found.get(name, 0) for found in sizes.values())] for name in names]
-    print(format_table(["", *commits], rows))
+    names = dict.fromkeys(name for found in sizes.values() for name in found)
+    rows = [{"": name} | {c: found.get(name, 0) for c, found in sizes.items()} for name in names]
+    figures = [{"commit": commit} | found for commit, found in sizes.items()]
+    print_figures(args, figures, table_of(rows))
     return 0
 
 

@@ -36,20 +36,24 @@ import numpy as np
 
 import power_cuts
 from gprodom import Odometry
-from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.map.ground import read_map
 from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Spec, simulate
-from program import exit_with, parser_of, print_figures
+from program import complain, exit_with, parser_of, print_figures, table_of
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DRIVE_M = 14.0
 LATER_NS = 10**12  # the second drive begins so much later
 SAVE_PERIOD_S = 0.02  # newest ground every 0.2 s, the whole of it every 6 s
 SHORTER = 150  # samples of a trace of the other setting
+OF_TIMES = {
+    "imu_time": ("acceleration", "angular_velocity"),
+    "wheel_time": ("wheel_distance",),
+    "gpr_time": ("traces",),
+}
 BLOCKED = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", "trace=write,writev"]
 
 
@@ -58,11 +62,7 @@ def pieces(told: dict[str, Any], edges: list[int]) -> list[dict[str, Any]]:
     found = []
     for since, until in zip([0, *edges], [*edges, 2**62], strict=True):
         piece = dict(told)
-        for time_name, names in (
-            ("imu_time", ("acceleration", "angular_velocity")),
-            ("wheel_time", ("wheel_distance",)),
-            ("gpr_time", ("traces",)),
-        ):
+        for time_name, names in OF_TIMES.items():
             part = slice(*np.searchsorted(told[time_name], [since, until]))
             for name in (time_name, *names):
                 piece[name] = told[name][part]
@@ -106,7 +106,7 @@ def prepared(folder: Path) -> Ground:
     for seed, name in ((1, "before"), (2, "after")):
         route = make_route("loop", DRIVE_M, 0.7, 3.0, stream(seed, "route"))
         told = as_recording(simulate(Spec(route, station=None), seed)).messages()
-        for time_name in ("imu_time", "wheel_time", "gpr_time"):
+        for time_name in OF_TIMES:
             told[time_name] = told[time_name] + LATER_NS * seed
         np.savez(folder / f"{name}.npz", **told)
     drive(folder / "before.npz", state, [])
@@ -202,11 +202,11 @@ def measure(name: str, ground: Ground, moments: int, seed: int) -> dict[str, Any
 
 def tell(found: list[dict[str, Any]], args: argparse.Namespace) -> int:
     """Prints what measure() has found; the exit code."""
-    rows = [[each["fault"], each["moments"], each["kept"]] for each in found]
-    print_figures(args, {"faults": found}, format_table(["fault", "moments", "kept"], rows))
+    rows = [{key: each[key] for key in ("fault", "moments", "kept")} for each in found]
+    print_figures(args, {"faults": found}, table_of(rows))
     for each in found:
         for line in each["lost"]:
-            print(f"{Path(sys.argv[0]).stem}: {each['fault']}: {line}", file=sys.stderr)
+            complain(f"{each['fault']}: {line}")
     return 1 if any(each["lost"] for each in found) else 0
 
 

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.console import format_table, print_json
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.source import File
@@ -33,7 +32,7 @@ from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.wire import decode
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.robot import robot
-from program import parser_of
+from program import parser_of, print_figures, table_of
 
 Array = NDArray[np.float64]
 LIMITS = {"radar": 2.5, "IMU": 3.0, "wheel": 2.0}  # ratio from which a difference is named
@@ -190,14 +189,12 @@ def main() -> int:
     args = parser.parse_args()
     found = compare(args.data)
     named = [line for kind, pieces in found.items() for line in differences(kind, pieces)]
-    if args.json:
-        print_json({**found, "differences": named})
-        return 0
+    text = ""
     for kind, pieces in found.items():
-        names = list(next(iter(pieces.values())))
-        rows = [[name, *(f"{each[name]:.3g}" for each in pieces.values())] for name in names]
-        print(format_table([kind, *pieces], rows) + "\n")
-    print("differences:\n" + "\n".join(f"  {line}" for line in named or ["none that stand out"]))
+        rows = [{kind: piece} | figures for piece, figures in pieces.items()]
+        text += f"{table_of(rows)}\n\n"
+    text += "differences:\n" + "\n".join(f"  {line}" for line in named or ["none that stand out"])
+    print_figures(args, {**found, "differences": named}, text)
     return 0
 
 

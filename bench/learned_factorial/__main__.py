@@ -31,6 +31,8 @@ import sys
 from functools import partial
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
 import sequences
 from on_grounds import lengths_of_coherence, rivals, score_ground
 from rivals import ByCoherence
@@ -39,9 +41,6 @@ from table import tables
 import pairs
 from gprodom.learned.grounds import make_line, seeds
 from gprodom.learned.model import read_record
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
-
 from program import in_processes, one_by_one, parser_of, print_figures
 
 

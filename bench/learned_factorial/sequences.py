@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from cells import SEGMENT_S, Cell
 from rivals import Answers, Rival, speed_in
-from table import interval
+from table import interval, with_interval
 
 from gprodom.arrays import Floats
 from gprodom.benchmark.motion import Truth, read_beside
-from gprodom.console import format_table
 from gprodom.convert.cmu import read_recording
+from program import table_of
 
 DRIVES = 0.05  # m/s, at least, all the while
 LEARNT_M = 5.0  # of the way, that a scale is learnt on; not scored
@@ -83,22 +83,13 @@ def tables(found: list[dict[str, Floats]]) -> tuple[list[dict[str, Any]], str]:
             told = [each[:, column] for each in rows]
             ratio = np.concatenate(told) / np.concatenate(true)
             known = np.isfinite(ratio)
-            figures.append(
-                {
-                    "method": label,
-                    "r2": interval([np.zeros_like(each) for each in true], true, told),
-                    "relative_error": float(np.mean(np.abs(ratio[known] - 1))),
-                    "valid": float(known.mean()),
-                    "nees": float(np.mean(normal**2)) if column == 2 else float("nan"),
-                    "in_2_sigma": float(np.mean(np.abs(normal) < 2))
-                    if column == 2
-                    else float("nan"),
-                }
-            )
-    head = ["method", "R2", "95 %", "relative error", "valid", "NEES", "in 2 sigma"]
-    lines: list[list[object]] = [
-        [f["method"], f["r2"][0], f"{f['r2'][1]:.3f} to {f['r2'][2]:.3f}", f["relative_error"]]
-        + [f["valid"], f["nees"], f["in_2_sigma"]]
-        for f in figures
-    ]
-    return figures, format_table(head, lines)
+            scaled = column == 2
+            figures.append({
+                "method": label,
+                "r2": interval([np.zeros_like(each) for each in true], true, told),
+                "relative_error": float(np.mean(np.abs(ratio[known] - 1))),
+                "valid": float(known.mean()),
+                "nees": float(np.mean(normal**2)) if scaled else float("nan"),
+                "in_2_sigma": float(np.mean(np.abs(normal) < 2)) if scaled else float("nan"),
+            })  # fmt: skip
+    return figures, table_of([with_interval(each) for each in figures])

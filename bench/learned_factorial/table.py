@@ -8,8 +8,8 @@ import numpy as np
 from cells import RATES, SPEEDS
 
 from gprodom.arrays import Floats
-from gprodom.console import format_table
 from pairs import CONSECUTIVE, REVISIT, Offsets
+from program import table_of
 
 RESAMPLES = 2000
 
@@ -87,9 +87,8 @@ def _of_pairs(offsets: list[list[Offsets]], kind: str) -> dict[str, Any]:
     same = np.concatenate(parts("same"))
     far = np.abs(true) > 0.1
     slope = np.polyfit((wheel / true)[far], np.clip(told / true, -1, 3)[far], 1)[0]
-    at_one = np.concatenate(
-        [np.full(len(each.true), each.scale == 1.0) for ground in grounds for each in ground]
-    )
+    at_one = [np.full(len(each.true), each.scale == 1.0) for ground in grounds for each in ground]
+    at_one = np.concatenate(at_one)
     error = told - true
     return {
         "pairs": kind,
@@ -101,31 +100,25 @@ def _of_pairs(offsets: list[list[Offsets]], kind: str) -> dict[str, Any]:
     }
 
 
+def with_interval(row: dict[str, Any]) -> dict[str, Any]:
+    """A row for people: R2 with its interval in one column."""
+    shown = {}
+    for key, value in row.items():
+        is_r2 = key.startswith("r2") and isinstance(value, list)
+        shown[key] = "{:.3f} ({:.3f} to {:.3f})".format(*value) if is_r2 else value
+    return shown
+
+
 def tables(results: list[Any], offsets: list[list[Offsets]]) -> tuple[dict[str, Any], str]:
     """All figures, and them as text."""
     ways = [_figures(name, results, scaled) for name in results[0] for scaled in (False, True)]
     seen = [_of_pairs(offsets, kind) for kind in (CONSECUTIVE, REVISIT)]
-    head = ["method", "R2 beyond count", "95 %", "shuffled R2", "valid", "NEES", "in 2 sigma"]
-    head += ["standing m/s", "shuffled / in order"]
-    rows: list[list[object]] = [
-        [w["method"], w["r2"][0], f"{w['r2'][1]:.3f} to {w['r2'][2]:.3f}", w["r2_shuffled"]]
-        + [w["valid"], w["nees"], w["in_2_sigma"], w["standing_mps"], w["shuffled_over"]]
-        for w in ways
-    ]
-    text = format_table(head, rows)
-    speeds = [f"{speed:g} m/s" for speed in SPEEDS]
+    columns = [[with_interval(each) for each in some] for some in (ways, seen)]
+    text = table_of([{k: v for k, v in w.items() if k != "relative_error"} for w in columns[0]])
     for way in ways:
-        cells: list[list[object]] = [
-            [f"{rate} traces/s", *(f"{100 * error:.0f} %" for error in way["relative_error"][rate])]
-            for rate in way["relative_error"]
+        errors = [
+            {"traces/s": rate} | dict(zip((f"{s:g} m/s" for s in SPEEDS), each, strict=True))
+            for rate, each in way["relative_error"].items()
         ]
-        title = f"{way['method']}: mean relative error"
-        text += f"\n\n{title}\n{format_table(['', *speeds], cells)}"
-    of_pairs: list[list[object]] = [
-        [s["pairs"], s["follows"], s["r2_beyond_wheel"][0]]
-        + [f"{s['r2_beyond_wheel'][1]:.3f} to {s['r2_beyond_wheel'][2]:.3f}"]
-        + [s["median_mm"], s["nees"], s["same"]]
-        for s in seen
-    ]
-    head = ["learned_pair", "follows", "R2 beyond the wheel", "95 %", "median mm", "NEES", "same"]
-    return {"ways": ways, "pairs": seen}, f"{text}\n\n{format_table(head, of_pairs)}"
+        text += f"\n\n{way['method']}: mean relative error\n{table_of(errors)}"
+    return {"ways": ways, "pairs": seen}, f"{text}\n\n{table_of(columns[1])}"
