@@ -2,10 +2,9 @@
 //   build/bench/bench_gpr_revisit
 #include <benchmark/benchmark.h>
 
-#include <cmath>
-#include <random>
 #include <vector>
 
+#include "bench_ground.h"
 #include "gpr/revisit/revisit_search.h"
 #include "gpr/revisit/trace_memory.h"
 
@@ -15,20 +14,9 @@ namespace {
 constexpr int kSamples = 201, kPatch = 92;
 constexpr double kSampleInterval = 0.2e-9;
 
-// Noise smoothed along the track: ground enough for a cost, with all the rows that 201 samples
-// can have.
-Columns ground(int columns) {
-  std::mt19937 random(1);
-  std::normal_distribution<float> normal;
-  Columns traces =
-      Columns::NullaryExpr(columns, kSamples, [&] { return 1000.0F * normal(random); });
-  smooth_along(4.0, traces);
-  return traces;
-}
-
 // The figure: +-0.6 m, both directions, five scales, a patch of 1.84 m.
 void gated_query(benchmark::State& state) {
-  const Columns traces = ground(1000);
+  const Columns traces = noise_ground(1000);
   const PatchFilter filter(traces, 0.02, kSampleInterval);
   const Columns memory = filter.apply(traces), query = memory.middleRows(430, kPatch);
   PatchMatcher matcher(filter, 0.02);
@@ -45,9 +33,9 @@ BENCHMARK(gated_query)
 // A question as the mapper asks it, one direction known, of a window in which the robot was not
 // found so far: the ground may be stretched by a slip of that standard deviation (ln).
 void question(benchmark::State& state) {
-  const Columns traces = ground(1000);
+  const Columns traces = noise_ground(1000);
   const PatchFilter filter(traces, 0.02, kSampleInterval);
-  const Columns other = filter.apply(ground(1200)).bottomRows(150);
+  const Columns other = filter.apply(noise_ground(1200)).bottomRows(150);
   SearchWindow window;
   window.features = filter.apply(traces);
   window.expected = 500;
@@ -64,7 +52,7 @@ BENCHMARK(question)
 
 // A trace every 1.5 cm, with `metres` of ground in memory already.
 void add_trace(benchmark::State& state) {
-  const Columns traces = ground(2000);
+  const Columns traces = noise_ground(2000);
   std::vector<std::vector<float>> list(traces.rows());
   for (Eigen::Index i = 0; i < traces.rows(); ++i) {
     list[i].assign(traces.row(i).data(), traces.row(i).data() + kSamples);

@@ -6,13 +6,13 @@
 #include <random>
 #include <vector>
 
+#include "bench_ground.h"
 #include "gpr/filter/details_retention.h"
 #include "gpr/front_end_factory.h"
 #include "gpr/peaks/peaks.h"
 #include "gpr/sequential/alignment.h"
 #include "gpr/sequential/dec.h"
 #include "gpr/sequential/sfm.h"
-#include "gpr/synthetic_ground.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -27,12 +27,7 @@ void per_trace(benchmark::State& state, FrontEndKind method, bool fit) {
   config.front_end = method;
   config.peaks.fit = fit;
   config.sequential.publish_sfm = true;
-  const SyntheticGround ground(1, 25.0);
-  SyntheticRadar radar(2, 60.0);
-  std::vector<GprTrace> traces;
-  for (int i = 0; i < 1000; ++i) {
-    traces.push_back(radar.measure(ground, 1.0 + 0.02 * i, kTracePeriod * i));
-  }
+  std::vector<GprTrace> traces = synthetic_drive(1000, SyntheticGround(1, 25.0));
   PeakOptions options;
   options.fit = fit;
   options.max_joint = 1;  // as the front end

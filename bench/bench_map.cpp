@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "bench_ground.h"
 #include "map/change_follower.h"
 #include "map/locator.h"
 #include "map/map_task.h"
@@ -124,10 +125,8 @@ constexpr std::size_t kStretch = 2500;  // columns of a run of the map
 
 // Band-limited ground of nothing but noise, smoothed along the track.
 gpr::StoredRun noise(std::size_t columns, std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  gpr::Columns ground = gpr::Columns::NullaryExpr(static_cast<Eigen::Index>(columns), kRows,
-                                                  [&] { return 200.0F * normal(random); });
-  gpr::smooth_along(4.0, ground);
+  const gpr::Columns ground =
+      gpr::noise_ground(static_cast<Eigen::Index>(columns), kRows, 200.0F, random);
   gpr::StoredRun run;
   run.times.resize(columns);
   run.levels = ground.unaryExpr([](float level) {
@@ -200,9 +199,7 @@ BENCHMARK(search)
 struct AnotherDay {
   AnotherDay() : ground(map_of({noise(kStretch, random), noise(kStretch, random)})) {
     ground.memory.begin_session();
-    gpr::Columns traces =
-        gpr::Columns::NullaryExpr(kDriven, kSamples, [&] { return level(random); });
-    gpr::smooth_along(4.0, traces);
+    const gpr::Columns traces = gpr::noise_ground(kDriven, kSamples, 1000.0F, random);
     for (Eigen::Index i = 0; i < traces.rows(); ++i) {
       const std::vector<float> trace(traces.row(i).begin(), traces.row(i).end());
       ground.memory.add(1 + i, trace, limit().sample_interval, 0.02 * static_cast<double>(i));
@@ -210,7 +207,6 @@ struct AnotherDay {
   }
 
   std::mt19937 random{1};
-  std::normal_distribution<float> level{0.0F, 1000.0F};
   GroundMap ground;
   const gpr::TraceChange change{0.05, 0.4};  // as believed
 };

@@ -3,12 +3,11 @@
 //   build/bench/bench_message
 #include <benchmark/benchmark.h>
 
-#include <random>
 #include <vector>
 
+#include "bench_ground.h"
 #include "gpr/motion/coherence.h"
 #include "gpr/revisit/global_search.h"
-#include "gpr/synthetic_ground.h"
 #include "gprodom/lcm_io.h"
 #include "lcmtypes/gprodom/gpr_trace_t.hpp"
 #include "lcmtypes/gprodom/imu_t.hpp"
@@ -57,11 +56,7 @@ void encode_estimate(benchmark::State& state) {
 BENCHMARK(encode_estimate)->Unit(benchmark::kMicrosecond);
 
 void coherence_trace(benchmark::State& state) {
-  const gpr::SyntheticGround ground(1);
-  gpr::SyntheticRadar radar(2, 60.0);
-  std::vector<GprTrace> traces;
-  traces.reserve(400);
-  for (int i = 0; i < 400; ++i) traces.push_back(radar.measure(ground, 1.0 + 0.02 * i, 0.05 * i));
+  std::vector<GprTrace> traces = gpr::synthetic_drive(400, gpr::SyntheticGround(1));
   gpr::CoherenceFrontEnd front_end{GprConfig()};
   TimeNs time = 0;
   std::size_t i = 0;
@@ -74,19 +69,9 @@ void coherence_trace(benchmark::State& state) {
 }
 BENCHMARK(coherence_trace)->Unit(benchmark::kMicrosecond);
 
-// Noise smoothed along the track: ground enough for a cost.
-gpr::Columns ground(int columns) {
-  std::mt19937 random(1);
-  std::normal_distribution<float> normal;
-  gpr::Columns traces =
-      gpr::Columns::NullaryExpr(columns, kSamples, [&] { return 1000.0F * normal(random); });
-  gpr::smooth_along(4.0, traces);
-  return traces;
-}
-
 // Two metres of traces to features.
 void features(benchmark::State& state) {
-  const gpr::Columns traces = ground(1000);
+  const gpr::Columns traces = gpr::noise_ground(1000);
   const gpr::PatchFilter filter(traces, 0.02, 0.2e-9);
   const gpr::Columns patch = traces.topRows(100);
   for (auto _ : state) benchmark::DoNotOptimize(filter.apply(patch));
@@ -95,7 +80,7 @@ BENCHMARK(features)->Unit(benchmark::kMicrosecond);
 
 // Eight metres looked for in all of the memory.
 void anywhere(benchmark::State& state) {
-  const gpr::Columns traces = ground(2000);
+  const gpr::Columns traces = gpr::noise_ground(2000);
   const gpr::PatchFilter filter(traces, 0.02, 0.2e-9);
   const gpr::Columns memory = filter.apply(traces);
   gpr::GlobalSearch search(filter, 0.02);

@@ -65,7 +65,7 @@ def programs() -> Path:
     if "GPRODOM_BENCHMARKS:BOOL=OFF" in (build / "CMakeCache.txt").read_text():
         pytest.skip(f"{build} is configured without benchmark programs")
     folder = build / "bench"
-    assert (folder / "bench_soak").is_file(), f"no programs in {folder}: cmake --build {build}"
+    assert (folder / "bench_yard").is_file(), f"no programs in {folder}: cmake --build {build}"
     return folder
 
 

@@ -12,7 +12,7 @@ import pytest
 from sensors import Sensors
 from variations import displaced
 
-from conftest import BENCH, CHECKOUT, SAMPLE, rows_of, run_bench, run_cli, run_program
+from conftest import BENCH, CHECKOUT, SAMPLE, run_bench, run_cli, run_program
 from gprodom.config import STANDARD
 from gprodom.ground.survey import LATERAL
 from gprodom.lcm import logs
@@ -155,14 +155,6 @@ def test_immobilised_robots_are_told() -> None:
     assert all(case["moved_m"] < 0.3 * case["turned_in_all_m"] for case in cases), cases
     assert sum(len(drive["false_alarms"]) for drive in drives) == 0, drives
     assert all(drive["in_status_s"] >= 2 for drive in drives), drives
-
-
-def test_a_log_driven_again_and_again(sample_log: Path, tmp_path: Path, programs: Path) -> None:
-    """The short form of bench/soak.cpp: a row each minute, on a way longer than the log."""
-    out = tmp_path / "soak.csv"
-    run_program(programs / "bench_soak", sample_log, 0.1, out)
-    rows = rows_of(out)
-    assert float(rows[-1]["distance_m"]) > 100 and float(rows[-1]["revisits"]) > 10
 
 
 def test_a_log_is_made_longer(sample_log: Path, tmp_path: Path) -> None:
