@@ -12,7 +12,6 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import NamedTuple
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 SOURCES = CHECKOUT / "src"
@@ -20,160 +19,46 @@ ARCHITECTURE = CHECKOUT / "docs" / "architecture.md"
 MOST_SOURCES = 20  # .cpp files in a folder
 
 
-class Room(NamedTuple):
-    """A folder of src/."""
-
-    holds: str
-    knows_nothing_of: str
-    includes: list[str]  # folders whose headers its files may include, besides its own
-
-
-GPR = [
-    "gpr/kernels",
-    "gpr/filter",
-    "gpr/peaks",
-    "gpr/sequential",
-    "gpr/motion",
-    "gpr/revisit",
-    "gpr/pair",
-]
+LOW = ["base", "config"]
+GPR = ["gpr/kernels", "gpr/filter", "gpr/peaks"]
+GPR += ["gpr/sequential", "gpr/motion", "gpr/revisit", "gpr/pair"]
 LOW_ESTIMATION = ["estimation/kernels", "estimation/increments"]
-BEFORE_MOTION = ["base", "config", "gpr", *GPR, *LOW_ESTIMATION, "estimation", "estimation/graph"]
+BEFORE_MOTION = [*LOW, "gpr", *GPR, *LOW_ESTIMATION, "estimation", "estimation/graph"]
+MOTION = ["motion/slip", "motion/history", "motion/rest"]
 MAP = ["map/path", "map/fixes", "map", "map/merge"]
+# A folder of src/, in the order of the page: whose headers its files may include, besides its own;
+# and what it knows nothing of.
 ROOMS = {
-    "base": Room(
-        "plain values, errors, sealed bytes, whole files, work that takes effect at a data time",
-        "settings, algorithms",
-        [],
-    ),
-    "config": Room("every setting: key, unit, default, check", "what a setting does", ["base"]),
-    "gpr/kernels": Room("sums and products that fill vector units", "traces", ["base", "config"]),
-    "gpr/filter": Room(
-        "what is done to one trace before anything is read from it",
-        "peaks, windows, distances",
-        ["base", "config", "gpr/kernels"],
-    ),
-    "gpr/peaks": Room(
-        "reflections in one trace, as damped sinusoids",
-        "other traces",
-        ["base", "config", *GPR[:2]],
-    ),
-    "gpr/sequential": Room(
-        "displacement from one window of traces to the next",
-        "the wheel, ground seen before",
-        ["base", "config", *GPR[:3]],
-    ),
-    "gpr/motion": Room(
-        "standstill and path length from the similarity of traces",
-        "the wheel, metres",
-        ["base", "config", *GPR[:3]],
-    ),
-    "gpr/revisit": Room(
-        "the memory of ground by distance, and the search in it",
-        "poses, the map",
-        ["base", "config", *GPR[:3]],
-    ),
-    "gpr/pair": Room(
-        "displacement from one antenna to the one behind it",
-        "the wheel, states",
-        ["base", "config", *GPR[:3]],
-    ),
-    "gpr": Room("the front end that a setting names", "states, factors", ["base", "config", *GPR]),
-    "estimation/kernels": Room(
-        "rotations; products and elimination of small blocks that fill vector units",
-        "states",
-        ["base"],
-    ),
-    "estimation/increments": Room(
-        "IMU and wheel integrated from one state to the next",
-        "states, factors",
-        ["base", "config", "estimation/kernels"],
-    ),
-    "estimation": Room(
-        "the first state, factors, fixed-lag smoother",
-        "traces, messages, channels",
-        ["base", "config", *LOW_ESTIMATION],
-    ),
-    "estimation/graph": Room(
-        "the pose graph of a track in the plane",
-        "the smoother and its factors",
-        ["base", "config", *LOW_ESTIMATION, "estimation"],
-    ),
-    "input": Room(
-        "which messages can be used: time guard, plausibility, sensor and clock watch, health",
-        "motion, map",
-        BEFORE_MOTION,
-    ),
-    "motion/slip": Room(
-        "online slip estimation: slip that sets in over seconds, and what measures it",
-        "sudden slip, standstill, noise",
-        BEFORE_MOTION,
-    ),
-    "motion/history": Room(
-        "samples of IMU and wheel by time, and what of them is plausible; a path by its distance",
-        "what they show",
-        BEFORE_MOTION,
-    ),
-    "motion/rest": Room(
-        "does the robot stand: noise and vibration at rest, ticks of a coarse wheel",
-        "slip, the wheel's errors while it rolls",
-        [*BEFORE_MOTION, "motion/history"],
-    ),
-    "motion": Room(
-        "detectors: does the robot stand, does the wheel slip, which noise holds",
-        "input, map",
-        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest"],
-    ),
-    "map/path": Room(
-        "the path driven, from settled states to steps of the pose graph",
-        "ground, fixes",
-        BEFORE_MOTION,
-    ),
-    "map/fixes": Room(
-        "positions from outside: brought to site, judged by the path between them",
-        "ground, the graph's solution",
-        [*BEFORE_MOTION, "map/path"],
-    ),
-    "map": Room(
-        "ground driven over: passes, search, the map frame, the map's file",
-        "input, motion",
-        [*BEFORE_MOTION, "map/path", "map/fixes"],
-    ),
-    "map/merge": Room(
-        "two maps joined to one",
-        "the track driven now",
-        [*BEFORE_MOTION, "map/path", "map/fixes", "map"],
-    ),
-    "persist": Room(
-        "what one run leaves to the next: pose, wheel scale, share of slip, ground",
-        "when it is saved or taken up",
-        [*BEFORE_MOTION, "motion/slip", "motion/history", "motion/rest", "motion", *MAP],
-    ),
-    "pipeline": Room(
-        "the facade: step() on one screen, prediction, radar task, going on from a saved pose",
-        "threads of its own, clocks, LCM, ROS",
-        [*BEFORE_MOTION, "input", "motion/history", "motion", *MAP, "persist"],
-    ),
-    "live": Room(
-        "threads, queues, commands, latencies",
-        "how anything is estimated, LCM, ROS",
-        ["base", "config", "pipeline"],
-    ),
-    "io": Room(
-        "LCM packets and logs to values and back, and nothing else",
-        "the estimator",
-        ["base", "config", "input"],
-    ),
-    "apps": Room(
-        "gprodomd and gprodom-replay, a page each",
-        "how anything is estimated",
-        ["base", "config", "pipeline", "live", "io"],
-    ),
-    "python": Room(
-        "the Python module of the same classes and functions",
-        "LCM, ROS",
-        ["base", "config", "gpr", *GPR, "estimation", *MAP, "pipeline"],
-    ),
+    "base": [],  # settings, algorithms
+    "config": ["base"],  # what a setting does
+    "gpr/kernels": LOW,  # traces
+    "gpr/filter": [*LOW, *GPR[:1]],  # peaks, windows, distances
+    "gpr/peaks": [*LOW, *GPR[:2]],  # other traces
+    "gpr/sequential": [*LOW, *GPR[:3]],  # the wheel, ground seen before
+    "gpr/motion": [*LOW, *GPR[:3]],  # the wheel, metres
+    "gpr/revisit": [*LOW, *GPR[:3]],  # poses, the map
+    "gpr/pair": [*LOW, *GPR[:3]],  # the wheel, states
+    "gpr": [*LOW, *GPR],  # states, factors
+    "estimation/kernels": ["base"],  # states
+    "estimation/increments": [*LOW, "estimation/kernels"],  # states, factors
+    "estimation": [*LOW, *LOW_ESTIMATION],  # traces, messages, channels
+    "estimation/graph": [*LOW, *LOW_ESTIMATION, "estimation"],  # the smoother and its factors
+    "input": BEFORE_MOTION,  # motion, map
+    "motion/slip": BEFORE_MOTION,  # sudden slip, standstill, noise
+    "motion/history": BEFORE_MOTION,  # what samples and paths show
+    "motion/rest": [*BEFORE_MOTION, "motion/history"],  # slip, the wheel's errors while it rolls
+    "motion": [*BEFORE_MOTION, *MOTION],  # input, map
+    "map/path": BEFORE_MOTION,  # ground, fixes
+    "map/fixes": [*BEFORE_MOTION, *MAP[:1]],  # ground, the graph's solution
+    "map": [*BEFORE_MOTION, *MAP[:2]],  # input, motion
+    "map/merge": [*BEFORE_MOTION, *MAP[:3]],  # the track driven now
+    "persist": [*BEFORE_MOTION, *MOTION, "motion", *MAP],  # when it is saved or taken up
+    # Threads of its own, clocks, LCM, ROS.
+    "pipeline": [*BEFORE_MOTION, "input", "motion/history", "motion", *MAP, "persist"],
+    "live": [*LOW, "pipeline"],  # how anything is estimated, LCM, ROS
+    "io": [*LOW, "input"],  # the estimator
+    "apps": [*LOW, "pipeline", "live", "io"],  # how anything is estimated
+    "python": [*LOW, "gpr", *GPR, "estimation", *MAP, "pipeline"],  # LCM, ROS
 }
 
 # include/gprodom/NAME.h: the room that it is the public face of.
@@ -227,7 +112,7 @@ def faults_of(path: Path) -> list[str]:
         header = include[1]
         place = f"{relative}:{number}: {header}"
         other = room_of(header)
-        if other is not None and other != room and other not in ROOMS[room].includes:
+        if other is not None and other != room and other not in ROOMS[room]:
             faults.append(f"{place}: {room} must not include {other}")
         # The factors know the geometry of the plane, and the graph knows no more of them.
         if room == "estimation/graph" and other == "estimation" and "planar_geometry" not in header:
@@ -238,16 +123,14 @@ def faults_of(path: Path) -> list[str]:
     return faults
 
 
-def table() -> str:
-    """The rooms as docs/architecture.md shows them."""
-    return "".join(f"- `{name}`: {room.holds}\n" for name, room in ROOMS.items())
+def rooms_of_page() -> list[str]:
+    """The rooms in their order, as docs/architecture.md lists them."""
+    section = ARCHITECTURE.read_text().partition("\n## Rooms\n")[2].partition("\n## ")[0]
+    return re.findall(r"^- `([\w/]+)`: ", section, re.MULTILINE)
 
 
 def main() -> int:
     """Every source under src/ and include/, as git knows them."""
-    if sys.argv[1:] == ["--table"]:
-        print(table(), end="")
-        return 0
     listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "src", "include"]
     names = subprocess.run(listed, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
     sources = [CHECKOUT / name for name in names.split() if name.endswith((".cpp", ".h"))]
@@ -260,8 +143,8 @@ def main() -> int:
         if count > MOST_SOURCES
     ]
     faults += [f"src/{name}: no such folder" for name in ROOMS if not (SOURCES / name).is_dir()]
-    if table() not in ARCHITECTURE.read_text():
-        faults.append(f"docs/{ARCHITECTURE.name}: its rooms are not those of {sys.argv[0]} --table")
+    if rooms_of_page() != list(ROOMS):
+        faults.append(f"docs/{ARCHITECTURE.name}: its rooms are not those of {sys.argv[0]}")
     print("\n".join(faults) or f"{len(sources)} sources in {len(counts)} folders: in order")
     return 1 if faults else 0
 
