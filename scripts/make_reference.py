@@ -62,9 +62,8 @@ def values_in(text: str, known: dict[str, str]) -> set[str]:
 
 def suffixes(text: str) -> dict[str, list[str]]:
     """The ends of the names of a group, by the type that it is made of."""
-    bodies = re.findall(r"void add\(const std::string& name, const (\w+)&.*?\n}\n", text, re.S)
-    whole = re.findall(r"(void add\(const std::string& name, const \w+&.*?\n}\n)", text, re.S)
-    return {t: re.findall(r'name \+ "(\.\w+)"', b) for t, b in zip(bodies, whole, strict=True)}
+    bodies = re.findall(r"void add\(const std::string& name, const (\w+)&(.*?)\n}\n", text, re.S)
+    return {kind: re.findall(r'name \+ "(\.\w+)"', body) for kind, body in bodies}
 
 
 def events_in(text: str, known: dict[str, str]) -> set[str]:
@@ -122,15 +121,11 @@ def options_in(text: str, known: dict[str, str]) -> list[tuple[str, str, str]]:
     rows = re.findall(rf"added_to\(\w+, {STRING},\s*{STRING},\s*({STRINGS})", text)
     options = [(option, argument, joined(words)) for option, argument, words, *_ in rows]
     rows = re.findall(rf"\{{{STRING},\s*{STRING},\s*(.*?),\s*\[", text, re.S)
-    return options + [
-        (
-            option,
-            argument,
-            joined(words) + "".join(known.get(n, "") for n in re.findall(r"k[A-Z]\w*", words)),
-        )
-        for option, argument, words in rows
-        if option.startswith("-")
-    ]
+    for option, argument, words in rows:
+        if option.startswith("-"):
+            more = "".join(known.get(name, "") for name in re.findall(r"k[A-Z]\w*", words))
+            options.append((option, argument, joined(words) + more))
+    return options
 
 
 def subcommands() -> list[tuple[str, str]]:
@@ -234,9 +229,10 @@ def start_texts() -> str:
 
 def messages_part(meanings: dict[str, dict[str, list[str]]], faults: list[str]) -> str:
     """Flags, kinds and commands."""
-    flags = [(name, str(value), words) for name, value, words in lcm_constants("odometry_t")]
-    kinds = [(name, str(value), words) for name, value, words in lcm_constants("displacement_t")]
-    fixes = [(name, str(value), words) for name, value, words in lcm_constants("position_fix_t")]
+    flags, kinds, fixes = (
+        [(name, str(value), words) for name, value, words in lcm_constants(kind)]
+        for kind in ("odometry_t", "displacement_t", "position_fix_t")
+    )
     commands = commands_in((CHECKOUT / "include/gprodom/choices.h").read_text())
     known = meanings["commands"]
     faults += [f"{name}: no such command, or no meaning" for name in known.keys() ^ set(commands)]
