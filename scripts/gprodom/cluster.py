@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from gprodom.errors import Error, UsageError
+from gprodom.errors import Error, UsageError, need_module
 from gprodom.executor import MOST_LOSSES, Executor, Finished, LocalExecutor
 from gprodom.odometry.replay import find_program
 from gprodom.own_code import digest_of_code
@@ -53,13 +53,7 @@ class DaskExecutor:
 
     def __init__(self, address: str) -> None:
         checked = check_address(address)
-        try:
-            import distributed
-        except ImportError:
-            raise Error(
-                "distributed is not installed: pip install 'gprodom[cluster]' (in a checkout: "
-                "scripts/setup)"
-            ) from None
+        distributed = need_module("distributed", "cluster")
         try:
             self._client = distributed.Client(checked, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:  # of no answer, and of TLS without certificates

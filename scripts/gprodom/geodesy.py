@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.errors import Error
+from gprodom.errors import need_module
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,8 @@ class Datum:
 
     @cached_property
     def _topocentric(self) -> Any:
-        try:
-            from pyproj import Transformer
-        except ImportError:
-            raise Error(
-                "pyproj is not installed: apt install python3-pyproj, or pip install "
-                "'gprodom[export]' (in a checkout: .venv/bin/pip install -e 'scripts[export]')"
-            ) from None
-        return Transformer.from_pipeline(
+        pyproj = need_module("pyproj", "export", "python3-pyproj")
+        return pyproj.Transformer.from_pipeline(
             "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad "
             "+step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 "
             f"+lat_0={self.latitude!r} +lon_0={self.longitude!r} +h_0={self.height!r}"

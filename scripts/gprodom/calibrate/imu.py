@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
 from gprodom.console import add_json_flag, print_json
-from gprodom.errors import Error
+from gprodom.errors import Error, need_module
 from gprodom.files import PictureFile
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import SETTLED_S, has_wheel, standstill, wheel_distance
@@ -68,13 +68,7 @@ class Noise:
 
 def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
     """Averaging times (m,), s, overlapping Allan deviation (m,) and its standard error (m,)."""
-    try:
-        import allantools
-    except ImportError:
-        raise Error(
-            "allantools is not installed: pip install 'gprodom[calibrate]' (in a checkout: "
-            ".venv/bin/pip install -e 'scripts[calibrate]')"
-        ) from None
+    allantools = need_module("allantools", "calibrate")
     longest = len(values) / rate / 3
     taus = np.geomspace(1 / rate, longest, 40)
     tau, deviation, error, _ = allantools.oadev(values, rate=rate, data_type="freq", taus=taus)

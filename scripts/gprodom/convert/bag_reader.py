@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gprodom.errors import Error
+from gprodom.errors import Error, need_module
 from gprodom.fixes.ros import KINDS as FIX_KINDS
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -83,14 +83,10 @@ class Bag:
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
     """A ROS 1 bag, a ROS 2 folder, .db3 or .mcap file."""
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise Error(
-            "the rosbags library is not installed: pip install 'gprodom[bag]' (in a checkout: "
-            ".venv/bin/pip install -e 'scripts[bag]')"
-        ) from None
+    need_module("rosbags", "bag")
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     if not path.exists():
         raise Error(f"{path}: no such bag")
     with _damage_told(path):

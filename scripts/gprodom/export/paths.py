@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.errors import Error
+from gprodom.errors import need_module
 from gprodom.files import write_bytes
 from gprodom.geodesy import Datum
 from gprodom.trajectory import Trajectory
@@ -55,12 +55,7 @@ def _feature(name: str, trajectory: Trajectory, datum: Datum) -> dict[str, objec
 
 def write_gpx(path: Path, trajectory: Trajectory, datum: Datum, name: str) -> None:
     """A track of one segment."""
-    try:
-        from gpxpy import gpx
-    except ImportError:
-        raise Error(
-            "gpxpy is not installed: apt install python3-gpxpy, or pip install 'gprodom[export]'"
-        ) from None
+    gpx = need_module("gpxpy.gpx", "export", "python3-gpxpy")
     document, track, segment = gpx.GPX(), gpx.GPXTrack(name=name), gpx.GPXTrackSegment()
     for (lat, lon, height), time in zip(
         datum.to_geographic(trajectory.position).tolist(), trajectory.time.tolist(), strict=True

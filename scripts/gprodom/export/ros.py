@@ -18,7 +18,7 @@ import numpy as np
 
 from gprodom.arrays import Ints
 from gprodom.drive.log import Drive
-from gprodom.errors import Error
+from gprodom.errors import need_module
 from gprodom.export.panels import panels
 from gprodom.files import replacing
 from gprodom.lcm.antennas import apart
@@ -188,10 +188,9 @@ def write_ros(
     form: mcap or rosbag, files; or rosbag2, a folder, which must not be there yet.
     drive: for the panels of a viewer.
     """
-    try:
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-    except ImportError:
-        raise Error("the rosbags library is not installed: pip install 'gprodom[bag]'") from None
+    need_module("rosbags", "bag")
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
     one = form == "rosbag"
     store = get_typestore(Stores.ROS1_NOETIC if one else Stores.ROS2_HUMBLE)
     if TRANSFORMS not in store.types:  # no part of what rosbags knows of ROS 1

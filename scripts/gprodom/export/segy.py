@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Ints
-from gprodom.errors import Error
+from gprodom.errors import Error, need_module
 from gprodom.export.paths import moment
 from gprodom.files import replacing
 from gprodom.trajectory import Trajectory
@@ -26,12 +26,7 @@ def write_segy(
 ) -> None:
     """traces: (n, samples) int32, counts, taken at `poses` (n) by `antennas` (n). sample_interval:
     s."""
-    try:
-        import segyio
-    except ImportError:
-        raise Error(
-            "segyio is not installed: apt install python3-segyio, or pip install 'gprodom[export]'"
-        ) from None
+    segyio = need_module("segyio", "export", "python3-segyio")
     picoseconds = round(sample_interval * 1e12)
     if not 0 < picoseconds <= _MOST_PS:
         raise Error(f"SEG-Y: a sample interval of {sample_interval:g} s: at most {_MOST_PS} ps fit")

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.errors import Error
+from gprodom.errors import need_module
 from gprodom.ground.materials import Section, sections
 from gprodom.ground.scene import Scene
 
@@ -46,7 +46,8 @@ def simulate_line(
     Sample 0 is when the source starts: the middle of its wavelet is `source_delay` later. Needs
     gprMax, the extra `fdtd` of the package.
     """
-    gprmax = _gprmax()
+    with contextlib.redirect_stdout(io.StringIO()):
+        gprmax = need_module("gprMax", "fdtd")
     result = np.zeros((len(places), scene.samples))
     for start in range(0, len(places), _AT_ONCE):
         part = places[start : start + _AT_ONCE]
@@ -79,18 +80,6 @@ def cells_per_wavelength(scene: Scene) -> float:
     slowest = max(layer.permittivity for layer in scene.layers)
     speed = SPEED_OF_LIGHT / float(np.sqrt(slowest))
     return speed / (2 * scene.antenna.frequency) / scene.cell
-
-
-def _gprmax() -> Any:
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            import gprMax
-    except ImportError:
-        raise Error(
-            "gprMax is not installed: pip install 'gprodom[fdtd]' (in a checkout: "
-            ".venv/bin/pip install -e 'scripts[fdtd]')"
-        ) from None
-    return gprMax
 
 
 def _run(gprmax: Any, models: list[Any], output: Path) -> None:

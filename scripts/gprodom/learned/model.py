@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.errors import Error
+from gprodom.errors import Error, need_module
 
 NETWORKS = ("learned_sequential", "learned_pair")
 RECORD = "record.json"
@@ -34,13 +34,7 @@ class Network:
     """The network `name` of a folder that `gprodom learn` wrote."""
 
     def __init__(self, folder: Path, name: str) -> None:
-        try:
-            import onnxruntime
-        except ImportError:
-            raise Error(
-                "onnxruntime is not installed: pip install 'gprodom[learned]' (in a checkout: "
-                ".venv/bin/pip install -e 'scripts[learned]')"
-            ) from None
+        onnxruntime = need_module("onnxruntime", "learned")
         path = folder / f"{name}.onnx"
         if not path.is_file():
             raise Error(f"{path}: no such file; expected a folder that gprodom learn wrote")
