@@ -3,7 +3,7 @@
 Every subcommand is a module with two functions:
 
 ``add_parser(subparsers)``
-    adds its parser and ends with ``parser.set_defaults(run=run)``;
+    adds its parser, which names `run` (`gprodom.options.add_command`);
 ``run(args) -> int``
     does the work and returns the exit code.
 

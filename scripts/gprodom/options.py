@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from gprodom.files import PICTURES, PictureFile
+from gprodom.files import PICTURES, Output, OutputFile, PictureFile
 from gprodom.rooms import rooms
 
 Subparsers = Any  # argparse's own class for this is private
@@ -50,9 +50,17 @@ def _joined(words: Iterable[str]) -> Iterable[str]:
 
 
 def add_command(
-    subparsers: Subparsers, name: str, summary: str, description: str, examples: str
+    subparsers: Subparsers,
+    name: str,
+    summary: str,
+    description: str,
+    examples: str,
+    run: Callable[[argparse.Namespace], int] | None = None,
 ) -> argparse.ArgumentParser:
-    """A subcommand's parser with house style: summary, description, examples at the end."""
+    """A subcommand's parser with house style: summary, description, examples at the end.
+
+    run: does the work and returns the exit code; None where subcommands of its own do.
+    """
     parser: argparse.ArgumentParser = subparsers.add_parser(
         name,
         help=summary,
@@ -60,6 +68,7 @@ def add_command(
         epilog=f"examples:\n{examples.rstrip()}\n",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.set_defaults(run=run)
     return parser
 
 
@@ -105,16 +114,21 @@ def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_output(
+    parser: argparse.ArgumentParser,
+    metavar: str,
+    what: str,
+    kind: type[Output] = OutputFile,
+    required: bool = True,
+) -> None:
+    """``-o``, to `args.output`."""
+    parser.add_argument("-o", "--output", type=kind, required=required, metavar=metavar, help=what)
+
+
 def add_picture_output(parser: argparse.ArgumentParser) -> None:
     """``-o``, where the command makes one picture."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=PictureFile,
-        required=True,
-        metavar="PICTURE",
-        help=f"file to draw, ending in {', '.join(PICTURES)}",
-    )
+    what = f"file to draw, ending in {', '.join(PICTURES)}"
+    add_output(parser, "PICTURE", what, PictureFile)
 
 
 def add_method_options(parser: argparse.ArgumentParser) -> None:

@@ -27,6 +27,7 @@ from gprodom.options import (
     add_command,
     add_config_options,
     add_method_options,
+    add_output,
     add_scheduler_option,
 )
 from gprodom.score.align import add_align_option, add_first_m_option
@@ -71,7 +72,7 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
     parser = add_command(
-        subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES
+        subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ", type=Path, nargs="*", help="sequence or LCM log")
     parser.add_argument(
@@ -80,14 +81,7 @@ def add_parser(subparsers: Subparsers) -> None:
         default=",".join(DEFAULT_METHODS),
         help="see above (default: all but the signed and the learned ones)",
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=OutputFolder,
-        required=True,
-        metavar="DIR",
-        help="folder for the results",
-    )
+    add_output(parser, "DIR", "folder for the results", OutputFolder)
     parser.add_argument(
         "-j",
         "--jobs",
@@ -140,7 +134,6 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_scheduler_option(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def parse_interval(text: str) -> tuple[str, float]:

@@ -116,7 +116,7 @@ def replayed(args: argparse.Namespace, source: Path) -> Drive:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate antennas``."""
     parser = add_command(
-        subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, EXAMPLES
+        subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="drive")
     parser.add_argument(
@@ -136,7 +136,6 @@ def add_parser(subjects: Subparsers) -> None:
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

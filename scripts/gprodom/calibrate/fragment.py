@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gprodom.files import OutputFile, write_text
+from gprodom.files import write_text
+from gprodom.options import add_output
 
 
 @dataclass(frozen=True)
@@ -26,13 +27,8 @@ class Found:
 
 def add_output_option(parser: argparse.ArgumentParser) -> None:
     """``-o``: where the fragment goes."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="YAML",
-        type=OutputFile,
-        help="write the result, with its uncertainty, as a configuration for -c",
-    )
+    what = "write the result, with its uncertainty, as a configuration for -c"
+    add_output(parser, "YAML", what, required=False)
 
 
 def fragment(found: Sequence[Found]) -> str:

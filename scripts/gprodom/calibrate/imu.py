@@ -144,7 +144,9 @@ def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate imu``."""
-    parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES)
+    parser = add_command(
+        subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES, run
+    )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     parser.add_argument(
@@ -152,7 +154,6 @@ def add_parser(subjects: Subparsers) -> None:
     )
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -131,7 +131,7 @@ def fit_k(shifts: Sequence[Shifts]) -> Fit:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate k``."""
     k = add_command(
-        subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES
+        subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES, run
     )
     k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth")
     k.add_argument(
@@ -141,7 +141,6 @@ def add_parser(subjects: Subparsers) -> None:
     add_sample_interval_option(k)
     add_output_option(k)
     add_json_flag(k)
-    k.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -190,12 +190,11 @@ def rpy_of(R: Floats) -> tuple[float, float, float]:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate mount``."""
-    parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, EXAMPLES)
+    parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_config_options(parser)
     add_output_option(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

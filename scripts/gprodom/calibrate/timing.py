@@ -112,14 +112,13 @@ def _best_lag(wheel: Array, force: Array) -> tuple[float, float]:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate time``."""
     parser = add_command(
-        subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES
+        subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     parser.add_argument("--antenna", metavar="ID", type=int, help="whose traces (see above)")
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def _apart(args: argparse.Namespace, radar: logs.Channel) -> dict[int, logs.Channel]:

@@ -213,7 +213,7 @@ def check_rest(
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate wheel``."""
     parser = add_command(
-        subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES
+        subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
     parser.add_argument(
@@ -228,7 +228,6 @@ def add_parser(subjects: Subparsers) -> None:
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

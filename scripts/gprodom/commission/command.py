@@ -15,7 +15,7 @@ from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, replacing, write_text
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(
-        subparsers, "commission", "the configuration of a new robot", DESCRIPTION, EXAMPLES
+        subparsers, "commission", "the configuration of a new robot", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path, nargs="?")
     parser.add_argument("--live", action="store_true", help="guide a drive, and record it")
@@ -67,9 +67,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
     )
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, metavar="YAML", help="configuration to write"
-    )
+    add_output(parser, "YAML", "configuration to write", required=False)
     parser.add_argument("--page", type=OutputFile, metavar="HTML", help="page to write")
     parser.add_argument(
         "--stretch",
@@ -86,7 +84,6 @@ def add_parser(subparsers: Subparsers) -> None:
     add_sample_interval_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

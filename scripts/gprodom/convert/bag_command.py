@@ -14,10 +14,9 @@ from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.summary import TIME_FACTS, describe_times
 from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
-from gprodom.files import OutputFile
 from gprodom.fixes.record import Quality
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
@@ -59,11 +58,9 @@ says otherwise. A covariance that is not told is replaced by a conservative one,
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert bag``."""
-    parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, EXAMPLES)
+    parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
-    parser.add_argument(
-        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
-    )
+    add_output(parser, "LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):
         parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
     parser.add_argument(
@@ -103,7 +100,6 @@ def add_parser(formats: Subparsers) -> None:
     )
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

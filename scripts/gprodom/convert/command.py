@@ -13,9 +13,8 @@ from gprodom.convert.plausible import check_streams
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
-from gprodom.files import OutputFile
 from gprodom.lcm.log_writer import write_log
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 CMU_EXAMPLES = """\
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
@@ -47,16 +46,13 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     formats = parser.add_subparsers(metavar="FORMAT", required=True)
     cmu = add_command(
-        formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION, CMU_EXAMPLES
+        formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION, CMU_EXAMPLES, run
     )
     cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
-    cmu.add_argument(
-        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
-    )
+    add_output(cmu, "LOG", "LCM log")
     add_sample_interval_option(cmu)
     add_config_options(cmu)
     add_json_flag(cmu)
-    cmu.set_defaults(run=run)
     bag_command.add_parser(formats)
     tables_command.add_parser(formats)
     survey_command.add_parser(formats)

@@ -19,9 +19,8 @@ from gprodom.convert.survey_files import (
     read_lines,
 )
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_output
 
 WAVE_SPEED = 1e8  # m/s, in dry ground; a third of it in wet
 
@@ -47,19 +46,12 @@ of --channels, each as a line of its own in the order given. Where a header cont
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert survey``."""
     parser = add_command(
-        formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, EXAMPLES
+        formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument(
         "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="NPZ",
-        type=OutputFile,
-        required=True,
-        help="ground to write (npz)",
-    )
+    add_output(parser, "NPZ", "ground to write (npz)")
     parser.add_argument(
         "--aside",
         metavar="M",
@@ -85,7 +77,6 @@ def add_parser(formats: Subparsers) -> None:
     )
     add_sample_interval_option(parser, "seconds between samples, if the header is wrong")
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

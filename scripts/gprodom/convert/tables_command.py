@@ -38,11 +38,10 @@ from gprodom.convert.survey_files import (
 )
 from gprodom.convert.wheels import wheels_of_tables
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile
 from gprodom.fixes.table import WIDTHS, fixes_of_table
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 EXAMPLES = """\
   gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
@@ -97,11 +96,9 @@ _MAX_GAP = 5.0  # times its median interval, across which the accelerometer is n
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
-    parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES)
+    parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
-    parser.add_argument(
-        "-o", "--output", metavar="LOG", type=OutputFile, required=True, help="LCM log"
-    )
+    add_output(parser, "LOG", "LCM log")
     parser.add_argument("--layout", metavar="YAML", type=Path, help="see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")
@@ -161,7 +158,6 @@ def add_parser(formats: Subparsers) -> None:
     )
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

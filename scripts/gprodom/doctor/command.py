@@ -32,13 +32,12 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``doctor``."""
     parser = add_command(
-        subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, EXAMPLES
+        subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path)
     add_sample_interval_option(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

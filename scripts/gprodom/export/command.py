@@ -79,7 +79,7 @@ def parse_datum(text: str) -> Datum:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``export``."""
     parser = add_command(
-        subparsers, "export", "write the estimate for other programs", DESCRIPTION, EXAMPLES
+        subparsers, "export", "write the estimate for other programs", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
     for name in OUTPUTS:
@@ -95,7 +95,6 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

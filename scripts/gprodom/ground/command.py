@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.console import Progress, add_json_flag, print_json
-from gprodom.files import OutputFile
 from gprodom.ground.scene import Scene, read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, add_output
 
 DESCRIPTION = """\
 Simulates the survey lines of a scene (config/scenes/*.yaml) by full-wave 2-D FDTD with gprMax, with
@@ -30,14 +29,11 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``ground``."""
     parser = add_command(
-        subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, EXAMPLES
+        subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="YAML file")
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", type=OutputFile, required=True, help="npz"
-    )
+    add_output(parser, "FILE", "npz")
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -47,7 +47,7 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``learn``."""
     parser = add_command(
-        subparsers, "learn", "train networks on simulated ground", DESCRIPTION, EXAMPLES
+        subparsers, "learn", "train networks on simulated ground", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument(
         "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"
@@ -76,7 +76,6 @@ def add_parser(subparsers: Subparsers) -> None:
         help="that has PyTorch (default %(default)s)",
     )
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def _lines(text: str) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(
-        subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, EXAMPLES
+        subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("networks", type=Path, metavar="DIR", help="that gprodom learn wrote")
     parser.add_argument(
@@ -47,7 +47,6 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--lcm-url", default=DEFAULT_URL, metavar="URL")
     parser.add_argument("--seconds", type=float, default=math.inf, metavar="S")
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 class Inference:

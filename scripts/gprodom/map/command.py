@@ -21,7 +21,7 @@ from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
 from gprodom.map.site import datum_of, site_as_text
 from gprodom.map.survey_command import add_survey
-from gprodom.options import Subparsers, add_command, add_picture_output
+from gprodom.options import Subparsers, add_command, add_output, add_picture_output
 from gprodom.trajectory import Trajectory
 
 DESCRIPTION = """\
@@ -123,22 +123,20 @@ def _add_folder(parser: argparse.ArgumentParser, kind: type[Path]) -> None:
 
 
 def _add_info(works: Subparsers) -> None:
-    parser = add_command(works, "info", "what is in map files", INFO, EXAMPLES)
+    parser = add_command(works, "info", "what is in map files", INFO, EXAMPLES, run_info)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
     parser.add_argument("--runs", action="store_true", help="list the runs, too (for cut --runs)")
     add_json_flag(parser)
-    parser.set_defaults(run=run_info)
 
 
 def _add_plot(works: Subparsers) -> None:
-    parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES)
+    parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES, run_plot)
     _add_file(parser)
     add_picture_output(parser)
-    parser.set_defaults(run=run_plot)
 
 
 def _add_export(works: Subparsers) -> None:
-    parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES)
+    parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES, run_export)
     _add_file(parser)
     for name in ("geojson", "csv"):
         parser.add_argument(f"--{name}", metavar="OUT", type=OutputFile, help="see above")
@@ -146,11 +144,10 @@ def _add_export(works: Subparsers) -> None:
         "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
     )
     _add_number(parser)
-    parser.set_defaults(run=run_export)
 
 
 def _add_cut(works: Subparsers) -> None:
-    parser = add_command(works, "cut", "keep a part of a map", CUT, EXAMPLES)
+    parser = add_command(works, "cut", "keep a part of a map", CUT, EXAMPLES, run_cut)
     _add_file(parser)
     parser.add_argument(
         "--runs", metavar="LIST", type=cut.parse_runs, help="runs by number: 0,2-4 (map info)"
@@ -168,34 +165,27 @@ def _add_cut(works: Subparsers) -> None:
         help="rectangle in the map's frame, m",
     )
     _add_number(parser)
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="OUT", help="map file"
-    )
+    add_output(parser, "OUT", "map file")
     add_json_flag(parser)
-    parser.set_defaults(run=run_cut)
 
 
 def _add_merge(works: Subparsers) -> None:
-    parser = add_command(works, "merge", "two sessions become one map", MERGE, EXAMPLES)
+    parser = add_command(works, "merge", "two sessions become one map", MERGE, EXAMPLES, run_merge)
     parser.add_argument("first", metavar="FIRST", type=Path, help="map file, whose frame stays")
     parser.add_argument("second", metavar="SECOND", type=Path, help="map file that joins it")
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="OUT", help="map file"
-    )
+    add_output(parser, "OUT", "map file")
     add_json_flag(parser)
-    parser.set_defaults(run=run_merge)
 
 
 def _add_install(works: Subparsers) -> None:
-    parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES)
+    parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES, run_install)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
     parser.add_argument("--as", metavar="NAME", dest="name", help="its name there (default FILE's)")
     _add_folder(parser, OutputFolder)
-    parser.set_defaults(run=run_install)
 
 
 def _add_fetch(works: Subparsers) -> None:
-    parser = add_command(works, "fetch", "a map of the service", FETCH, EXAMPLES)
+    parser = add_command(works, "fetch", "a map of the service", FETCH, EXAMPLES, run_fetch)
     parser.add_argument("names", metavar="NAME", nargs="+", help="map, such as ground")
     parser.add_argument(
         "-o",
@@ -206,7 +196,6 @@ def _add_fetch(works: Subparsers) -> None:
         help="file or folder (default .)",
     )
     _add_folder(parser, Path)
-    parser.set_defaults(run=run_fetch)
 
 
 def run_info(args: argparse.Namespace) -> int:

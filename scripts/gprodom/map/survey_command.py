@@ -47,7 +47,7 @@ EXAMPLES = """\
 
 def add_survey(works: Subparsers) -> None:
     """Adds ``map survey``."""
-    parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, EXAMPLES)
+    parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("markers", metavar="MARKERS", type=Path, help="CSV, see above")
     parser.add_argument("log", metavar="LOG", type=Path, help="LCM log")
     parser.add_argument("--fixes", metavar="OUT", type=OutputFile, help="log with fixes to write")
@@ -63,7 +63,6 @@ def add_survey(works: Subparsers) -> None:
     )
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -13,7 +13,13 @@ from gprodom.errors import UsageError
 from gprodom.files import OutputFile
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
-from gprodom.options import Subparsers, add_command, add_config_options, add_method_options
+from gprodom.options import (
+    Subparsers,
+    add_command,
+    add_config_options,
+    add_method_options,
+    add_output,
+)
 from gprodom.score.align import FIRST_M, add_align_option
 from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
@@ -39,7 +45,9 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
-    parser = add_command(subparsers, "run", "run a method on a sequence", DESCRIPTION, EXAMPLES)
+    parser = add_command(
+        subparsers, "run", "run a method on a sequence", DESCRIPTION, EXAMPLES, run
+    )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
@@ -51,16 +59,13 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="FILE",
         help="file for every state from one solution over all data (TUM)",
     )
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, metavar="LOG", help="file for the replay's log"
-    )
+    add_output(parser, "LOG", "file for the replay's log", required=False)
     parser.add_argument(
         "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"
     )
     add_align_option(parser)
     add_sample_interval_option(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -19,7 +19,13 @@ from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log
 from gprodom.odometry.methods import METHODS, find_method
-from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
+from gprodom.options import (
+    Subparsers,
+    add_command,
+    add_config_options,
+    add_output,
+    add_picture_output,
+)
 from gprodom.plot import radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
@@ -63,6 +69,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
         "trajectories seen from above",
         "Draws trajectories (logs or TUM files) seen from above, over the truth where it is given.",
         EXAMPLES,
+        run_trajectory,
     )
     parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
     parser.add_argument(
@@ -80,7 +87,6 @@ def _add_trajectory(subjects: Subparsers) -> None:
     )
     add_picture_output(parser)
     add_config_options(parser)
-    parser.set_defaults(run=run_trajectory)
 
 
 def _add_log(subjects: Subparsers) -> None:
@@ -91,6 +97,7 @@ def _add_log(subjects: Subparsers) -> None:
         "Draws what a log of the estimator says along time: speed beside the wheel's, standard\n"
         "deviations, and the flags (standing, slipping and so on); prints the share of each flag.",
         EXAMPLES,
+        run_log,
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     parser.add_argument(
@@ -102,12 +109,16 @@ def _add_log(subjects: Subparsers) -> None:
     add_picture_output(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run_log)
 
 
 def _add_observability(subjects: Subparsers) -> None:
     parser = add_command(
-        subjects, "observability", "what radar windows observe", OBSERVABILITY, EXAMPLES
+        subjects,
+        "observability",
+        "what radar windows observe",
+        OBSERVABILITY,
+        EXAMPLES,
+        run_observability,
     )
     parser.add_argument(
         "sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth"
@@ -118,18 +129,10 @@ def _add_observability(subjects: Subparsers) -> None:
         metavar="A,B",
         help="front ends (default sfm,trace_count)",
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=OutputFolder,
-        required=True,
-        metavar="DIR",
-        help="folder for the results",
-    )
+    add_output(parser, "DIR", "folder for the results", OutputFolder)
     add_config_options(parser)
     add_sample_interval_option(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run_observability)
 
 
 def run_trajectory(args: argparse.Namespace) -> int:

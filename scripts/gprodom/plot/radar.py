@@ -166,7 +166,12 @@ def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot radar``."""
     parser = add_command(
-        subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, EXAMPLES
+        subjects,
+        "radar",
+        "traces, details, peaks, feature matrix, match",
+        DESCRIPTION,
+        EXAMPLES,
+        run,
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_picture_output(parser)
@@ -199,7 +204,6 @@ def add_parser(subjects: Subparsers) -> None:
     )
     add_sample_interval_option(parser)
     add_config_options(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -124,13 +124,12 @@ def _held(clock: Array, size: Array, end: float) -> tuple[Array, Array]:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot revisits``."""
     parser = add_command(
-        subjects, "revisits", "places that the radar knew again", DESCRIPTION, EXAMPLES
+        subjects, "revisits", "places that the radar knew again", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     add_picture_output(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

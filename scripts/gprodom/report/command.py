@@ -7,8 +7,8 @@ from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, print_json
-from gprodom.files import OutputFile, write_text
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.files import write_text
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 DESCRIPTION = """\
 Writes one HTML page about a drive, from a log of gprodom-replay or a recording of gprodomd: where
@@ -25,7 +25,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``report``."""
-    parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, EXAMPLES)
+    parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("log", metavar="LOG", type=Path, help="log with the estimate")
     parser.add_argument(
         "--sensors",
@@ -34,12 +34,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help="the replay's input, where LOG has no sensor data (as the output of a replay): for "
         "the wheel's speed, dead reckoning and the ground",
     )
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, required=True, metavar="FILE", help="page to write"
-    )
+    add_output(parser, "FILE", "page to write")
     add_config_options(parser)
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -60,7 +60,7 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
     parser = add_command(
-        subparsers, "score", "compare a trajectory with truth", DESCRIPTION, EXAMPLES
+        subparsers, "score", "compare a trajectory with truth", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
     parser.add_argument("truth", metavar="TRUTH", type=Path, help="the true trajectory")
@@ -88,7 +88,6 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DIR",
         help="folder for trajectory.png, error.png and report.html",
     )
-    parser.set_defaults(run=run)
 
 
 def add_truth_error(parser: argparse.ArgumentParser) -> None:

@@ -70,7 +70,7 @@ curvature and acceleration), or as recorded on gravel or ice.
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``simulate``."""
     parser = add_command(
-        subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, EXAMPLES
+        subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("-o", "--output", metavar="OUT", type=Output, required=True)
     parser.add_argument(
@@ -163,7 +163,6 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--plain", action="store_true", help="see above")
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def parse_point(text: str) -> Point:

@@ -40,7 +40,9 @@ def add_parser(subparsers: Subparsers) -> None:
     """Registers the subcommand."""
     from gprodom.lcm import DEFAULT_URL
 
-    parser = add_command(subparsers, "status", "watch a running gprodomd", DESCRIPTION, EXAMPLES)
+    parser = add_command(
+        subparsers, "status", "watch a running gprodomd", DESCRIPTION, EXAMPLES, run
+    )
     parser.add_argument(
         "--lcm-url",
         default=DEFAULT_URL,
@@ -56,7 +58,6 @@ def add_parser(subparsers: Subparsers) -> None:
         help="seconds to wait for the daemon, with --once (default: 5)",
     )
     add_json_flag(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -12,8 +12,8 @@ from typing import Any
 
 from gprodom.config import Channels, read_channels
 from gprodom.errors import UsageError
-from gprodom.files import OutputFile, replacing
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.files import replacing
+from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 DESCRIPTION = """\
 Shows a drive on one screen, in the Rerun viewer: the way from above (map, odom, wheel and gyro
@@ -43,7 +43,12 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(
-        subparsers, "view", "a drive on one screen, or a running gprodomd", DESCRIPTION, EXAMPLES
+        subparsers,
+        "view",
+        "a drive on one screen, or a running gprodomd",
+        DESCRIPTION,
+        EXAMPLES,
+        run,
     )
     parser.add_argument(
         "log", metavar="LOG", type=Path, nargs="?", help="log with the estimate, or a .rrd file"
@@ -56,9 +61,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--map", type=Path, metavar="MAP", dest="map_file", help="ground of earlier drives"
     )
     parser.add_argument("--map-number", type=int, metavar="N", help="map of that file, of several")
-    parser.add_argument(
-        "-o", "--output", type=OutputFile, metavar="FILE.rrd", help="write this, show nothing"
-    )
+    add_output(parser, "FILE.rrd", "write this, show nothing", required=False)
     parser.add_argument("--web", action="store_true", help="for a browser, in place of a window")
     parser.add_argument(
         "--web-port", type=int, default=WEB_PORT, metavar="N", help="default %(default)s"
@@ -78,7 +81,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
     )
     add_config_options(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
