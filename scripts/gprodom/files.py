@@ -173,6 +173,13 @@ def _sync(path: Path) -> None:
         os.close(handle)
 
 
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder that is removed at the end."""
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        yield Path(name)
+
+
 def write_bytes(path: Path, data: bytes, mode: int | None = None) -> None:
     """Writes a file entirely or not at all."""
     with replacing(path, mode) as part:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
-import tempfile
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from gprodom.benchmark.curves import Curves, measure_curves
 from gprodom.calibrate.k import Fit, Shifts, fit_k, measure_shifts
 from gprodom.config import Channels, config_files, read_channels
 from gprodom.errors import Error
-from gprodom.files import replacing, write_text
+from gprodom.files import replacing, temporary_folder, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, reckon
 from gprodom.odometry.estimate import Estimate, as_log, estimate
@@ -153,8 +152,8 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
         return
     path.unlink(missing_ok=True)  # shifts of another configuration must not be used for this one
     convert(sequence, settings.channels)
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        output = Path(name) / "output.lcmlog"
+    with temporary_folder() as folder:
+        output = folder / "output.lcmlog"
         truth = read_sequence_truth(sequence)
         overrides = settings.overrides
         shifts = measure_shifts(sequence.log, method, settings.configs, overrides, truth, output)
@@ -248,8 +247,8 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
         displacements = Displacements(shifts.start, shifts.end, fit.k * shifts.shift)
         return Estimate(reckon(sensors, displacements))
     overrides = [*settings.overrides, *([f"{method.k_key}={fit.k!r}"] if fit else [])]
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        output = Path(name) / "output.lcmlog"
+    with temporary_folder() as folder:
+        output = folder / "output.lcmlog"
         return estimate(sequence.log, method, settings.configs, overrides, output, smooth=True)
 
 

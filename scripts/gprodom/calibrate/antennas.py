@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.config import read_antennas, read_channels
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag
 from gprodom.errors import Error, UsageError
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
@@ -92,9 +92,9 @@ def find_distance(
 def replayed(args: argparse.Namespace, source: Path) -> Drive:
     """Replays a recording."""
     channels = read_channels(args.configs, args.overrides)
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        output = Path(name) / "output.lcmlog"
-        log = as_log(source, Path(name), None, channels)
+    with temporary_folder() as folder:
+        output = folder / "output.lcmlog"
+        log = as_log(source, folder, None, channels)
         settings = [*args.overrides, *SETTINGS]
         estimate(log, find_method("radar_imu"), args.configs, settings, output)
         odom = read_estimate(output, "odom", channels=channels).trajectory
@@ -146,13 +146,8 @@ def run(args: argparse.Namespace) -> int:
     configured = distance_of(antennas)
     drives = [replayed(args, source) for source in args.sources]
     found = find_distance(drives, configured, args.distance, args.sigma)
-    lines = [_as_found(found, antennas)]
-    write_fragment(args.output, lines)
-    if args.json:
-        print_json({**asdict(found), "drives": [asdict(drive) for drive in drives]})
-    else:
-        print(fragment(lines), end="")
-    return 0
+    figures = {**asdict(found), "drives": [asdict(drive) for drive in drives]}
+    return tell_found(args, [_as_found(found, antennas)], figures)
 
 
 def _as_found(found: DistanceFit, antennas: Mapping[int, Place]) -> Found:

@@ -6,7 +6,9 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from gprodom.console import print_json
 from gprodom.files import write_text
 from gprodom.options import add_output
 
@@ -55,3 +57,13 @@ def write_fragment(path: Path | None, found: Sequence[Found]) -> None:
     """Writes the fragment where `path` is given."""
     if path is not None:
         write_text(path, fragment(found))
+
+
+def tell_found(args: argparse.Namespace, found: Sequence[Found], figures: Any) -> int:
+    """Writes the fragment where asked to, and prints it, or the figures; the exit code."""
+    write_fragment(args.output, found)
+    if args.json:
+        print_json(figures)
+    else:
+        print(fragment(found), end="")
+    return 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
-from gprodom.console import add_json_flag, print_json
+from gprodom.calibrate.fragment import Found, add_output_option, tell_found
+from gprodom.console import add_json_flag
 from gprodom.errors import Error, need_module
 from gprodom.files import PictureFile
 from gprodom.lcm import logs
@@ -158,22 +157,16 @@ def add_parser(subjects: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate imu``."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = read_sensors(args, args.source, Path(name), "imu", "wheel")
+    log = read_sensors(args, args.source, "imu", "wheel")
     acceleration, gyro, rate = at_rest(log)
     noise = {"gyro": measure_noise(gyro, rate), "accel": measure_noise(acceleration, rate)}
     found = [item for name, each in noise.items() for item in _as_found(name, each)]
-    write_fragment(args.output, found)
     if args.plot is not None:
         from gprodom import canvas
 
         canvas.save(allan_figure(acceleration, gyro, rate), args.plot)
-    if args.json:
-        seconds = len(gyro) / rate
-        print_json({"seconds": seconds, **{name: asdict(each) for name, each in noise.items()}})
-    else:
-        print(fragment(found), end="")
-    return 0
+    figures = {name: asdict(each) for name, each in noise.items()}
+    return tell_found(args, found, {"seconds": len(gyro) / rate, **figures})
 
 
 def _as_found(name: str, noise: Noise) -> Sequence[Found]:

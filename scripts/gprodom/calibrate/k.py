@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from gprodom.config import Configs, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.displacement import Displacements, sequential
 from gprodom.odometry.estimate import OnProgress, OnWarning, as_log
@@ -153,8 +153,7 @@ def run(args: argparse.Namespace) -> int:
     parts: dict[str, Shifts] = {}
     with Progress("measuring shifts", len(args.sources)) as progress:
         for i, source in enumerate(args.sources):
-            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-                folder = Path(name)
+            with temporary_folder() as folder:
                 log = as_log(source, folder, args.sample_interval, channels)
                 truth = read_truth(source, frame=None).trajectory
                 parts[sequence_name(source)] = measure_shifts(

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
-import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.calibrate.offset import BLOCKS, spread
 from gprodom.config import read_lever_arm
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag
 from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.errors import Error
 from gprodom.lcm import logs
@@ -199,17 +198,10 @@ def add_parser(subjects: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate mount``."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = read_sensors(args, args.source, Path(name), "imu", "wheel")
+    log = read_sensors(args, args.source, "imu", "wheel")
     arm = read_lever_arm(args.configs, args.overrides, "imu.lever_arm")
     mount = find_mount(log, arm)
     value = "[" + ", ".join(f"{angle:.4f}" for angle in mount.rpy) + "]"
     sure = "+- " + ", ".join(f"{angle:.3f}" for angle in mount.sigma)
     sure += f"; {100 * mount.explained:.0f} % of the accelerations explained"
-    found = [Found("imu.rpy_body_imu", value, sure)]
-    write_fragment(args.output, found)
-    if args.json:
-        print_json(asdict(mount))
-    else:
-        print(fragment(found), end="")
-    return 0
+    return tell_found(args, [Found("imu.rpy_body_imu", value, sure)], asdict(mount))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
+from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.config import read_antennas
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.antennas import apart, choose, counts
@@ -172,8 +171,7 @@ def _of_radar(offsets: dict[int, Offset], each: bool, several: bool) -> list[Fou
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate time``."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
+    log = read_sensors(args, args.source, "imu", "wheel", "gpr_trace")
     imu = find_offset(log)
     if args.antenna is not None and "gpr_trace" not in log:
         raise Error(f"--antenna {args.antenna}: the recording has no traces")
@@ -184,14 +182,9 @@ def run(args: argparse.Namespace) -> int:
         Found("imu.time_offset", f"{imu.offset_s:.4f}", _sureness(imu), imu.significant),
         *_of_radar(offsets, len(antennas) > 1, several),
     ]
-    write_fragment(args.output, found)
-    if args.json:
-        told: dict[str, Any] = {"imu": asdict(imu)}
-        if offsets:
-            told["gpr"] = asdict(next(iter(offsets.values())))
-        if len(antennas) > 1:
-            told["antennas"] = {str(each): asdict(offset) for each, offset in offsets.items()}
-        print_json(told)
-    else:
-        print(fragment(found), end="")
-    return 0
+    told: dict[str, Any] = {"imu": asdict(imu)}
+    if offsets:
+        told["gpr"] = asdict(next(iter(offsets.values())))
+    if len(antennas) > 1:
+        told["antennas"] = {str(each): asdict(offset) for each, offset in offsets.items()}
+    return tell_found(args, found, told)

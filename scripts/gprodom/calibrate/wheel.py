@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gprodom.calibrate.fragment import Found, add_output_option, fragment, write_fragment
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.calibrate.fragment import Found, add_output_option, tell_found
+from gprodom.console import add_json_flag, format_table
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
@@ -241,8 +240,7 @@ def run(args: argparse.Namespace) -> int:
     windows: list[Window] = []
     recordings = []
     for source in args.sources:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            log = read_sensors(args, source, Path(name), "imu", "wheel")
+        log = read_sensors(args, source, "imu", "wheel")
         truth = read_truth(source, frame=None).trajectory
         windows += make_windows(log, truth, (0.0, args.fit_share))
         recordings.append((log, truth))
@@ -250,13 +248,9 @@ def run(args: argparse.Namespace) -> int:
     checks = []
     if args.fit_share < 1:
         checks = [check_rest(log, truth, args.fit_share, found.scale) for log, truth in recordings]
-    lines = _as_found(found)
-    write_fragment(args.output, lines)
-    if args.json:
-        print_json({**asdict(found), "rest": [asdict(check) for check in checks]})
-        return 0
-    print(fragment(lines), end="")
-    if checks:
+    figures = {**asdict(found), "rest": [asdict(check) for check in checks]}
+    tell_found(args, _as_found(found), figures)
+    if checks and not args.json:
         header = ["distance of the rest (m)", "error before (%)", "after (%)"]
         print(format_table(header, [list(asdict(check).values()) for check in checks]))
     return 0

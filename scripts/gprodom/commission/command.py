@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from gprodom.config import Channels, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFile, replacing, write_text
+from gprodom.files import OutputFile, replacing, temporary_folder, write_text
 from gprodom.options import Subparsers, add_command, add_config_options, add_output
 from gprodom.trajectory import Trajectory
 
@@ -98,8 +97,7 @@ def run(args: argparse.Namespace) -> int:
     settings = read_settings(args.configs, args.overrides)
     if args.live:
         args.source = _record(args, channels)
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         log = as_log(args.source, folder, args.sample_interval, channels)
         sensors = _sensors(log, channels.of("imu", "wheel", "gpr_trace"))
         if "imu" not in sensors or not has_wheel(sensors):

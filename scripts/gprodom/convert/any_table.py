@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from gprodom.convert.rows import (
 )
 from gprodom.convert.table import Table, is_number
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 
 _RANGE = re.compile(r"(\d+)-(\d+)\Z")
 _MOST_NAMES = 20  # of a header, that an error lists
@@ -49,10 +49,10 @@ def read_source(
     assert path is not None
     if not path.exists() or path.is_dir():
         raise Error(f"{path}: no such file")
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+    with temporary_folder() as folder:
         file = path
         if not path.is_file():  # a pipe can be read only once
-            file = Path(name) / "table"
+            file = folder / "table"
             with path.open("rb") as pipe, file.open("wb") as spool:
                 shutil.copyfileobj(pipe, spool)
         picked = _pick(path, file, source, widths, what, integers, scale, keys)

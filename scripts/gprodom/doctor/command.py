@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
@@ -48,8 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from gprodom.odometry.settings import read_settings
 
     settings = read_settings(args.configs, args.overrides)
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = read_sensors(args, args.source, Path(name), "imu", "wheel", "gpr_trace")
+    log = read_sensors(args, args.source, "imu", "wheel", "gpr_trace")
     band = settings["gpr"]["filter"]
     imu = settings["imu"]
     mounting = ImuMounting(mounting_angles(imu["rpy_body_imu"]), tuple(imu["lever_arm"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,7 @@ from gprodom import rotation
 from gprodom.arrays import Floats, Ints
 from gprodom.config import TRUTH_CHANNEL, Channels
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_and_gyro
 from gprodom.odometry.estimate import as_log
@@ -177,8 +177,8 @@ def read_drive(
     if sensors is None:
         found = {role: log.pop(role) for role in set(log) - set(names)}
     else:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-            source = as_log(sensors, Path(folder), channels=channels)
+        with temporary_folder() as folder:
+            source = as_log(sensors, folder, channels=channels)
             found = logs.read_roles(source, _sensors(channels, roles))
     truth = found.pop("truth", None)
     points = None if truth is None else Trajectory(truth["utime"], truth["position"])

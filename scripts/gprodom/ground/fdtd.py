@@ -10,7 +10,6 @@ import contextlib
 import io
 import json
 import logging
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.errors import need_module
+from gprodom.files import temporary_folder
 from gprodom.ground.materials import Section, sections
 from gprodom.ground.scene import Scene
 
@@ -51,8 +51,7 @@ def simulate_line(
     result = np.zeros((len(places), scene.samples))
     for start in range(0, len(places), _AT_ONCE):
         part = places[start : start + _AT_ONCE]
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            folder = Path(name)
+        with temporary_folder() as folder:
             _write_materials(section, folder)
             models = [
                 _model(gprmax, scene, section, float(x), folder / f"cells{i}.h5")

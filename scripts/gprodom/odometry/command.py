@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, print_json, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import UsageError
-from gprodom.files import OutputFile
+from gprodom.files import OutputFile, temporary_folder
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
 from gprodom.options import (
@@ -78,8 +77,7 @@ def run(args: argparse.Namespace) -> int:
     channels = read_channels(args.configs, args.overrides)
     # Read first, so that a wrong file is reported before the work and not after it.
     truth = read_truth(args.truth, channels=channels) if args.truth else None
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         log = as_log(args.source, folder, args.sample_interval, channels)
         output = args.output or folder / "output.lcmlog"
         with Progress(method.name, 1.0) as progress:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
 from gprodom.convert.streams import streams
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
@@ -72,17 +72,17 @@ def as_log(
     return log
 
 
-def read_sensors(
-    args: argparse.Namespace, source: Path, folder: Path, *roles: str
-) -> dict[str, logs.Channel]:
-    """The channels of those roles of a sequence (converted in `folder`) or log, by role.
+def read_sensors(args: argparse.Namespace, source: Path, *roles: str) -> dict[str, logs.Channel]:
+    """The channels of those roles of a sequence (converted for it) or log, by role.
+
 
     `args`: of a command with `gprodom.options.add_config_options` and, if it likes, a
     `sample_interval`.
     """
     channels = read_channels(args.configs, args.overrides)
     interval = getattr(args, "sample_interval", None)
-    return logs.read_roles(as_log(source, folder, interval, channels), channels.of(*roles))
+    with temporary_folder() as folder:
+        return logs.read_roles(as_log(source, folder, interval, channels), channels.of(*roles))
 
 
 def estimate(
@@ -104,8 +104,7 @@ def estimate(
     sensors = channels.of("imu", "wheel")
     if method.reckoned == "wheel":
         return Estimate(wheel_and_gyro(logs.read_roles(log, sensors)))
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         tum = folder / "smoothed.tum" if smooth and not method.reckoned else None
         if method.teller:
             log = _with_answers(log, method, configs, overrides, folder)

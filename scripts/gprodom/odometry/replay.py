@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import gprodom
 from gprodom.config import Configs, config_arguments
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 
 PROGRAM = "gprodom-replay"
 
@@ -46,8 +46,8 @@ def run_replay(
     `on_warning` is called with each warning of the estimator.
     `poses_needed`: a replay without a pose counts as failed.
     """
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        stats = Path(folder) / "stats.json"
+    with temporary_folder() as folder:
+        stats = folder / "stats.json"
         command = [str(find_program()), *config_arguments(configs), "--progress"]
         command += [str(log), "-o", str(output), "--stats", str(stats)]
         if smoothed is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +13,7 @@ from gprodom.config import read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
-from gprodom.files import OutputFolder, write_text
+from gprodom.files import OutputFolder, temporary_folder, write_text
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log
@@ -205,8 +204,7 @@ def run_observability(args: argparse.Namespace) -> int:
     seen: dict[str, list[Observed]] = {method.name: [] for method in methods}
     with Progress("measuring shifts", len(args.sources) * len(methods)) as progress:
         for source in args.sources:
-            with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-                folder = Path(name)
+            with temporary_folder() as folder:
                 log = as_log(source, folder, args.sample_interval, channels)
                 truth = read_truth(source, frame=None).trajectory
                 wheel = wheel_distance(logs.read_roles(log, channels.of("wheel")))

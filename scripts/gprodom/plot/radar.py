@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -208,8 +207,7 @@ def add_parser(subjects: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``plot radar``."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = read_sensors(args, args.source, Path(name), "gpr_trace")
+    log = read_sensors(args, args.source, "gpr_trace")
     radar = choose(logs.need(log, "gpr_trace"), args.antenna)
     seconds = (radar["utime"] - radar["utime"][0]) * 1e-6
     first = int(np.searchsorted(seconds, args.at))

@@ -6,13 +6,12 @@ import argparse
 import os
 import signal
 import subprocess
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from gprodom.config import Channels, read_channels
 from gprodom.errors import UsageError
-from gprodom.files import replacing
+from gprodom.files import replacing, temporary_folder
 from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 DESCRIPTION = """\
@@ -102,8 +101,8 @@ def run(args: argparse.Namespace) -> int:
                 write(args, channels, part)
             print(f"{args.output}: {args.output.stat().st_size / 1e6:.1f} MB")
             return 0
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-            made = Path(folder) / f"{args.log.stem}.rrd"
+        with temporary_folder() as folder:
+            made = folder / f"{args.log.stem}.rrd"
             write(args, channels, made)
             return _show(args, made, environment)
 

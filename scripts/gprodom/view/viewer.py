@@ -12,13 +12,13 @@ import os
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.view.record import NOT_INSTALLED, is_installed
 
 LOCAL = "127.0.0.1"
@@ -31,10 +31,10 @@ def without_statistics() -> Iterator[dict[str, str]]:
     """The environment for Rerun's programs, and for its library in this process."""
     if not is_installed():
         raise NOT_INSTALLED
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+    with temporary_folder() as folder:
         environment = {key: value for key, value in os.environ.items() if key != _FORCED}
-        environment |= {"XDG_CONFIG_HOME": folder, "XDG_DATA_HOME": folder}
-        settings = Path(folder) / "rerun" / "analytics.json"
+        environment |= {"XDG_CONFIG_HOME": str(folder), "XDG_DATA_HOME": str(folder)}
+        settings = folder / "rerun" / "analytics.json"
         settings.parent.mkdir()
         settings.write_text(json.dumps(_switched_off(settings)))
         before = dict(os.environ)
