@@ -96,6 +96,11 @@ def print_json(value: Any) -> None:
     print(to_json(value))
 
 
+def tell(as_json: bool, figures: Any, text: str) -> None:
+    """Prints figures, as JSON where that is asked for, else in words."""
+    print(to_json(figures) if as_json else text)
+
+
 def format_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """A text table: first column to the left, the others to the right."""
     cells = [list(header), *([_cell(value) for value in row] for row in rows)]

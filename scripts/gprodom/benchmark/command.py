@@ -16,7 +16,7 @@ from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.cluster import open_executor
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.convert.sampling import sample_interval
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder, check_output
@@ -191,11 +191,8 @@ def run(args: argparse.Namespace) -> int:
     write_csv(output / "results.csv", by_sequence)
     write_json(output / "results.json", content)
     write_report(output / "report.html", sequences, outcomes, records, settings)
-    if args.json:
-        print_json(content)
-    else:
-        print(describe(records, args.align))
-        print(f"written: {output / 'results.csv'}, results.json, report.html")
+    written = f"written: {output / 'results.csv'}, results.json, report.html"
+    tell(args.json, content, f"{describe(records, args.align)}\n{written}")
     failures = [outcome for outcome in outcomes if outcome.failure]
     for outcome in failures:
         print(f"failed: {outcome.method} on {outcome.sequence}: {outcome.failure}", file=sys.stderr)

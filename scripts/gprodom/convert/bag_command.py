@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import add_json_flag, format_table, tell
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.bag_reader import NONE
 from gprodom.convert.plausible import check_streams
@@ -129,8 +129,6 @@ def write_and_tell(streams: list[Stream], output: Path, as_json: bool) -> None:
     check_streams(streams)
     write_log(output, streams)
     facts = {each.name: describe_times(each.utime, each.out_of_order) for each in streams}
-    if as_json:
-        print_json({"log": str(output), "channels": facts})
-        return
     rows = [[channel, *(fact[name] for name in TIME_FACTS)] for channel, fact in facts.items()]
-    print(format_table(["channel", *TIME_FACTS.values()], rows))
+    text = format_table(["channel", *TIME_FACTS.values()], rows)
+    tell(as_json, {"log": str(output), "channels": facts}, text)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
@@ -67,8 +67,5 @@ def run(args: argparse.Namespace) -> int:
     check_streams(made)
     write_log(args.output, made)
     summary = summarise(recording, interval)
-    if args.json:
-        print_json({"log": str(args.output), **summary})
-    else:
-        print(as_text(summary))
+    tell(args.json, {"log": str(args.output), **summary}, as_text(summary))
     return 0

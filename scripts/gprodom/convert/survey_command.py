@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Ints
-from gprodom.console import add_json_flag, format_table, print_json, warn
+from gprodom.console import add_json_flag, format_table, tell, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.survey_files import (
     Line,
@@ -106,10 +106,8 @@ def run(args: argparse.Namespace) -> int:
         "length_m": survey.length,
         "sample_interval_s": survey.sample_interval,
     }
-    if args.json:
-        print_json(facts)
-    else:
-        print(format_table([str(args.output), ""], [[k, f"{v:.6g}"] for k, v in facts.items()]))
+    rows = [[name, f"{value:.6g}"] for name, value in facts.items()]
+    tell(args.json, facts, format_table([str(args.output), ""], rows))
     return 0
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gprodom.arrays import Bools, Ints
 from gprodom.config import Channels, read_antennas, read_channels, read_datum, read_lever_arm
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
 from gprodom.fixes.site import datum_of_log
@@ -149,10 +149,8 @@ def run(args: argparse.Namespace) -> int:
             write_traces(args.traces, poses, antennas)
         if args.segy:
             write_segy(args.segy, poses, *alike(radar, kept), antennas)
-    if args.json:
-        print_json(facts)
-    else:
-        print(", ".join(f"{value} {name.replace('_', ' ')}" for name, value in facts.items()))
+    words = ", ".join(f"{value} {name.replace('_', ' ')}" for name, value in facts.items())
+    tell(args.json, facts, words)
     return 0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.console import Progress, add_json_flag, tell
 from gprodom.ground.scene import Scene, read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
 from gprodom.options import Subparsers, add_command, add_output
@@ -52,14 +52,12 @@ def run(args: argparse.Namespace) -> int:
         "cells_per_wavelength": float(cells_per_wavelength(scene)),
         "bytes": args.output.stat().st_size,
     }
-    if args.json:
-        print_json(facts)
-    else:
-        print(
-            f"{args.output}: {facts['lines']} lines of {scene.traces} traces, "
-            f"{survey.length:g} m; {facts['cells_per_wavelength']:.1f} cells a wavelength at "
-            f"{2e-9 * scene.antenna.frequency:g} GHz in the slowest layer"
-        )
+    text = (
+        f"{args.output}: {facts['lines']} lines of {scene.traces} traces, "
+        f"{survey.length:g} m; {facts['cells_per_wavelength']:.1f} cells a wavelength at "
+        f"{2e-9 * scene.antenna.frequency:g} GHz in the slowest layer"
+    )
+    tell(args.json, facts, text)
     return 0
 
 

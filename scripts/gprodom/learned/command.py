@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import gprodom
-from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.console import Progress, add_json_flag, tell
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFolder, replacing, write_bytes
 from gprodom.learned.drives import drive_examples
@@ -107,10 +107,7 @@ def run(args: argparse.Namespace) -> int:
         "training": training,
     }
     write_bytes(folder / RECORD, (json.dumps(record, indent=2) + "\n").encode())
-    if args.json:
-        print_json(record)
-    else:
-        print(describe(record))
+    tell(args.json, record, describe(record))
     return 0
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.options import Subparsers, add_command, add_config_options
 
 if TYPE_CHECKING:
@@ -120,11 +120,9 @@ def run(args: argparse.Namespace) -> int:
                 raise
     signal.signal(signal.SIGINT, before)
     figures = inference.figures()
-    if args.json:
-        print_json(figures)
-    else:
-        print(
-            f"{figures['answers']} answers; from message to answer p50 {figures['p50_ms']:.1f} ms, "
-            f"p99 {figures['p99_ms']:.1f} ms, at most {figures['max_ms']:.1f} ms"
-        )
+    text = (
+        f"{figures['answers']} answers; from message to answer p50 {figures['p50_ms']:.1f} ms, "
+        f"p99 {figures['p99_ms']:.1f} ms, at most {figures['max_ms']:.1f} ms"
+    )
+    tell(args.json, figures, text)
     return 0

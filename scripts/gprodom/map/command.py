@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gprodom import canvas
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import add_json_flag, format_table, tell
 from gprodom.errors import Error, UsageError
 from gprodom.export.command import parse_datum
 from gprodom.export.paths import write_csv, write_geojson
@@ -201,11 +201,7 @@ def _add_fetch(works: Subparsers) -> None:
 def run_info(args: argparse.Namespace) -> int:
     """Prints what is in the files."""
     found = [facts(read_map(path)) for path in args.files]
-    if args.json:
-        print_json(found)
-        return 0
-    for one in found:
-        print(_as_text(one, args.runs))
+    tell(args.json, found, "\n".join(_as_text(one, args.runs) for one in found))
     return 0
 
 
@@ -309,10 +305,8 @@ def run_cut(args: argparse.Namespace) -> int:
         chosen &= np.asarray(file.columns["map"] == file.one_map(args.map))
     write_bytes(args.output, cut.cut(file, chosen))
     kept = read_map(args.output).length_m
-    if args.json:
-        print_json({"length_m": file.length_m, "kept_m": kept})
-    else:
-        print(f"{kept:.1f} of {file.length_m:.1f} m kept")
+    figures = {"length_m": file.length_m, "kept_m": kept}
+    tell(args.json, figures, f"{kept:.1f} of {file.length_m:.1f} m kept")
     return 0
 
 
@@ -322,13 +316,11 @@ def run_merge(args: argparse.Namespace) -> int:
     merged = merging.merge(*files)
     write_bytes(args.output, merged.data)
     lengths = [file.length_m for file in (*files, read_map(args.output))]
-    if args.json:
-        named = zip(("first_m", "second_m", "length_m"), lengths, strict=True)
-        print_json({**dict(named), "known_m": merged.known_m, "joins": merged.joins})
-        return 0
-    for join in merged.joins:
-        print(merging.as_text(join))
-    print("{:.1f} m and {:.1f} m: {:.1f} m".format(*lengths))
+    figures: dict[str, Any] = dict(zip(("first_m", "second_m", "length_m"), lengths, strict=True))
+    figures |= {"known_m": merged.known_m, "joins": merged.joins}
+    lines = [merging.as_text(join) for join in merged.joins]
+    lines.append("{:.1f} m and {:.1f} m: {:.1f} m".format(*lengths))
+    tell(args.json, figures, "\n".join(lines))
     return 0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gprodom import canvas
 from gprodom.config import read_antennas, read_channels, read_datum
-from gprodom.console import add_json_flag, format_table, print_json, warn
+from gprodom.console import add_json_flag, format_table, tell, warn
 from gprodom.errors import UsageError
 from gprodom.export.command import parse_datum
 from gprodom.files import OutputFile, PictureFile
@@ -74,11 +74,9 @@ def run(args: argparse.Namespace) -> int:
             raise UsageError("--picture wants an estimate, which --fixes prepares")
         fixes = as_fixes(markers)
         add_to_log(args.log, args.fixes, [one_stream(channels.position_fix, fixes)])
-        visits = len(markers)
-        if args.json:
-            print_json({"log": str(args.fixes), "fixes": visits})
-        else:
-            print(f"{args.fixes}: {visits} fixes of {len({m.name for m in markers})} markers")
+        told = {"log": str(args.fixes), "fixes": len(markers)}
+        names = {marker.name for marker in markers}
+        tell(args.json, told, f"{args.fixes}: {len(markers)} fixes of {len(names)} markers")
         return 0
     configured = read_datum(args.configs, args.overrides)
     datum: Datum | None = args.datum or datum_of_log(args.log, channels, configured)
@@ -92,10 +90,7 @@ def run(args: argparse.Namespace) -> int:
         warn(f"not visited while there was an estimate: {', '.join(found.uncovered)}")
     if args.picture is not None:
         canvas.save(survey_figure(found), args.picture)
-    if args.json:
-        print_json(found.facts())
-        return 0
     rows = [[r.name, r.x_m, r.y_m, r.off_m, r.sigma_m] for r in found.residuals]
-    print(format_table(["marker", "x (m)", "y (m)", "off (m)", "sigma (m)"], rows))
-    print(f"RMS {found.rms_m:.3f} m over {len(rows)} visits")
+    table = format_table(["marker", "x (m)", "y (m)", "off (m)", "sigma (m)"], rows)
+    tell(args.json, found.facts(), f"{table}\nRMS {found.rms_m:.3f} m over {len(rows)} visits")
     return 0

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import Progress, add_json_flag, print_json, warn
+from gprodom.console import Progress, add_json_flag, tell, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import UsageError
 from gprodom.files import OutputFile, temporary_folder
@@ -114,8 +114,5 @@ def run(args: argparse.Namespace) -> int:
         )
         figures |= record.as_dict()
         text += "\n" + describe(record)
-    if args.json:
-        print_json(figures)
-    else:
-        print(text)
+    tell(args.json, figures, text)
     return 0

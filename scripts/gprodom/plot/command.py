@@ -10,7 +10,7 @@ from pathlib import Path
 from gprodom import canvas
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import read_channels
-from gprodom.console import Progress, add_json_flag, format_table, print_json, to_json, warn
+from gprodom.console import Progress, add_json_flag, format_table, tell, to_json, warn
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFolder, temporary_folder, write_text
@@ -187,10 +187,8 @@ def run_log(args: argparse.Namespace) -> int:
         log |= logs.read_roles(args.wheel, channels.of("wheel"))
     canvas.save(log_figure(log, args.log.stem), args.output)
     shares = flag_shares(log)
-    if args.json:
-        print_json({"messages": int(log["odometry"]["utime"].size), "flags": shares})
-    else:
-        print(format_table(["flag", "share"], [[name, share] for name, share in shares.items()]))
+    figures = {"messages": int(log["odometry"]["utime"].size), "flags": shares}
+    tell(args.json, figures, format_table(["flag", "share"], list(shares.items())))
     return 0
 
 
@@ -220,11 +218,6 @@ def run_observability(args: argparse.Namespace) -> int:
     args.output.mkdir(parents=True, exist_ok=True)
     canvas.save(observability_figure(pooled, figures), args.output / "observability.png")
     write_text(args.output / "observability.json", to_json(content) + "\n")
-    if args.json:
-        print_json(content)
-    else:
-        rows = [
-            [key, *(content[name][key] for name in content)] for key in next(iter(content.values()))
-        ]
-        print(format_table(["figure", *content], rows))
+    rows = [[key, *(of[key] for of in content.values())] for key in next(iter(content.values()))]
+    tell(args.json, content, format_table(["figure", *content], rows))
     return 0

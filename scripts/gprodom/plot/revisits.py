@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gprodom import canvas
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import add_json_flag, format_table, tell
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
@@ -150,8 +150,5 @@ def run(args: argparse.Namespace) -> int:
         "mirrored": int(found.mirrored.sum()),
         "corrections": 0 if correction is None else len(correction["utime"]),
     }
-    if args.json:
-        print_json(counts)
-    else:
-        print(format_table(["what", "count"], [[name, count] for name, count in counts.items()]))
+    tell(args.json, counts, format_table(["what", "count"], list(counts.items())))
     return 0

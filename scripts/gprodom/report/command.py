@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, print_json
+from gprodom.console import add_json_flag, format_table, tell
 from gprodom.files import write_text
 from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
@@ -49,8 +49,6 @@ def run(args: argparse.Namespace) -> int:
     troubles = find_troubles(drive)
     facts = facts_of(drive, troubles)
     write_text(args.output, write_html(drive, troubles, facts))
-    if args.json:
-        print_json({fact.key: fact.value for fact in facts})
-    else:
-        print(format_table(["what", "value"], [[fact.name, fact.text] for fact in facts]))
+    table = format_table(["what", "value"], [[fact.name, fact.text] for fact in facts])
+    tell(args.json, {fact.key: fact.value for fact in facts}, table)
     return 0

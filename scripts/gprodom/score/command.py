@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder
 from gprodom.options import Subparsers, add_command, add_config_options
@@ -149,16 +149,12 @@ def run(args: argparse.Namespace) -> int:
     warn_of_uncovered(pairs)
     comparison = compare(pairs, args.align, args.first_m, truth_error)
     record = _record(estimate, args.truth, comparison)
+    text = describe(record)
     if args.plot is not None:
         from gprodom.score.page import write_report
 
-        written = write_report(comparison, record, args.plot)
-    if args.json:
-        print_json(record.as_dict())
-    else:
-        print(describe(record))
-        if args.plot is not None:
-            print("written: " + ", ".join(str(item) for item in written))
+        text += "\nwritten: " + ", ".join(map(str, write_report(comparison, record, args.plot)))
+    tell(args.json, record.as_dict(), text)
     return 0
 
 

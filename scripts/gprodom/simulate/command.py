@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from gprodom.console import Progress, add_json_flag, print_json
+from gprodom.console import Progress, add_json_flag, tell
 from gprodom.errors import UsageError
 from gprodom.files import Output
 from gprodom.ground.pipes import read_pipes
@@ -267,12 +267,9 @@ def run(args: argparse.Namespace) -> int:
         "slips": len(simulated.spec.wheel.slips),
         "traces": len(simulated.gpr_utime),
     }
-    if args.json:
-        print_json(facts)
-    else:
-        print(
-            f"{paths[0]}: {facts['distance_m']:.1f} m in {facts['duration_s']:.1f} s, "
-            f"{facts['traces']} traces, wheel scale {facts['wheel_scale']:.4f}, "
-            f"{facts['slips']} slips"
-        )
+    text = (
+        f"{paths[0]}: {facts['distance_m']:.1f} m in {facts['duration_s']:.1f} s, "
+        f"{facts['traces']} traces, wheel scale {facts['wheel_scale']:.4f}, {facts['slips']} slips"
+    )
+    tell(args.json, facts, text)
     return 0

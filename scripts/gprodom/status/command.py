@@ -7,7 +7,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import add_json_flag, tell
 from gprodom.errors import Error, UsageError
 from gprodom.options import Subparsers, add_command
 
@@ -87,10 +87,7 @@ def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
                 "on this URL?"
             )
         lcm.handle_timeout(50)
-    if args.json:
-        print_json(figures(heard))
-    else:
-        print(line(heard))
+    tell(args.json, figures(heard), line(heard))
     return 0 if heard.status.health == heard.status.OK else 1
 
 
