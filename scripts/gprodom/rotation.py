@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from gprodom.arrays import Floats
 
 
-def to_matrix(q: Array) -> Array:
+def to_matrix(q: Floats) -> Floats:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
     rows = [
@@ -19,14 +18,14 @@ def to_matrix(q: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def from_yaw(yaw: Array) -> Array:
+def from_yaw(yaw: Floats) -> Floats:
     """Quaternions (..., 4) of a rotation by `yaw` (rad) about z."""
     half = 0.5 * np.asarray(yaw, dtype=float)
     zero = np.zeros_like(half)
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
 
 
-def from_matrix(matrix: Array) -> Array:
+def from_matrix(matrix: Floats) -> Floats:
     """Quaternion (4) of one rotation matrix (3, 3): the eigenvector of Bar-Itzhack's 4 x 4 form."""
     m = np.asarray(matrix, dtype=float)
     k = np.array(
@@ -41,13 +40,13 @@ def from_matrix(matrix: Array) -> Array:
     return np.asarray(-q if q[0] < 0 else q)
 
 
-def yaw_matrix(yaw: float) -> Array:
+def yaw_matrix(yaw: float) -> Floats:
     """(3, 3) rotation by `yaw` (rad) about z."""
     c, s = np.cos(yaw), np.sin(yaw)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def multiply(a: Array, b: Array) -> Array:
+def multiply(a: Floats, b: Floats) -> Floats:
     """Hamilton product a b of quaternions (..., 4)."""
     aw, ax, ay, az = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
     bw, bx, by, bz = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
@@ -62,12 +61,12 @@ def multiply(a: Array, b: Array) -> Array:
     )
 
 
-def conjugate(q: Array) -> Array:
+def conjugate(q: Floats) -> Floats:
     """Inverse of unit quaternions (..., 4)."""
     return np.asarray(np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
-def to_vector(q: Array) -> Array:
+def to_vector(q: Floats) -> Floats:
     """Rotation vectors (..., 3; rad, angle at most pi) of unit quaternions (..., 4)."""
     q = np.asarray(q, dtype=float)
     q = np.where(q[..., :1] < 0, -q, q)
@@ -78,13 +77,13 @@ def to_vector(q: Array) -> Array:
     return np.asarray(ratio * q[..., 1:])
 
 
-def yaw_of(q: Array) -> Array:
+def yaw_of(q: Floats) -> Floats:
     """Yaw (rad) of quaternions (..., 4): the heading of the body's x axis."""
     w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
     return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 
-def slerp(a: Array, b: Array, weight: Array) -> Array:
+def slerp(a: Floats, b: Floats, weight: Floats) -> Floats:
     """Spherical interpolation (n, 4) from `a` (weight 0) to `b` (weight 1), the short way round."""
     dot = np.sum(a * b, axis=-1, keepdims=True)
     b = np.where(dot < 0, -b, b)
@@ -98,7 +97,7 @@ def slerp(a: Array, b: Array, weight: Array) -> Array:
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
-def added_by_turning(rate: Array, step_s: float | Array, arm_m: Array) -> Array:
+def added_by_turning(rate: Floats, step_s: float | Floats, arm_m: Floats) -> Floats:
     """Acceleration (n, 3), m/s^2, of the end of an arm over that of its beginning:
     alpha x r + omega x (omega x r), in the axes of `rate` (n, 3), rad/s. step_s: between the rows,
     over which alpha is the central difference; (n,) where they are not even."""

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import rotation
+from gprodom.arrays import Bools, Floats, Ints
 from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.times import to_microseconds
 
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
+Times = Ints  # us since 1970
 
 
 @dataclass(frozen=True)
@@ -27,19 +26,19 @@ class Trajectory:
     """
 
     time: Times
-    position: Array
-    orientation: Array | None = None
-    covariance: Array | None = None
+    position: Floats
+    orientation: Floats | None = None
+    covariance: Floats | None = None
 
     def __len__(self) -> int:
         return int(self.time.size)
 
-    def seconds(self, origin: int | None = None) -> Array:
+    def seconds(self, origin: int | None = None) -> Floats:
         """Times (n,) in seconds after `origin` (microseconds; the first pose by default)."""
         start = int(self.time[0]) if origin is None else origin
         return np.asarray(self.time - start, dtype=float) * 1e-6
 
-    def select(self, index: NDArray[np.bool_] | NDArray[np.int64]) -> Trajectory:
+    def select(self, index: Bools | Ints) -> Trajectory:
         """The poses that `index` (mask or indices) picks."""
         return Trajectory(
             self.time[index],
@@ -48,7 +47,7 @@ class Trajectory:
             None if self.covariance is None else self.covariance[index],
         )
 
-    def moved(self, lever: Array) -> Trajectory:
+    def moved(self, lever: Floats) -> Trajectory:
         """The path of the point at `lever` (3, metres, body frame). Needs orientations."""
         if self.orientation is None:
             raise Error(
@@ -57,7 +56,7 @@ class Trajectory:
         offset = np.einsum("nij,j->ni", rotation.to_matrix(self.orientation), lever)
         return Trajectory(self.time, self.position + offset, self.orientation, self.covariance)
 
-    def transformed(self, matrix: Array, translation: Array) -> Trajectory:
+    def transformed(self, matrix: Floats, translation: Floats) -> Trajectory:
         """`matrix` (3, 3) p + `translation` (3) of every pose; covariances turn along."""
         orientation, covariance = self.orientation, self.covariance
         if orientation is not None:
@@ -110,7 +109,7 @@ def thin(path: Trajectory, period_us: int) -> Trajectory:
     return path.select(np.unique(kept))
 
 
-def path_length(position: Array, min_step_m: float = 0.05) -> Array:
+def path_length(position: Floats, min_step_m: float = 0.05) -> Floats:
     """Distance travelled (n,), metres, along positions (n, d), counted in steps of at least
     `min_step_m`, so that the noise of a standing robot does not add up."""
     travelled = np.zeros(len(position))
@@ -154,7 +153,7 @@ def read_tum(path: Path) -> Trajectory:
     )
 
 
-def _orientation(xyzw: Array, path: Path) -> Array | None:
+def _orientation(xyzw: Floats, path: Path) -> Floats | None:
     q = np.roll(xyzw, 1, axis=1)
     norm = np.linalg.norm(q, axis=1)
     if np.all(np.abs(q[:, 1:]) < 1e-12):

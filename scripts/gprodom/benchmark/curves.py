@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.score.associate import Pairs, covered
 from gprodom.score.figures import Comparison
 from gprodom.trajectory import Trajectory, interpolate, path_length
-
-Array = NDArray[np.float64]
 
 INTERVALS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)  # s, of sampling
 STEP_S = 1.0  # of the curves
@@ -63,7 +61,7 @@ def measure_curves(comparison: Comparison) -> Curves:
     )
 
 
-def _travelled(path: Trajectory) -> tuple[Array, Array]:
+def _travelled(path: Trajectory) -> tuple[Floats, Floats]:
     """Times (s) and distance travelled until then (m), at steps of `TREAD_S`."""
     seconds = path.seconds()
     grid = np.arange(0.0, seconds[-1] + 1e-9, TREAD_S)
@@ -89,12 +87,12 @@ def interval_rms(pairs: Pairs, interval: float) -> float | None:
     return float(np.sqrt(np.mean((steps[0] - steps[1])[apart] ** 2)))
 
 
-def _thinned(position: Array) -> list[list[float]]:
+def _thinned(position: Floats) -> list[list[float]]:
     travelled = path_length(position)
     places = np.linspace(0, travelled[-1], POINTS)
     index = np.unique(np.searchsorted(travelled, places).clip(0, len(position) - 1))
     return [[round(float(x), 4), round(float(y), 4)] for x, y in position[index, :2]]
 
 
-def _rounded(values: Array) -> list[float]:
+def _rounded(values: Floats) -> list[float]:
     return [round(float(value), 5) for value in values]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.console import add_json_flag
 from gprodom.errors import Error, need_module
@@ -23,7 +23,6 @@ from gprodom.options import Subparsers, add_command, add_config_options
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 MIN_S = 20.0  # of standstill
 WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
@@ -65,7 +64,7 @@ class Noise:
         return not self.walk_is_bound and self.walk_sigma < 0.5
 
 
-def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
+def allan(values: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
     """Averaging times (m,), s, overlapping Allan deviation (m,) and its standard error (m,)."""
     allantools = need_module("allantools", "calibrate")
     longest = len(values) / rate / 3
@@ -74,7 +73,7 @@ def allan(values: Array, rate: float) -> tuple[Array, Array, Array]:
     return np.asarray(tau), np.asarray(deviation), np.asarray(error)
 
 
-def measure_noise(values: Array, rate: float) -> Noise:
+def measure_noise(values: Floats, rate: float) -> Noise:
     """Noise of samples (n, 3) at rest, at `rate` (Hz)."""
     curves = [allan(column, rate) for column in values.T]
     tau = curves[0][0]
@@ -102,7 +101,7 @@ def measure_noise(values: Array, rate: float) -> Noise:
     )
 
 
-def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
+def at_rest(log: dict[str, logs.Channel]) -> tuple[Floats, Floats, float]:
     """Acceleration and angular rate (n, 3) at rest, and their rate (Hz)."""
     imu = logs.need(log, "imu")
     time = imu["utime"]
@@ -122,7 +121,7 @@ def at_rest(log: dict[str, logs.Channel]) -> tuple[Array, Array, float]:
     return imu["linear_acceleration"][during], imu["angular_velocity"][during], rate
 
 
-def allan_figure(acceleration: Array, gyro: Array, rate: float) -> Figure:
+def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> Figure:
     """Allan deviation of both sensors, axis by axis."""
     from gprodom import canvas
 

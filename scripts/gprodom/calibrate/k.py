@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats, Ints
 from gprodom.calibrate.fragment import Found, add_output_option, write_fragment
 from gprodom.config import Configs, read_channels
 from gprodom.console import Progress, add_json_flag, format_table, print_json, warn
@@ -27,8 +27,6 @@ from gprodom.score.associate import covered
 from gprodom.score.record import sequence_name
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, interpolate
-
-Array = NDArray[np.float64]
 
 # Shifts are measured with this K (metres a unit) and divided by it: the front end's own units.
 MEASURING_K = 0.01
@@ -52,10 +50,10 @@ EXAMPLES = """\
 class Shifts:
     """Shifts of windows (n,), in the front end's units and signed, with the true displacement."""
 
-    start: NDArray[np.int64]
-    end: NDArray[np.int64]
-    shift: Array
-    distance: Array  # (n,), metres, straight-line; NaN where the truth does not cover the window
+    start: Ints
+    end: Ints
+    shift: Floats
+    distance: Floats  # (n,), metres, straight-line; NaN where the truth does not cover the window
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class Fit:
     residual_m: float
 
 
-def true_distance(truth: Trajectory, displacements: Displacements) -> Array:
+def true_distance(truth: Trajectory, displacements: Displacements) -> Floats:
     """Straight-line displacement (n,), metres, of the truth over each window; NaN without truth."""
     distance = np.full(len(displacements), np.nan)
     known = covered(truth, displacements.start) & covered(truth, displacements.end)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.errors import Error
 
 REACH_S = 0.5  # lags that are tried, either way
@@ -28,7 +28,7 @@ class Offset:
         return abs(self.offset_s) > 2 * self.sigma_s
 
 
-def refine(shares: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:
+def refine(shares: Sequence[float] | Floats) -> tuple[float, float]:
     """Index of the largest share, with its fraction by a parabola, and that share."""
     best = int(np.clip(np.argmax(shares), 1, len(shares) - 2))
     a, b, c = (float(share) for share in shares[best - 1 : best + 2])

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
-
-Array = NDArray[np.float64]
 
 LAG_S = 0.005  # between lags that are tried
 FLOOR = 0.05  # of the usual speed: slower counts as standing
@@ -60,12 +58,12 @@ def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
     return Offset(whole, max(spread(parts, whole), LAG_S / 5), explained)
 
 
-def _usual(speed: Array) -> float:
+def _usual(speed: Floats) -> float:
     """Median of the values that belong to motion."""
     return float(np.median(speed[speed > 0.1 * speed.max()]))
 
 
-def trace_changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
+def trace_changes(traces: logs.Channel) -> tuple[Floats, Floats, Floats]:
     """Times (s) of neighbouring traces and the change q between them, less the noise: (n - 1,)
     each.
     """
@@ -93,7 +91,7 @@ def trace_changes(traces: logs.Channel) -> tuple[Array, Array, Array]:
     return time[:-1][near], time[1:][near], change
 
 
-def _best_lag(told: Array, rolled: Array, lags: Array) -> tuple[float, float]:
+def _best_lag(told: Floats, rolled: Floats, lags: Floats) -> tuple[float, float]:
     """The lag (s) whose row of `rolled` (lags, n) explains most of `told` (n,), and the share."""
     target = told - told.mean()
     rows = rolled - rolled.mean(axis=1, keepdims=True)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
@@ -22,8 +22,6 @@ from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
-
-Array = NDArray[np.float64]
 
 GRID_S = 0.01
 SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
@@ -62,7 +60,7 @@ def find_offset(log: dict[str, logs.Channel]) -> Offset:
     return Offset(-whole, max(spread(parts, whole), GRID_S / 10), explained)
 
 
-def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
+def _accelerations(log: dict[str, logs.Channel]) -> tuple[Floats, Floats]:
     """The wheel's (n,) and the accelerometer's (n, 3), m/s^2, on one grid, smoothed alike."""
     from scipy.signal import savgol_filter
 
@@ -87,13 +85,13 @@ def _accelerations(log: dict[str, logs.Channel]) -> tuple[Array, Array]:
     return np.asarray(wheel), force
 
 
-def _twice_integrated(values: Array) -> Array:
+def _twice_integrated(values: Floats) -> Floats:
     """Values whose second difference about each place is `values`; the step of the grid is 1."""
     whole = np.cumsum(np.cumsum(values - values.mean()))
     return np.concatenate([[0.0], whole[:-1]])
 
 
-def _best_lag(wheel: Array, force: Array) -> tuple[float, float]:
+def _best_lag(wheel: Floats, force: Floats) -> tuple[float, float]:
     """Seconds by which the accelerometer's stamps are late, and the share it explains then."""
     reach = round(REACH_S / GRID_S)
     middle = slice(reach, len(wheel) - reach)

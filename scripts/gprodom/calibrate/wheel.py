@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.console import add_json_flag, format_table
 from gprodom.errors import Error, UsageError
@@ -20,8 +20,6 @@ from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.score.align import fit_planar
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Times, Trajectory
-
-Array = NDArray[np.float64]
 
 WINDOW_M, WINDOW_S = 3.0, 5.0  # a window is at least this long, and takes this long at usual speed
 MIN_POINTS = 6  # of the truth in a window
@@ -54,10 +52,10 @@ class Window:
     rolled / scale + turned * lever + R(yaw) prism.
     """
 
-    truth: Array
-    rolled: Array  # (n, 2), m: integral of e(yaw) dw
-    turned: Array  # (n, 2), rad: integral of e(yaw) dyaw
-    yaw: Array  # (n,), rad
+    truth: Floats
+    rolled: Floats  # (n, 2), m: integral of e(yaw) dw
+    turned: Floats  # (n, 2), rad: integral of e(yaw) dyaw
+    yaw: Floats  # (n,), rad
 
 
 @dataclass(frozen=True)
@@ -123,11 +121,11 @@ def make_windows(
     return windows
 
 
-def _sum(steps: Array) -> Array:
+def _sum(steps: Floats) -> Floats:
     return np.concatenate([np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)])
 
 
-def _interpolated(time: Times, at: Times, table: Array) -> Array:
+def _interpolated(time: Times, at: Times, table: Floats) -> Floats:
     return np.column_stack([np.interp(time, at, column) for column in table.T])
 
 
@@ -159,11 +157,11 @@ def fit_wheel(windows: Sequence[Window], prism: tuple[float, float] = (0.0, 0.0)
 
 def _solve(
     windows: Sequence[Window], prism: tuple[float, float], bends: bool
-) -> tuple[Array, float]:
+) -> tuple[Floats, float]:
     """(scale, lever) and the robust spread of the residuals, m."""
     from scipy.optimize import least_squares
 
-    def residuals(x: Array) -> Array:
+    def residuals(x: Floats) -> Floats:
         lever = x[1] if bends else 0.0
         return np.concatenate([_misfit(w, 1 / x[0], lever, prism) for w in windows])
 
@@ -176,7 +174,7 @@ def _solve(
     return start, spread
 
 
-def _misfit(window: Window, inverse: float, lever: float, prism: tuple[float, float]) -> Array:
+def _misfit(window: Window, inverse: float, lever: float, prism: tuple[float, float]) -> Floats:
     cos, sin = np.cos(window.yaw), np.sin(window.yaw)
     arm = np.column_stack([cos * prism[0] - sin * prism[1], sin * prism[0] + cos * prism[1]])
     path = inverse * window.rolled + lever * window.turned + arm

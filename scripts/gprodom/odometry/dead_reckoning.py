@@ -6,15 +6,14 @@ Logs are as `gprodom.lcm.logs.read_roles` gives them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import rotation
+from gprodom.arrays import Floats
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.causal_yaw import CausalYaw, causal_yaw
 from gprodom.trajectory import Times, Trajectory
 
-Array = NDArray[np.float64]
 Span = tuple[int, int]  # microseconds
 
 MOVED_M = 1e-3  # when the wheel has turned this far, the first standstill has ended
@@ -23,7 +22,7 @@ IMU_FIELDS = ("linear_acceleration", "angular_velocity")
 SETTLED_S = 1.0  # of a standstill on the way, at either end: the robot may still roll or rock
 
 
-def yaw_from_gyro(imu_time: Times, acceleration: Array, gyro: Array, still: Span) -> Array:
+def yaw_from_gyro(imu_time: Times, acceleration: Floats, gyro: Floats, still: Span) -> Floats:
     """Yaw (n,), rad, 0 at the first sample: angular rate about gravity, less its bias.
 
     imu_time (n,) microseconds; acceleration (n, 3) m/s^2 and gyro (n, 3) rad/s in the IMU's axes,
@@ -44,7 +43,7 @@ def yaw_from_gyro(imu_time: Times, acceleration: Array, gyro: Array, still: Span
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def first_motion(wheel_time: Times, distance: Array) -> int:
+def first_motion(wheel_time: Times, distance: Floats) -> int:
     """Time (microseconds) of the last wheel reading before the wheel has moved `MOVED_M`."""
     moving = np.abs(distance - distance[0]) > MOVED_M
     return int(
@@ -52,7 +51,7 @@ def first_motion(wheel_time: Times, distance: Array) -> int:
     )
 
 
-def standstill(wheel_time: Times, distance: Array) -> Span:
+def standstill(wheel_time: Times, distance: Floats) -> Span:
     """The standstill at the start; if the robot moves from the start, the longest one later.
 
     Start and end (microseconds); equal if there is none.
@@ -73,7 +72,7 @@ def standstill(wheel_time: Times, distance: Array) -> Span:
     return best[0] + settled, best[1] - settled
 
 
-def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Trajectory:
+def integrate(time: Times, distance: Floats, yaw_time: Times, yaw: Floats) -> Trajectory:
     """Trajectory at `time` (m,) from signed cumulative distance (m,) and yaw (n,) at `yaw_time`.
 
     Each step has the direction of the yaw at its middle. Starts at the origin, with yaw 0 at
@@ -90,7 +89,7 @@ def integrate(time: Times, distance: Array, yaw_time: Times, yaw: Array) -> Traj
     return Trajectory(time, position, rotation.from_yaw(heading - heading[0]))
 
 
-def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
+def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
     """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel.
 
     With left and right wheels it is their mean, as in the estimator.
@@ -108,7 +107,7 @@ def has_wheel(log: dict[str, logs.Channel]) -> bool:
     return "wheel" in log or "wheels" in log
 
 
-def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
+def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
     """Times (n,) and causal yaw (n,), rad, of a log's IMU (`causal_yaw`)."""
     imu = logs.need(log, "imu")
     time, acceleration, rate = (
@@ -117,7 +116,7 @@ def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Array]:
     return time, causal_yaw(time, acceleration, rate, *wheel_distance(log))
 
 
-def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Array]:
+def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Floats]:
     """Times (n,) and yaw (n,), rad, with the bias of a given standstill (`yaw_from_gyro`);
     without one, gravity is the mean over the whole log and the bias is not removed, which is good
     enough for some seconds."""
@@ -144,8 +143,8 @@ class Reckoner:
     def __init__(self) -> None:
         self._yaw = CausalYaw()
         none = np.zeros(0, np.int64)
-        self._heading: tuple[Times, Array] = (none, np.zeros(0))
-        self._wheel: tuple[Times, Array] = (none, np.zeros(0))
+        self._heading: tuple[Times, Floats] = (none, np.zeros(0))
+        self._wheel: tuple[Times, Floats] = (none, np.zeros(0))
         self._pose: Trajectory | None = None  # told last
 
     def add(self, log: dict[str, logs.Channel], is_all: bool = False) -> Trajectory | None:
@@ -154,7 +153,9 @@ class Reckoner:
         log: what came since; stamps must go on from those before. is_all: nothing more comes.
         """
         none = np.zeros(0, np.int64)
-        wheel = wheel_distance(log) if has_wheel(log) else (none, np.zeros(0))
+        wheel: tuple[Times, Floats] = none, np.zeros(0)
+        if has_wheel(log):
+            wheel = wheel_distance(log)
         imu = log.get("imu", {"utime": none, **dict.fromkeys(IMU_FIELDS, np.zeros((0, 3)))})
         acceleration, gyro = (imu[name] for name in IMU_FIELDS)
         told = self._yaw.add(imu["utime"], acceleration, gyro, *wheel, is_all)
@@ -180,5 +181,5 @@ class Reckoner:
         return way
 
 
-def _joined(before: tuple[Times, Array], new: tuple[Times, Array]) -> tuple[Times, Array]:
+def _joined(before: tuple[Times, Floats], new: tuple[Times, Floats]) -> tuple[Times, Floats]:
     return np.concatenate([before[0], new[0]]), np.concatenate([before[1], new[1]])

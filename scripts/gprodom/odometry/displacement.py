@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Floats
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
 from gprodom.odometry.dead_reckoning import gyro_yaw, integrate, wheel_distance
 from gprodom.trajectory import Times, Trajectory
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -22,7 +20,7 @@ class Displacements:
 
     start: Times
     end: Times
-    distance: Array
+    distance: Floats
 
     def __len__(self) -> int:
         return int(self.start.size)

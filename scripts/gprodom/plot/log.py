@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.arrays import Bools, Floats, Ints
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag_bits, kind
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
-def spans(seconds: NDArray[np.float64], on: NDArray[np.bool_]) -> list[tuple[float, float]]:
+def spans(seconds: Floats, on: Bools) -> list[tuple[float, float]]:
     """(start, duration) of each stretch in which `on` (n,) holds, in seconds."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
     last = seconds.size - 1
@@ -46,7 +46,7 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
     return figure
 
 
-def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, NDArray[np.float64]] | None:
+def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, Floats] | None:
     """Times (n,), us, and speed (n,) over `SPEED_SPAN_S` about them, m/s; None without a wheel."""
     if not has_wheel(log):
         return None
@@ -58,7 +58,7 @@ def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, NDArray[np.float64
     return time, moved / np.maximum(ahead - behind, 1e-3)
 
 
-def radar_speed(displacement: logs.Channel) -> tuple[Times, NDArray[np.float64]]:
+def radar_speed(displacement: logs.Channel) -> tuple[Times, Floats]:
     """Times (n,), us, and speeds (n,), m/s, that the radar's coherence tells, without a sign."""
     moves = (displacement["kind"] == kind("MOTION")) & displacement["valid"].astype(bool)
     seconds = (displacement["utime_to"] - displacement["utime_from"])[moves] * 1e-6
@@ -67,9 +67,7 @@ def radar_speed(displacement: logs.Channel) -> tuple[Times, NDArray[np.float64]]
     return displacement["utime_to"][moves][order], speed[order]
 
 
-def _draw_speed(
-    axis: Axes, log: dict[str, logs.Channel], seconds: NDArray[np.float64], origin: int
-) -> None:
+def _draw_speed(axis: Axes, log: dict[str, logs.Channel], seconds: Floats, origin: int) -> None:
     measured = wheel_speed(log)
     if measured is not None:
         clock = (measured[0] - origin) * 1e-6
@@ -80,9 +78,7 @@ def _draw_speed(
     canvas.legend_beside(axis)
 
 
-def _draw_sigmas(
-    position: Axes, heading: Axes, odometry: logs.Channel, seconds: NDArray[np.float64]
-) -> None:
+def _draw_sigmas(position: Axes, heading: Axes, odometry: logs.Channel, seconds: Floats) -> None:
     """Each with an axis of its own: metres and degrees have no common scale."""
     variance = odometry["pose_covariance"].reshape(-1, 6, 6)
     metres = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
@@ -95,7 +91,7 @@ def _draw_sigmas(
         axis.set_ylim(bottom=0)
 
 
-def _draw_flags(axis: Axes, flags: NDArray[np.int32], seconds: NDArray[np.float64]) -> None:
+def _draw_flags(axis: Axes, flags: Ints, seconds: Floats) -> None:
     """A lane each; standing is no trouble, so it has another colour than the rest."""
     bits = flag_bits()
     for row, (name, bit) in enumerate(bits.items()):

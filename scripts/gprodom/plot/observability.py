@@ -11,16 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.arrays import Floats, Ints
 from gprodom.calibrate.k import Shifts, fit_k
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 MANY = 2000  # windows: beyond, points are pale, so that it is seen where they are dense
 
 
@@ -29,8 +28,8 @@ class Observed:
     """Windows with truth: shifts (n,), in the front end's units, and true displacements (n,), m,
     signed by the wheel's direction (the truth has no heading)."""
 
-    shift: Array
-    displacement: Array
+    shift: Floats
+    displacement: Floats
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Observability:
     displacement_max_m: float
 
 
-def observe(shifts: Shifts, wheel_time: NDArray[np.int64], wheel: Array) -> Observed:
+def observe(shifts: Shifts, wheel_time: Ints, wheel: Floats) -> Observed:
     """Joins shifts with true displacements, the latter signed by the wheel."""
     known = np.isfinite(shifts.distance)
     origin = wheel_time[0]
@@ -98,7 +97,7 @@ def measure(seen: Observed) -> Observability:
     )
 
 
-def _correlation(a: Array, b: Array) -> float | None:
+def _correlation(a: Floats, b: Floats) -> float | None:
     if a.std() < 1e-9 or b.std() < 1e-9:
         return None
     return float(np.corrcoef(a, b)[0, 1])

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.arrays import Floats, Ints
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 ROWS, COLUMNS = 50, 50  # of the feature matrix, as paper.rows and paper.columns
 MIN_OVERLAP = 0.3
@@ -47,14 +46,14 @@ wave speed.
 class Window:
     """B, B' (traces, samples), the peaks of each trace, S (rows, columns)."""
 
-    raw: NDArray[np.floating[Any]]
-    kept: NDArray[np.floating[Any]]
+    raw: Floats
+    kept: Floats
     peaks: list[list[Any]]
-    matrix: NDArray[np.int8]
+    matrix: Ints
 
 
 def make_windows(
-    traces: Array, interval: float, first: int, length: int, step: int
+    traces: Floats, interval: float, first: int, length: int, step: int
 ) -> tuple[Window, Window]:
     """The window from trace `first` on and the one `step` traces later, filtered together."""
     from gprodom import gpr

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import canvas
+from gprodom.arrays import Bools, Floats, Ints
 from gprodom.config import read_channels
 from gprodom.console import add_json_flag, format_table, tell
 from gprodom.errors import Error
@@ -23,7 +23,6 @@ from gprodom.trajectory import Trajectory, interpolate
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 EXAMPLES = """\
   gprodom plot revisits out.lcmlog -o revisits.png
@@ -41,10 +40,10 @@ class Revisits:
     """n pairs: times (n,), us; metres from one place to the other along the track (n,); mirrored
     (n,): matched back to front."""
 
-    start: NDArray[np.int64]
-    end: NDArray[np.int64]
-    distance: Array
-    mirrored: NDArray[np.bool_]
+    start: Ints
+    end: Ints
+    distance: Floats
+    mirrored: Bools
 
 
 def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
@@ -113,7 +112,7 @@ def revisits_figure(
     return figure
 
 
-def _held(clock: Array, size: Array, end: float) -> tuple[Array, Array]:
+def _held(clock: Floats, size: Floats, end: float) -> tuple[Floats, Floats]:
     """A correction holds until the next one: from none at the begin to the last one at `end`."""
     return (
         np.concatenate([[min(0.0, clock[0])], clock, [max(end, clock[-1])]]),

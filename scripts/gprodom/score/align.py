@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import rotation
+from gprodom.arrays import Bools, Floats
 from gprodom.errors import Error
 from gprodom.score.associate import Pairs
 from gprodom.trajectory import Trajectory, path_length
 
-Array = NDArray[np.float64]
 Alignment = Literal["none", "first", "se2", "se3"]
 ALIGNMENTS: tuple[Alignment, ...] = get_args(Alignment)
 FIRST_M = 3.0
@@ -27,8 +26,8 @@ PLANAR: frozenset[Alignment] = frozenset({"first", "se2"})
 class Transform:
     """p_truth = matrix p_estimate + translation (metres)."""
 
-    matrix: Array
-    translation: Array
+    matrix: Floats
+    translation: Floats
 
     def apply(self, trajectory: Trajectory) -> Trajectory:
         """The trajectory transformed."""
@@ -39,7 +38,7 @@ class Transform:
         return Transform(self.matrix.T, -self.matrix.T @ self.translation)
 
 
-def first_metres(position: Array, metres: float) -> NDArray[np.bool_]:
+def first_metres(position: Floats, metres: float) -> Bools:
     """Mask (n,) of the points up to where the path (n, 3) has travelled `metres`."""
     travelled = path_length(position)
     if metres <= 0:
@@ -52,7 +51,7 @@ def first_metres(position: Array, metres: float) -> NDArray[np.bool_]:
     return travelled <= metres
 
 
-def fit_planar(source: Array, target: Array) -> Transform:
+def fit_planar(source: Floats, target: Floats) -> Transform:
     """Least-squares rotation about z and translation (Kabsch in the plane; z by its mean)."""
     a, b = source - source.mean(axis=0), target - target.mean(axis=0)
     cross = float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
@@ -63,7 +62,7 @@ def fit_planar(source: Array, target: Array) -> Transform:
     return Transform(matrix, target.mean(axis=0) - matrix @ source.mean(axis=0))
 
 
-def fit_spatial(source: Array, target: Array) -> Transform:
+def fit_spatial(source: Floats, target: Floats) -> Transform:
     """Least-squares rotation and translation in space (Umeyama 1991 without scale)."""
     a, b = source - source.mean(axis=0), target - target.mean(axis=0)
     u, d, vt = np.linalg.svd(b.T @ a / len(a))

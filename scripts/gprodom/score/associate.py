@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gprodom.arrays import Bools
 from gprodom.console import warn
 from gprodom.errors import Error
 from gprodom.trajectory import Times, Trajectory, interpolate, path_length
@@ -30,7 +30,7 @@ class Pairs:
     excluded_m: float = 0.0
 
 
-def covered(trajectory: Trajectory, time: Times, max_gap_s: float = MAX_GAP_S) -> NDArray[np.bool_]:
+def covered(trajectory: Trajectory, time: Times, max_gap_s: float = MAX_GAP_S) -> Bools:
     """Mask (m,) of the stamps that lie inside the trajectory and in no gap over `max_gap_s`."""
     inside = (time >= trajectory.time[0]) & (time <= trajectory.time[-1])
     right = np.clip(np.searchsorted(trajectory.time, time), 0, len(trajectory) - 1)

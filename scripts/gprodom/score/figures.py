@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gprodom import rotation
+from gprodom.arrays import Floats, Ints
 from gprodom.score.align import PLANAR, Alignment, Transform, fit
 from gprodom.score.associate import Pairs
 from gprodom.score.consistency import TruthError, nees_xy
 from gprodom.trajectory import path_length
 
-Array = NDArray[np.float64]
 RPE_DISTANCE_M = 1.0
 
 
@@ -68,16 +67,16 @@ class Comparison:
     pairs: Pairs
     alignment: Alignment
     transform: Transform
-    error_m: Array  # (n,)
+    error_m: Floats  # (n,)
 
 
-def errors(pairs: Pairs, transform: Transform, planar: bool) -> Array:
+def errors(pairs: Pairs, transform: Transform, planar: bool) -> Floats:
     """Distances (n,), metres, between the transformed estimate and the truth."""
     difference = transform.apply(pairs.estimate).position - pairs.truth.position
     return np.asarray(np.linalg.norm(difference[:, : 2 if planar else 3], axis=1))
 
 
-def stretches(position: Array, metres: float) -> NDArray[np.int64]:
+def stretches(position: Floats, metres: float) -> Ints:
     """Indices (k,) that cut a path (n, 3) into consecutive stretches of at least `metres`."""
     cuts, travelled = [0], 0.0
     steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
@@ -89,7 +88,7 @@ def stretches(position: Array, metres: float) -> NDArray[np.int64]:
     return np.array(cuts, dtype=np.int64)
 
 
-def relative_errors(pairs: Pairs, metres: float = RPE_DISTANCE_M) -> Array:
+def relative_errors(pairs: Pairs, metres: float = RPE_DISTANCE_M) -> Floats:
     """Relative errors (k,), metres, over stretches in which the truth travels `metres`."""
     cuts = stretches(pairs.truth.position, metres)
     i, j = cuts[:-1], cuts[1:]
@@ -106,7 +105,7 @@ def relative_errors(pairs: Pairs, metres: float = RPE_DISTANCE_M) -> Array:
     return np.asarray(np.linalg.norm(body_estimate - body_truth, axis=1))
 
 
-def _into_body(q: Array, vectors: Array) -> Array:
+def _into_body(q: Floats, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("nji,nj->ni", rotation.to_matrix(q), vectors))
 
 
@@ -150,5 +149,5 @@ def compare(
     return Comparison(figures, pairs, alignment, transform, error)
 
 
-def _rms(values: Array) -> float:
+def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gprodom import canvas
+from gprodom.arrays import Floats
 from gprodom.score.figures import Comparison
 from gprodom.trajectory import Trajectory
 
@@ -17,9 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_paths(
-    axis: Axes, truth: NDArray[np.float64] | None, paths: Mapping[str, Trajectory]
-) -> None:
+def draw_paths(axis: Axes, truth: Floats | None, paths: Mapping[str, Trajectory]) -> None:
     """Truth (n, 3), if any, in grey and the (already aligned) paths over it, seen from above."""
     if truth is not None:
         axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
