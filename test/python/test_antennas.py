@@ -14,8 +14,8 @@ import gprodom
 from conftest import Cli, Silent, rows_of
 from gprodom import describe_config, rotation
 from gprodom.config import STANDARD
-from gprodom.convert.bag import gpr_stream
 from gprodom.convert.cmu import Traces
+from gprodom.convert.streams import gpr_stream
 from gprodom.convert.streams import streams as streams_of
 from gprodom.errors import Error
 from gprodom.lcm.answers import answers_to

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from conftest import Cli, rows_of, run_cli
-from gprodom.convert.bag import gpr_stream
+from gprodom.convert.streams import gpr_stream
 from gprodom.fixes.made import add_to_log
 from gprodom.fixes.site import ORIGIN
 from gprodom.geodesy import Datum

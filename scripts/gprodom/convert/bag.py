@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gprodom.arrays import Floats, Ints
-from gprodom.config import STANDARD, TRUTH_CHANNEL, Channels
+from gprodom.config import STANDARD, Channels
 from gprodom.console import Progress
 from gprodom.convert.bag_reader import (
     JOINTS,
@@ -24,13 +23,13 @@ from gprodom.convert.bag_reader import (
     open_bag,
 )
 from gprodom.convert.cmu import VOLTS_PER_COUNT
+from gprodom.convert.streams import gpr_stream, imu_stream, truth_stream
 from gprodom.convert.wheels import WheelSpec, read_wheel, wheel_streams
 from gprodom.errors import Error
 from gprodom.fixes.record import Quality, one_stream
 from gprodom.fixes.ros import fixes_of, read_fix
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
-from gprodom.lcm.wire import encode
 
 _RADAR_FACTS = ("sample_interval", "time_zero", "volts_per_count")
 
@@ -193,63 +192,12 @@ _VALUES: dict[str, Callable[[Any, str, Topics], Any]] = {
 }
 
 
-def imu_stream(channel: str, time: Ints, acceleration: Floats, rate: Floats) -> Stream:
-    """IMU messages without orientation, from (n, 3) m/s^2 and (n, 3) rad/s."""
-    none = np.zeros((len(time), 4))
-    unknown = np.zeros(len(time), bool)
-    return _imu_stream(channel, time, acceleration, rate, unknown, none)
-
-
-def _imu_stream(
-    channel: str, time: Ints, acceleration: Floats, rate: Floats, known: Ints, q: Floats
-) -> Stream:
-    fields: dict[str, npt.ArrayLike] = {
-        "utime": time,
-        "linear_acceleration": acceleration,
-        "angular_velocity": rate,
-        "has_orientation": known,
-        "orientation": q,
-    }
-    return Stream(channel, time, encode("imu_t", fields, len(time)))
-
-
-def gpr_stream(
-    channel: str,
-    time: Ints,
-    traces: Floats,
-    sample_interval: npt.ArrayLike,
-    time_zero: npt.ArrayLike,
-    volts_per_count: npt.ArrayLike = 0.0,
-    antenna_id: int = 0,
-) -> Stream:
-    """An antenna's radar messages from traces (n, samples), counts; the other values (n,) or one
-    for all, s and V.
-    """
-    fields: dict[str, npt.ArrayLike] = {
-        "utime": time,
-        "seq": np.arange(len(time)),
-        "antenna_id": antenna_id,
-        "sample_interval": sample_interval,
-        "time_zero": time_zero,
-        "volts_per_count": volts_per_count,
-        "samples": np.rint(traces).astype(np.int32),
-    }
-    payloads = encode("gpr_trace_t", fields, len(time))
-    return Stream(channel, time, payloads, antenna_id=antenna_id)
-
-
-def truth_stream(time: Ints, position: Floats) -> Stream:
-    """Truth messages from positions (n, 3), m."""
-    fields = {"utime": time, "position": position}
-    return Stream(TRUTH_CHANNEL, time, encode("position_truth_t", fields, len(time)))
-
-
 def _streams(what: str, time: Ints, values: list[Any], topics: Topics) -> list[Stream]:
     if what == "imu":
         table = np.array(values, np.float64)
         known = table[:, 6] > 0
         imu = topics.channels.imu
-        return [_imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])]
+        return [imu_stream(imu, time, table[:, :3], table[:, 3:6], known, table[:, 7:])]
     if what == "wheel":
         return wheel_streams(time, values, topics.wheels, topics.channels)
     table = np.array([value[1:] for value in values], np.float64)

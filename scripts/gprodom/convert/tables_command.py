@@ -13,11 +13,6 @@ from gprodom.arrays import Floats, Ints
 from gprodom.config import Channels, read_channels
 from gprodom.console import add_json_flag, warn
 from gprodom.convert.any_table import read_named, read_source
-from gprodom.convert.bag import (
-    gpr_stream,
-    imu_stream,
-    truth_stream,
-)
 from gprodom.convert.bag_command import write_and_tell
 from gprodom.convert.layout import (
     CHOICES,
@@ -29,6 +24,7 @@ from gprodom.convert.layout import (
     read_layout,
 )
 from gprodom.convert.sampling import add_sample_interval_option
+from gprodom.convert.streams import gpr_stream, imu_stream, truth_stream
 from gprodom.convert.survey_files import (
     SUFFIXES,
     channel_numbers,

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD, Channels
@@ -15,8 +14,7 @@ from gprodom.convert.any_table import read_named
 from gprodom.convert.layout import Layout, Source
 from gprodom.convert.table import Table
 from gprodom.errors import Error, UsageError
-from gprodom.lcm.log_writer import Stream
-from gprodom.lcm.wire import encode
+from gprodom.lcm.log_writer import Stream, encoded
 
 QUANTUM = 1e-5  # m per tick of a wheel that reports metres
 BEYOND_USUAL = 3.0  # times as fast as a wheel usually turns at most; no robot does it in one step
@@ -144,23 +142,13 @@ def added_up(time: Ints, rate: Floats) -> Floats:
 
 def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
     """Wheel messages of a cumulative distance (n,), m."""
-    fields: dict[str, npt.ArrayLike] = {
-        "utime": time,
-        "ticks": _ticks(distance),
-        "metres_per_tick": QUANTUM,
-    }
-    return Stream(channel, time, encode("wheel_t", fields, len(time)))
+    return encoded(channel, "wheel_t", time, ticks=_ticks(distance), metres_per_tick=QUANTUM)
 
 
 def pair_stream(channel: str, time: Ints, left: Floats, right: Floats) -> Stream:
     """Messages of the two sides' cumulative distances (n,), m."""
-    fields: dict[str, npt.ArrayLike] = {
-        "utime": time,
-        "left_ticks": _ticks(left),
-        "right_ticks": _ticks(right),
-        "metres_per_tick": QUANTUM,
-    }
-    return Stream(channel, time, encode("wheels_t", fields, len(time)))
+    ticks = {"left_ticks": _ticks(left), "right_ticks": _ticks(right)}
+    return encoded(channel, "wheels_t", time, **ticks, metres_per_tick=QUANTUM)
 
 
 def _ticks(distance: Floats) -> Ints:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,8 +13,7 @@ from gprodom.arrays import Bools, Floats, Ints
 from gprodom.errors import Error
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
-from gprodom.lcm.log_writer import Stream
-from gprodom.lcm.wire import encode
+from gprodom.lcm.log_writer import Stream, encoded
 
 
 class Frame(IntEnum):
@@ -76,18 +74,19 @@ class Fixes:
             np.where(known, each, 0.0) if len(each) else 0.0
             for each in (self.heading, self.heading_sigma)
         )
-        fields: dict[str, Any] = {
-            "utime": self.utime,
-            "frame": int(self.frame),
-            "position": self.position,
-            "covariance": self.covariance.reshape(-1, 9),
-            "quality": self.quality,
-            "antenna_id": self.antenna,
-            "has_heading": known,
-            "heading": heading,
-            "heading_sigma": sigma,
-        }
-        return Stream(channel, self.utime, encode("position_fix_t", fields, len(self)))
+        return encoded(
+            channel,
+            "position_fix_t",
+            self.utime,
+            frame=int(self.frame),
+            position=self.position,
+            covariance=self.covariance.reshape(-1, 9),
+            quality=self.quality,
+            antenna_id=self.antenna,
+            has_heading=known,
+            heading=heading,
+            heading_sigma=sigma,
+        )
 
 
 def one_stream(channel: str, fixes: Sequence[Fixes]) -> Stream:

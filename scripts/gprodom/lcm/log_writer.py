@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from gprodom.arrays import Ints
 from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.files import replacing
 from gprodom.lcm import EventLog
+from gprodom.lcm.wire import encode
 
 _EVENT_HEADER = 28  # bytes of a log event before channel and data
 
@@ -31,6 +33,11 @@ class Stream:
     def name(self) -> str:
         """By which it is told: its channel, with the id of an antenna other than 0."""
         return f"{self.channel} {self.antenna_id}" if self.antenna_id else self.channel
+
+
+def encoded(channel: str, name: str, utime: Ints, **fields: npt.ArrayLike) -> Stream:
+    """Messages of type `name` at `utime` (n,), us; each field: one value for all, or (n, ...)."""
+    return Stream(channel, utime, encode(name, {"utime": utime, **fields}, len(utime)))
 
 
 def write_log(path: Path, streams: Sequence[Stream]) -> int:

@@ -1,8 +1,9 @@
 """LCM messages of one type as numpy arrays, encoded and decoded all at once.
 
 The generated classes handle one message at a time; a log holds hundreds of thousands. The layouts
-here restate those of ``lcmtypes/*.lcm`` for the types that come often; a test compares them with
-the generated classes. LCM is big-endian and packed: fingerprint, then the fields in order.
+here restate those of ``lcmtypes/*.lcm``, in its words, for the types that come often; a test
+compares them with the generated classes. LCM is big-endian and packed: fingerprint, then the fields
+in order.
 """
 
 from __future__ import annotations
@@ -21,81 +22,42 @@ Arrays = dict[str, npt.NDArray[np.generic]]
 # stands in the field of that name. At most one such field a type.
 Field = tuple[str, str, tuple[int, ...] | str]
 
+_INTEGERS = {"boolean": ">i1", "int8_t": ">i1", "int32_t": ">i4", "int64_t": ">i8"}
+_TYPES = {**_INTEGERS, "double": ">f8", "string": ""}
+
+
+def _field(declaration: str) -> Field:
+    kind, _, name = declaration.partition(" ")
+    name, _, length = name.removesuffix("]").partition("[")
+    shape = (int(length),) if length.isdigit() else length
+    return name, _TYPES[kind], shape or ()
+
+
 LAYOUTS: dict[str, list[Field]] = {
-    "gpr_trace_t": [
-        ("utime", ">i8", ()),
-        ("seq", ">i8", ()),
-        ("antenna_id", ">i4", ()),
-        ("sample_interval", ">f8", ()),
-        ("time_zero", ">f8", ()),
-        ("volts_per_count", ">f8", ()),
-        ("num_samples", ">i4", ()),
-        ("samples", ">i4", "num_samples"),
-    ],
-    "imu_t": [
-        ("utime", ">i8", ()),
-        ("linear_acceleration", ">f8", (3,)),
-        ("angular_velocity", ">f8", (3,)),
-        ("has_orientation", ">i1", ()),
-        ("orientation", ">f8", (4,)),
-    ],
-    "wheel_t": [("utime", ">i8", ()), ("ticks", ">i8", ()), ("metres_per_tick", ">f8", ())],
-    "wheels_t": [
-        ("utime", ">i8", ()),
-        ("left_ticks", ">i8", ()),
-        ("right_ticks", ">i8", ()),
-        ("metres_per_tick", ">f8", ()),
-    ],
-    "position_truth_t": [("utime", ">i8", ()), ("position", ">f8", (3,))],
-    "position_fix_t": [
-        ("utime", ">i8", ()),
-        ("frame", ">i1", ()),
-        ("position", ">f8", (3,)),
-        ("covariance", ">f8", (9,)),
-        ("quality", ">i1", ()),
-        ("antenna_id", ">i4", ()),
-        ("has_heading", ">i1", ()),
-        ("heading", ">f8", ()),
-        ("heading_sigma", ">f8", ()),
-    ],
-    "displacement_t": [
-        ("utime", ">i8", ()),
-        ("utime_from", ">i8", ()),
-        ("utime_to", ">i8", ()),
-        ("source", "", ()),
-        ("kind", ">i1", ()),
-        ("valid", ">i1", ()),
-        ("distance", ">f8", ()),
-        ("sigma", ">f8", ()),
-        ("lateral", ">f8", ()),
-        ("lateral_sigma", ">f8", ()),
-        ("mirrored", ">i1", ()),
-        ("scale", ">f8", ()),
-        ("score", ">f8", ()),
-    ],
-    "odometry_t": [
-        ("utime", ">i8", ()),
-        ("frame", "", ()),
-        ("position", ">f8", (3,)),
-        ("orientation", ">f8", (4,)),
-        ("velocity", ">f8", (3,)),
-        ("angular_velocity", ">f8", (3,)),
-        ("pose_covariance", ">f8", (36,)),
-        ("velocity_covariance", ">f8", (9,)),
-        ("gyro_bias", ">f8", (3,)),
-        ("accel_bias", ">f8", (3,)),
-        ("wheel_scale", ">f8", ()),
-        ("wheel_scale_sigma", ">f8", ()),
-        ("distance", ">f8", ()),
-        ("flags", ">i4", ()),
-    ],
-    "correction_t": [
-        ("utime", ">i8", ()),
-        ("position", ">f8", (3,)),
-        ("orientation", ">f8", (4,)),
-        ("revisits", ">i4", ()),
-        ("covariance", ">f8", (36,)),
-    ],
+    name: [_field(declaration) for declaration in declarations.split("; ")]
+    for name, declarations in {
+        "gpr_trace_t": "int64_t utime; int64_t seq; int32_t antenna_id; double sample_interval; "
+        "double time_zero; double volts_per_count; int32_t num_samples; "
+        "int32_t samples[num_samples]",
+        "imu_t": "int64_t utime; double linear_acceleration[3]; double angular_velocity[3]; "
+        "boolean has_orientation; double orientation[4]",
+        "wheel_t": "int64_t utime; int64_t ticks; double metres_per_tick",
+        "wheels_t": "int64_t utime; int64_t left_ticks; int64_t right_ticks; "
+        "double metres_per_tick",
+        "position_truth_t": "int64_t utime; double position[3]",
+        "position_fix_t": "int64_t utime; int8_t frame; double position[3]; double covariance[9]; "
+        "int8_t quality; int32_t antenna_id; boolean has_heading; double heading; "
+        "double heading_sigma",
+        "displacement_t": "int64_t utime; int64_t utime_from; int64_t utime_to; string source; "
+        "int8_t kind; boolean valid; double distance; double sigma; double lateral; "
+        "double lateral_sigma; boolean mirrored; double scale; double score",
+        "odometry_t": "int64_t utime; string frame; double position[3]; double orientation[4]; "
+        "double velocity[3]; double angular_velocity[3]; double pose_covariance[36]; "
+        "double velocity_covariance[9]; double gyro_bias[3]; double accel_bias[3]; "
+        "double wheel_scale; double wheel_scale_sigma; double distance; int32_t flags",
+        "correction_t": "int64_t utime; double position[3]; double orientation[4]; "
+        "int32_t revisits; double covariance[36]",
+    }.items()
 }
 
 _BOOLEANS = ("has_orientation", "has_heading", "valid", "mirrored")
