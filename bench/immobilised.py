@@ -29,8 +29,7 @@ from typing import Any
 import numpy as np
 
 from estimates import run_method
-from gprodom.arrays import Bools, Floats
-from gprodom.benchmark.motion import runs
+from gprodom.arrays import Bools, Floats, runs
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag

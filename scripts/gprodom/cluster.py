@@ -96,7 +96,7 @@ class DaskExecutor:
             self._client.cancel(list(futures))
 
     def close(self) -> None:
-        """See `gprodom.executor.Executor`."""
+        """Leaves the workers."""
         self._client.close()
 
 

@@ -76,12 +76,8 @@ def config_arguments(configs: Configs) -> list[str]:
 
 def read_channels(configs: Configs = (), overrides: Sequence[str] = ()) -> Channels:
     """The channels' names from configurations and KEY=VALUE overrides."""
-    try:
-        files = config_files(configs)
-    except Error:  # the package alone, without the programs
-        files = ()
     channels, prefix = STANDARD, ""
-    sections = [(_section(file), f"{file}: channels.") for file in files]
+    sections = [(_section(file), f"{file}: channels.") for file in _known_files(configs)]
     for section, where in [*sections, (_overridden(overrides), "--set channels.")]:
         prefix = str(section.pop("prefix", prefix) or "")
         channels = _named(channels, section, where)
@@ -99,14 +95,9 @@ def read_imu_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> t
 
 def mounting_angles(value: Any) -> tuple[float, ...]:
     """Of a value of `imu.rpy_body_imu`; zeros for `auto`."""
-    key = "imu.rpy_body_imu"
     if value == AUTO:
         return 0.0, 0.0, 0.0
-    try:
-        roll, pitch, yaw = (float(part) for part in value)
-    except (TypeError, ValueError):
-        raise Error(f"{key}: expected three angles (rad) or {AUTO}, got {value!r}") from None
-    return roll, pitch, yaw
+    return _three(value, "imu.rpy_body_imu", f"three angles (rad) or {AUTO}")
 
 
 def read_antennas(
@@ -126,26 +117,23 @@ def read_lever_arm(
 ) -> tuple[float, float, float]:
     """`gpr.lever_arm`, m in body; at its origin where nothing says it."""
     value = _setting(configs, overrides, key, [0.0, 0.0, 0.0])
-    try:
-        x, y, z = (float(part) for part in value)
-    except (TypeError, ValueError):
-        raise Error(f"{key}: expected [x, y, z] in metres, found {value!r}") from None
-    return x, y, z
+    return _three(value, key, "[x, y, z] in metres")
 
 
 def read_datum(
     configs: Configs = (), overrides: Sequence[str] = ()
 ) -> tuple[float, float, float] | None:
     """`anchor.datum`: latitude, longitude (degrees) and height (m); None where it is empty."""
-    key = "anchor.datum"
-    value = _setting(configs, overrides, key, [])
+    value = _setting(configs, overrides, "anchor.datum", [])
+    return _three(value, "anchor.datum", "[latitude, longitude, height]") if value else None
+
+
+def _three(value: Any, key: str, expected: str) -> tuple[float, float, float]:
     try:
-        if not value:
-            return None
-        latitude, longitude, height = (float(part) for part in value)
+        x, y, z = (float(part) for part in value)
     except (TypeError, ValueError):
-        raise Error(f"{key}: expected [latitude, longitude, height], found {value!r}") from None
-    return latitude, longitude, height
+        raise Error(f"{key}: expected {expected}, found {value!r}") from None
+    return x, y, z
 
 
 def _setting(configs: Configs, overrides: Sequence[str], key: str, default: Any) -> Any:
@@ -154,11 +142,7 @@ def _setting(configs: Configs, overrides: Sequence[str], key: str, default: Any)
 
     section, _, name = key.partition(".")
     value = default
-    try:
-        files = config_files(configs)
-    except Error:  # the package alone, without the programs
-        files = ()
-    for file in files:
+    for file in _known_files(configs):
         value = _section(file, section).get(name, value)
     for override in overrides:
         given, _, text = override.partition("=")
@@ -166,13 +150,27 @@ def _setting(configs: Configs, overrides: Sequence[str], key: str, default: Any)
     return value
 
 
-def _section(config: Path, name: str = "channels") -> dict[object, object]:
+def _known_files(configs: Configs) -> tuple[Path, ...]:
+    try:
+        return config_files(configs)
+    except Error:  # the package alone, without the programs
+        return ()
+
+
+def read_yaml(path: Path) -> Any:
+    """What a YAML file holds; errors name it."""
     import yaml
 
     try:
-        content = yaml.safe_load(config.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise Error(f"{config}: {' '.join(str(error).split())}") from None
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise Error(f"{path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise Error(f"{path}: {' '.join(str(error).split())}") from None
+
+
+def _section(config: Path, name: str = "channels") -> dict[object, object]:
+    content = read_yaml(config)
     section = content.get(name) if isinstance(content, dict) else None
     if section is not None and not isinstance(section, dict):
         what = "the names of channels" if name == "channels" else "settings"

@@ -42,10 +42,6 @@ class Executor(Protocol):
         """Number of a task and its end, in the order in which they end."""
         ...
 
-    def close(self) -> None:
-        """Leaves the workers."""
-        ...
-
 
 class LocalExecutor:
     """Processes of this machine."""
@@ -80,9 +76,6 @@ class LocalExecutor:
                             yield index, _lost()
             finally:
                 pool.shutdown(cancel_futures=True)
-
-    def close(self) -> None:
-        """See `Executor`."""
 
 
 def _lost() -> Future[Result]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,6 +68,21 @@ class Trajectory:
         return Trajectory(
             self.time, self.position @ matrix.T + translation, orientation, covariance
         )
+
+
+def joined(parts: Sequence[Trajectory]) -> Trajectory:
+    """One after the other, with attitudes and covariances where all have them."""
+
+    def together(values: list[Floats | None]) -> Floats | None:
+        known = [value for value in values if value is not None]
+        return np.concatenate(known) if len(known) == len(values) else None
+
+    return Trajectory(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.position for part in parts]),
+        together([part.orientation for part in parts]),
+        together([part.covariance for part in parts]),
+    )
 
 
 def without_repeats(trajectory: Trajectory) -> Trajectory:

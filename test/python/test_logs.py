@@ -81,7 +81,6 @@ def test_log_by_channel(tmp_path: Path) -> None:
     assert content["IMU"]["log_utime"].tolist() == [10, 11, 12, 13, 14]
     assert content["STATUS"]["messages"][2].reasons == ["no radar"]
     assert set(logs.read(tmp_path / "log", ["IMU"])) == {"IMU"}
-    assert set(logs.of_type(content, "status_t")) == {"STATUS"}
 
 
 def test_damaged_logs_are_named(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -36,11 +35,6 @@ class Curves:
     interval_rms: list[float | None]
     path: list[list[float]]
     true_path: list[list[float]]
-
-    @classmethod
-    def from_json(cls, content: dict[str, Any] | None) -> Curves | None:
-        """Reads what ``asdict`` has written."""
-        return None if content is None else cls(**content)
 
 
 def measure_curves(comparison: Comparison) -> Curves:

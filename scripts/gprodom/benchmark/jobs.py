@@ -222,7 +222,7 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
         before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if before["key"] == key:
             records = tuple(Record(**record) for record in before["records"])
-            curves = Curves.from_json(before["curves"])
+            curves = Curves(**before["curves"]) if before["curves"] else None
             return Outcome(sequence.name, method.name, records, curves, k=fit, reused=True)
     convert(sequence, settings.channels)
     result = _estimate(sequence, method, settings, fit)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom import gpr
-from gprodom.arrays import Bools, Floats, Ints
+from gprodom.arrays import Bools, Floats, runs
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.sampling import SAMPLE_INTERVAL
 from gprodom.convert.streams import streams
@@ -99,12 +99,6 @@ def read_beside(sequence: Path) -> tuple[Truth, float]:
     slips = joined(t[0] + starts.reshape(-1, 2))
     interval = facts.get("gpr_sample_interval", SAMPLE_INTERVAL)
     return Truth(t, truth["s"], np.abs(truth["v"]), slips), interval
-
-
-def runs(mask: Bools) -> Ints:
-    """(n, 2): first index and index after the last of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    return edges.reshape(-1, 2)
 
 
 def covered(t: Floats, spans: Floats) -> Bools:

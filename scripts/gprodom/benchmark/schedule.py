@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -26,14 +26,14 @@ def make_all(drives: list[Drive], folder: Path, executor: Executor) -> list[Path
 
 
 def _together(
-    tasks: list[Callable[[], Result]], executor: Executor, progress: Progress
+    tasks: Iterable[Callable[[], Result]], executor: Executor, progress: Progress
 ) -> list[Result]:
     """Their results, in their order."""
     results: dict[int, Result] = {}
-    for index, finished in executor.run(tasks):
+    for index, finished in executor.run(list(tasks)):
         results[index] = finished.result()
         progress.advance()
-    return [results[index] for index in range(len(tasks))]
+    return [results[index] for index in sorted(results)]
 
 
 def run_all(
@@ -49,14 +49,13 @@ def run_all(
     measured = [(name, each) for name in front_ends for each in sequences]
     with Progress("benchmark", total) as progress:
         try:
-            measure: list[Callable[[], str]] = [
-                _Measure(each, METHODS[name], settings) for name, each in measured
-            ]
+            measure = [partial(_measure, each, METHODS[name], settings) for name, each in measured]
             reasons = _together(measure, executor, progress)
             wanted = [(name, each.name) for name, each in measured]
             unmeasured = dict(zip(wanted, reasons, strict=True))
-            run: list[Callable[[], Outcome]] = [
-                _Run(
+            run = [
+                partial(
+                    _run,
                     each,
                     method,
                     settings,
@@ -72,40 +71,21 @@ def run_all(
                 clean(sequence)
 
 
-class _Measure:
+def _measure(sequence: Sequence, method: Method, settings: Settings) -> str:
     """Measures the shifts of one front end on one sequence; returns the error, or nothing."""
-
-    def __init__(self, sequence: Sequence, method: Method, settings: Settings) -> None:
-        self._arguments = (sequence, method, settings)
-
-    def __call__(self) -> str:
-        try:
-            save_shifts(*self._arguments)
-        except Error as error:
-            return str(error)
-        except (
-            Exception
-        ) as error:  # as in run_job: a defect must not lose the results of other jobs
-            return f"{type(error).__name__}: {error}"
-        return ""
+    try:
+        save_shifts(sequence, method, settings)
+    except Error as error:
+        return str(error)
+    except Exception as error:  # as in run_job: a defect must not lose results of other jobs
+        return f"{type(error).__name__}: {error}"
+    return ""
 
 
-class _Run:
+def _run(
+    sequence: Sequence, method: Method, settings: Settings, unmeasured: str, others: list[Sequence]
+) -> Outcome:
     """Runs one method on one sequence; fails at once if the shifts that it needs are missing."""
-
-    def __init__(
-        self,
-        sequence: Sequence,
-        method: Method,
-        settings: Settings,
-        unmeasured: str,
-        others: list[Sequence],
-    ) -> None:
-        self._unmeasured = unmeasured
-        self._sequence, self._method = sequence, method
-        self._settings, self._others = settings, others
-
-    def __call__(self) -> Outcome:
-        if self._unmeasured:
-            return Outcome(self._sequence.name, self._method.name, failure=self._unmeasured)
-        return run_job(self._sequence, self._method, self._settings, self._others)
+    if unmeasured:
+        return Outcome(sequence.name, method.name, failure=unmeasured)
+    return run_job(sequence, method, settings, others)

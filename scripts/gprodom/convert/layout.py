@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gprodom.config import read_yaml
 from gprodom.convert.sampling import fault_of_interval
 from gprodom.errors import Error
 from gprodom.files import also_read
@@ -88,12 +89,7 @@ def read_layout(path: Path | None, options: Mapping[str, Any], table: Path | Non
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
-    import yaml
-
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise Error(f"{path}: {' '.join(str(error).split())}") from None
+    content = read_yaml(path)
     if not isinstance(content, dict):
         raise Error(f"{path}: expected keys and values, such as imu: {{columns: [...]}}")
     for name in SOURCES:

@@ -15,6 +15,7 @@ from gprodom.doctor import motion, radar, stamps
 from gprodom.doctor.finding import Finding, Log
 from gprodom.drive.imu_mounting import ImuMounting
 from gprodom.lcm.antennas import apart
+from gprodom.lcm.logs import select
 from gprodom.odometry.dead_reckoning import has_wheel
 
 UNITS = "`gprodom convert`'s options for units, or the driver"
@@ -113,9 +114,4 @@ def _units(log: Log) -> Iterator[Finding]:
 def _in_order(content: dict[str, Any]) -> dict[str, Any]:
     """By stamp, each stamp once."""
     _, order = np.unique(content["utime"], return_index=True)
-    return {
-        name: values[order]
-        if isinstance(values, np.ndarray) and len(values) == len(content["utime"])
-        else values
-        for name, values in content.items()
-    }
+    return select(content, order)

@@ -22,7 +22,7 @@ from gprodom.score.associate import associate
 from gprodom.score.frames import FrameStart, frame_start
 from gprodom.score.jumps import Jump, find_jumps
 from gprodom.score.sources import odometry
-from gprodom.trajectory import Trajectory, interpolate, without_repeats
+from gprodom.trajectory import Trajectory, interpolate, joined, without_repeats
 
 POSES_US = 50_000  # between poses that are kept: a robot moves some centimetres
 PUBLISHED = ("odometry", "odometry_map", "correction", "displacement", "status")
@@ -79,13 +79,8 @@ class Drive:
             return after if len(after) else path
         row = int(np.argmin(np.abs(corrections["utime"] - self.frame.utime)))
         before = self.odom.select(self.odom.time < after.time[0])
-        return _joined(
-            before.transformed(
-                rotation.to_matrix(corrections["orientation"][row : row + 1])[0],
-                corrections["position"][row],
-            ),
-            after,
-        )
+        turn = rotation.to_matrix(corrections["orientation"][row : row + 1])[0]
+        return joined([before.transformed(turn, corrections["position"][row]), after])
 
     @cached_property
     def odom_in_map(self) -> Trajectory:
@@ -144,17 +139,6 @@ def turned_onto(here: Trajectory, there: Trajectory) -> tuple[Floats, Floats]:
 def _placed(way: Trajectory, here: Trajectory, path: Trajectory) -> Trajectory:
     """`way` moved in the plane, so that its pose `here` comes to the begin of `path`."""
     return way.transformed(*turned_onto(here, path))
-
-
-def _joined(one: Trajectory, other: Trajectory) -> Trajectory:
-    assert one.orientation is not None and other.orientation is not None
-    assert one.covariance is not None and other.covariance is not None
-    return Trajectory(
-        np.concatenate([one.time, other.time]),
-        np.concatenate([one.position, other.position]),
-        np.concatenate([one.orientation, other.orientation]),
-        np.concatenate([one.covariance, other.covariance]),
-    )
 
 
 def read_drive(

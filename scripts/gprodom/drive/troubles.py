@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from gprodom.arrays import Bools, Floats
+from gprodom.arrays import Bools, Floats, runs
 from gprodom.drive.log import Drive
 from gprodom.lcm.constants import flag_bits, health
 
@@ -80,10 +80,9 @@ def find_troubles(drive: Drive) -> list[Trouble]:
 def stretches(seconds: Floats, on: Bools, joined_s: float = JOINED_S) -> list[tuple[float, float]]:
     """(start, duration) of each stretch of samples at `seconds` (n,) in which `on` (n,) holds, up
     to the sample after it; pauses shorter than `joined_s` are none."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
     last = len(seconds) - 1
     found: list[tuple[float, float]] = []
-    for first, after in zip(edges[::2], edges[1::2], strict=True):
+    for first, after in runs(on):
         begin, end = float(seconds[first]), float(seconds[min(after, last)])
         if found and begin - sum(found[-1]) < joined_s:
             begin = found.pop()[0]

@@ -11,8 +11,7 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
+from gprodom.config import read_yaml
 from gprodom.errors import Error
 
 Section = TypeVar("Section")
@@ -123,12 +122,7 @@ _LISTS: dict[str, Any] = {"layers": Layer, "bars": Bars, "pipes": Pipe, "stones"
 
 def read_mapping(path: Path) -> dict[str, Any]:
     """A YAML file of keys and values; errors name the file."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise Error(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise Error(f"{path}: {' '.join(str(error).split())}") from None
+    content = read_yaml(path)
     if not isinstance(content, dict):
         raise Error(f"{path}: expected keys and their values")
     return content

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from gprodom.errors import Error
-from gprodom.lcm.logs import Channel
+from gprodom.lcm.logs import Channel, select
 
 
 def counts(radar: Channel) -> dict[int, int]:
@@ -29,12 +29,7 @@ def of_antenna(radar: Channel, antenna: int) -> Channel:
         raise Error(f"no traces of antenna {antenna}; there are those of {named(radar)}")
     if mine.all():
         return radar
-    some = {
-        name: values[mine]
-        if isinstance(values, np.ndarray) and len(values) == len(mine)
-        else values
-        for name, values in radar.items()
-    }
+    some = select(radar, mine)
     samples = some["samples"]
     if samples.dtype == object and len({len(trace) for trace in samples}) == 1:
         some["samples"] = np.stack(list(samples))  # only another antenna's had another length

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gprodom.arrays import Bools, Ints
 from gprodom.console import warn
 from gprodom.errors import Error
 from gprodom.lcm import wire
@@ -94,6 +95,10 @@ def _decode(name: str, payloads: list[bytes], where: str) -> Channel:
     return {"utime": np.array([m.utime for m in messages], np.int64), "messages": messages}
 
 
-def of_type(log: dict[str, Channel], name: str) -> dict[str, Channel]:
-    """The channels of a log read by `read` that hold messages of type `name`."""
-    return {channel: content for channel, content in log.items() if content["type"] == name}
+def select(content: Channel, rows: Ints | Bools) -> Channel:
+    """The messages of these rows."""
+    count = len(content["utime"])
+    return {
+        name: values[rows] if isinstance(values, np.ndarray) and len(values) == count else values
+        for name, values in content.items()
+    }

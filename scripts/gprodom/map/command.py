@@ -22,7 +22,7 @@ from gprodom.map.picture import map_figure
 from gprodom.map.site import datum_of, site_as_text
 from gprodom.map.survey_command import add_survey
 from gprodom.options import Subparsers, add_command, add_output, add_picture_output
-from gprodom.trajectory import Trajectory
+from gprodom.trajectory import joined
 
 DESCRIPTION = """\
 Works on map files: the ground driven over with the poses along it, as gprodomd leaves it in
@@ -276,17 +276,9 @@ def run_export(args: argparse.Namespace) -> int:
         write_geojson(args.geojson, named, datum)
     if args.csv:
         piece = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
-        write_csv(args.csv, _joined(paths), datum, piece)
+        write_csv(args.csv, joined(paths), datum, piece)
     print(f"{len(paths)} paths, {sum(map(len, paths))} poses of map {number}")
     return 0
-
-
-def _joined(paths: list[Trajectory]) -> Trajectory:
-    return Trajectory(
-        np.concatenate([path.time for path in paths]),
-        np.concatenate([path.position for path in paths]),
-        np.concatenate([path.orientation for path in paths if path.orientation is not None]),
-    )
 
 
 def run_cut(args: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 
-from gprodom.arrays import Bools
+from gprodom.arrays import Bools, runs
 from gprodom.errors import Error
 from gprodom.map.ground import MapFile
 
@@ -78,6 +78,4 @@ def cut(file: MapFile, chosen: Bools) -> bytes:
         raise Error(f"{file.path}: nothing of it lies there")
     if chosen.all():
         return file.data
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
-    ranges = [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-    return file.ground.part(ranges).to_bytes()
+    return file.ground.part([(int(first), int(end)) for first, end in runs(chosen)]).to_bytes()

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gprodom import canvas
-from gprodom.arrays import Bools, Floats, Ints
+from gprodom.arrays import Floats, Ints
+from gprodom.drive.troubles import stretches
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag_bits, kind
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
@@ -18,16 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
-
-
-def spans(seconds: Floats, on: Bools) -> list[tuple[float, float]]:
-    """(start, duration) of each stretch in which `on` (n,) holds, in seconds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
-    last = seconds.size - 1
-    return [
-        (float(seconds[a]), float(seconds[min(b, last)] - seconds[a]))
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
-    ]
 
 
 def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
@@ -95,7 +86,7 @@ def _draw_flags(axis: Axes, flags: Ints, seconds: Floats) -> None:
     """A lane each; standing is no trouble, so it has another colour than the rest."""
     bits = flag_bits()
     for row, (name, bit) in enumerate(bits.items()):
-        bars = spans(seconds, (flags & bit) != 0)
+        bars = stretches(seconds, (flags & bit) != 0, 0.0)
         colour = canvas.COLOURS[5] if name == "standing" else canvas.COLOURS[4]
         axis.broken_barh(bars, (row - 0.35, 0.7), color=colour)
     axis.set_yticks(range(len(bits)), list(bits))

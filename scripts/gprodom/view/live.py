@@ -11,7 +11,7 @@ import signal
 import struct
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
@@ -33,7 +33,7 @@ from gprodom.lcm.messages import by_fingerprint, message
 from gprodom.plot.log import SPEED_SPAN_S, radar_speed, wheel_speed
 from gprodom.plot.revisits import find_revisits
 from gprodom.score.sources import odometry
-from gprodom.trajectory import Trajectory, interpolate, thin
+from gprodom.trajectory import Trajectory, interpolate, joined, thin
 from gprodom.view.ground import TILE_COLUMNS, AlongWay, ByTime, as_bytes
 from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S
 from gprodom.view.reckoning import Reckoning
@@ -134,9 +134,10 @@ class Live:
 
     def _send_odometry(self, content: Channel) -> None:
         path = odometry(content)
-        before = self._path
-        joined = path if before is None else _last_of(before, path)
-        self._recorder.path("map", joined, 1 << 62)
+        drawn, before = replace(path, covariance=None), self._path
+        if before is not None:  # with the pose before it, so that lines join
+            drawn = joined([before.select(np.array([len(before) - 1])), drawn])
+        self._recorder.path("map", drawn, 1 << 62)
         self._recorder.robot(path)
         self._recorder.sigmas(path)
         self._recorder.scalars("/speed/estimate", content["utime"], content["velocity"][:, 0])
@@ -144,7 +145,8 @@ class Live:
             on = (content["flags"] & flag(bit)) != 0
             if on.any() or self._recorder.has_state(name):
                 self._recorder.state(name, content["utime"], [ON if each else "" for each in on])
-        self._path = path if before is None else _appended(before, path)
+        bare = replace(path, covariance=None)
+        self._path = bare if before is None else joined([before, bare])
         driven = np.interp(path.time, content["utime"], content["distance"])
         self._driven = np.concatenate([self._driven, driven])
 
@@ -161,7 +163,7 @@ class Live:
             self._place = turned_onto(first, interpolate(path, first.time))
         moved = odom.transformed(*self._place)
         before = self._odom
-        self._recorder.path("odom", moved if before is None else _appended(before, moved), 1 << 62)
+        self._recorder.path("odom", moved if before is None else joined([before, moved]), 1 << 62)
         self._odom = moved.select(np.array([len(moved) - 1]))
 
     def _send_wheel(self, found: dict[str, Channel]) -> None:
@@ -328,20 +330,6 @@ def decode(data: list[bytes]) -> Channel | None:
 
 def _joined(one: Channel, other: Channel) -> Channel:
     return {name: np.concatenate([one[name], other[name]]) for name in other}
-
-
-def _last_of(before: Trajectory, path: Trajectory) -> Trajectory:
-    """`path` with the pose before it, so that lines join."""
-    return _appended(before.select(np.array([len(before) - 1])), path)
-
-
-def _appended(one: Trajectory, other: Trajectory) -> Trajectory:
-    assert one.orientation is not None and other.orientation is not None
-    return Trajectory(
-        np.concatenate([one.time, other.time]),
-        np.concatenate([one.position, other.position]),
-        np.concatenate([one.orientation, other.orientation]),
-    )
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from gprodom.arrays import Bools, Floats
 from gprodom.drive.log import turned_onto
 from gprodom.lcm.logs import Channel
 from gprodom.odometry.dead_reckoning import Reckoner
-from gprodom.trajectory import Trajectory, interpolate, without_repeats
+from gprodom.trajectory import Trajectory, interpolate, joined, without_repeats
 
 SENSORS = ("imu", "wheel", "wheels")
 BACK_US = 1_000_000  # a clock that goes back further was set; by less, messages have changed places
@@ -47,7 +47,7 @@ class Reckoning:
             self._place = self._placed(path)
         if self._place is None:
             return None
-        told, self._waiting = _joined(self._waiting), []
+        told, self._waiting = joined(self._waiting), []
         return told.transformed(*self._place)
 
     def _is_another_drive(self, role: str, content: Channel) -> bool:
@@ -67,7 +67,7 @@ class Reckoning:
 
     def _placed(self, path: Trajectory | None) -> tuple[Floats, Floats] | None:
         """Rotation and translation that bring it to the first pose of `path` of its time."""
-        way = without_repeats(_joined(self._waiting))
+        way = without_repeats(joined(self._waiting))
         if path is None:
             return None
         common = np.flatnonzero((path.time >= way.time[0]) & (path.time <= way.time[-1]))
@@ -75,12 +75,3 @@ class Reckoning:
             return None
         first = path.select(common[:1])
         return turned_onto(interpolate(way, first.time), first)
-
-
-def _joined(ways: list[Trajectory]) -> Trajectory:
-    orientations = [way.orientation for way in ways if way.orientation is not None]
-    return Trajectory(
-        np.concatenate([way.time for way in ways]),
-        np.concatenate([way.position for way in ways]),
-        np.concatenate(orientations),
-    )
