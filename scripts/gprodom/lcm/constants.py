@@ -10,21 +10,6 @@ from functools import cache
 
 from gprodom.lcm.messages import message
 
-# Bits of odometry_t.flags and what they are called.
-_FLAGS = {
-    "STANDING": "standing",
-    "SLIPPING": "slipping",
-    "NO_WHEEL": "no wheel",
-    "NO_RADAR": "no radar",
-    "IMU_GAP": "IMU gap",
-    "SOLVER_FAILED": "solver failed",
-    "WHEEL_FAST": "wheel fast",
-    "WHEEL_SLOW": "wheel slow",
-    "LEFT_SLIPS": "left slips",
-    "RIGHT_SLIPS": "right slips",
-    "IMMOBILISED": "immobilised",
-}
-
 
 @cache
 def constants(name: str) -> dict[str, int]:
@@ -33,9 +18,9 @@ def constants(name: str) -> dict[str, int]:
 
 
 def flag_bits() -> dict[str, int]:
-    """The bits of odometry_t.flags by name, the lowest first."""
-    bits = constants("odometry_t")
-    return {text: bits[key] for key, text in sorted(_FLAGS.items(), key=lambda item: bits[item[0]])}
+    """The bits of odometry_t.flags, the lowest first, by what they are called: `IMU gap`."""
+    bits = sorted(constants("odometry_t").items(), key=lambda item: item[1])
+    return {key.lower().replace("_", " ").replace("imu", "IMU"): bit for key, bit in bits}
 
 
 def flag(name: str) -> int:

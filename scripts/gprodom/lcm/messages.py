@@ -13,31 +13,21 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from gprodom.errors import Error
-
-NAMES = (
-    "gpr_trace_t",
-    "imu_t",
-    "wheel_t",
-    "wheels_t",
-    "displacement_t",
-    "odometry_t",
-    "correction_t",
-    "sfm_t",
-    "status_t",
-    "position_truth_t",
-    "position_fix_t",
-    "command_t",
-)
 
 
 @cache
 def message(name: str, package: str = "gprodom") -> Any:
     """The generated class of the LCM type `package`.`name`."""
+    return getattr(_types(package), name)
+
+
+def _types(package: str) -> ModuleType:
     try:
-        return getattr(import_module(f"gprodom.lcmtypes.{package}"), name)
+        return import_module(f"gprodom.lcmtypes.{package}")
     except ModuleNotFoundError:
         raise Error(
             "the generated LCM types are missing: build the project first (scripts/setup, or "
@@ -55,4 +45,4 @@ def fingerprint(name: str, package: str = "gprodom") -> bytes:
 @cache
 def by_fingerprint() -> dict[bytes, str]:
     """Names of our types by the fingerprint that begins their messages."""
-    return {fingerprint(name): name for name in NAMES}
+    return {fingerprint(name): name for name in vars(_types("gprodom")) if name.endswith("_t")}
