@@ -28,7 +28,7 @@ from gprodom.score.figures import Comparison, compare
 from gprodom.score.frames import FrameStart, in_last_frame
 from gprodom.score.jumps import MapJumps
 from gprodom.score.record import Mode, Record, make_record, scene_of
-from gprodom.score.sources import NoTruthError, read_truth
+from gprodom.score.sources import known_truth
 from gprodom.trajectory import Trajectory, write_tum
 
 CAUSAL = "causal"
@@ -131,14 +131,6 @@ def clean(sequence: Sequence) -> None:
         (sequence.folder / name).unlink(missing_ok=True)
 
 
-def read_sequence_truth(sequence: Sequence) -> Trajectory | None:
-    """The sequence's truth; None if it has none."""
-    try:
-        return read_truth(sequence.source, frame=None).trajectory
-    except NoTruthError:
-        return None
-
-
 def shifts_path(sequence: Sequence, front_end: str) -> Path:
     """Where the shifts of a front end on a sequence are kept."""
     return sequence.folder / f"{front_end}.shifts.npz"
@@ -154,7 +146,7 @@ def save_shifts(sequence: Sequence, method: Method, settings: Settings) -> None:
     convert(sequence, settings.channels)
     with temporary_folder() as folder:
         output = folder / "output.lcmlog"
-        truth = read_sequence_truth(sequence)
+        truth = known_truth(sequence.source)
         overrides = settings.overrides
         shifts = measure_shifts(sequence.log, method, settings.configs, overrides, truth, output)
     with replacing(path) as part, part.open("wb") as file:
@@ -255,7 +247,7 @@ def _estimate(sequence: Sequence, method: Method, settings: Settings, fit: Fit |
 def _score(
     sequence: Sequence, method: Method, settings: Settings, result: Estimate
 ) -> tuple[tuple[Record, ...], Curves | None]:
-    truth = read_sequence_truth(sequence)
+    truth = known_truth(sequence.source)
     if truth is None:
         return (), None
 

@@ -88,9 +88,11 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Finds, writes, compares, tells."""
     from gprodom.commission.find import commission
+    from gprodom.lcm import logs
     from gprodom.odometry.dead_reckoning import has_wheel
     from gprodom.odometry.estimate import as_log
     from gprodom.odometry.settings import printed_settings, read_settings
+    from gprodom.score.sources import known_truth
 
     _check(args)
     channels = read_channels(args.configs, args.overrides)
@@ -99,10 +101,10 @@ def run(args: argparse.Namespace) -> int:
         args.source = _record(args, channels)
     with temporary_folder() as folder:
         log = as_log(args.source, folder, args.sample_interval, channels)
-        sensors = _sensors(log, channels.of("imu", "wheel", "gpr_trace"))
+        sensors = logs.read_roles(log, channels.of("imu", "wheel", "gpr_trace"))
         if "imu" not in sensors or not has_wheel(sensors):
             raise Error(f"{args.source}: needs IMU and wheel ({channels.imu}, {channels.wheel})")
-        truth = _truth(log)
+        truth = known_truth(log)
         if args.fit_truth and truth is None:
             raise UsageError("--fit-truth: the recording has no positions; say --stretch M")
         found = commission(sensors, settings, args.stretch, truth if args.fit_truth else None)
@@ -149,21 +151,6 @@ def _check(args: argparse.Namespace) -> None:
         raise UsageError(f"--stretch {args.stretch:g}: expected 1 to 1000 m")
     if args.stretch is not None and args.fit_truth:
         raise UsageError("--stretch and --fit-truth: expected one of them")
-
-
-def _sensors(log: Path, names: dict[str, str]) -> dict[str, Any]:
-    from gprodom.lcm import logs
-
-    return dict(logs.read_roles(log, names))
-
-
-def _truth(log: Path) -> Trajectory | None:
-    from gprodom.score.sources import NoTruthError, read_truth
-
-    try:
-        return read_truth(log, frame=None).trajectory
-    except NoTruthError:
-        return None
 
 
 def _compare(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,20 @@ Mode = str  # causal: as published, never rewritten; smoothed: the final solutio
 
 
 @dataclass(frozen=True)
-class Record:
+class Run:
+    """What a score is of."""
+
+    sequence: str
+    scene: str
+    method: str
+    mode: Mode
+    align: Alignment
+
+
+@dataclass(frozen=True)
+class Record(Figures, Run):  # in this order the fields of `Run` come first
     """One row of results. The fields are the columns of results.csv and the keys of --json.
+
 
     Figures as in `figures.Figures`; None (an empty cell, JSON null) if the data do not give them.
     map_jumps, map_jump_mean_m, map_jump_max_m: corrections that moved the published pose in `map`,
@@ -30,22 +41,6 @@ class Record:
     before_m: metres driven in other frames than the one that is scored (`frames`); None: in none.
     """
 
-    sequence: str
-    scene: str
-    method: str
-    mode: Mode
-    align: Alignment
-    ate_rmse_m: float
-    rpe_1m_m: float | None
-    end_m: float
-    distance_pct: float | None
-    nees_xy: float | None
-    nees_yaw: float | None
-    n: int
-    excluded: int
-    excluded_s: float
-    excluded_m: float
-    distance_m: float
     map_jumps: int | None = None
     map_jump_mean_m: float | None = None
     map_jump_max_m: float | None = None
@@ -78,7 +73,7 @@ def make_record(
         method=method,
         mode=mode,
         align=align,
-        **{field.name: getattr(figures, field.name) for field in fields(figures)},
+        **vars(figures),
         map_jumps=jumps.count if jumps else None,
         map_jump_mean_m=jumps.mean_m if jumps else None,
         map_jump_max_m=jumps.max_m if jumps else None,
@@ -100,11 +95,6 @@ def scene_of(sequence: str) -> str:
     """Scene of a CMU-GPR name, TIME-0-LOC-cmu-gpr → LOC; the empty string where it is none."""
     found = re.match(r"\d+-\d+-(.+?)-cmu-gpr", sequence)
     return found.group(1) if found else ""
-
-
-def rows_of(records: Sequence[Record], columns: Sequence[str]) -> list[list[object]]:
-    """Cells of the named columns."""
-    return [[getattr(record, name) for name in columns] for record in records]
 
 
 def describe(record: Record) -> str:

@@ -120,6 +120,14 @@ def read_truth(path: Path, frame: Frame | None = "map", channels: Channels = STA
     raise NoTruthError(f"{path}: holds no {wanted} messages to score against")
 
 
+def known_truth(path: Path) -> Trajectory | None:
+    """The positions that a recording has beside it, if it has any."""
+    try:
+        return read_truth(path, frame=None).trajectory
+    except NoTruthError:
+        return None
+
+
 def _read_file(path: Path, kind: Kind) -> Trajectory:
     if kind == "tum":
         return read_tum(path)
