@@ -17,12 +17,11 @@ from gprodom.convert.rows import (
     Picked,
     Rows,
     clean_cells,
-    either,
     first_lines,
     moment,
     read_rows,
 )
-from gprodom.convert.table import Table, is_number
+from gprodom.convert.table import Table, either, is_number
 from gprodom.errors import Error
 from gprodom.files import temporary_folder
 
@@ -55,7 +54,18 @@ def read_source(
             file = folder / "table"
             with path.open("rb") as pipe, file.open("wb") as spool:
                 shutil.copyfileobj(pipe, spool)
-        picked = _pick(path, file, source, widths, what, integers, scale, keys)
+        iso = source.time_unit == "iso"
+        number, header, cells, delimiter = _first_row(path, file, source.delimiter.encode(), iso)
+        where = f"{path}:{number}"
+        columns = _columns(cells, source.columns, header is not None, where)
+        if not columns:
+            columns = list(range(min(len(cells), max(widths))))
+        if len(columns) not in widths:
+            raise Error(f"{where}: expected {either(widths)} columns ({what}), got {len(columns)}")
+        picked = Picked(
+            path, file, delimiter, tuple(columns), len(cells), header, iso,
+            TIME_UNITS[source.time_unit], scale, integers, keys,
+        )  # fmt: skip
         rows = read_rows(picked, strict)
     _tell_faults(path, what, rows)
     if len(rows.utime) < 2:
@@ -69,31 +79,6 @@ def read_named(
     """The table of a source, by its name."""
     what = ", ".join(filter(None, ("time", SOURCES[name])))
     return read_source(layout.sources[name], widths, what, strict=strict, **options)
-
-
-def _pick(
-    path: Path,
-    file: Path,
-    source: Source,
-    widths: Sequence[int],
-    what: str,
-    integers: bool,
-    scale: float | None,
-    keys: int,
-) -> Picked:
-    iso = source.time_unit == "iso"
-    number, header, cells, delimiter = _first_row(path, file, source.delimiter.encode(), iso)
-    where = f"{path}:{number}"
-    columns = _columns(cells, source.columns, header is not None, where)
-    if not columns:
-        columns = list(range(min(len(cells), max(widths))))
-    if len(columns) not in widths:
-        raise Error(f"{where}: expected {either(widths)} columns ({what}), got {len(columns)}")
-    per_second = TIME_UNITS[source.time_unit]
-    return Picked(
-        path, file, delimiter, tuple(columns), len(cells), header, iso, per_second, scale, integers,
-        keys,
-    )  # fmt: skip
 
 
 def _first_row(

@@ -8,7 +8,7 @@ own: in a table of all sensors the slower ones leave their cells empty.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -285,8 +285,3 @@ def first_lines(path: Path) -> Iterator[tuple[int, bytes]]:
             text = line.removeprefix(b"\xef\xbb\xbf") if number == 1 else line
             if text.strip():
                 yield number, text.strip()
-
-
-def either(counts: Sequence[int]) -> str:
-    """Numbers of columns, in words."""
-    return f"{counts[0]} or more" if len(counts) > 9 else " or ".join(map(str, counts))

@@ -207,24 +207,22 @@ def _read_dt1(path: Path) -> Line:
 
 def _read_mala(path: Path) -> Line:
     header = _Header(_beside(path, ".rad"))
-    samples = header.samples("SAMPLES")
-    kind = "<i4" if path.suffix.lower() == ".rd7" else "<i2"
-    interval = 1e-6 / header.positive("FREQUENCY")  # of sampling, MHz
-    zero = header.number("SIGNAL POSITION", 0.0) * interval
-    spacing = header.number("DISTANCE INTERVAL")
-    traces = _rows(path, kind, samples, header.number("LAST TRACE", 0))
-    return Line(traces, spacing, interval, zero)
+    return _by_frequency(path, header, path.suffix.lower() == ".rd7", "SIGNAL POSITION")
 
 
 def _read_impulse(path: Path) -> Line:
     header = _Header(_beside(path, ".iprh"))
+    return _by_frequency(path, header, header.number("DATA VERSION", 16) == 32, "ZERO LEVEL")
+
+
+def _by_frequency(path: Path, header: _Header, wide: bool, zero: str) -> Line:
+    """wide: samples of 32 bits. zero: key of the sample at which the wave leaves."""
     samples = header.samples("SAMPLES")
-    kind = "<i4" if header.number("DATA VERSION", 16) == 32 else "<i2"
-    interval = 1e-6 / header.positive("FREQUENCY")
-    zero = header.number("ZERO LEVEL", 0.0) * interval
+    interval = 1e-6 / header.positive("FREQUENCY")  # of sampling, MHz
+    time_zero = header.number(zero, 0.0) * interval
     spacing = header.number("DISTANCE INTERVAL")
-    traces = _rows(path, kind, samples, header.number("LAST TRACE", 0))
-    return Line(traces, spacing, interval, zero)
+    traces = _rows(path, "<i4" if wide else "<i2", samples, header.number("LAST TRACE", 0))
+    return Line(traces, spacing, interval, time_zero)
 
 
 _GSSI_HEADER = 1024  # bytes, of each channel

@@ -69,7 +69,7 @@ def parse(
         where = f"{file.label}:{number}"
         if not width:
             if len(cells) not in columns:
-                wanted = f"{columns[0]} or more" if len(columns) > 9 else _either(columns)
+                wanted = either(columns)
                 raise Error(f"{where}: expected {wanted} columns ({what}), got {len(cells)}")
             width = len(cells)
         if len(cells) != width:
@@ -88,8 +88,9 @@ def parse(
     return Table(utime[order], table[order], late, decimals)
 
 
-def _either(columns: Sequence[int]) -> str:
-    return " or ".join(str(count) for count in columns)
+def either(counts: Sequence[int]) -> str:
+    """Numbers of columns, in words."""
+    return f"{counts[0]} or more" if len(counts) > 9 else " or ".join(map(str, counts))
 
 
 def _numbers(cells: list[bytes], where: str, integers: bool) -> list[float]:
