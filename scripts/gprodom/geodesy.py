@@ -10,6 +10,7 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.errors import need_module
+from gprodom.rotation import yaw_matrix
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,7 @@ class Datum:
     @property
     def _turn(self) -> Floats:
         """R_enu_frame."""
-        cos, sin = np.cos(np.radians(self.yaw_deg)), np.sin(np.radians(self.yaw_deg))
-        return np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        return yaw_matrix(np.radians(self.yaw_deg))
 
     @cached_property
     def _topocentric(self) -> Any:

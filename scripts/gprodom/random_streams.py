@@ -8,8 +8,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from gprodom.arrays import Floats
+
 
 def stream(seed: int, name: str) -> np.random.RandomState:
     """The stream of `seed` (0 or more) for the part called `name`."""
     entropy = [seed, *name.encode()]
     return np.random.RandomState(np.random.MT19937(np.random.SeedSequence(entropy)))
+
+
+def gauss_markov(shape: tuple[int, ...], kept: float, random: np.random.RandomState) -> Floats:
+    """Of unit variance; `kept`: the part of each row that is in the next one as well."""
+    from scipy.signal import lfilter
+
+    shocks = random.standard_normal(shape) * np.sqrt(1 - kept**2)
+    shocks[0] = random.standard_normal(shape[1:])
+    return np.asarray(lfilter([1.0], [1.0, -kept], shocks, axis=0))

@@ -79,11 +79,7 @@ def receive(
     height = _height(spec.bounce, travelled, random)
     late = spec.time_zero + spec.time_zero_rate * time + 2 * height / _LIGHT
     gain = spec.gain * _DEPTH / (_DEPTH + height)
-    samples = clean.shape[1]
-    frequency = np.fft.rfftfreq(2 * samples, sample_interval)
-    spectrum = np.fft.rfft(clean, 2 * samples, axis=1)
-    spectrum *= np.exp(1j * (spec.phase - 2 * np.pi * np.outer(late, frequency)))
-    traces = gain[:, None] * np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
+    traces = gain[:, None] * radar.delayed(clean, late, sample_interval, spec.phase)
     return radar.measure(traces, time, sample_interval, spec.radar, random)
 
 

@@ -209,11 +209,8 @@ class Drive:
         fine = np.linspace(low, high, 2 * steps + 1)
         heading = yaw + track.heading(fine)[0]
         grid, width = fine[::2], fine[2] - fine[0]
-        places = []
-        for slope in (np.cos(heading), np.sin(heading)):
-            pieces = (slope[0:-2:2] + 4 * slope[1:-1:2] + slope[2::2]) * (width / 6)
-            place = np.concatenate([[0.0], np.cumsum(pieces)])
-            places.append(place - np.interp(0.0, grid, place))
+        moved = [_integral(slope, width) for slope in (np.cos(heading), np.sin(heading))]
+        places = [place - np.interp(0.0, grid, place) for place in moved]
 
         def centre(s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
             local = np.mod(s, track.length) if track.closed else s
@@ -224,14 +221,10 @@ class Drive:
         return centre
 
     def _integrate(self) -> tuple[Floats, Floats]:
-        """Position on the grid, by Simpson's rule."""
+        """Position on the grid."""
         steps = int(np.ceil(self.duration / _GRID))
         _, dx, dy = self._local(np.arange(2 * steps + 1) * (_GRID / 2))
-        result = []
-        for slope in (dx, dy):
-            pieces = (slope[0:-2:2] + 4 * slope[1:-1:2] + slope[2::2]) * (_GRID / 6)
-            result.append(np.concatenate([[0.0], np.cumsum(pieces)]))
-        return result[0], result[1]
+        return _integral(dx, _GRID), _integral(dy, _GRID)
 
     def _local(self, t: Floats) -> tuple[dict[str, Floats], Floats, Floats]:
         """Values that need no integration, and the velocity in the world."""
@@ -320,6 +313,12 @@ class Drive:
         value = sum(w * self._slip[index + k] for k, w in enumerate(weights)) / 6
         rate = sum(w * self._slip[index + k] for k, w in enumerate(slopes)) / 2
         return np.asarray(value), np.asarray(rate) / _SLIP_LENGTH
+
+
+def _integral(slope: Floats, width: float) -> Floats:
+    """(n + 1,), by Simpson's rule, from slopes (2 n + 1,) half of `width` apart."""
+    pieces = (slope[0:-2:2] + 4 * slope[1:-1:2] + slope[2::2]) * (width / 6)
+    return np.concatenate([[0.0], np.cumsum(pieces)])
 
 
 def _time_law(steps: Sequence[Move | Stop], acceleration: float) -> list[_Phase]:

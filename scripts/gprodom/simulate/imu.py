@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.random_streams import gauss_markov
 from gprodom.rotation import added_by_turning
 from gprodom.simulate.drive import Motion
 from gprodom.simulate.terrain import draw_terrain
@@ -25,11 +26,7 @@ class ImuSpec:
     """Biases at the start are drawn from their sigmas; densities are per axis."""
 
     rate: float = 200.0  # Hz
-    rpy_body_imu: tuple[float, float, float] = (
-        0.0,
-        0.0,
-        0.0,
-    )  # rad; roll, pitch, yaw of R_body_imu
+    rpy_body_imu: tuple[float, float, float] = (0.0, 0.0, 0.0)  # rad: roll, pitch, yaw
     lever_arm: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m; its place in body
     gyro_noise_density: float = 2.3e-4  # rad/s/sqrt(Hz)
     accel_noise_density: float = 8.3e-4  # m/s^2/sqrt(Hz)
@@ -193,12 +190,7 @@ def _engine(n: int, step: float, random: np.random.RandomState) -> Floats:
 
 def _wandering(n: int, step: float, random: np.random.RandomState) -> Floats:
     """(n, 3), unit variance, forgets over `_INSTABILITY_TIME`."""
-    from scipy.signal import lfilter
-
-    kept = float(np.exp(-step / _INSTABILITY_TIME))
-    shocks = random.standard_normal((n, 3)) * np.sqrt(1 - kept**2)
-    shocks[0] = random.standard_normal(3)
-    return np.asarray(lfilter([1.0], [1.0, -kept], shocks, axis=0))
+    return gauss_markov((n, 3), float(np.exp(-step / _INSTABILITY_TIME)), random)
 
 
 def _rattle(n: int, step: float, random: np.random.RandomState) -> Floats:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.random_streams import gauss_markov
 
 _FULL_SCALE = 32767
 _GAIN_TIME, _ZERO_TIME = 60.0, 120.0  # s, over which gain and time zero drift
@@ -46,10 +47,7 @@ def measure(
         traces = traces + spec.ringing * ring
     if spec.time_zero_drift or spec.time_zero_jitter:
         late = _wander(spec.time_zero_drift, spec.time_zero_jitter, time, _ZERO_TIME, random)
-        frequency = np.fft.rfftfreq(2 * samples, sample_interval)
-        spectrum = np.fft.rfft(traces, 2 * samples, axis=1)
-        spectrum *= np.exp(-2j * np.pi * np.outer(late, frequency))
-        traces = np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
+        traces = delayed(traces, late, sample_interval)
     if spec.gain_drift or spec.gain_jitter:
         gain = 1 + _wander(spec.gain_drift, spec.gain_jitter, time, _GAIN_TIME, random)
         traces = traces * gain[:, None]
@@ -62,6 +60,15 @@ def measure(
     return np.clip(np.rint(noisy), -_FULL_SCALE - 1, _FULL_SCALE).astype(np.int32)
 
 
+def delayed(traces: Floats, late: Floats, sample_interval: float, phase: float = 0.0) -> Floats:
+    """Traces (n, samples) that come `late` (n,), s, their pulse turned by `phase` (rad)."""
+    samples = traces.shape[1]
+    frequency = np.fft.rfftfreq(2 * samples, sample_interval)
+    spectrum = np.fft.rfft(traces, 2 * samples, axis=1)
+    spectrum *= np.exp(1j * (phase - 2 * np.pi * np.outer(late, frequency)))
+    return np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
+
+
 def _wander(
     drift: float, jitter: float, time: Floats, constant: float, random: np.random.RandomState
 ) -> Floats:
@@ -72,11 +79,7 @@ def _wander(
 
 def _drift(time: Floats, constant: float, random: np.random.RandomState) -> Floats:
     """A stationary random process of unit variance that forgets over `constant` (s)."""
-    from scipy.signal import lfilter
-
     if not len(time):
         return np.zeros(0)
     kept = float(np.exp(-np.median(np.diff(time)) / constant)) if len(time) > 1 else 0.0
-    shocks = random.standard_normal(len(time)) * np.sqrt(1 - kept**2)
-    shocks[0] = random.standard_normal()
-    return np.asarray(lfilter([1.0], [1.0, -kept], shocks))
+    return gauss_markov((len(time),), kept, random)
