@@ -8,7 +8,7 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.doctor.finding import Log
-from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
+from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, stays, wheel_distance
 
 STRAIGHT_RAD = 0.1  # of heading to either side: the chord is then 0.2 % shorter at most
 REST_S = 1.0  # between two moves
@@ -41,12 +41,9 @@ def moves(log: Log, still_m: float) -> list[tuple[int, int]]:
     """Rows of the wheel's messages in the middle of a rest and of the next; a rest is `REST_S` or
     more in which the wheel turns by less than `still_m`."""
     time, distance = wheel_distance(log)
-    rests: list[int] = []
-    start = 0
-    for i in range(1, len(time) + 1):
-        if i < len(time) and abs(distance[i] - distance[start]) < still_m:
-            continue
-        if time[i - 1] - time[start] >= REST_S * 1e6:
-            rests.append((start + i - 1) // 2)
-        start = i
+    rests = [
+        (first + last) // 2
+        for first, last in stays(distance, still_m)
+        if time[last] - time[first] >= REST_S * 1e6
+    ]
     return list(itertools.pairwise(rests))

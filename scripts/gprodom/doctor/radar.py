@@ -10,7 +10,7 @@ from gprodom.arrays import Floats
 from gprodom.convert.survey_files import mean_frequency
 from gprodom.doctor.finding import Finding, Log
 from gprodom.lcm.logs import Channel
-from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
+from gprodom.odometry.dead_reckoning import has_wheel, stays, wheel_distance
 
 SOME = 0.01  # share of traces; fewer are what the estimator drops and counts
 CLIPPED = 3  # equal samples at the end of the scale: noise leaves no two of them alike for long
@@ -136,14 +136,10 @@ def by_distance(log: Log) -> bool:
 
 def _standstills(time: Floats, distance: Floats) -> Iterator[tuple[int, int]]:
     """Microseconds, without what the wheel needs to come to rest."""
-    start = 0
-    for i in range(1, len(time) + 1):
-        if i < len(time) and abs(distance[i] - distance[start]) < MOVED_M:
-            continue
-        begin, end = int(time[start]) + 500_000, int(time[i - 1]) - 500_000
+    for first, last in stays(distance, MOVED_M):
+        begin, end = int(time[first]) + 500_000, int(time[last]) - 500_000
         if end - begin > STANDS_S * 1e6:
             yield begin, end
-        start = i
 
 
 def check_trigger(log: Log) -> Iterator[Finding]:

@@ -5,6 +5,8 @@ Logs are as `gprodom.lcm.logs.read_roles` gives them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from gprodom import rotation
@@ -72,6 +74,15 @@ def standstill(wheel_time: Times, distance: Floats) -> Span:
     return best[0] + settled, best[1] - settled
 
 
+def stays(distance: Floats, still_m: float) -> Iterator[tuple[int, int]]:
+    """First and last row of each stretch in which the wheel is within `still_m` of its begin."""
+    start = 0
+    for i in range(1, len(distance) + 1):
+        if i == len(distance) or not abs(distance[i] - distance[start]) < still_m:
+            yield start, i - 1
+            start = i
+
+
 def integrate(time: Times, distance: Floats, yaw_time: Times, yaw: Floats) -> Trajectory:
     """Trajectory at `time` (m,) from signed cumulative distance (m,) and yaw (n,) at `yaw_time`.
 
@@ -110,9 +121,7 @@ def has_wheel(log: dict[str, logs.Channel]) -> bool:
 def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
     """Times (n,) and causal yaw (n,), rad, of a log's IMU (`causal_yaw`)."""
     imu = logs.need(log, "imu")
-    time, acceleration, rate = (
-        imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
-    )
+    time, acceleration, rate = (imu[name] for name in ("utime", *IMU_FIELDS))
     return time, causal_yaw(time, acceleration, rate, *wheel_distance(log))
 
 
@@ -121,9 +130,7 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Float
     without one, gravity is the mean over the whole log and the bias is not removed, which is good
     enough for some seconds."""
     imu = logs.need(log, "imu")
-    time, acceleration, rate = (
-        imu[name] for name in ("utime", "linear_acceleration", "angular_velocity")
-    )
+    time, acceleration, rate = (imu[name] for name in ("utime", *IMU_FIELDS))
     if still[1] - still[0] >= MIN_STANDSTILL_S * 1e6:
         return time, yaw_from_gyro(time, acceleration, rate, still)
     up = acceleration.mean(axis=0)
