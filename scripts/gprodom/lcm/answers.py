@@ -3,7 +3,6 @@ are put into a log that then drives the estimator."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -12,8 +11,9 @@ import numpy as np
 
 from gprodom.arrays import Floats
 from gprodom.config import Channels
-from gprodom.lcm import EventLog, logs
+from gprodom.lcm import logs
 from gprodom.lcm.antennas import choose
+from gprodom.lcm.log_scan import events
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.messages import message
 
@@ -78,19 +78,14 @@ def answers_to(log: Path, teller: Teller, channels: Channels, poses: Path | None
 def with_answers(log: Path, answers: list[Answer], channels: Channels, output: Path) -> None:
     """The log without its traces and any other's displacements, with the answers: the estimator
     gets nothing else of the radar."""
-    wanted = {*channels.of("imu", "wheel").values()}
-    stamps = np.array([each.utime for each in answers], np.int64)
-    told = Stream(channels.displacement_in, stamps, [encoded(each) for each in answers])
-    streams = _streams(EventLog(str(log), "r"), wanted)
-    write_log(output, [*streams, told] if answers else streams)
-
-
-def _streams(events: Iterable[object], wanted: set[str]) -> list[Stream]:
-    found: dict[str, tuple[list[int], list[bytes]]] = {}
-    for event in events:
-        channel = str(event.channel)  # type: ignore[attr-defined]
-        if channel in wanted:
-            stamps, payloads = found.setdefault(channel, ([], []))
-            stamps.append(event.timestamp)  # type: ignore[attr-defined]
-            payloads.append(event.data)  # type: ignore[attr-defined]
-    return [Stream(name, np.array(t, np.int64), data) for name, (t, data) in found.items()]
+    found: dict[str, list[tuple[int, bytes]]] = {}
+    for channel, stamp, data in events(log, channels.of("imu", "wheel").values()):
+        found.setdefault(channel, []).append((stamp, data))
+    if answers:
+        told = [(each.utime, encoded(each)) for each in answers]
+        found[channels.displacement_in] = told
+    streams = [
+        Stream(name, np.array([stamp for stamp, _ in sent], np.int64), [data for _, data in sent])
+        for name, sent in found.items()
+    ]
+    write_log(output, streams)
