@@ -74,6 +74,12 @@ def new_figure(
     return figure, flat
 
 
+def seen_from_above(axis: Axes) -> None:
+    """A plane in metres, which are alike along both axes."""
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set(xlabel="x (m)", ylabel="y (m)")
+
+
 def legend_beside(axis: Axes) -> None:
     """A legend right of its axes, where no data lie."""
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

@@ -81,9 +81,7 @@ def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
             if method in each:
                 own = each[method]
                 axis.plot(own.time, own.distance, label=method, **style)
-        axis.set_title(sequence_title(name))
-        axis.set_xlabel("time (s)")
-        axis.set_ylabel("travelled (m)")
+        axis.set(title=sequence_title(name), xlabel="time (s)", ylabel="travelled (m)")
     _legend(axes, len(shown))
     return figure
 
@@ -99,9 +97,7 @@ def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> Figu
         for (method, style), marker in zip(styles(methods).items(), canvas.MARKERS, strict=False):
             values = interval_values([each[method] for each in here if method in each])
             axis.plot(INTERVALS, values, marker=marker, ms=4, label=method, **style)
-        axis.set_title(scene or "all")
-        axis.set_xlabel("sampling interval (s)")
-        axis.set_ylabel("RMS error (m)")
+        axis.set(title=scene or "all", xlabel="sampling interval (s)", ylabel="RMS error (m)")
         canvas.log_scales(axis, "x", "y")
     _legend(axes, len(scenes))
     return figure
@@ -135,9 +131,7 @@ def time_figure(
                 mean = _mean_square_root(runs)
                 time = np.arange(len(mean)) * STEP_S
                 axis.plot(time, mean, label=method, **look[method])
-        axis.set_title(scene or "all")
-        axis.set_xlabel("time (s)")
-        axis.set_ylabel("RMSE so far (m)")
+        axis.set(title=scene or "all", xlabel="time (s)", ylabel="RMSE so far (m)")
         canvas.log_scales(axis, "y")
     _legend(axes, len(scenes))
     return figure
@@ -161,9 +155,7 @@ def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
     for method in methods:
         if method in each:
             axis.plot(*np.array(each[method].path).T, label=method, **look[method])
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x (m)")
-    axis.set_ylabel("y (m)")
+    canvas.seen_from_above(axis)
     axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     axis.set_title(title)
     return figure

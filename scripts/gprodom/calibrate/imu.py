@@ -134,8 +134,7 @@ def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> Figure:
             tau, deviation, error = allan(column, rate)
             axis.errorbar(tau, deviation, error, label=name, **canvas.line_style(i, 3))
         canvas.log_scales(axis, "x", "y")
-        axis.set_xlabel("averaging time (s)")
-        axis.set_ylabel("Allan deviation, " + what)
+        axis.set(xlabel="averaging time (s)", ylabel="Allan deviation, " + what)
         canvas.legend_below(axis, 3)
     return figure
 

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from gprodom.config import Configs
 from gprodom.doctor.finding import Log
 from gprodom.errors import Error
@@ -98,9 +96,3 @@ def aligned(way: Trajectory, reference: Trajectory) -> Trajectory:
         return fit(associate(way, reference), "se2", FIRST_M).apply(way)
     except Error:
         return way
-
-
-def shown(path: Trajectory, most: int = 2000) -> Trajectory:
-    """Rows that a picture shows."""
-    rows = np.unique(np.linspace(0, len(path) - 1, min(most, len(path))).astype(int))
-    return path.select(rows)

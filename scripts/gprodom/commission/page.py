@@ -9,20 +9,20 @@ import numpy as np
 
 import gprodom
 from gprodom import canvas
-from gprodom.commission.compare import Comparison, aligned, shown
+from gprodom.commission.compare import Comparison, aligned
 from gprodom.commission.find import Commission
 from gprodom.commission.parameter import Parameter
 from gprodom.commission.sensors import heading_at_wheel
 from gprodom.errors import Error
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
 from gprodom.plot.log import wheel_speed
-from gprodom.report import vector
-from gprodom.report.page import STYLE, cards
+from gprodom.report.page import STYLE, cards, drawn
+from gprodom.report.pictures import NARROW_IN, WIDE_IN, thinned
+from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDE_IN, NARROW_IN = 7.2, 3.5  # of 96 pixels
 BLUE, ORANGE, GREEN, PINK = canvas.COLOURS[:4]
 COLOURS = {"before": ORANGE, "after": BLUE}
 TURN_S = 1.0  # over which the rate of turn is taken
@@ -102,50 +102,40 @@ def write_html(name: str, found: Commission, comparison: Comparison | None) -> s
             canvas.paragraph(
                 f"RMS distance {reference_name(comparison)}, after moving each way onto it."
             ),
-            *_drawn("above", lambda narrow: above_figure(comparison, narrow), "From above."),
+            *drawn("ways", lambda narrow: above_figure(comparison, narrow), "From above."),
         ]
     if has_wheel(found.sensors) and "imu" in found.sensors:
         caption = "The drive: speed by the wheel and rate of turn by the gyro, clocks put right."
         parts += [
             canvas.heading("What was driven"),
-            *_drawn("driven", lambda narrow: driven_figure(found, narrow), caption),
+            *drawn("driven", lambda narrow: driven_figure(found, narrow), caption),
         ]
     parts.append(canvas.paragraph(f"gprodom {gprodom.__version__}. σ is one standard deviation."))
     return canvas.page(f"Commissioning by {name}", parts, STYLE)
-
-
-def _drawn(name: str, draw: object, caption: str) -> list[str]:
-    """The wide and the narrow picture, of which a screen shows one."""
-    assert callable(draw)
-    elements = [
-        f'<div class="{kind}">{vector.inline(draw(kind == "narrow"), f"{name}-{kind}", caption)}'
-        "</div>"
-        for kind in ("wide", "narrow")
-    ]
-    text = html.escape(caption)
-    return [f"<figure>{''.join(elements)}<figcaption>{text}</figcaption></figure>"]
 
 
 def above_figure(comparison: Comparison, narrow: bool) -> Figure:
     """The ways of the last method before and after, on the reference."""
     width = NARROW_IN if narrow else WIDE_IN
     figure, (axis,) = canvas.new_figure(width=width, height=4.2 if narrow else 4.8)
-    reference = shown(comparison.reference)
+    reference = _shown(comparison.reference)
     label = "recorded positions" if comparison.of_truth else "wheel and gyro alone"
     axis.plot(*reference.position[:, :2].T, color=canvas.TRUTH_COLOUR, lw=2.5, label=label)
     replayed = [way for way in comparison.ways if way.name.endswith(tuple(COLOURS))]
     for way in replayed[-2:]:
         if way.path is None:
             continue
-        path = shown(aligned(way.path, comparison.reference)).position
+        path = _shown(aligned(way.path, comparison.reference)).position
         dashes = "-" if way.name.endswith("after") else (0, (4, 2))
         colour = COLOURS[way.name.rpartition(" ")[2]]
         axis.plot(*path[:, :2].T, color=colour, lw=1.2, ls=dashes, label=way.name)
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x (m)")
-    axis.set_ylabel("y (m)")
+    canvas.seen_from_above(axis)
     canvas.legend_below(axis, 1 if narrow else 3, fontsize=8)
     return figure
+
+
+def _shown(path: Trajectory) -> Trajectory:
+    return path.select(thinned(len(path)))
 
 
 def driven_figure(found: Commission, narrow: bool) -> Figure:
@@ -156,7 +146,7 @@ def driven_figure(found: Commission, narrow: bool) -> Figure:
     assert measured is not None
     time, _ = wheel_distance(found.sensors)
     clock = (time - time[0]) * 1e-6
-    rows = np.unique(np.linspace(0, len(clock) - 1, min(2000, len(clock))).astype(int))
+    rows = thinned(len(clock))
     speed.plot(clock[rows], measured[1][rows], color=BLUE, lw=0.9)
     speed.set_ylabel("speed (m/s)")
     try:
@@ -166,7 +156,6 @@ def driven_figure(found: Commission, narrow: bool) -> Figure:
         turn.plot(clock[rows], rate[rows], color=GREEN, lw=0.9)
     except Error:  # no standstill: no bias, so no rate
         pass
-    turn.set_ylabel("turn (°/s)")
-    turn.set_xlabel("time (s)")
+    turn.set(ylabel="turn (°/s)", xlabel="time (s)")
     figure.align_ylabels([speed, turn])
     return figure

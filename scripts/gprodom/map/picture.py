@@ -40,9 +40,7 @@ def map_figure(file: MapFile) -> Figure:
             )
             begins = "where a path begins" if i == 0 else None
             axis.plot(*path.position[0, :2], ".", color=canvas.COLOURS[1], ms=7, label=begins)
-        axis.set_aspect("equal", adjustable="datalim")
-        axis.set_xlabel("x (m)")
-        axis.set_ylabel("y (m)")
+        canvas.seen_from_above(axis)
         begin = np.datetime64(int(file.places["time"][file.places["map"] == number].min()), "ns")
         axis.set_title(f"map {number}, from {np.datetime_as_string(begin, 'm')} UTC")
         canvas.legend_below(axis, 2)

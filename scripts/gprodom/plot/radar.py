@@ -119,8 +119,7 @@ def radar_figure(
     figure.colorbar(levels, ax=axes[4], label="level")
     for axis in (axes[0], axes[1], axes[3], axes[4]):
         axis.grid(False)
-        axis.set_xlabel("trace of the window")
-        axis.set_ylabel("depth (m)")
+        axis.set(xlabel="trace of the window", ylabel="depth (m)")
     _draw_match(axes[5], one, two, step)
     figure.suptitle(title)
     return figure
@@ -135,11 +134,9 @@ def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
     if samples.size:
         at = np.interp(samples, np.arange(len(trace)), trace)
         axis.plot(at, samples * metres, "o", color=canvas.COLOURS[1], ms=5, label="peak")
-    axis.set_ylim(len(trace) * metres, 0)
-    axis.set_title(f"trace {middle} of B′")
+    axis.set(ylim=(len(trace) * metres, 0), title=f"trace {middle} of B′")
     axis.locator_params(axis="x", nbins=4)
-    axis.set_xlabel("amplitude (counts)")
-    axis.set_ylabel("depth (m)")
+    axis.set(xlabel="amplitude (counts)", ylabel="depth (m)")
     if samples.size:
         canvas.legend_below(axis, 1)
 
@@ -155,9 +152,7 @@ def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
     axis.plot([match.shift], [least], "o", color=canvas.COLOURS[1], label=said)
     expected = -step * COLUMNS / len(one.raw)
     axis.axvline(expected, color="0.6", ls="--", lw=1.0, label=f"new traces: {expected:.1f}")
-    axis.set_title("distance of the two S")
-    axis.set_xlabel("shift (columns)")
-    axis.set_ylabel("1 - cosine")
+    axis.set(title="distance of the two S", xlabel="shift (columns)", ylabel="1 - cosine")
     canvas.legend_below(axis, 2)
 
 

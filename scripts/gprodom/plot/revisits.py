@@ -45,17 +45,22 @@ class Revisits:
     distance: Floats
     mirrored: Bools
 
+    def select(self, chosen: Bools | Ints) -> Revisits:
+        """Those chosen."""
+        return Revisits(*(values[chosen] for values in vars(self).values()))
+
+    def within(self, path: Trajectory) -> Revisits:
+        """Those of which both sights are in the time of the path."""
+        return self.select((self.start >= path.time[0]) & (self.end <= path.time[-1]))
+
 
 def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
-    """The valid ones of a log."""
+    """The valid ones of a log, in the order of their ends."""
     content = logs.need(log, "displacement")
-    wanted = (content["kind"] == kind("REVISIT")) & content["valid"].astype(bool)
-    return Revisits(
-        content["utime_from"][wanted],
-        content["utime_to"][wanted],
-        content["distance"][wanted],
-        content["mirrored"][wanted].astype(bool),
-    )
+    names = ("utime_from", "utime_to", "distance", "mirrored")
+    wanted = (content["kind"] == kind("REVISIT")) & content["valid"]
+    found = Revisits(*(content[name][wanted] for name in names))
+    return found.select(np.argsort(found.end, kind="stable"))
 
 
 def revisits_figure(
@@ -63,8 +68,8 @@ def revisits_figure(
 ) -> Figure:
     """From above, and along time."""
     figure, axes = canvas.new_figure(2, 2, width=11.0, height=8.0)
-    seen = (found.start >= path.time[0]) & (found.end <= path.time[-1])
-    start, end = (interpolate(path, t[seen]).position[:, :2] for t in (found.start, found.end))
+    seen = found.within(path)
+    start, end = (interpolate(path, t).position[:, :2] for t in (seen.start, seen.end))
     origin = int(path.time[0])
     above, pairs, apart, jumps = axes
     above.plot(*path.position[:, :2].T, color="0.6", lw=1.0, label="path")
@@ -72,39 +77,32 @@ def revisits_figure(
         (False, canvas.COLOURS[0], "o", "as then"),
         (True, canvas.COLOURS[1], "x", "mirrored"),
     ):
-        those = found.mirrored[seen] == mirrored
+        those = seen.mirrored == mirrored
         count = int(those.sum())
         label: str | None = f"{name}: {count}"
         for a, b in zip(start[those], end[those], strict=True):
             above.plot(*np.stack([a, b]).T, f"{marker}-", color=colour, ms=3, lw=1.0, label=label)
             label = None
-        clock = [(t[seen][those] - origin) * 1e-6 for t in (found.start, found.end)]
+        clock = [(t[those] - origin) * 1e-6 for t in (seen.start, seen.end)]
         pairs.plot(clock[1], clock[0], marker, ms=3, color=colour, label=f"{name}: {count}")
         gap = np.linalg.norm(end[those] - start[those], axis=1)
         apart.plot(clock[1], gap, marker, ms=3, color=colour)
-    above.set_aspect("equal", adjustable="datalim")
-    above.set_xlabel("x (m)")
-    above.set_ylabel("y (m)")
+    canvas.seen_from_above(above)
     earlier = int(np.count_nonzero(found.start < path.time[0]))
     above.set_title(
         "places known again" + (f" ({earlier} more of earlier drives)" if earlier else "")
     )
     canvas.legend_below(above, 3)
-    pairs.set_title("when, and when they were seen first")
-    pairs.set_xlabel("time (s)")
+    pairs.set(title="when, and when they were seen first", xlabel="time (s)")
     pairs.set_ylabel("seen first at (s)")
     canvas.legend_below(pairs, 2)
-    apart.set_xlabel("time (s)")
-    apart.set_title("how far apart the path has both sights of a place")
-    apart.set_ylabel("distance (m)")
-    apart.set_ylim(bottom=0)
+    apart.set(xlabel="time (s)", title="how far apart the path has both sights of a place")
+    apart.set(ylabel="distance (m)", ylim=(0, None))
     if correction is not None and len(correction["utime"]):
         size = np.linalg.norm(correction["position"][:, :2], axis=1)
         held = _held((correction["utime"] - origin) * 1e-6, size, path.seconds()[-1])
         jumps.plot(*held, drawstyle="steps-post", color=canvas.COLOURS[2], lw=1.2)
-    jumps.set_xlabel("time (s)")
-    jumps.set_title("how far map is from odom")
-    jumps.set_ylabel("correction (m)")
+    jumps.set(xlabel="time (s)", title="how far map is from odom", ylabel="correction (m)")
     jumps.set_ylim(bottom=0)
     for axis in (pairs, apart, jumps):
         axis.set_xlim(0, (path.time[-1] - origin) * 1e-6)

@@ -216,22 +216,22 @@ def _figures(
     caption: str,
     heading: str,
 ) -> list[str]:
-    """The wide and the narrow picture, of which a screen shows one."""
-    drawn = [(draw(drive, narrow), narrow) for narrow in (False, True)]
+    found = drawn(name, lambda narrow: draw(drive, narrow), caption)
+    return [canvas.heading(heading), *found] if found else []
+
+
+def drawn(name: str, draw: Callable[[bool], Figure | None], caption: str) -> list[str]:
+    """The wide and the narrow picture, of which a screen shows one; [] where there is none."""
+    figures = {kind: draw(kind == "narrow") for kind in ("wide", "narrow")}
     elements = [
-        f'<div class="{"narrow" if narrow else "wide"}">'
-        + vector.inline(figure, f"{name}-{'narrow' if narrow else 'wide'}", caption)
-        + "</div>"
-        for figure, narrow in drawn
+        f'<div class="{kind}">{vector.inline(figure, f"{name}-{kind}", caption)}</div>'
+        for kind, figure in figures.items()
         if figure is not None
     ]
     if not elements:
         return []
     text = html.escape(caption)
-    return [
-        canvas.heading(heading),
-        f'<figure class="{name}">{"".join(elements)}<figcaption>{text}</figcaption></figure>',
-    ]
+    return [f'<figure class="{name}">{"".join(elements)}<figcaption>{text}</figcaption></figure>']
 
 
 def _troubles(drive: Drive, troubles: Sequence[Trouble]) -> list[str]:

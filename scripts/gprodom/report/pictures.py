@@ -64,9 +64,7 @@ def above_figure(drive: Drive, narrow: bool) -> Figure:
     _draw_ellipses(axis, path)
     axis.plot(*path.position[0, :2], "o", color=BLACK, ms=5, label="start")
     axis.plot(*path.position[-1, :2], "s", color=BLACK, ms=5, label="end")
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x (m)")
-    axis.set_ylabel("y (m)")
+    canvas.seen_from_above(axis)
     canvas.legend_below(axis, 2 if narrow else 4, **SMALL)
     return figure
 
@@ -84,14 +82,13 @@ def _draw_slip(axis: Axes, drive: Drive) -> None:
 
 
 def _draw_links(axis: Axes, drive: Drive) -> None:
-    found = revisits_of(drive)
     path = drive.path
-    seen = np.flatnonzero((found.start >= path.time[0]) & (found.end <= path.time[-1]))
-    shown = seen[:: 1 + len(seen) // MOST_LINKS]
-    if not len(shown):
+    found = revisits_of(drive).within(path)
+    if not len(found.end):
         return
+    shown = slice(None, None, 1 + len(found.end) // MOST_LINKS)
     ends = [interpolate(path, t[shown]).position[:, :2] for t in (found.start, found.end)]
-    gap = np.full((len(shown), 2), np.nan)
+    gap = np.full(ends[0].shape, np.nan)
     line = np.stack([*ends, gap], axis=1).reshape(-1, 2)
     axis.plot(*line.T, color=PINK, lw=0.8, marker=".", ms=2.5, label="ground known again")
 
@@ -145,8 +142,7 @@ def time_figure(drive: Drive, narrow: bool) -> Figure:
     for axis in (position, heading):
         axis.set_ylim(bottom=0)
     _draw_strips(strips, drive)
-    strips.set_xlabel("time (s)")
-    strips.set_xlim(0, max(drive.seconds, SPEED_SPAN_S))
+    strips.set(xlabel="time (s)", xlim=(0, max(drive.seconds, SPEED_SPAN_S)))
     figure.align_ylabels(axes)
     return figure
 
@@ -188,8 +184,7 @@ def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
         if those.any():
             ends = [drive.clock(each[those]) for each in (found.end, found.start)]
             pairs.plot(*ends, marker, color=colour, ms=3, label=f"{name}: {those.sum()}")
-    pairs.set_ylabel("ground seen\nfirst at (s)")
-    pairs.set_ylim(0, drive.seconds)
+    pairs.set(ylabel="ground seen\nfirst at (s)", ylim=(0, drive.seconds))
     before = drive.clock(found.end[found.start < drive.origin])
     if len(before):  # at the foot: it was first seen before all times of this drive
         name = f"of earlier drives: {len(before)}"
@@ -198,9 +193,7 @@ def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
         pairs.legend(**ABOVE_RIGHT)
     clock = drive.clock(np.array([jump.utime for jump in drive.steps], np.int64))
     moved.vlines(clock, 0, [jump.metres for jump in drive.steps], color=GREEN, lw=1.0)
-    moved.set_ylabel("step of the pose\nin map (m)")
-    moved.set_xlabel("time (s)")
-    moved.set_ylim(bottom=0)
+    moved.set(ylabel="step of the pose\nin map (m)", xlabel="time (s)", ylim=(0, None))
     moved.set_xlim(0, drive.seconds)
     figure.align_ylabels([pairs, moved])
     return figure
@@ -223,8 +216,7 @@ def ground_figure(drive: Drive, narrow: bool) -> Figure | None:
     extent = (float(driven[0]), float(driven[0]) + image.length_m, bottom, top)
     shown = axis.imshow(image.echoes, "gray", vmin=-1, vmax=1, aspect="auto", extent=extent)
     shown.set_interpolation("nearest")
-    axis.set_xlabel("distance driven (m)")
-    axis.set_ylabel("two-way time (ns)")
+    axis.set(xlabel="distance driven (m)", ylabel="two-way time (ns)")
     return figure
 
 

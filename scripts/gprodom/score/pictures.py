@@ -22,9 +22,7 @@ def draw_paths(axis: Axes, truth: Floats | None, paths: Mapping[str, Trajectory]
         axis.plot(*truth[0, :2], "o", color="0.2", markersize=5, label="its begin")
     for i, (name, path) in enumerate(paths.items()):
         axis.plot(*path.position[:, :2].T, label=name, **canvas.line_style(i, len(paths)))
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x (m)")
-    axis.set_ylabel("y (m)")
+    canvas.seen_from_above(axis)
 
 
 def trajectory_figure(comparison: Comparison, title: str) -> Figure:
@@ -46,9 +44,6 @@ def error_figure(comparison: Comparison, title: str) -> Figure:
     axis.axhline(
         rmse, color=canvas.COLOURS[1], linewidth=1.0, linestyle="--", label=f"RMS {rmse:.3f} m"
     )
-    axis.set_xlabel("time (s)")
-    axis.set_ylabel("position error (m)")
-    axis.set_ylim(bottom=0)
-    axis.set_title(title)
+    axis.set(xlabel="time (s)", ylabel="position error (m)", ylim=(0, None), title=title)
     canvas.legend_below(axis, 1)
     return figure

@@ -208,15 +208,13 @@ class Live:
         self._recorder.scalars("/speed/radar", *radar_speed(content))
         if self._path is None:
             return
-        revisits = find_revisits({"displacement": content})
         path = self._path
-        seen = (revisits.start >= path.time[0]) & (revisits.end <= path.time[-1])
-        start, end = revisits.start[seen], revisits.end[seen]
-        there, here = (interpolate(path, each).position for each in (start, end))
-        order = np.argsort(end, kind="stable")
-        self._recorder.links(end[order], there[order], here[order], 1)
-        metres = [np.interp(each, path.time, self._driven) for each in (start, end)]
-        self._ground.links(end, *metres)
+        revisits = find_revisits({"displacement": content}).within(path)
+        ends = revisits.start, revisits.end
+        there, here = (interpolate(path, each).position for each in ends)
+        self._recorder.links(revisits.end, there, here, 1)
+        metres = [np.interp(each, path.time, self._driven) for each in ends]
+        self._ground.links(revisits.end, *metres)
 
     def _send_status(self, messages: list[Any]) -> None:
         for status in messages:

@@ -103,12 +103,10 @@ def _log_told(recorder: Recorder, drive: Drive) -> None:
 def _log_links(recorder: Recorder, drive: Drive, piece_us: int) -> None:
     if "displacement" not in drive.log:
         return
-    found, path = find_revisits(drive.log), drive.path
-    seen = (found.start >= path.time[0]) & (found.end <= path.time[-1])
-    order = np.argsort(found.end[seen], kind="stable")
-    start, end = found.start[seen][order], found.end[seen][order]
-    there, here = (interpolate(path, each).position for each in (start, end))
-    recorder.links(end, there, here, piece_us)
+    path = drive.path
+    found = find_revisits(drive.log).within(path)
+    there, here = (interpolate(path, each).position for each in (found.start, found.end))
+    recorder.links(found.end, there, here, piece_us)
 
 
 def _log_ground(recorder: Recorder, drive: Drive) -> float:
@@ -129,16 +127,14 @@ def _log_ground(recorder: Recorder, drive: Drive) -> float:
     rows = _every(odometry["utime"], CURVE_US)
     way.here(odometry["utime"][rows], driven[rows] - driven[0])
     if "displacement" in drive.log:
-        found = find_revisits(drive.log)
-        origin = odometry["utime"][0]
-        seen = (found.start >= origin) & (found.end <= odometry["utime"][-1])
-        order = np.argsort(found.end[seen], kind="stable")
+        found = find_revisits(drive.log).within(drive.odom)
+        clock = drive.clock(odometry["utime"])
         then, now = (
-            np.interp(each[seen][order] - origin, odometry["utime"] - origin, driven) - driven[0]
+            np.interp(drive.clock(each), clock, driven) - driven[0]
             for each in (found.start, found.end)
         )
-        shown = slice(None, None, 1 + len(order) // MOST_ARCS)
-        way.links(found.end[seen][order][shown], then[shown], now[shown])
+        shown = slice(None, None, 1 + len(then) // MOST_ARCS)
+        way.links(found.end[shown], then[shown], now[shown])
     _log_by_time(recorder, drive, image.span_ns)
     return float(WAY_COLUMNS)
 
