@@ -120,7 +120,7 @@ def test_antennas_in_segy(log: Path, radar: Path, cli: Cli) -> None:
 
 def test_a_picture_of_each_antenna(log: Path, radar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     highlevel = pytest.importorskip("rosbags.highlevel")
-    monkeypatch.setattr("gprodom.export.ros.SCAN_TRACES", 20)
+    monkeypatch.setattr("gprodom.export.messages.SCAN_TRACES", 20)
     with highlevel.AnyReader([export(log, "mcap", "--radar", radar)]) as reader:
         pictures = [c.topic for c, _, _ in reader.messages() if "bscan" in c.topic]
     assert pictures == ["/gprodom/bscan", "/gprodom/bscan_1"]

@@ -231,7 +231,7 @@ def test_a_ros2_bag_is_a_folder_of_tables(log: Path, cli: Cli) -> None:
 def test_recordings_for_ros(kind: str, log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read back by rosbags; the radar is a picture."""
     highlevel = pytest.importorskip("rosbags.highlevel")
-    monkeypatch.setattr("gprodom.export.ros.SCAN_TRACES", 20)
+    monkeypatch.setattr("gprodom.export.messages.SCAN_TRACES", 20)
     made = export(log, kind)
     if kind == "rosbag":
         made = made.rename(made.with_suffix(".bag"))

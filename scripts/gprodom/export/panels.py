@@ -8,49 +8,24 @@ it from there on.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Protocol
 
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.drive.log import Drive
+from gprodom.export.messages import BODY, MAP, Entry, Messages
 from gprodom.lcm.constants import flag
 from gprodom.plot.log import radar_speed, wheel_speed
 from gprodom.plot.revisits import find_revisits
 from gprodom.trajectory import Trajectory, interpolate, thin
 
-Entry = tuple[int, str, str, Any]  # time (us), topic, type, message
-
-MAP, BODY = "map", "base_link"
 PERIOD_US = 100_000  # of ellipses and speeds
 FLAGS = {"/gprodom/standing": "STANDING", "/gprodom/slipping": "SLIPPING"}
 REVISIT_RGBA = (0.8, 0.475, 0.655, 0.7)
 REVISIT_WIDTH_M = 0.02
 
 
-class Maker(Protocol):
-    """Makes messages (`gprodom.export.ros`)."""
-
-    def make(self, kind: str, /, **fields: Any) -> Any:
-        """A message of that type."""
-
-    def header(self, utime: int, frame: str) -> Any:
-        """A header."""
-
-    def point(self, kind: str, xyz: Any) -> Any:
-        """A point or vector."""
-
-    def pose(self, position: Any, orientation: Any) -> Any:
-        """A pose."""
-
-    def names(self, kind: str) -> list[str]:
-        """Of the fields of a type."""
-
-    def path(self, way: Trajectory, frame: str, topic: str) -> Iterator[Entry]:
-        """A whole way, stamped with its begin."""
-
-
-def panels(make: Maker, drive: Drive) -> Iterator[Entry]:
+def panels(make: Messages, drive: Drive) -> Iterator[Entry]:
     """All of it that the drive has."""
     ways = {
         "/gprodom/path_odom": drive.odom_in_map,
@@ -67,7 +42,7 @@ def panels(make: Maker, drive: Drive) -> Iterator[Entry]:
         yield from _revisits(make, drive)
 
 
-def _ellipses(make: Maker, path: Trajectory) -> Iterator[Entry]:
+def _ellipses(make: Messages, path: Trajectory) -> Iterator[Entry]:
     kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
     path = thin(path, PERIOD_US)
     assert path.orientation is not None and path.covariance is not None
@@ -81,7 +56,7 @@ def _ellipses(make: Maker, path: Trajectory) -> Iterator[Entry]:
         yield utime, "/gprodom/pose", kind, message
 
 
-def _speeds(make: Maker, drive: Drive) -> Iterator[Entry]:
+def _speeds(make: Messages, drive: Drive) -> Iterator[Entry]:
     measured = wheel_speed(drive.sensors)
     if measured is not None:
         kept = np.flatnonzero(np.diff(measured[0] // PERIOD_US))
@@ -91,7 +66,7 @@ def _speeds(make: Maker, drive: Drive) -> Iterator[Entry]:
         yield from _twists(make, "/gprodom/speed/radar", *told)
 
 
-def _twists(make: Maker, topic: str, times: Ints, speeds: Floats) -> Iterator[Entry]:
+def _twists(make: Messages, topic: str, times: Ints, speeds: Floats) -> Iterator[Entry]:
     kind, none = "geometry_msgs/msg/TwistStamped", make.point("Vector3", (0, 0, 0))
     for utime, speed in zip(times.tolist(), speeds.tolist(), strict=True):
         linear = make.point("Vector3", (speed, 0, 0))
@@ -99,7 +74,7 @@ def _twists(make: Maker, topic: str, times: Ints, speeds: Floats) -> Iterator[En
         yield utime, topic, kind, make.make(kind, header=make.header(utime, BODY), twist=twist)
 
 
-def _flags(make: Maker, drive: Drive) -> Iterator[Entry]:
+def _flags(make: Messages, drive: Drive) -> Iterator[Entry]:
     """Where they change, and once at the begin."""
     odometry = drive.log["odometry"]
     for topic, name in FLAGS.items():
@@ -109,13 +84,13 @@ def _flags(make: Maker, drive: Drive) -> Iterator[Entry]:
             yield int(odometry["utime"][row]), topic, "std_msgs/msg/Bool", message
 
 
-def _revisits(make: Maker, drive: Drive) -> Iterator[Entry]:
+def _revisits(make: Messages, drive: Drive) -> Iterator[Entry]:
     """Lines from where ground was first seen to where it was known again, as one marker."""
-    found, path = find_revisits(drive.log), drive.path
-    seen = (found.start >= path.time[0]) & (found.end <= path.time[-1])
-    if not seen.any():
+    path = drive.path
+    found = find_revisits(drive.log).within(path)
+    if not len(found.end):
         return
-    ends = [interpolate(path, each[seen]).position for each in (found.start, found.end)]
+    ends = [interpolate(path, each).position for each in (found.start, found.end)]
     points = [make.point("Point", xyz) for pair in zip(*ends, strict=True) for xyz in pair]
     kind, utime = "visualization_msgs/msg/Marker", int(path.time[0])
     duration = make.make("builtin_interfaces/msg/Duration", sec=0, nanosec=0)
