@@ -88,13 +88,7 @@ def measure_shifts(
     """Replays `log` with the method's front end and reads the shifts that it published."""
     measuring = [*method.overrides, *overrides, f"{method.k_key}={MEASURING_K}"]
     run_replay(
-        log,
-        output,
-        configs,
-        measuring,
-        on_progress,
-        on_warning=on_warning,
-        poses_needed=False,
+        log, output, configs, measuring, on_progress, on_warning=on_warning, poses_needed=False
     )
     names = read_channels(configs, measuring).of("displacement")
     found = sequential(logs.read_roles(output, names), method.front_end)

@@ -16,14 +16,7 @@ from gprodom.calibrate.offset import REACH_S, Offset
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.calibrate.timing import find_offset
 from gprodom.commission import imu_arm, radar, wheel
-from gprodom.commission.parameter import (
-    CIRCLES,
-    STAND,
-    STARTS,
-    STRAIGHT,
-    Parameter,
-    listed,
-)
+from gprodom.commission.parameter import CIRCLES, STAND, STARTS, STRAIGHT, Parameter, listed
 from gprodom.commission.sensors import copied, rescale, shift
 from gprodom.config import mounting_angles
 from gprodom.doctor.examine import examine

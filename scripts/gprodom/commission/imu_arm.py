@@ -42,10 +42,7 @@ SMALLEST_M = 0.03  # what a tape is good to, and what hardly matters
 
 
 def lever_arm(
-    log: Log,
-    rpy: tuple[float, ...],
-    configured: tuple[float, ...],
-    wheel_arm: tuple[float, ...],
+    log: Log, rpy: tuple[float, ...], configured: tuple[float, ...], wheel_arm: tuple[float, ...]
 ) -> Parameter:
     """Forwards and to the left, m, from a log whose accelerations are as the IMU's own place feels
     them. rpy: of its mounting, which may be off by some degrees. configured: imu.lever_arm, whose

@@ -16,12 +16,7 @@ from gprodom.doctor.finding import Log
 from gprodom.doctor.radar import OUTSIDE, by_distance
 from gprodom.drive.radargram import of_one_antenna
 from gprodom.errors import Error
-from gprodom.odometry.dead_reckoning import (
-    gyro_yaw_of,
-    standstill,
-    wheel_and_gyro,
-    wheel_distance,
-)
+from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_and_gyro, wheel_distance
 
 LOOKED_AT = 2000  # traces, evenly chosen
 ABOVE_NOISE = 2.0  # of an echo over the noise, both RMS; below, the envelope is the noise's

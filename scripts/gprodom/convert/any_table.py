@@ -12,15 +12,7 @@ import numpy as np
 
 from gprodom.console import warn
 from gprodom.convert.layout import SOURCES, TIME_UNITS, Layout, Source
-from gprodom.convert.rows import (
-    COMMENTS,
-    Picked,
-    Rows,
-    clean_cells,
-    first_lines,
-    moment,
-    read_rows,
-)
+from gprodom.convert.rows import COMMENTS, Picked, Rows, clean_cells, first_lines, moment, read_rows
 from gprodom.convert.table import Table, either, is_number
 from gprodom.errors import Error
 from gprodom.files import temporary_folder

@@ -23,16 +23,7 @@ from gprodom.console import Progress
 from gprodom.convert.plausible import GRAVITY, GRAVITY_TOLERANCE
 from gprodom.convert.quantum import find_quantum
 from gprodom.convert.sampling import SAMPLE_INTERVAL, find_sample_interval
-from gprodom.convert.source import (
-    GPR,
-    IMU,
-    RADAR_FACTS,
-    TRUTH,
-    WHEEL,
-    File,
-    antenna_of,
-    read_files,
-)
+from gprodom.convert.source import GPR, IMU, RADAR_FACTS, TRUTH, WHEEL, File, antenna_of, read_files
 from gprodom.convert.table import Table, parse
 from gprodom.errors import Error
 

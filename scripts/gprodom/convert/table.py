@@ -50,12 +50,7 @@ def shown(text: bytes) -> str:
     return repr(whole if len(whole) <= 40 else whole[:37] + "...")
 
 
-def parse(
-    file: File,
-    columns: Sequence[int],
-    what: str,
-    integers: bool = False,
-) -> Table:
+def parse(file: File, columns: Sequence[int], what: str, integers: bool = False) -> Table:
     """Reads `file`, whose rows have one of the numbers of columns in `columns`, time included.
 
     All rows have as many as the first. `what` describes a row in errors. With `integers`, values

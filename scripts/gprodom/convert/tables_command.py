@@ -25,13 +25,7 @@ from gprodom.convert.layout import (
 )
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.streams import gpr_stream, imu_stream, truth_stream
-from gprodom.convert.survey_files import (
-    SUFFIXES,
-    channel_numbers,
-    chosen,
-    decide,
-    read_lines,
-)
+from gprodom.convert.survey_files import SUFFIXES, channel_numbers, chosen, decide, read_lines
 from gprodom.convert.wheels import wheels_of_tables
 from gprodom.errors import Error, UsageError
 from gprodom.fixes.table import WIDTHS, fixes_of_table

@@ -21,10 +21,7 @@ from gprodom.errors import Error
 from gprodom.fixes.record import Fixes, Frame, Quality, diagonal
 from gprodom.times import to_microseconds
 
-_PLACES = {
-    Frame.SITE: ("x", "y", "z"),
-    Frame.GEODETIC: ("latitude", "longitude", "height"),
-}
+_PLACES = {Frame.SITE: ("x", "y", "z"), Frame.GEODETIC: ("latitude", "longitude", "height")}
 _OTHERS = ("name", "sigma", "from", "to")
 LONGEST_S = 3600.0  # over a marker
 

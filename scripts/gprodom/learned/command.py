@@ -115,9 +115,7 @@ def torch_version(python: Path) -> str:
     """Of the PyTorch that `python` has."""
     try:
         done = subprocess.run(
-            [python, "-c", "import torch; print(torch.__version__)"],
-            capture_output=True,
-            text=True,
+            [python, "-c", "import torch; print(torch.__version__)"], capture_output=True, text=True
         )
     except OSError as error:
         raise Error(f"--python {python}: {error.strerror}") from None

@@ -50,10 +50,7 @@ class Estimate:
 
 
 def as_log(
-    source: Path,
-    folder: Path,
-    sample_interval: float | None = None,
-    channels: Channels = STANDARD,
+    source: Path, folder: Path, sample_interval: float | None = None, channels: Channels = STANDARD
 ) -> Path:
     """`source` itself where it is a log; a sequence is converted into `folder`, to `channels`.
 

@@ -48,15 +48,7 @@ class Figures:
     distance_m: float
 
 
-FIGURE_NAMES = (
-    "ate_rmse_m",
-    "rpe_1m_m",
-    "end_m",
-    "distance_pct",
-    "nees_xy",
-    "nees_yaw",
-    "n",
-)
+FIGURE_NAMES = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw", "n")
 
 
 @dataclass(frozen=True)

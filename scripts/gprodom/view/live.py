@@ -63,12 +63,7 @@ WAY_COLUMNS = 1600  # of those that are in sight: 32 m
 class Live:
     """Takes messages (`take` is the callback of subscriptions), and sends (`send`)."""
 
-    def __init__(
-        self,
-        recorder: Recorder,
-        names: Mapping[str, str],
-        mounting: ImuMounting,
-    ) -> None:
+    def __init__(self, recorder: Recorder, names: Mapping[str, str], mounting: ImuMounting) -> None:
         """names: of the channels by role. mounting: of the IMU."""
         self._recorder = recorder
         self._roles = {name: role for role, name in names.items()}
