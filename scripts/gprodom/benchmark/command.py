@@ -11,15 +11,15 @@ from pathlib import Path
 from gprodom.benchmark.jobs import Sequence, Settings
 from gprodom.benchmark.page import write_report
 from gprodom.benchmark.pairs import MIN_SEQUENCES
-from gprodom.benchmark.results import as_json, describe, write_csv, write_json
+from gprodom.benchmark.results import as_json, describe, write_csv
 from gprodom.benchmark.schedule import make_all, run_all
 from gprodom.benchmark.simulated import RAYS, drives
 from gprodom.cluster import open_executor
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, tell
+from gprodom.console import add_json_flag, tell, to_json
 from gprodom.convert.sampling import sample_interval
 from gprodom.errors import UsageError
-from gprodom.files import OutputFolder, check_output
+from gprodom.files import OutputFolder, check_output, write_text
 from gprodom.ground.survey import shipped
 from gprodom.odometry.methods import DEFAULT_METHODS, describe_methods, find_method
 from gprodom.options import (
@@ -189,7 +189,7 @@ def run(args: argparse.Namespace) -> int:
     by_sequence = sorted(records, key=lambda record: order[record.sequence])
     content = as_json(outcomes, by_sequence, settings)
     write_csv(output / "results.csv", by_sequence)
-    write_json(output / "results.json", content)
+    write_text(output / "results.json", to_json(content) + "\n")
     write_report(output / "report.html", sequences, outcomes, records, settings)
     written = f"written: {output / 'results.csv'}, results.json, report.html"
     tell(args.json, content, f"{describe(records, args.align)}\n{written}")

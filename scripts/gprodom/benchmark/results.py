@@ -11,8 +11,8 @@ from typing import Any
 
 from gprodom.benchmark.jobs import Outcome, Settings
 from gprodom.benchmark.pairs import compare_methods, pair_cells
-from gprodom.console import format_table, to_json
-from gprodom.files import replacing, write_text
+from gprodom.console import format_table
+from gprodom.files import replacing
 from gprodom.score.record import COLUMNS, Record
 
 AVERAGED = ("ate_rmse_m", "rpe_1m_m", "end_m", "distance_pct", "nees_xy", "nees_yaw", "answered")
@@ -110,11 +110,6 @@ def as_json(
             if o.failure
         ],
     }
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Writes results.json."""
-    write_text(path, to_json(content) + "\n")
 
 
 def describe(records: Sequence[Record], align: str) -> str:

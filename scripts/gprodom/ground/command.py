@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.console import Progress, add_json_flag, tell
-from gprodom.ground.scene import Scene, read_scene
+from gprodom.ground.scene import read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
 from gprodom.options import Subparsers, add_command, add_output
 
@@ -43,7 +43,14 @@ def run(args: argparse.Namespace) -> int:
     scene = read_scene(args.scene)
     with Progress(scene.name, scene.traces * len(scene.aside)) as progress:
         volts = simulate_lines(scene, progress.advance)
-    survey = _survey(scene, to_counts(volts), source_delay(scene))
+    survey = Survey(
+        scene.name,
+        to_counts(volts),
+        scene.spacing,
+        np.array(scene.aside),
+        scene.sample_interval,
+        source_delay(scene),
+    )
     write_survey(args.output, survey)
     facts = {
         "lines": len(scene.aside),
@@ -59,14 +66,3 @@ def run(args: argparse.Namespace) -> int:
     )
     tell(args.json, facts, text)
     return 0
-
-
-def _survey(scene: Scene, counts: np.ndarray, surface_time: float) -> Survey:
-    return Survey(
-        scene.name,
-        counts,
-        scene.spacing,
-        np.array(scene.aside),
-        scene.sample_interval,
-        surface_time,
-    )

@@ -21,6 +21,7 @@ from gprodom.learned.drives import drive_examples
 from gprodom.learned.examples import joined, make_examples
 from gprodom.learned.grounds import KEPT, seeds
 from gprodom.learned.model import NETWORKS, RECORD
+from gprodom.odometry.replay import run_telling
 from gprodom.options import Subparsers, add_command
 
 PARTS = ("train", "validate")
@@ -171,30 +172,12 @@ def train(args: argparse.Namespace, folder: Path) -> None:
     command = [args.python, "-W", "ignore", "-m", "gprodom.learned.training"]
     command += [*(folder / f"{part}.npz" for part in PARTS), folder]
     command += ["--seed", args.seed, "--epochs", args.epochs, "--threads", args.threads]
-    said: list[str] = []
-    with (
-        Progress("training", 1.0) as progress,
-        subprocess.Popen(
-            [str(word) for word in command],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env={**os.environ, "PYTHONPATH": path},
-        ) as process,
-    ):
-        assert process.stdout is not None
-        try:
-            for line in process.stdout:
-                kind, _, rest = line.partition(" ")
-                if kind == "progress":
-                    progress.update(float(rest.split()[0]))
-                elif line.strip():
-                    said.append(line.strip())
-        except BaseException:
-            process.terminate()
-            raise
-    if process.returncode != 0:
-        raise Error(f"the training failed: {said[-1] if said else process.returncode}")
+    streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    streams["env"] = {**os.environ, "PYTHONPATH": path}
+    with Progress("training", 1.0) as progress:
+        code, said = run_telling([str(word) for word in command], progress.update, **streams)
+    if code != 0:
+        raise Error(f"the training failed: {said or code}")
 
 
 def describe(record: dict[str, Any]) -> str:

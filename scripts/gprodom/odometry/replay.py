@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import gprodom
 from gprodom.config import Configs, config_arguments
@@ -54,7 +55,8 @@ def run_replay(
             command += ["--smoothed", str(smoothed)]
         for override in overrides:
             command += ["--set", override]
-        code, said = _run(command, on_progress, on_warning)
+        streams: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+        code, said = run_telling(command, on_progress, on_warning, **streams)
         # With statistics it went through, and has found no pose.
         if code == 0 or (stats.exists() and not poses_needed):
             return
@@ -63,23 +65,24 @@ def run_replay(
     raise Error(said.removeprefix(f"{PROGRAM}: ") or f"{PROGRAM} ended with code {code}")
 
 
-def _run(
+def run_telling(
     command: list[str],
-    on_progress: Callable[[float], None] | None,
-    on_warning: Callable[[str], None] | None,
+    on_progress: Callable[[float], None] | None = None,
+    on_warning: Callable[[str], None] | None = None,
+    **streams: Any,
 ) -> tuple[int, str]:
-    """Exit code, and the last line that is neither progress nor a warning."""
+    """Exit code, and the last line that is neither progress (`progress SHARE`) nor a warning.
+
+    streams: of `subprocess.Popen`; standard error is read, or where it is no pipe, the output.
+    """
     said = ""
-    with subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace"
-    ) as process:
+    with subprocess.Popen(command, text=True, errors="replace", **streams) as process:
         try:
-            assert process.stderr is not None
-            for line in process.stderr:
+            for line in process.stderr or process.stdout or ():
                 kind, _, text = line.strip().partition(" ")
                 if kind == "progress":
                     if on_progress is not None:
-                        on_progress(float(text))
+                        on_progress(float(text.split()[0]))
                 elif kind == "warning:":
                     if on_warning is not None:
                         on_warning(text)

@@ -118,17 +118,15 @@ def measure(
     if spec.gyro_instability or spec.accel_instability:
         gyro_bias = gyro_bias + spec.gyro_instability * _wandering(n, step, random)
         accel_bias = accel_bias + spec.accel_instability * _wandering(n, step, random)
-    if spec.gyro_vibration or spec.accel_vibration:
-        speed = shaking[:, None]
-        measured_rate = measured_rate + spec.gyro_vibration * speed * _rattle(n, step, random)
-        measured_force = measured_force + spec.accel_vibration * speed * _rattle(n, step, random)
-    if spec.gyro_rumble or spec.accel_rumble:
-        speed = shaking[:, None] / np.sqrt(step)
-        measured_rate = measured_rate + spec.gyro_rumble * speed * _rumble(n, step, random)
-        measured_force = measured_force + spec.accel_rumble * speed * _rumble(n, step, random)
-    if spec.gyro_idle or spec.accel_idle:
-        measured_rate = measured_rate + spec.gyro_idle * _engine(n, step, random)
-        measured_force = measured_force + spec.accel_idle * _engine(n, step, random)
+    speed = shaking[:, None]
+    for gyro, accel, strength, draw in (
+        (spec.gyro_vibration, spec.accel_vibration, speed, _rattle),
+        (spec.gyro_rumble, spec.accel_rumble, speed / np.sqrt(step), _rumble),
+        (spec.gyro_idle, spec.accel_idle, 1.0, _engine),
+    ):
+        if gyro or accel:
+            measured_rate = measured_rate + gyro * strength * draw(n, step, random)
+            measured_force = measured_force + accel * strength * draw(n, step, random)
     measured_rate, measured_force = measured_rate + gyro_bias, measured_force + accel_bias
     turn = np.concatenate([[0.0], np.cumsum((measured_rate @ body_imu.T)[:-1, 2])]) * step
     return ImuData(

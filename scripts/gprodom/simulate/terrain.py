@@ -8,7 +8,8 @@ import numpy as np
 
 from gprodom.arrays import Floats
 
-_LENGTHS = (0.9, 1.7, 3.1, 5.9)  # m, of the ground's waves; shorter ones the wheelbase evens out
+# rad/m, by the lengths (m) of the ground's waves; shorter ones the wheelbase evens out.
+_WAVES = 2 * np.pi / np.array([0.9, 1.7, 3.1, 5.9])
 
 
 @dataclass(frozen=True)
@@ -20,20 +21,20 @@ class Terrain:
 
     def tilt(self, travelled: Floats) -> Floats:
         """Roll and pitch (n, 2), rad."""
-        share = self.rms * np.sqrt(2 / len(_LENGTHS))
-        waves = 2 * np.pi / np.array(_LENGTHS)
-        return np.asarray(
-            share * np.sin(travelled[:, None, None] * waves + self.phases).sum(axis=2)
-        )
+        return np.asarray(self._share * np.sin(self._angles(travelled)).sum(axis=2))
 
     def rate(self, travelled: Floats) -> Floats:
         """Derivative of `tilt` (n, 2), rad/m."""
-        share = self.rms * np.sqrt(2 / len(_LENGTHS))
-        waves = 2 * np.pi / np.array(_LENGTHS)
-        angles = travelled[:, None, None] * waves + self.phases
-        return np.asarray(share * (waves * np.cos(angles)).sum(axis=2))
+        return np.asarray(self._share * (_WAVES * np.cos(self._angles(travelled))).sum(axis=2))
+
+    @property
+    def _share(self) -> float:
+        return float(self.rms * np.sqrt(2 / len(_WAVES)))
+
+    def _angles(self, travelled: Floats) -> Floats:
+        return np.asarray(travelled[:, None, None] * _WAVES + self.phases)
 
 
 def draw_terrain(rms: float, random: np.random.RandomState) -> Terrain:
     """Ground of that tilt."""
-    return Terrain(rms, random.uniform(0, 2 * np.pi, (2, len(_LENGTHS))))
+    return Terrain(rms, random.uniform(0, 2 * np.pi, (2, len(_WAVES))))
