@@ -36,6 +36,10 @@ constexpr int kFineSteps = 5;           // to either side
 constexpr double kFarthestTold = 0.12;  // of a place told, at twice that step
 const std::vector<double> kFineTurns = {0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2};
 
+// m of new ground, and its share of all ground, after which the track's own ground is learnt again:
+// in all, a column is learnt a few times.
+constexpr double kLearnAgain = 50.0, kLearnAgainShare = 0.2;
+
 constexpr double kOnePlace = 2.0;     // m; two columns whose poses are nearer are the same place
 constexpr double kFoundWithin = 2.0;  // m, of a place found by the search
 constexpr double kLeastNear = 4.0;    // m of ground from which a change is supposed near a place
@@ -81,13 +85,14 @@ gpr::GlobalSearch search_near(const GroundMap& ground, std::size_t end_of_before
 
 Locator::Locator() : next_m_(kLeastQuery) {}
 
-void Locator::learn(const GroundMap& ground, std::size_t end_of_before) {
+void Locator::learn(const GroundMap& ground, std::size_t end) {
   search_.emplace(*ground.memory.filter(), ground.memory.spacing());
-  for (std::size_t column = ground.memory.kept().first; column < end_of_before;) {
-    const gpr::MemoryRange run = ground.memory.run_of(column);
-    search_->add_run(column, ground.memory.patch(run));
-    column = run.end;
+  for (std::size_t column = ground.memory.kept().first; column < end;) {
+    const std::size_t end_of_run = std::min(ground.memory.run_of(column).end, end);
+    search_->add_run(column, ground.memory.patch({column, end_of_run}));
+    column = end_of_run;
   }
+  learned_ = end;
 }
 
 std::optional<gpr::MemoryColumn> Locator::last_searched(const gpr::TraceMemory& memory,
@@ -126,9 +131,9 @@ std::vector<gpr::GlobalQuery> Locator::queries(const Driven& driven, bool can_un
 
 std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end_of_before,
                                         const PlanarPose& newest_body, const PlanarPose& antenna,
-                                        double travelled_m) {
+                                        double travelled_m, const OwnGround& own) {
   const gpr::TraceMemory& memory = ground.memory;
-  if (memory.kept().first >= end_of_before) return std::nullopt;
+  if (memory.kept().first >= std::max(end_of_before, own.end)) return std::nullopt;
   Driven driven = newest(ground, end_of_before);
   if (driven.columns < columns_of(memory, kLeastQuery)) return std::nullopt;
   const bool by_turns = memory.can_undo();
@@ -136,7 +141,7 @@ std::optional<Hypothesis> Locator::find(const GroundMap& ground, std::size_t end
   driven.antenna = antenna;
   next_m_ = travelled_m + (by_turns ? kSearchEvery / 2 : kSearchEvery);
   const bool likely = !by_turns || std::exchange(likely_, !likely_);
-  return place(ground, end_of_before, driven, likely ? kLikely : kUnlikely);
+  return place(ground, end_of_before, driven, likely ? kLikely : kUnlikely, own);
 }
 
 double Locator::least_query() { return kLeastQuery; }
@@ -169,15 +174,22 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
 }
 
 std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t end_of_before,
-                                         const Driven& driven,
-                                         const std::vector<double>& stretches) {
+                                         const Driven& driven, const std::vector<double>& stretches,
+                                         const OwnGround& own) {
   const gpr::TraceMemory& memory = ground.memory;
-  if (!search_) learn(ground, end_of_before);
+  const double kept_m = static_cast<double>(memory.kept().size()) * memory.spacing();
+  const std::size_t fresh = columns_of(memory, std::max(kLearnAgain, kLearnAgainShare * kept_m));
+  if (!search_ || (own.end > 0 && own.end >= learned_ + fresh))
+    learn(ground, std::max(end_of_before, own.end));
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
   // they count as one place too; a revisit must prove the hypothesis anyway.
   const double reach = 2 * kNodeSpacing;
+  const auto is_own = [&](double column) { return column >= static_cast<double>(end_of_before); };
+  const auto place_of = [&](double column) {
+    return is_own(column) ? own.place(column) : ground.at(column, reach);
+  };
   const auto same_place = [&](double a, double b) {
-    const auto at_a = ground.at(a, reach), at_b = ground.at(b, reach);
+    const auto at_a = place_of(a), at_b = place_of(b);
     return at_a && at_b &&
            (at_a->map != at_b->map || (at_a->pose.p - at_b->pose.p).norm() < kOnePlace);
   };
@@ -189,8 +201,8 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
   const double ahead = 0.5 * static_cast<double>(driven.columns - 1);
   double column = match.column + (match.mirrored ? -ahead : ahead);
   column = std::clamp(column, static_cast<double>(memory.kept().first),
-                      static_cast<double>(end_of_before - 1));
-  const auto then = ground.at(column, reach);
+                      static_cast<double>(learned_ - 1));
+  const auto then = place_of(column);
   if (!then) return std::nullopt;
   // The memory has the direction of driving, the pose the heading. They differ when driving
   // backwards.
@@ -200,8 +212,8 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
   PlanarPose antenna = compose(then->pose, ground.antenna_at(number, driven.antenna));
   if (about) antenna = compose(antenna, {{0.0, 0.0}, M_PI});
   const PlanarPose body = compose(antenna, between(driven.antenna, {}));
-  Hypothesis found{compose(body, between(driven.body, {})), then->map, {}};
-  if (!memory.can_undo()) return found;
+  Hypothesis found{compose(body, between(driven.body, {})), then->map, {}, is_own(column)};
+  if (found.own || !memory.can_undo()) return found;
   const std::vector<double> finer = stretches_round(stretches[match.query], kFineStep, kFineSteps);
   const gpr::GlobalMatch fine =
       search_near(ground, end_of_before, {then->map, body.p, kLongestQuery + kFoundWithin})

@@ -1,6 +1,6 @@
-// Relocalisation after a reset. Every few metres, all stored ground of earlier tracks is searched
-// (gpr/global_search.h) for the newest ground. A place found is a hypothesis of how the track lies
-// in the earlier map, until a revisit proves it. docs/revisit.md, "After a reset".
+// Relocalisation, after a reset or where the track is lost. Every few metres, all stored ground is
+// searched (gpr/global_search.h) for the newest ground. A place found is a hypothesis of how the
+// track lies in the map, until revisits prove it. docs/revisit.md, "After a reset".
 #pragma once
 
 #include <functional>
@@ -17,6 +17,13 @@ struct Hypothesis {
   PlanarPose map_from_track;
   int map = 0;
   gpr::TraceChange change;  // of the ground now since the map
+  bool own = false;         // on ground of this track: the track is off by `map_from_track` now
+};
+
+// Ground of the track itself that is searched, too.
+struct OwnGround {
+  std::size_t end = 0;  // number of the column after its last one; 0: none
+  std::function<std::optional<GroundMap::At>(double column)> place;  // where it lies
 };
 
 class Locator {
@@ -32,11 +39,11 @@ class Locator {
                                                         std::size_t end_of_before);
 
   // Compares the newest ground (columns from `end_of_before` on) with all ground before that
-  // column. newest_body: pose of the robot in the track's frame at last_searched(). antenna: in
-  // body, that of the newest ground.
+  // column, and with `own`. newest_body: pose of the robot in the track's frame at last_searched().
+  // antenna: in body, that of the newest ground.
   std::optional<Hypothesis> find(const GroundMap& ground, std::size_t end_of_before,
                                  const PlanarPose& newest_body, const PlanarPose& antenna,
-                                 double travelled_m);
+                                 double travelled_m, const OwnGround& own = {});
 
   // The same for the last metres of `driven`, columns of one run of the ground. body: pose of the
   // robot at the last of them.
@@ -70,11 +77,13 @@ class Locator {
   static std::vector<gpr::GlobalQuery> queries(const Driven& driven, bool can_undo,
                                                const std::vector<double>& stretches);
   std::optional<Hypothesis> place(const GroundMap& ground, std::size_t end_of_before,
-                                  const Driven& driven, const std::vector<double>& stretches);
-  void learn(const GroundMap& ground, std::size_t end_of_before);
+                                  const Driven& driven, const std::vector<double>& stretches,
+                                  const OwnGround& own = {});
+  void learn(const GroundMap& ground, std::size_t end);
 
   double next_m_;
-  bool likely_ = true;  // the likely stretches are tried next
+  bool likely_ = true;       // the likely stretches are tried next
+  std::size_t learned_ = 0;  // the columns before it are in search_
   std::optional<gpr::GlobalSearch> search_;
 };
 

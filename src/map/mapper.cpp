@@ -179,7 +179,9 @@ void Mapper::solve_newest(MapAnswer& answer) {
 
 void Mapper::note_tie(std::size_t revisit) {
   const double at_m = path_.travelled_at(graph_->revisits()[revisit].query);
-  tied_at_m_ = std::max(tied_at_m_.value_or(at_m), at_m);
+  if (tied_at_m_ && at_m <= *tied_at_m_) return;
+  tied_at_m_ = at_m;
+  tied_variance_m2_ = newest_node_.covariance.topLeftCorner<2, 2>().trace();
 }
 
 }  // namespace gprodom

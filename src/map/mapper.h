@@ -158,6 +158,7 @@ class Mapper {
   // A revisit found by this mapper. Its newer end is placed when it is used.
   struct Sighting {
     End memory;
+    double column = 0.0;  // of the memory, of that end
     gpr::MemoryColumn query;
     PlanarPose antenna;  // of the newer end, in body
     RevisitEdge edge;
@@ -191,12 +192,23 @@ class Mapper {
                const std::vector<gpr::SearchWindow>& windows, MapAnswer& answer);
   void locate(MapAnswer& answer);
   bool is_lost() const;
+  bool is_adrift() const;
+  OwnGround own_ground() const;
+  std::optional<GroundMap::At> place_of(double column) const;
   bool may_be(const Hypothesis& found, const PlanarPose& body) const;
   void suppose(const ToldPlace& told, MapAnswer& answer);
   void suppose_change();
   double sigma_m() const;
   bool is_proved();  // the candidate, by a revisit now
   void join_map(const Hypothesis& at);
+  // How far a query may lie from its pose, along the track and aside.
+  struct Reach {
+    double gate_m, aside_m;
+  };
+  std::vector<Pass> own_passes(const PlanarPose& here, const Reach& reach, double query_begins,
+                               const gpr::MemoryColumn& query) const;
+  std::vector<Pass> passes_of_before(const PlanarPose& here, int map, const Reach& reach,
+                                     const Seeker& seeker) const;
   std::vector<gpr::SearchWindow> windows(const Seeker& seeker, const gpr::MemoryColumn& query);
   gpr::SearchWindow window_at(const Seeker& seeker, const Pass& pass,
                               const gpr::MemoryColumn& query, double gate) const;
@@ -209,6 +221,7 @@ class Mapper {
                     double moved_m) const;
   bool support(const Sighting& seen, MapAnswer& answer);
   bool use(const Sighting& seen, MapAnswer& answer);
+  bool is_of_candidate(const End& memory, const gpr::MemoryColumn& query) const;
   void tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::MemoryColumn& query,
            double moved_m, MapAnswer& answer);
   void mark_known(const gpr::MemoryColumn& query);
@@ -257,6 +270,7 @@ class Mapper {
       0.0;  // travelled; from here on the graph has a new node since the last solution
   std::vector<bool> trusted_;        // of the graph's revisits, at the last solution
   std::optional<double> tied_at_m_;  // travelled at the newest trusted revisit
+  double tied_variance_m2_ = 0.0;    // of the position in map, when that was found
   PassMerger merger_;
   double next_merge_m_ = 0.0;                    // travelled
   int merged_trusted_ = 0, merged_refused_ = 0;  // revisits of passes that were merged

@@ -12,7 +12,10 @@ namespace {
 constexpr double kConfirmWithin = 8.0;  // m driven without proof, then a hypothesis is dropped
 constexpr double kAgainWithin = 24.0;   // m driven from a revisit without another, likewise
 constexpr double kToldYawSigma = 0.15;  // rad; of a place told, as a hand sets it on a screen
-constexpr double kSupposeEvery = 1.0;   // m between two choices of a change near a place told
+// m driven; own ground of a track that is adrift is older than what it is compared with, 10 m, and
+// all that the searches about it cover.
+constexpr double kNewestGround = 30.0;
+constexpr double kSupposeEvery = 1.0;  // m between two choices of a change near a place told
 
 }  // namespace
 
@@ -54,14 +57,41 @@ double Mapper::sigma_m() const {
   return std::hypot(odometry, std::hypot(candidate_->told_sigma_m, turned));
 }
 
-// Whether the track, which is located, may be so far off that the searches about it miss the ground
-// of the map.
-bool Mapper::is_lost() const { return kGateSigmas * sigma_m() > kGateMax; }
+// Whether the track may be so far off in an earlier map that the searches about it miss its ground.
+bool Mapper::is_lost() const {
+  if (!located_) return ground_.memory.kept().first < end_of_before_;
+  return kGateSigmas * sigma_m() > kGateMax;
+}
 
-// Until the track is located, and where it is lost, searches all ground of earlier tracks.
+// The same of the track's own ground: what the odometry may have lost since the newest revisit, or
+// since the beginning.
+bool Mapper::is_adrift() const {
+  const double variance_m2 = newest_node_.covariance.topLeftCorner<2, 2>().trace();
+  return kGateSigmas * std::sqrt(std::max(0.0, variance_m2 - tied_variance_m2_)) > kGateMax;
+}
+
+// The track's own ground but the newest.
+OwnGround Mapper::own_ground() const {
+  std::size_t node = path_.nodes() - 1;
+  while (node > 0 && path_.travelled_at(node) > path_.travelled() - kNewestGround) --node;
+  const auto last = ground_.memory.column_at(path_.time_of(node), end_of_before_);
+  return {last.value_or(0), [this](double column) { return place_of(column); }};
+}
+
+// Of a column of the track's own ground; nothing where it is forgotten.
+std::optional<GroundMap::At> Mapper::place_of(double column) const {
+  if (column < static_cast<double>(ground_.memory.kept().first)) return std::nullopt;
+  const std::optional<End> end = remembered_end(column);
+  if (!end) return std::nullopt;
+  return GroundMap::At{graph_->place(end->node, end->body, end->way), map_};
+}
+
+// Searches all ground: that of earlier tracks until the track is located, and where it is lost; its
+// own where it is adrift.
 void Mapper::locate(MapAnswer& answer) {
   const double travelled = path_.travelled();
-  if (located_ && !is_lost()) {
+  const bool adrift = is_adrift();
+  if (!is_lost() && !adrift) {
     candidate_.reset();
     return;
   }
@@ -79,19 +109,20 @@ void Mapper::locate(MapAnswer& answer) {
   if (!newest) return;
   const MapPath::Place place = path_.place(newest->time, newest->distance_m);
   const PlanarPose body = body_at(place);
-  const auto found = locator_.find(ground_, end_of_before_, body, seeker_.antenna, travelled);
-  if (!found || (located_ && !may_be(*found, body))) return;
+  OwnGround own = own_ground();
+  if (!adrift) own.end = 0;
+  const auto found = locator_.find(ground_, end_of_before_, body, seeker_.antenna, travelled, own);
+  if (!found || ((located_ || found->own) && !may_be(*found, body))) return;
   Candidate candidate;
   candidate.at = *found;
   candidate.from_m = travelled;
   candidate.until_m = travelled + kConfirmWithin;
   candidate_ = std::move(candidate);
-  change_.believe(found->change);
+  if (!found->own) change_.believe(found->change);
   forget_searches();
 }
 
-// Whether the located track can be there: in its map, and as far from its pose as that is
-// uncertain.
+// Whether the track can be there: in its map, and as far from its pose as that is uncertain.
 bool Mapper::may_be(const Hypothesis& found, const PlanarPose& body) const {
   constexpr double kMostSigmas = 4.0;  // one more than searched: the covariance may be too small
   constexpr double kCrossing = 0.5;    // rad between the tracks of one place (PassFinder)

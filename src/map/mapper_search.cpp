@@ -94,6 +94,45 @@ void Mapper::find_in(Seeker& seeker, bool before, double moved,
   });
 }
 
+// The passes of this track near `here`, an antenna's pose. The query begins `query_begins` m along
+// the track.
+std::vector<Pass> Mapper::own_passes(const PlanarPose& here, const Reach& reach,
+                                     double query_begins, const gpr::MemoryColumn& query) const {
+  PassFinder finder(here, reach.gate_m + kNodeSpacing, reach.aside_m, longest_arm_m_);
+  for (std::size_t node = 0; node < path_.nodes() && path_.travelled_at(node) < query_begins;
+       ++node) {
+    if (path_.begins_piece(node)) finder.interrupt();
+    const PlanarPose& body = graph_->nodes()[node];
+    if (finder.may_be_near(body)) finder.offer(node, compose(body, antenna_at(node)), false);
+  }
+  std::vector<Pass> passes = finder.passes();
+  // Ground just before the query that was driven in the same direction would be found as itself.
+  const auto is_useless = [&](const Pass& pass) {
+    if (!column_at(pass.place)) return true;  // forgotten
+    if (path_.travelled_at(pass.place) < query_begins - reach.gate_m) return false;
+    return !is_mirrored(pass, ground_.memory.column(*column_at(pass.place)), query);
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_useless), passes.end());
+  return passes;
+}
+
+// The passes of earlier tracks near an antenna's pose in one of their maps.
+std::vector<Pass> Mapper::passes_of_before(const PlanarPose& here, int map, const Reach& reach,
+                                           const Seeker& seeker) const {
+  PassFinder finder(here, reach.gate_m + kNodeSpacing, reach.aside_m, longest_arm_m_);
+  for (std::size_t i = 0; i < ground_.places.size(); ++i) {
+    const KnownPlace& place = ground_.places[i];
+    if (place.map == map && finder.may_be_near(place.pose))
+      finder.offer(i, compose(place.pose, ground_.antenna_at(place.column, seeker.antenna)), true);
+  }
+  std::vector<Pass> passes = finder.passes();
+  const auto is_forgotten = [&](const Pass& pass) {
+    return ground_.places[pass.place].column < ground_.memory.kept().first;
+  };
+  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
+  return passes;
+}
+
 // The stretches of stored ground on which, by the poses, the query may lie. Those with the smallest
 // lateral offset come first. Notes whether so many passes lie side by side that one more would lie
 // within an antenna's footprint of another.
@@ -103,56 +142,39 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
   const PlanarPose here = compose(body_at(at), seeker.antenna);
   const double sigma = sigma_m();
   const double gate = std::clamp(kGateSigmas * sigma, kGateMin, kGateMax);
-  const double aside = kLateralGate + std::min(kGateSigmas * sigma, kGateMax);
+  const Reach reach{gate, kLateralGate + std::min(kGateSigmas * sigma, kGateMax)};
   const double query_begins = path_.travelled_at(at.node) - config_.patch_length;
 
-  PassFinder finder(here, gate + kNodeSpacing, aside, longest_arm_m_);
-  for (std::size_t node = 0; node < at.node && path_.travelled_at(node) < query_begins; ++node) {
-    if (path_.begins_piece(node)) finder.interrupt();
-    const PlanarPose& body = graph_->nodes()[node];
-    if (finder.may_be_near(body)) finder.offer(node, compose(body, antenna_at(node)), false);
+  std::vector<Pass> passes, supposed;
+  if (candidate_) {
+    const PlanarPose there = compose(candidate_->at.map_from_track, here);
+    supposed = candidate_->at.own ? own_passes(there, reach, query_begins, query)
+                                  : passes_of_before(there, candidate_->at.map, reach, seeker);
+  } else if (located_) {
+    passes = passes_of_before(here, map_, reach, seeker);
   }
-  std::vector<Pass> passes = finder.passes();
-  const auto is_forgotten = [&](const Pass& pass) {
-    return pass.from_before ? ground_.places[pass.place].column < ground_.memory.kept().first
-                            : !column_at(pass.place);
-  };
-  passes.erase(std::remove_if(passes.begin(), passes.end(), is_forgotten), passes.end());
-  // Ground just before the query that was driven in the same direction would be found as itself.
-  const auto is_query = [&](const Pass& pass) {
-    if (path_.travelled_at(pass.place) < query_begins - gate) return false;
-    return !is_mirrored(pass, ground_.memory.column(*column_at(pass.place)), query);
-  };
-  passes.erase(std::remove_if(passes.begin(), passes.end(), is_query), passes.end());
-  if (located_ || candidate_) {
-    const PlanarPose in_map = candidate_ ? compose(candidate_->at.map_from_track, here) : here;
-    PassFinder before(in_map, gate + kNodeSpacing, aside, longest_arm_m_);
-    for (std::size_t i = 0; i < ground_.places.size(); ++i) {
-      const KnownPlace& place = ground_.places[i];
-      if (place.map != (candidate_ ? candidate_->at.map : map_)) continue;
-      if (before.may_be_near(place.pose))
-        before.offer(i, compose(place.pose, ground_.antenna_at(place.column, seeker_.antenna)),
-                     true);
-    }
-    std::vector<Pass> found = before.passes();
-    found.erase(std::remove_if(found.begin(), found.end(), is_forgotten), found.end());
-    passes.insert(passes.begin(), found.begin(), found.end());
-  }
+  for (const Pass& pass : own_passes(here, reach, query_begins, query)) passes.push_back(pass);
   const auto beside = std::count_if(passes.begin(), passes.end(), [](const Pass& pass) {
     return std::abs(pass.along) <= kNodeSpacing && std::abs(pass.lateral) < kLateralGate;
   });
   crowded_ = tied_at_m_ && path_.travelled() - *tied_at_m_ < kKnowsPassesFor &&
              static_cast<double>(beside) >= kLateralGate / config_.lateral_sigma;
-  passes = in_search_order(std::move(passes), config_.lateral_sigma);
-  // Passes of an unproven hypothesis come first.
-  if (candidate_) {
-    std::stable_partition(passes.begin(), passes.end(),
-                          [](const Pass& p) { return p.from_before; });
-  }
-  passes.resize(std::min(passes.size(), kMaxWindows));
   std::vector<gpr::SearchWindow> windows;
-  windows.reserve(passes.size());
-  for (const Pass& pass : passes) windows.push_back(window_at(seeker, pass, query, gate));
+  for (const Pass& pass : in_search_order(std::move(supposed), config_.lateral_sigma)) {
+    if (windows.size() < kMaxWindows) windows.push_back(window_at(seeker, pass, query, gate));
+  }
+  const std::vector<gpr::SearchWindow> of_candidate = windows;
+  for (const Pass& pass : in_search_order(std::move(passes), config_.lateral_sigma)) {
+    if (windows.size() == kMaxWindows) break;
+    gpr::SearchWindow window = window_at(seeker, pass, query, gate);
+    const bool is_searched =
+        std::any_of(of_candidate.begin(), of_candidate.end(), [&](const auto& other) {
+          const double apart = std::abs(other.expected - window.expected);
+          return other.run == window.run &&
+                 apart * ground_.memory.spacing() < other.bound_m + window.bound_m;
+        });
+    if (!is_searched) windows.push_back(std::move(window));
+  }
   return windows;
 }
 

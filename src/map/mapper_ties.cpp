@@ -58,7 +58,7 @@ bool Mapper::use(const Sighting& seen, MapAnswer& answer) {
 Mapper::Sighting Mapper::sighting(const Seeker& seeker, const End& memory,
                                   const gpr::MemoryColumn& then, const gpr::MemoryColumn& query,
                                   const gpr::RevisitMatch& match, double moved_m) const {
-  Sighting seen{memory, query, seeker.antenna, edge_of(match, moved_m, config_), {}};
+  Sighting seen{memory, 0.0, query, seeker.antenna, edge_of(match, moved_m, config_), {}};
   // The memory has the direction of driving, the edge the heading. They differ when driving
   // backwards.
   seen.edge.mirrored = match.mirrored == (then.direction == query.direction);
@@ -85,15 +85,35 @@ bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
   candidate_->supporting.push_back(seen);
   if (!is_proved()) return false;
   Candidate proved = *std::exchange(candidate_, std::nullopt);
+  next_solve_ = 0;
+  if (proved.at.own) {
+    for (Sighting& one : proved.supporting) {
+      const std::optional<End> memory = remembered_end(one.column);
+      if (!memory) continue;
+      one.memory = *memory;
+      use(one, answer);
+    }
+    return true;
+  }
   if (tied_ && !located_) {
     const PlanarPose by = between(proved.at.map_from_track, {});
     for (Sighting& one : proved.supporting) one.memory.body = compose(by, one.memory.body);
     for (Sighting& one : proved.supporting) one.memory.yaw = one.memory.body.yaw;
   }
   if (!located_) join_map(proved.at);
-  next_solve_ = 0;
   for (const Sighting& one : proved.supporting) use(one, answer);
   return true;
+}
+
+// Whether a revisit speaks for the candidate. On own ground: if it is nearer to where the candidate
+// has the robot than to where the track has it.
+bool Mapper::is_of_candidate(const End& memory, const gpr::MemoryColumn& query) const {
+  if (!candidate_->at.own || memory.node == kInMap)
+    return !candidate_->at.own && memory.node == kInMap;
+  const Eigen::Vector2d then = graph_->place(memory.node, memory.body, memory.way).p;
+  const PlanarPose here = body_at(path_.place(query.time, query.distance_m));
+  const PlanarPose there = compose(candidate_->at.map_from_track, here);
+  return (then - there.p).norm() < (then - here.p).norm();
 }
 
 void Mapper::tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::MemoryColumn& query,
@@ -101,8 +121,9 @@ void Mapper::tie(const Seeker& seeker, const gpr::PlaceFound& found, const gpr::
   const gpr::MemoryColumn then = ground_.memory.column(static_cast<std::size_t>(found.column));
   const auto memory_end = remembered_end(found.column);
   if (!memory_end) return;
-  const Sighting seen = sighting(seeker, *memory_end, then, query, found.match, moved_m);
-  const bool joins = memory_end->node == kInMap && candidate_;
+  Sighting seen = sighting(seeker, *memory_end, then, query, found.match, moved_m);
+  seen.column = found.column;
+  const bool joins = candidate_ && is_of_candidate(*memory_end, query);
   if (!(joins ? support(seen, answer) : use(seen, answer))) return;
   if (!seeker.beside && found.match.correlation * found.match.correlation > kAlike)
     mark_known(query);

@@ -34,6 +34,11 @@ PlanarPose place_at(const std::vector<PlanarPose>& nodes, const std::vector<doub
   return compose(nodes[node], step < slips.size() ? stretched(at, way, slips[step]) : at);
 }
 
+// Gauss-Markov prediction from the step before.
+double predicted_slip(const PlanarStep& step, double before, const SlipModel& model) {
+  return step.slip_sigma > 0 ? model.correlation(step.seconds) * before : 0.0;
+}
+
 // With slip as an error of this step alone, where it is not to be estimated.
 Matrix3d with_slip(const PlanarStep& step) {
   Matrix3d covariance = step.covariance;
@@ -53,7 +58,7 @@ Matrix3d whitening_of(const Matrix3d& covariance) {
 }  // namespace
 
 PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step, const SlipModel& model) {
-  const double slip = step.slip_sigma > 0 ? from.slip : 0.0;
+  const double slip = predicted_slip(step, from.slip, model);
   PlanarEstimate to{compose(from.pose, moved(step, from.scale, slip)), from.scale, slip,
                     Matrix5d::Zero()};
   // The step is given in the frame of the pose where it begins.
@@ -112,7 +117,7 @@ PoseGraph::PoseGraph(const PlanarPose& first, const PoseGraphOptions& options)
 
 std::size_t PoseGraph::add_node(const PlanarStep& step) {
   steps_.push_back({step, whitening_of(step.covariance)});
-  slips_.push_back(slips_.empty() || step.slip_sigma <= 0 ? 0.0 : slips_.back());
+  slips_.push_back(slips_.empty() ? 0.0 : predicted_slip(step, slips_.back(), options_.slip));
   nodes_.push_back(compose(nodes_.back(), moved(step, scale_.value_or(step.scale), slips_.back())));
   return nodes_.size() - 1;
 }
@@ -224,6 +229,7 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   trusted.resize(revisits_.size(), true);
   if (!fixes_.empty() || !refine(problem, trusted, options_, at))
     trusted = drop_wrong(problem, std::move(trusted), options_, at);
+  predict_newest(trusted, at.scale, at.slips, at.nodes);
   PoseGraphSolution solution;
   if (nodes_.size() > 1) {
     solution.newest.slip = at.slips.back();
@@ -241,6 +247,21 @@ PoseGraphSolution PoseGraph::solve(double scale, double scale_sigma) {
   lasting_ = std::move(at.lasting);
   solution.nodes = std::move(at.nodes);
   return solution;
+}
+
+void PoseGraph::predict_newest(const std::vector<bool>& trusted, double scale,
+                               std::vector<double>& slips, std::vector<PlanarPose>& nodes) const {
+  std::size_t measured = 0;  // the newest node that a revisit or a fix ties
+  for (std::size_t i = 0; i < trusted.size(); ++i)
+    if (trusted[i]) measured = std::max(measured, revisits_[i].query);
+  for (const FixEdge& fix : fixes_) measured = std::max(measured, fix.node);
+  for (std::size_t i = measured; i < steps_.size(); ++i)
+    if (steps_[i].odometry.cut) measured = i + 1;
+  for (std::size_t i = measured + 1; i < steps_.size(); ++i) {
+    const PlanarStep& step = steps_[i].odometry;
+    slips[i] = predicted_slip(step, slips[i - 1], options_.slip);
+    nodes[i + 1] = compose(nodes[i], moved(step, scale, slips[i]));
+  }
 }
 
 std::optional<PoseGraph::NewestSolution> PoseGraph::solve_newest(std::size_t from,

@@ -159,6 +159,11 @@ class PoseGraph {
   PlanarPose place(std::size_t node, const PlanarPose& at, const WheelWay& way) const;
 
  private:
+  // Beyond the newest revisit or fix, nothing measures slip. The solution has the most probable one
+  // there, which is that before, for as long as a slip may last; this takes the mean.
+  void predict_newest(const std::vector<bool>& trusted, double scale, std::vector<double>& slips,
+                      std::vector<PlanarPose>& nodes) const;
+
   PoseGraphOptions options_;
   std::vector<PlanarPose> nodes_;
   std::vector<WhitenedStep> steps_;  // steps_[i] leads from node i to node i + 1

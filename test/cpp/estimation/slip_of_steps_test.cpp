@@ -186,6 +186,36 @@ TEST(SlipOfSteps, AWheelThatSlippedMeasuredALongerWay) {
 
 // Slips drawn from the model, small enough to be linear in, and nothing that sees them: the
 // covariance of the place holds.
+// The wheel slips at the newest revisit, and no ground is known beyond. The slip has ended, sooner
+// or later: a minute on, later solutions must not go on with it.
+TEST(SlipOfSteps, ASlipEndsWhereNothingIsKnown) {
+  constexpr double kSigma = 0.1;  // of slip, as far as the IMU tells
+  std::vector<double> slip = one_slip(-0.17, 2);
+  slip.resize(kLap + 15);
+  Laps laps(slip, false, kSigma);
+  for (std::size_t node = kLap + 1; node <= kLap + 15; ++node) {
+    RevisitEdge edge{node - kLap, node};
+    edge.sigma_m = 0.02;
+    laps.graph.add_revisit(edge);
+  }
+  laps.graph.solve(1.0, 0.0);
+  EXPECT_NEAR(laps.graph.slip(kLap + 14), -0.17, 0.05);
+  PlanarStep straight;
+  straight.measured.p.x() = kStep;
+  straight.covariance = Vector3d(1e-5, 1e-5, 1e-8).asDiagonal();
+  straight.seconds = 0.25;
+  straight.slip_sigma = kSigma;
+  for (int i = 0; i < 240; ++i) {
+    laps.graph.add_node(straight);
+    laps.truth.push_back(compose(laps.truth.back(), straight.measured));
+    laps.graph.solve(1.0, 0.0);
+  }
+  const PoseGraphSolution solution = laps.graph.solve(1.0, 0.0);
+  EXPECT_NEAR(solution.newest.slip, -0.17 * std::exp(-60.0 / 20.0), 0.01);
+  // By its mean the slip lasts 20 s, in which 40 m are driven.
+  EXPECT_LT((solution.nodes.back().p - laps.truth.back().p).norm(), 0.17 * 40.0 + 0.3);
+}
+
 TEST(SlipOfSteps, CovarianceHoldsWhereNoWitnessSpeaks) {
   SlipModel model;
   model.size = 0.1;

@@ -1,4 +1,4 @@
-// A track that is located in an earlier map, and then lost.
+// A track that is lost: in an earlier map, and on its own ground.
 #include <gtest/gtest.h>
 
 #include "map/ground_map_file.h"
@@ -25,6 +25,28 @@ TEST(Lost, TrackIsFoundAgainInItsMap) {
   ASSERT_TRUE(answer.pose);
   EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - 9.0, 0.2);
   EXPECT_LT(answer.sigma_m, 0.5);
+}
+
+// A loop of which the odometry has lost more than is searched about the robot.
+TEST(Lost, TrackIsFoundOnItsOwnGround) {
+  Mapper mapper(default_config(), std::nullopt, std::nullopt);
+  StraightRobot robot(mapper);
+  robot.drive({0.0, 50.0});
+  robot.lost_m2 = 36.0;
+  const MapAnswer answer = robot.drive({50.0, 2.0, 0, 0.0, 9.0});
+  ASSERT_TRUE(answer.pose);
+  EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - 9.0, 0.2);
+  EXPECT_LT(answer.sigma_m, 0.5);
+}
+
+// New ground that looks like none before: no place is found, however far the odometry is off.
+TEST(Lost, NewGroundIsNotTakenForOwnGround) {
+  Mapper mapper(default_config(), std::nullopt, std::nullopt);
+  StraightRobot robot(mapper);
+  robot.drive({0.0, 25.0});
+  robot.lost_m2 = 36.0;
+  robot.drive({25.0, 58.0});
+  EXPECT_EQ(robot.revisits, 0U);
 }
 
 }  // namespace
