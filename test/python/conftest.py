@@ -125,7 +125,7 @@ def run_program(
 
 def run_bench(program: str, *words: object, codes: Sequence[int] = (0,)) -> Any:
     """What a program of bench/ prints with --json."""
-    command = (sys.executable, BENCH / program, *words, "--json")
+    command = (sys.executable, BENCH / program, "--json", *words)
     return json.loads(run_program(*command, codes=codes).stdout)
 
 
