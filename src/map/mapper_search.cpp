@@ -150,9 +150,9 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
     const PlanarPose there = compose(candidate_->at.map_from_track, here);
     supposed = candidate_->at.own ? own_passes(there, reach, query_begins, query)
                                   : passes_of_before(there, candidate_->at.map, reach, seeker);
-  } else if (located_) {
-    passes = passes_of_before(here, map_, reach, seeker);
   }
+  if (located_ && (!candidate_ || candidate_->at.own))
+    passes = passes_of_before(here, map_, reach, seeker);
   for (const Pass& pass : own_passes(here, reach, query_begins, query)) passes.push_back(pass);
   const auto beside = std::count_if(passes.begin(), passes.end(), [](const Pass& pass) {
     return std::abs(pass.along) <= kNodeSpacing && std::abs(pass.lateral) < kLateralGate;
@@ -164,8 +164,10 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
     if (windows.size() < kMaxWindows) windows.push_back(window_at(seeker, pass, query, gate));
   }
   const std::vector<gpr::SearchWindow> of_candidate = windows;
+  // A hypothesis on own ground, of which several may be wrong, takes nothing from the search here.
+  const std::size_t most = kMaxWindows + (candidate_ && candidate_->at.own ? windows.size() : 0);
   for (const Pass& pass : in_search_order(std::move(passes), config_.lateral_sigma)) {
-    if (windows.size() == kMaxWindows) break;
+    if (windows.size() == most) break;
     gpr::SearchWindow window = window_at(seeker, pass, query, gate);
     const bool is_searched =
         std::any_of(of_candidate.begin(), of_candidate.end(), [&](const auto& other) {
