@@ -108,8 +108,8 @@ bool Mapper::support(const Sighting& seen, MapAnswer& answer) {
 // Whether a revisit speaks for the candidate. On own ground: if it is nearer to where the candidate
 // has the robot than to where the track has it.
 bool Mapper::is_of_candidate(const End& memory, const gpr::MemoryColumn& query) const {
-  if (!candidate_->at.own || memory.node == kInMap)
-    return !candidate_->at.own && memory.node == kInMap;
+  if (!candidate_->at.own) return memory.node == kInMap;
+  if (memory.node == kInMap) return false;
   const Eigen::Vector2d then = graph_->place(memory.node, memory.body, memory.way).p;
   const PlanarPose here = body_at(path_.place(query.time, query.distance_m));
   const PlanarPose there = compose(candidate_->at.map_from_track, here);

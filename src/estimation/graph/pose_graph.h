@@ -159,8 +159,8 @@ class PoseGraph {
   PlanarPose place(std::size_t node, const PlanarPose& at, const WheelWay& way) const;
 
  private:
-  // Beyond the newest revisit or fix, nothing measures slip. The solution has the most probable one
-  // there, which is that before, for as long as a slip may last; this takes the mean.
+  // Beyond the newest revisit or fix, nothing measures slip. The solver goes on with the last slip
+  // there, which is the most probable one; this puts the mean of the slip's prior in its place.
   void predict_newest(const std::vector<bool>& trusted, double scale, std::vector<double>& slips,
                       std::vector<PlanarPose>& nodes) const;
 

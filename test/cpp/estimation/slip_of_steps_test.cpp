@@ -184,8 +184,6 @@ TEST(SlipOfSteps, AWheelThatSlippedMeasuredALongerWay) {
   EXPECT_LT((Ja - Ja_expected).norm(), 1e-9 * Ja_expected.norm());
 }
 
-// Slips drawn from the model, small enough to be linear in, and nothing that sees them: the
-// covariance of the place holds.
 // The wheel slips at the newest revisit, and no ground is known beyond. The slip has ended, sooner
 // or later: a minute on, later solutions must not go on with it.
 TEST(SlipOfSteps, ASlipEndsWhereNothingIsKnown) {
@@ -216,6 +214,8 @@ TEST(SlipOfSteps, ASlipEndsWhereNothingIsKnown) {
   EXPECT_LT((solution.nodes.back().p - laps.truth.back().p).norm(), 0.17 * 40.0 + 0.3);
 }
 
+// Slips drawn from the model, small enough to be linear in, and nothing that sees them: the
+// covariance of the place holds.
 TEST(SlipOfSteps, CovarianceHoldsWhereNoWitnessSpeaks) {
   SlipModel model;
   model.size = 0.1;

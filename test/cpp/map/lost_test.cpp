@@ -8,6 +8,13 @@
 namespace gprodom {
 namespace {
 
+// The map knows by how much odom is ahead, m.
+void expect_found(const MapAnswer& answer, double ahead_m) {
+  ASSERT_TRUE(answer.pose);
+  EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - ahead_m, 0.2);
+  EXPECT_LT(answer.sigma_m, 0.5);
+}
+
 // The wheel jumps by more than is searched about the robot, and the covariance says so.
 TEST(Lost, TrackIsFoundAgainInItsMap) {
   const Config config = default_config();
@@ -22,9 +29,7 @@ TEST(Lost, TrackIsFoundAgainInItsMap) {
   ASSERT_TRUE(robot.located);
   robot.lost_m2 = 36.0;
   const MapAnswer answer = robot.drive({16.0, 48.0, 0, 0.0, 9.0});
-  ASSERT_TRUE(answer.pose);
-  EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - 9.0, 0.2);
-  EXPECT_LT(answer.sigma_m, 0.5);
+  expect_found(answer, 9.0);
 }
 
 // A loop of which the odometry has lost more than is searched about the robot.
@@ -34,9 +39,7 @@ TEST(Lost, TrackIsFoundOnItsOwnGround) {
   robot.drive({0.0, 50.0});
   robot.lost_m2 = 36.0;
   const MapAnswer answer = robot.drive({50.0, 2.0, 0, 0.0, 9.0});
-  ASSERT_TRUE(answer.pose);
-  EXPECT_NEAR(answer.pose->in_map.pose.p.x(), answer.pose->in_odom.pose.p.x() - 9.0, 0.2);
-  EXPECT_LT(answer.sigma_m, 0.5);
+  expect_found(answer, 9.0);
 }
 
 // New ground that looks like none before: no place is found, however far the odometry is off.
