@@ -36,9 +36,9 @@ constexpr int kFineSteps = 5;           // to either side
 constexpr double kFarthestTold = 0.12;  // of a place told, at twice that step
 const std::vector<double> kFineTurns = {0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2};
 
-// m of new ground, and its share of all ground, after which the track's own ground is learnt again:
-// in all, a column is learnt a few times.
-constexpr double kLearnAgain = 50.0, kLearnAgainShare = 0.2;
+// Share of new ground after which the track's own ground is learnt again. As it grows, all of that
+// costs six times as much as to learn it once, however long it becomes.
+constexpr double kLearnAgain = 0.2;
 
 constexpr double kOnePlace = 2.0;     // m; two columns whose poses are nearer are the same place
 constexpr double kFoundWithin = 2.0;  // m, of a place found by the search
@@ -177,9 +177,8 @@ std::optional<Hypothesis> Locator::place(const GroundMap& ground, std::size_t en
                                          const Driven& driven, const std::vector<double>& stretches,
                                          const OwnGround& own) {
   const gpr::TraceMemory& memory = ground.memory;
-  const double kept_m = static_cast<double>(memory.kept().size()) * memory.spacing();
-  const std::size_t fresh = columns_of(memory, std::max(kLearnAgain, kLearnAgainShare * kept_m));
-  if (!search_ || (own.end > 0 && own.end >= learned_ + fresh))
+  const double fresh = static_cast<double>(own.end) - static_cast<double>(learned_);
+  if (!search_ || fresh > kLearnAgain * static_cast<double>(memory.kept().size()))
     learn(ground, std::max(end_of_before, own.end));
   // Ground that was driven over twice is one place. Places of different maps cannot be compared, so
   // they count as one place too; a revisit must prove the hypothesis anyway.
