@@ -197,8 +197,9 @@ bool MotionJudge::stands_with_engine(TimeNs now) {
   return stands && (rest_.known() || stands_in_a_row_ * state_period_ >= kLongerThanBraking);
 }
 
-// After a start on the move. The first standstill must be certain: the wheel does not turn and the
-// IMU vibrates much less than while driving, or the robot stands by the rules for an engine.
+// After a start on the move. The first standstill must be certain: the wheel does not turn, and the
+// IMU is steady and vibrates much less than while driving; or the robot stands by the rules for an
+// engine.
 void MotionJudge::learn_rest(TimeNs to, bool with_engine) {
   const TimeNs from = to - kSecond;
   if (!wheel_.distance(from) || !wheel_.distance(to)) return;
@@ -206,7 +207,9 @@ void MotionJudge::learn_rest(TimeNs to, bool with_engine) {
       rolled(std::min(from, to - wheel_tick_.longest()), to) <= 2 * config_.wheel.noise_floor;
   const auto samples = imu_.between(from, to);
   if (samples.size() < 4 || (!wheel_stood && !with_engine)) return;
-  const bool shows = rest_.known() || vibration_.far_below_driving(measured_noise(samples));
+  const ImuNoise noise = measured_noise(samples);
+  const bool shows =
+      rest_.known() || (vibration_.far_below_driving(noise) && is_steady(samples, noise));
   if (shows || with_engine)
     rest_.stood(samples, wheel_stood ? 0.0 : wheel_.path(from, to) / to_seconds(kSecond));
 }

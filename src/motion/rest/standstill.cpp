@@ -118,6 +118,10 @@ StandstillVerdict judge_standstill(const Config& config, const AtRest& at_rest,
   return verdict;
 }
 
+bool is_steady(const std::vector<ImuSample>& samples, const ImuNoise& vibration) {
+  return steady_means(samples, kSteadyRate, kSteadyForce, vibration);
+}
+
 bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
                          const Vibration& vibration, const LastSecond& last) {
   if (last.imu.size() < kEnoughForNoise || last.estimated_mps > kSlow) return false;
@@ -126,8 +130,7 @@ bool stands_for_a_second(const WheelConfig& config, const AtRest& at_rest,
   shaken.noise = measured_noise(last.imu);
   std::optional<ImuNoise> known;
   if (at_rest.known) known = at_rest.noise;
-  return vibration.hides_rest(shaken.noise, known) &&
-         steady_means(last.imu, kSteadyRate, kSteadyForce, shaken.noise) &&
+  return vibration.hides_rest(shaken.noise, known) && is_steady(last.imu, shaken.noise) &&
          !stillness(shaken, last.imu, last.imu).turns();
 }
 

@@ -63,6 +63,10 @@ struct LastSecond {
   double estimated_mps = 0.0;    // speed of the newest state
 };
 
+// Whether the means over quarters of the samples' time are as steady as those of a robot that
+// stands.
+bool is_steady(const std::vector<ImuSample>& samples, const ImuNoise& vibration);
+
 // A standstill that the IMU's vibration hides, as with an engine that runs: the wheel is within its
 // own noise for a second, and the means of the IMU are steady. The estimated speed must be low as
 // well, or a wheel that is stuck would stop a robot that drives.

@@ -137,13 +137,15 @@ class Judged {
   }
 
   // The sides go by side_mps against each other. shakes: m/s^2, of a sample. slip: m/sqrt(m), of
-  // either side. The last answer.
-  StateInput run(double seconds, double speed, double side_mps, double shakes, double slip = 0.0) {
+  // either side. sways: rad/s, to and fro every two seconds. The last answer.
+  StateInput run(double seconds, double speed, double side_mps, double shakes, double slip = 0.0,
+                 double sways = 0.0) {
     StateInput last;
     for (const int end = i_ + static_cast<int>(200 * seconds); i_ < end; ++i_) {
       const TimeNs time = from_seconds(kBegin + 0.005 * i_);
       ImuSample imu{time, {0, 0, 9.80665}, {0, 0, 0}};
       for (int axis = 0; axis < 3; ++axis) imu.acceleration[axis] += shakes * noise_(random_);
+      imu.angular_velocity.z() = sways * std::sin(M_PI * 0.005 * i_);
       judge.add(imu);
       const double slipped = slip * std::sqrt(0.005 * speed);
       left_m_ += 0.005 * (speed - side_mps) + slipped * noise_(random_);
@@ -174,13 +176,14 @@ class Judged {
   std::normal_distribution<double> noise_;
 };
 
-TEST(WheelPair, TurningOnTheSpotIsNoRest) {
-  for (const double side_mps : {0.0, 0.3}) {
+// Its mean rate would be taken for the gyro's bias.
+TEST(WheelPair, NeitherTurningOnTheSpotNorSwayingIsTheFirstRest) {
+  for (const auto& [side_mps, sways] : {std::pair{0.0, 0.0}, {0.3, 0.0}, {0.0, 0.03}}) {
     Judged judged;
     judged.run(4.0, 0.6, 0.0, 0.5);
-    judged.run(2.0, 0.0, side_mps, 0.05);
+    judged.run(2.0, 0.0, side_mps, 0.05, 0.0, sways);
     const double learnt = judged.judge.noise_at_standstill().accel_density;
-    EXPECT_EQ(learnt > 2 * Judged::kAccelAtRest, side_mps == 0.0) << learnt;
+    EXPECT_EQ(learnt > 2 * Judged::kAccelAtRest, side_mps == 0.0 && sways == 0.0) << learnt;
   }
 }
 
