@@ -48,10 +48,28 @@ std::string TimeGuard::take_stray(TimeNs time, TimeNs stamp, const char* reason)
   Track& imu = tracks_[kImu];
   add_stray(imu, time);
   if (imu.strays >= kStraysToFollow && all_are_ahead(time)) return step_ahead();
-  if (!moved() || stamp > imu.newest + ahead()) return reason;
+  if (all_were_silent(time)) return {};
+  if (imu.strays < kStraysToMove || stamp > imu.newest + ahead()) return reason;
   offset_ = imu.newest + (time - imu.first_stray) - stamp;
   imu.strays = 0;
   return "clock was set back: its stamps are carried on from where it was";
+}
+
+// Whether the others could be heard since the IMU's stamps went astray: a fast IMU is heard often
+// before a slow wheel is heard once.
+bool TimeGuard::others_had_time() const {
+  const Track& imu = tracks_[kImu];
+  return imu.stray - imu.first_stray >= kRunning;
+}
+
+// Whether no other sensor was heard between the newest stamp of the IMU and that time: it was the
+// same gap for all, even if no other sensor has come back yet.
+bool TimeGuard::all_were_silent(TimeNs time) const {
+  const Track& imu = tracks_[kImu];
+  if (time < imu.newest || time > imu.newest + kLongestGap || !others_had_time()) return false;
+  return std::none_of(tracks_.begin() + 1, tracks_.end(), [&](const Track& other) {
+    return other.newest > imu.newest + reorder_ && other.newest < time - reorder_;
+  });
 }
 
 // Whether all other running sensors, at least one, jumped to that time together with the IMU.

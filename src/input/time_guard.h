@@ -38,13 +38,13 @@ class TimeGuard {
 
   // The IMU's clock alone was set ahead: many of its messages in a row agreed on a time far ahead,
   // and the other sensors did not. The estimator must start again.
-  bool moved() const { return tracks_[kImu].strays >= kStraysToMove; }
+  bool moved() const { return tracks_[kImu].strays >= kStraysToMove && others_had_time(); }
 
  private:
   static constexpr int kStraysToMove = 50;
   // A stamp ahead of all others is an error of one message, unless the next ones agree with it.
   static constexpr int kStraysToFollow = 3;
-  static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor heard within it is running
+  static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor is heard within it if it runs
   static constexpr TimeNs kMostAhead =
       3'000'000'000'000'000'000;                          // ns, sum of steps that are followed
   static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; after a longer gap: start again
@@ -60,6 +60,8 @@ class TimeGuard {
 
   std::string check_imu(TimeNs time, TimeNs stamp);
   std::string take_stray(TimeNs time, TimeNs stamp, const char* reason);
+  bool others_had_time() const;
+  bool all_were_silent(TimeNs time) const;
   bool all_are_ahead(TimeNs time) const;
   std::string step_ahead();
   TimeNs ahead() const { return steps_.empty() ? 0 : steps_.back().ahead; }

@@ -90,18 +90,35 @@ TEST(TimeGuard, SilenceOfAllSensorsIsNoClockSetAhead) {
   EXPECT_EQ(check(clock.guard, TimeGuard::kImu, next), "");
 }
 
-TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
-  Clock clock;
-  clock.run(1);
-  for (int i = 0; i < 100; ++i) {
-    clock.now += 10 * kMs;
-    EXPECT_NE(check(clock.guard, TimeGuard::kImu, clock.now + 3600'000 * kMs), "");
-    if (i % 5 == 0) {
-      EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now), "");
+// After such a silence an IMU of 250 Hz is heard 50 times before a wheel of 2 Hz is heard once.
+TEST(TimeGuard, SilenceOfAllSensorsIsNoClockOfAFastImuSetAhead) {
+  for (const bool wheel_returns : {true, false}) {
+    TimeGuard guard{TimeConfig{}};
+    int taken = 0;
+    for (int i = 0; i < 5000; ++i) {
+      const TimeNs now = kStart + 4 * i * kMs + (i >= 1000 ? 10'000 * kMs : 0);
+      if (check(guard, TimeGuard::kImu, now).empty()) ++taken;
+      if (i % 125 == 124 && (i < 1000 || wheel_returns)) check(guard, TimeGuard::kWheel, now);
+      ASSERT_FALSE(guard.moved()) << i;
     }
-    if (clock.guard.moved()) break;
+    EXPECT_GT(taken, 4700);
   }
-  EXPECT_TRUE(clock.guard.moved());
+}
+
+TEST(TimeGuard, ImuClockSetAheadAloneRestartsTheEstimator) {
+  for (const TimeNs by : {10'000 * kMs, 3600'000 * kMs}) {
+    Clock clock;
+    clock.run(1);
+    for (int i = 0; i < 120; ++i) {
+      clock.now += 10 * kMs;
+      EXPECT_NE(check(clock.guard, TimeGuard::kImu, clock.now + by), "");
+      if (i % 5 == 0) {
+        EXPECT_EQ(check(clock.guard, TimeGuard::kWheel, clock.now), "");
+      }
+      if (clock.guard.moved()) break;
+    }
+    EXPECT_TRUE(clock.guard.moved());
+  }
 }
 
 class TimeGuardOfWheels : public testing::TestWithParam<TimeGuard::Source> {};
