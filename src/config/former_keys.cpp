@@ -143,9 +143,10 @@ const std::vector<RemovedKey>& removed_keys() {
        "tracks that are 40 cm apart see ground too different to be matched (docs/revisit.md)"},
       {"graph.certainty", "0.999",
        "it is a probability: with it, none of 1870 queries was answered wrongly (docs/revisit.md)"},
-      {"graph.sigma_factor", "1.7",
+      {"graph.sigma_factor", "1.3",
        "it was measured on real ground (docs/revisit.md), and takes a true position to measure "
-       "again"},
+       "again",
+       "1.7"},
       {"graph.memory_length", "10000",
        "it bounds the memory, to some 50 MB; older ground is forgotten first"},
       {"graph.locate_every", "2",
