@@ -40,6 +40,10 @@ const std::vector<double> kFineTurns = {0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2};
 // costs six times as much as to learn it once, however long it becomes.
 constexpr double kLearnAgain = 0.2;
 
+// Columns that are learnt at once, a multiple of GlobalSearchOptions::thinning: as floats, a long
+// run takes four times the memory that it is stored in.
+constexpr std::size_t kBlock = 4000;
+
 constexpr double kOnePlace = 2.0;     // m; two columns whose poses are nearer are the same place
 constexpr double kFoundWithin = 2.0;  // m, of a place found by the search
 constexpr double kLeastNear = 4.0;    // m of ground from which a change is supposed near a place
@@ -88,9 +92,9 @@ Locator::Locator() : next_m_(kLeastQuery) {}
 void Locator::learn(const GroundMap& ground, std::size_t end) {
   search_.emplace(*ground.memory.filter(), ground.memory.spacing());
   for (std::size_t column = ground.memory.kept().first; column < end;) {
-    const std::size_t end_of_run = std::min(ground.memory.run_of(column).end, end);
-    search_->add_run(column, ground.memory.patch({column, end_of_run}));
-    column = end_of_run;
+    const std::size_t to = std::min({ground.memory.run_of(column).end, end, column + kBlock});
+    search_->add_run(column, ground.memory.patch({column, to}));
+    column = to;
   }
   learned_ = end;
 }
