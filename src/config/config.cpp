@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/text.h"
 #include "config/config_keys.h"
 #include "config/config_value.h"
 #include "config/former_keys.h"
@@ -68,10 +69,10 @@ std::set<std::string> sections(const std::vector<ConfigKey>& keys) {
   return names;
 }
 
-template <class Former>
-const Former* find_former(const std::vector<Former>& keys, const std::string& name) {
+template <class Key>
+const Key* find_key(const std::vector<Key>& keys, const std::string& name) {
   const auto found =
-      std::find_if(keys.begin(), keys.end(), [&](const Former& key) { return key.name == name; });
+      std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.name == name; });
   return found == keys.end() ? nullptr : &*found;
 }
 
@@ -107,19 +108,12 @@ class Loader {
  private:
   void assign_key(const std::string& where, const std::string& name, const YAML::Node& node);
   void read_section(const std::string& path, const YAML::Node& map, const std::string& section);
-  const ConfigKey* find(const std::string& name) const;
   std::string unknown(const std::string& name) const;
 
   std::vector<ConfigKey> keys_;
   std::set<std::string> sections_;
   std::vector<std::string> removed_, moved_;  // names, for the notices
 };
-
-const ConfigKey* Loader::find(const std::string& name) const {
-  const auto found = std::find_if(keys_.begin(), keys_.end(),
-                                  [&](const ConfigKey& key) { return key.name == name; });
-  return found == keys_.end() ? nullptr : &*found;
-}
 
 std::string Loader::unknown(const std::string& name) const {
   if (sections_.count(name)) return "expected a section of keys below it";
@@ -207,7 +201,7 @@ void Loader::read_section(const std::string& path, const YAML::Node& map,
 
 // where: beginning of the error message.
 void Loader::assign_key(const std::string& where, const std::string& name, const YAML::Node& node) {
-  if (const RemovedKey* removed = find_former(removed_keys(), name)) {
+  if (const RemovedKey* removed = find_key(removed_keys(), name)) {
     if (!is_default_value(*removed, node))
       throw ConfigError(where + "no longer a setting: it is fixed at " + removed->value +
                         ", since " + removed->why + "; got " + node_text(node) +
@@ -215,8 +209,8 @@ void Loader::assign_key(const std::string& where, const std::string& name, const
     removed_.push_back(name);
     return;
   }
-  const MovedKey* moved = find_former(moved_keys(), name);
-  const ConfigKey* key = find(moved ? moved->now : name);
+  const MovedKey* moved = find_key(moved_keys(), name);
+  const ConfigKey* key = find_key(keys_, moved ? moved->now : name);
   if (!key) throw ConfigError(where + unknown(name));
   if (!assign(*key, node))
     throw ConfigError(where + "expected " + expectation(*key) + ", got " + node_text(node));
@@ -224,17 +218,12 @@ void Loader::assign_key(const std::string& where, const std::string& name, const
 }
 
 std::vector<std::string> Loader::take_notices(const std::string& where) {
-  const auto listed = [](const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-  };
   std::vector<std::string> notices;
   if (!removed_.empty())
     notices.push_back(where +
                       ": no longer settings; these keys have their default values and can be " +
-                      "deleted: " + listed(removed_));
-  if (!moved_.empty()) notices.push_back(where + ": keys with a new name: " + listed(moved_));
+                      "deleted: " + joined(removed_, ", "));
+  if (!moved_.empty()) notices.push_back(where + ": keys with a new name: " + joined(moved_, ", "));
   removed_.clear();
   moved_.clear();
   return notices;
@@ -255,26 +244,30 @@ void Loader::read_override(const std::string& text) {
   assign_key(where, name, value);
 }
 
+// Those of channels, without the prefix.
+std::vector<ConfigKey> channel_keys(Config& config) {
+  std::vector<ConfigKey> channels;
+  for (const ConfigKey& key : config_keys(config))
+    if (section_of(key.name) == "channels" && leaf_of(key.name) != "prefix")
+      channels.push_back(key);
+  return channels;
+}
+
 // Puts the prefix before each name that has its default value.
-void put_prefix(ChannelConfig& channels) {
-  if (channels.prefix.empty()) return;
-  Config named, defaults;
-  named.channels = channels;
-  const auto keys = config_keys(named), usual = config_keys(defaults);
+void put_prefix(Config& config) {
+  Config defaults;
+  const auto keys = channel_keys(config), usual = channel_keys(defaults);
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (section_of(keys[i].name) != "channels" || leaf_of(keys[i].name) == "prefix") continue;
     std::string& name = *std::get<std::string*>(keys[i].field);
-    if (name == *std::get<std::string*>(usual[i].field)) name = channels.prefix + name;
+    if (name == *std::get<std::string*>(usual[i].field)) name = config.channels.prefix + name;
   }
-  channels = named.channels;
 }
 
 // Messages of two types on the same channel could not be distinguished. `where`: the files, or
 // empty.
 void check_channels(Config& config, const std::string& where) {
   std::map<std::string, std::string> owner;
-  for (const auto& key : config_keys(config)) {
-    if (section_of(key.name) != "channels" || leaf_of(key.name) == "prefix") continue;
+  for (const ConfigKey& key : channel_keys(config)) {
     const std::string& channel = *std::get<std::string*>(key.field);
     const auto [other, is_new] = owner.emplace(channel, key.name);
     if (!is_new) {
@@ -309,7 +302,7 @@ Config load_config(const std::vector<std::string>& paths, const std::vector<std:
   }
   for (const auto& text : overrides) loader.read_override(text);
   tell(loader.take_notices("--set"));
-  put_prefix(config.channels);
+  put_prefix(config);
   if (!config.gpr.antennas.empty()) config.gpr.lever_arm = config.gpr.antennas.begin()->second;
   check_channels(config, where);
   check_time_offsets(config.gpr, where);

@@ -2,7 +2,6 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -12,10 +11,20 @@
 namespace gprodom {
 namespace {
 
+std::string to_text(bool value) { return value ? "true" : "false"; }
+
+std::string to_text(int value) { return std::to_string(value); }
+
 std::string to_text(double value) {
   std::array<char, 32> buffer;
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
   return {buffer.data(), result.ptr};
+}
+
+std::string to_text(const std::string& text) {
+  YAML::Emitter emitter;
+  emitter << text;  // with quotes if YAML needs them
+  return emitter.c_str();
 }
 
 std::string to_text(const Eigen::Vector3d& v) {
@@ -36,10 +45,9 @@ std::string to_text(const std::map<int, Value>& by_antenna) {
   return "{" + text + "}";
 }
 
-std::string quoted(const std::string& text) {
-  YAML::Emitter emitter;
-  emitter << text;  // with quotes if YAML needs them
-  return emitter.c_str();
+template <class Choice>
+std::string to_text(Choice choice) {
+  return name_of(choice);
 }
 
 // The whole text must be one number; not "1.0abc", not "nan". Independent of the process's locale.
@@ -60,87 +68,73 @@ bool within(const Range& range, double value) {
          value <= range.maximum;
 }
 
-template <class Number>
-std::optional<Number> number_within(const ConfigKey& key, const YAML::Node& node) {
-  if (!node.IsScalar()) return std::nullopt;
-  const auto number = parse_number<Number>(node.Scalar());
-  if (!number || !within(std::get<Range>(key.allowed), double(*number))) return std::nullopt;
-  return number;
-}
-
-// One overload for each type of field. Returns the value, or nothing if the node does not fit.
-std::optional<bool> parse(const ConfigKey&, const YAML::Node& node, const bool*) {
-  bool value = false;
-  if (!node.IsScalar() || !YAML::convert<bool>::decode(node, value)) return std::nullopt;
-  return value;
-}
-
-std::optional<int> parse(const ConfigKey& key, const YAML::Node& node, const int*) {
-  return number_within<int>(key, node);
-}
-
-std::optional<double> parse(const ConfigKey& key, const YAML::Node& node, const double*) {
-  return number_within<double>(key, node);
-}
-
-std::optional<Eigen::Vector3d> vector_within(const ConfigKey& key, const YAML::Node& node) {
-  if (!node.IsSequence() || node.size() != 3) return std::nullopt;
-  Eigen::Vector3d vector;
-  for (int i = 0; i < 3; ++i) {
-    const auto component = number_within<double>(key, node[i]);
-    if (!component) return std::nullopt;
-    vector[i] = *component;
+// One overload for each type of field. Returns false, and leaves the field as it is, if the node
+// does not fit. This one is for numbers, and for enums by the names of their values.
+template <class Value>
+bool read(const ConfigKey& key, const YAML::Node& node, Value& field) {
+  if (!node.IsScalar()) return false;
+  std::optional<Value> value;
+  if constexpr (std::is_enum_v<Value>) {
+    value = find_choice<Value>(node.Scalar());
+  } else {
+    value = parse_number<Value>(node.Scalar());
+    if (value && !within(std::get<Range>(key.allowed), double(*value))) return false;
   }
-  return vector;
+  if (value) field = *value;
+  return value.has_value();
 }
 
-std::optional<Eigen::Vector3d> parse(const ConfigKey& key, const YAML::Node& node,
-                                     const Eigen::Vector3d*) {
-  return vector_within(key, node);
+bool read(const ConfigKey& /*key*/, const YAML::Node& node, bool& field) {
+  return node.IsScalar() && YAML::convert<bool>::decode(node, field);
 }
 
-// An empty list: not given.
-std::optional<std::optional<Eigen::Vector3d>> parse(const ConfigKey& key, const YAML::Node& node,
-                                                    const std::optional<Eigen::Vector3d>*) {
-  if (node.IsSequence() && node.size() == 0) return std::optional<Eigen::Vector3d>();
-  const auto vector = vector_within(key, node);
-  if (!vector) return std::nullopt;
-  return vector;
+bool read(const ConfigKey& key, const YAML::Node& node, std::string& field) {
+  const auto& limit = std::get<Text>(key.allowed);
+  if (!node.IsScalar() || (node.Scalar().empty() && !limit.may_be_empty)) return false;
+  if (node.Scalar().size() > limit.max_length) return false;
+  field = node.Scalar();
+  return true;
 }
 
-std::optional<MountingAngles> parse(const ConfigKey& key, const YAML::Node& node,
-                                    const MountingAngles*) {
-  if (node.IsScalar() && node.Scalar() == "auto") return MountingAngles{std::nullopt};
-  const auto angles = vector_within(key, node);
-  if (!angles) return std::nullopt;
-  return MountingAngles{angles};
+bool read(const ConfigKey& key, const YAML::Node& node, Eigen::Vector3d& field) {
+  if (!node.IsSequence() || node.size() != 3) return false;
+  Eigen::Vector3d vector;
+  for (int i = 0; i < 3; ++i)
+    if (!read(key, node[i], vector[i])) return false;
+  field = vector;
+  return true;
+}
+
+// none: the node says that there is no vector.
+bool read(const ConfigKey& key, const YAML::Node& node, bool none,
+          std::optional<Eigen::Vector3d>& field) {
+  Eigen::Vector3d vector;
+  if (!none && !read(key, node, vector)) return false;
+  field = none ? std::nullopt : std::optional(vector);
+  return true;
+}
+
+bool read(const ConfigKey& key, const YAML::Node& node, std::optional<Eigen::Vector3d>& field) {
+  return read(key, node, node.IsSequence() && node.size() == 0, field);
+}
+
+bool read(const ConfigKey& key, const YAML::Node& node, MountingAngles& field) {
+  return read(key, node, node.IsScalar() && node.Scalar() == "auto", field.rpy);
 }
 
 template <class Value>
-std::optional<std::map<int, Value>> parse(const ConfigKey& key, const YAML::Node& node,
-                                          const std::map<int, Value>*) {
-  if (!node.IsMap()) return std::nullopt;
+bool read(const ConfigKey& key, const YAML::Node& node, std::map<int, Value>& field) {
+  if (!node.IsMap()) return false;
   std::map<int, Value> by_antenna;
   for (const auto& entry : node) {
-    if (!entry.first.IsScalar()) return std::nullopt;
+    if (!entry.first.IsScalar()) return false;
     const auto id = parse_number<int>(entry.first.Scalar());
-    const auto value = parse(key, entry.second, static_cast<const Value*>(nullptr));
-    if (!id || !value || !by_antenna.emplace(*id, *value).second) return std::nullopt;
+    Value value;
+    if (!id || !read(key, entry.second, value) || !by_antenna.emplace(*id, value).second)
+      return false;
   }
-  return by_antenna;
-}
-
-std::optional<std::string> parse(const ConfigKey& key, const YAML::Node& node, const std::string*) {
-  const auto& limit = std::get<Text>(key.allowed);
-  if (!node.IsScalar() || (node.Scalar().empty() && !limit.may_be_empty)) return std::nullopt;
-  if (node.Scalar().size() > limit.max_length) return std::nullopt;
-  return node.Scalar();
-}
-
-template <class Choice>
-std::optional<Choice> parse(const ConfigKey&, const YAML::Node& node, const Choice*) {
-  if (!node.IsScalar()) return std::nullopt;
-  return find_choice<Choice>(node.Scalar());
+  field = by_antenna;
+  return true;
 }
 
 // The names of an enum's values; empty for any other type of field.
@@ -174,36 +168,10 @@ struct KindName {
   }
 };
 
-struct ValueText {
-  std::string operator()(const bool* field) const { return *field ? "true" : "false"; }
-  std::string operator()(const int* field) const { return std::to_string(*field); }
-  std::string operator()(const double* field) const { return to_text(*field); }
-  std::string operator()(const std::string* field) const { return quoted(*field); }
-  std::string operator()(const Eigen::Vector3d* field) const { return to_text(*field); }
-  std::string operator()(const std::optional<Eigen::Vector3d>* field) const {
-    return to_text(*field);
-  }
-  std::string operator()(const MountingAngles* field) const { return to_text(*field); }
-  template <class Value>
-  std::string operator()(const std::map<int, Value>* field) const {
-    return to_text(*field);
-  }
-  template <class Choice>
-  std::string operator()(const Choice* field) const {
-    return name_of(*field);
-  }
-};
-
 }  // namespace
 
 bool assign(const ConfigKey& key, const YAML::Node& node) {
-  return std::visit(
-      [&](auto* field) {
-        const auto value = parse(key, node, field);
-        if (value) *field = *value;
-        return value.has_value();
-      },
-      key.field);
+  return std::visit([&](auto* field) { return read(key, node, *field); }, key.field);
 }
 
 std::string short_range(const ConfigKey& key) {
@@ -237,7 +205,9 @@ std::string expectation(const ConfigKey& key) {
   return text;
 }
 
-std::string value_text(const ConfigKey& key) { return std::visit(ValueText(), key.field); }
+std::string value_text(const ConfigKey& key) {
+  return std::visit([](const auto* field) { return to_text(*field); }, key.field);
+}
 
 std::string node_text(const YAML::Node& node) {
   if (node.IsNull()) return "nothing";
