@@ -45,9 +45,6 @@ class Replay {
  private:
   void read(const lcm::LogEvent& event);
   void write(const Outputs& outputs);
-  static void write(TumWriter& trajectory, const OdometryEstimate& pose) {
-    trajectory.write(pose.time, pose.p_odom_body, pose.q_odom_body);
-  }
 
   const ChannelConfig channels_;
   Runner runner_;
@@ -76,7 +73,7 @@ ReplayStats Replay::run(const ReplayHooks& hooks) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   stats_.timing = runner_.timing();
   if (smoothed_ && stats_.poses > 0) {
-    for (const auto& pose : runner_.smoothed()) write(*smoothed_, pose);
+    for (const auto& pose : runner_.smoothed()) smoothed_->write(pose);
     smoothed_->close();
   }
   writer_.close();
@@ -104,9 +101,8 @@ void Replay::write(const Outputs& outputs) {
     writer_.write(message);
     ++stats_.published[message.channel];
   }
-  for (const auto& pose : outputs.odometry_in_map) {
-    if (trajectory_) write(*trajectory_, pose);
-  }
+  if (trajectory_)
+    for (const auto& pose : outputs.odometry_in_map) trajectory_->write(pose);
   stats_.poses += static_cast<long>(outputs.odometry_in_map.size());
   stats_.warnings.insert(stats_.warnings.end(), outputs.warnings.begin(), outputs.warnings.end());
   if (!outputs.status.empty()) stats_.last_status = outputs.status.back();

@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -37,36 +36,29 @@ pid_t owner_of(const fs::path& file) {
   return number.size() > 1 ? static_cast<pid_t>(std::atoi(number.c_str() + 1)) : 0;
 }
 
-// Synchronises an open file or folder to disk. EINVAL counts as success: the file system does not
-// support it, and nothing better can be done.
-bool is_forced(int descriptor) { return fsync(descriptor) == 0 || errno == EINVAL; }
+// Of a file; the working folder is "." to others.
+std::string folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path().string() : ".";
+}
 
-// Closes the descriptor and leaves errno as it was.
-bool closed_after(bool result, int descriptor) {
+// Synchronises a file or a folder to disk; errno is then that of fsync(). EINVAL counts as
+// success: the file system does not support it, and nothing better can be done. So does a folder
+// that can be written but not listed, which cannot be opened.
+bool is_forced(const std::string& path, bool is_folder) {
+  const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | (is_folder ? O_DIRECTORY : 0));
+  if (opened < 0) return is_folder;
+  const bool forced = fsync(opened) == 0 || errno == EINVAL;
   const int error = errno;
-  close(descriptor);
+  close(opened);
   errno = error;
-  return result;
-}
-
-bool force_file(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  return file >= 0 && closed_after(is_forced(file), file);
-}
-
-// Synchronises a folder. One that can be written but not listed cannot be opened; it is skipped.
-bool force_folder_of(const std::string& path) {
-  const std::string folder = fs::path(path).parent_path().string();
-  const int opened =
-      open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  return opened < 0 || closed_after(is_forced(opened), opened);
-}
-
-[[noreturn]] void fail(const std::string& path, const char* what) {
-  throw FileError(path + ": " + what + ": " + std::strerror(errno));
+  return forced;
 }
 
 }  // namespace
+
+void fail(const std::string& path, const std::string& what) {
+  throw FileError(path + ": " + what + ": " + std::strerror(errno));
+}
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   in_place_ = is_special(path_);
@@ -79,10 +71,10 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::put_in_place() {
   if (in_place_) return;
-  if (!force_file(working_path_)) fail(path_, "cannot be written");
+  if (!is_forced(working_path_, false)) fail(path_, "cannot be written");
   if (std::rename(working_path_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be put in place");
   in_place_ = true;
-  if (!force_folder_of(path_)) fail(path_, "cannot be put in place for good");
+  if (!is_forced(folder_of(path_), true)) fail(path_, "cannot be put in place for good");
 }
 
 void write_whole(const std::string& path, const std::string& bytes) {
@@ -116,12 +108,11 @@ std::string set_aside(const std::string& path, bool keep_both) {
   // Numbers that a file has, of whatever ending: what belongs together has one number.
   std::set<std::string> taken;
   std::error_code ignored;
-  const fs::path folder = whole.parent_path();
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, ignored))
+  for (const auto& entry : fs::directory_iterator(folder_of(whole), ignored))
     taken.insert(entry.path().stem().string());
   int number = 1;
   const auto stem = [&] { return whole.stem().string() + ".kept-" + std::to_string(number); };
-  const auto name = [&] { return (folder / (stem() + ending)).string(); };
+  const auto name = [&] { return (whole.parent_path() / (stem() + ending)).string(); };
   struct stat other {};
   for (; taken.count(stem()) > 0 || lstat(name().c_str(), &other) == 0; ++number)
     if (keep_both && lstat(name().c_str(), &other) == 0 && other.st_dev == file.st_dev &&
@@ -130,7 +121,7 @@ std::string set_aside(const std::string& path, bool keep_both) {
   std::string kept = name();
   const bool linked = keep_both && link(path.c_str(), kept.c_str()) == 0;
   if (!linked && std::rename(path.c_str(), kept.c_str()) != 0) fail(path, "cannot be set aside");
-  if (!force_folder_of(path)) fail(path, "cannot be set aside for good");
+  if (!is_forced(folder_of(path), true)) fail(path, "cannot be set aside for good");
   return kept;
 }
 

@@ -30,6 +30,9 @@ class AtomicFile {
   bool in_place_ = false;
 };
 
+// Throws FileError with what errno says.
+[[noreturn]] void fail(const std::string& path, const std::string& what);
+
 // The whole file at once. Throws FileError.
 void write_whole(const std::string& path, const std::string& bytes);
 

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <string>
 
 #include "gprodom/error.h"
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "base/text.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -29,6 +30,8 @@ inline bool same_format(const TraceFormat& a, const TraceFormat& b) {
 }
 
 // Such as "201 samples at 0.2 ns".
-std::string text_of(const TraceFormat& format);
+inline std::string text_of(const TraceFormat& format) {
+  return formatted("%zu samples at %.6g ns", format.samples, 1e9 * format.sample_interval_s);
+}
 
 }  // namespace gprodom

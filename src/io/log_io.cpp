@@ -4,9 +4,7 @@
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 
 #include "gprodom/error.h"
 
@@ -15,10 +13,6 @@ namespace {
 
 constexpr std::uint32_t kSyncWord = 0xEDA1DA01;  // begins each event of a log
 constexpr std::int64_t kHeaderBytes = 28;        // of an event, before its channel and data
-
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw FileError(path + ": " + what + ": " + std::strerror(errno));
-}
 
 }  // namespace
 

@@ -16,7 +16,7 @@ class TumWriter {
   explicit TumWriter(const std::string& path);
 
   // Time is written to the nanosecond, numbers to the micrometre and below.
-  void write(TimeNs time, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation);
+  void write(const OdometryEstimate& pose);
 
   // Throws FileError where not everything reached the file.
   void close();

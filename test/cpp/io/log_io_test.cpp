@@ -138,13 +138,16 @@ TEST_F(LogIo, FullDiskIsAnError) {
       },
       FileError);
   TumWriter tum("/dev/full");
-  tum.write(0, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  tum.write({});
   EXPECT_THROW(tum.close(), FileError);
 }
 
 TEST_F(LogIo, TumKeepsNanoseconds) {
   TumWriter tum(path("a.tum"));
-  tum.write(1'700'001'000'000'000'001, {1.5, -2, 0.25}, Eigen::Quaterniond(1, 0, 0, 0));
+  OdometryEstimate pose;
+  pose.time = 1'700'001'000'000'000'001;
+  pose.p_odom_body = {1.5, -2, 0.25};
+  tum.write(pose);
   tum.close();
   EXPECT_EQ(content("a.tum"),
             "# time x y z qx qy qz qw\n"
