@@ -22,10 +22,14 @@ class ByteWriter {
     static_assert(std::is_arithmetic_v<T>);
     bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(T));
   }
+  template <typename Values>
+  void put_all(const Values& values) {
+    put_all(values.data(), static_cast<std::size_t>(values.size()));
+  }
 
   void put_text(const std::string& text) {
     put(static_cast<std::uint32_t>(text.size()));
-    put_all(text.data(), text.size());
+    put_all(text);
   }
 
   // The bytes of all put() calls, after a title, their length and a checksum.
@@ -58,11 +62,15 @@ class ByteReader {
     if (count > 0) std::memcpy(values, bytes_.data(), count * sizeof(T));
     bytes_.remove_prefix(count * sizeof(T));
   }
+  template <typename Values>
+  void get_all(Values& values) {  // as many as it has
+    get_all(values.data(), static_cast<std::size_t>(values.size()));
+  }
   std::string get_text() {
     const auto size = get<std::uint32_t>();
     need(size, 1);
     std::string text(size, '\0');
-    get_all(text.data(), size);
+    get_all(text);
     return text;
   }
   // Call before allocating memory for that many elements: throws if the file does not hold them.

@@ -1,9 +1,9 @@
 #include "input/mounting_watch.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "base/text.h"
 
 namespace gprodom {
 
@@ -23,9 +23,8 @@ constexpr double kSure = 5.0;             // standard deviations
 constexpr double kAxisSure = 3.0;         // likewise, if gravity shows the same
 
 std::string tell(const char* what, double angle) {
-  char text[240];
-  std::snprintf(text, sizeof text, what, std::abs(angle) / kDegree);
-  return std::string(text) + ": set imu.rpy_body_imu (gprodom calibrate mount finds it)";
+  return formatted(what, std::abs(angle) / kDegree) +
+         ": set imu.rpy_body_imu (gprodom calibrate mount finds it)";
 }
 
 // Few blocks show their own scatter badly. The quantile of Student's t that is as rare as kSure of

@@ -10,18 +10,8 @@ namespace {
 
 const char* const kStateTitle = "gprodom state 4";
 
-template <typename Matrix>
-void put_matrix(const Matrix& matrix, ByteWriter& out) {
-  out.put_all(matrix.data(), static_cast<std::size_t>(matrix.size()));
-}
-
-template <typename Matrix>
-void get_matrix(ByteReader& in, Matrix& matrix) {
-  in.get_all(matrix.data(), static_cast<std::size_t>(matrix.size()));
-}
-
 void get_rotation(ByteReader& in, Eigen::Quaterniond& q) {
-  get_matrix(in, q.coeffs());
+  in.get_all(q.coeffs());
   if (!(std::abs(q.norm() - 1.0) < 1e-6)) in.refuse("a rotation is not of unit length");
   q.normalize();
 }
@@ -32,11 +22,11 @@ std::string to_bytes(const SavedState& saved) {
   ByteWriter out;
   const NavState& x = saved.state;
   out.put(x.time);
-  put_matrix(x.q_odom_body.coeffs(), out);
+  out.put_all(x.q_odom_body.coeffs());
   for (const auto* vector : {&x.p_odom, &x.v_odom, &x.gyro_bias, &x.accel_bias})
-    put_matrix(*vector, out);
+    out.put_all(*vector);
   out.put(x.wheel_scale);
-  put_matrix(saved.covariance, out);
+  out.put_all(saved.covariance);
   out.put(saved.noise.gyro_density);
   out.put(saved.noise.accel_density);
   out.put(saved.accel_scale);
@@ -45,9 +35,9 @@ std::string to_bytes(const SavedState& saved) {
   out.put(saved.distance_m);
   out.put(static_cast<std::uint8_t>(saved.correction.has_value()));
   const Correction correction = saved.correction.value_or(Correction{});
-  put_matrix(correction.q_map_odom.coeffs(), out);
-  put_matrix(correction.p_map_odom, out);
-  put_matrix(correction.covariance, out);
+  out.put_all(correction.q_map_odom.coeffs());
+  out.put_all(correction.p_map_odom);
+  out.put_all(correction.covariance);
   out.put(static_cast<std::int32_t>(correction.revisits));
   out.put(static_cast<std::int32_t>(saved.map));
   out.put_text(saved.wheel_setting);
@@ -61,9 +51,9 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   NavState& x = saved.state;
   x.time = in.get<TimeNs>();
   get_rotation(in, x.q_odom_body);
-  for (auto* vector : {&x.p_odom, &x.v_odom, &x.gyro_bias, &x.accel_bias}) get_matrix(in, *vector);
+  for (auto* vector : {&x.p_odom, &x.v_odom, &x.gyro_bias, &x.accel_bias}) in.get_all(*vector);
   x.wheel_scale = in.get<double>();
-  get_matrix(in, saved.covariance);
+  in.get_all(saved.covariance);
   saved.noise.gyro_density = in.get<double>();
   saved.noise.accel_density = in.get<double>();
   saved.accel_scale = in.get<double>();
@@ -74,8 +64,8 @@ SavedState saved_state_from(const std::string& name, std::string_view bytes) {
   const bool has_correction = in.get<std::uint8_t>() != 0;
   Correction correction;
   get_rotation(in, correction.q_map_odom);
-  get_matrix(in, correction.p_map_odom);
-  get_matrix(in, correction.covariance);
+  in.get_all(correction.p_map_odom);
+  in.get_all(correction.covariance);
   correction.revisits = in.get<std::int32_t>();
   if (has_correction) saved.correction = correction;
   saved.map = in.get<std::int32_t>();

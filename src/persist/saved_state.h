@@ -23,7 +23,7 @@ struct SavedState {
   std::optional<Correction> correction;
   int map = 0;                // which map of the ground's; -1: none, the ground is another one
   std::uint64_t ground = 0;   // file that the ground was taken up from (GroundMap::taken_from())
-  std::string wheel_setting;  // of saved_wheel.h, then
+  std::string wheel_setting;  // of learnt.h, then
 };
 
 std::string to_bytes(const SavedState& saved);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
-#include <utility>
 
 #include "base/atomic_file.h"
+#include "base/text.h"
 #include "estimation/drive_traits.h"
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
@@ -37,11 +36,14 @@ const char* const kStateFile = "/pose.state";
 const char* const kOtherWheel =
     "wheel.scale or the wheel's mounting was changed in the configuration since";
 
+}  // namespace
+
 // The content of a file, parsed; nothing if the file is missing, or (with a notice) if it cannot be
 // used.
-template <typename Parse>
-auto read(const std::string& path, std::vector<std::string>& notices, Parse parse)
-    -> std::optional<decltype(parse(path, std::string()))> {
+template <typename Saved>
+std::optional<Saved> StateStore::read(const std::string& path, std::vector<std::string>& notices,
+                                      Saved (*parse)(const std::string&, std::string_view)) const {
+  if (!keeps_state()) return std::nullopt;
   std::string bytes;
   try {
     if (read_whole(path, bytes)) return parse(path, bytes);
@@ -50,8 +52,6 @@ auto read(const std::string& path, std::vector<std::string>& notices, Parse pars
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 StateStore::StateStore(const Config& config)
     : config_(config),
@@ -79,7 +79,7 @@ bool StateStore::is_locked() {
 Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) const {
   if (enabled() && !keeps_state())
     notices.push_back(directory_ + ": shared: another user keeps pose, wheel and slip there");
-  if (!keeps_state() || config_.wheel.scale_sigma <= 0) return config_;
+  if (config_.wheel.scale_sigma <= 0) return config_;
   const std::string path = directory_ + kWheelFile;
   const auto wheel = read(path, notices, saved_wheel_from);
   if (!wheel) return config_;
@@ -92,10 +92,8 @@ Config StateStore::config_with_wheel_scale(std::vector<std::string>& notices) co
   config.wheel.scale_sigma = std::hypot(wheel->sigma, kBetweenRuns);
   if (config.wheel.scale_sigma >= config_.wheel.scale_sigma) return config_;
   config.wheel.scale = wheel->scale;
-  char said[80];
-  std::snprintf(said, sizeof said, "wheel scale of the last run taken up: %.5f +- %.5f",
-                config.wheel.scale, config.wheel.scale_sigma);
-  notices.emplace_back(said);
+  notices.push_back(formatted("wheel scale of the last run taken up: %.5f +- %.5f",
+                              config.wheel.scale, config.wheel.scale_sigma));
   return config;
 }
 
@@ -105,15 +103,11 @@ std::string StateStore::why_not(const SavedWheel& wheel) const {
   const double sigma = std::hypot(wheel.sigma, config_.wheel.scale_sigma);
   const double sigmas = std::abs(wheel.scale - config_.wheel.scale) / sigma;
   if (sigmas <= kMostSigmas) return "";
-  char said[120];
-  std::snprintf(said, sizeof said,
-                "its scale %.5f is %.0f standard deviations off wheel.scale (wheel.scale_sigma)",
-                wheel.scale, sigmas);
-  return said;
+  return formatted("its scale %.5f is %.0f standard deviations off wheel.scale (wheel.scale_sigma)",
+                   wheel.scale, sigmas);
 }
 
 std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) const {
-  if (!keeps_state()) return std::nullopt;
   const std::string path = directory_ + kSlipFile;
   const auto slip = read(path, notices, saved_slip_from);
   if (!slip) return std::nullopt;
@@ -123,20 +117,19 @@ std::optional<slip::Learnt> StateStore::slip(std::vector<std::string>& notices) 
 }
 
 std::optional<LearntTurn> StateStore::pair(std::vector<std::string>& notices) const {
-  if (!keeps_state()) return std::nullopt;
   const std::string path = directory_ + kPairFile;
   const auto pair = read(path, notices, saved_pair_from);
   if (!pair) return std::nullopt;
   const std::string reason = why_not(*pair);
-  char said[120];
-  std::snprintf(said, sizeof said, "left and right wheels in the last run: track %.4f +- %.4f m",
-                pair->learnt.track_m, pair->learnt.track_sigma_m);
-  notices.push_back(reason.empty() ? said : path + ": not used: " + reason);
+  notices.push_back(reason.empty()
+                        ? formatted("left and right wheels in the last run: track %.4f +- %.4f m",
+                                    pair->learnt.track_m, pair->learnt.track_sigma_m)
+                        : path + ": not used: " + reason);
   return reason.empty() ? std::optional(pair->learnt) : std::nullopt;
 }
 
 std::optional<LearntMounting> StateStore::mounting(std::vector<std::string>& notices) const {
-  if (!keeps_state() || config_.imu.rpy_body_imu.rpy) return std::nullopt;
+  if (config_.imu.rpy_body_imu.rpy) return std::nullopt;
   return read(directory_ + kMountingFile, notices, saved_mounting_from);
 }
 
@@ -148,16 +141,13 @@ std::string StateStore::why_not(const SavedPair& pair) const {
   const double sigma = std::hypot(pair.learnt.track_sigma_m, expected.track_sigma_m);
   const double sigmas = std::abs(pair.learnt.track_m - expected.track_m) / sigma;
   if (sigmas <= kMostSigmas) return "";
-  char said[120];
-  std::snprintf(said, sizeof said,
-                "its track of %.3f m is %.0f standard deviations off what wheel.drive and "
-                "wheel.track let expect",
-                pair.learnt.track_m, sigmas);
-  return said;
+  return formatted(
+      "its track of %.3f m is %.0f standard deviations off what wheel.drive and wheel.track let "
+      "expect",
+      pair.learnt.track_m, sigmas);
 }
 
 std::optional<SavedState> StateStore::state(std::vector<std::string>& notices) const {
-  if (!keeps_state()) return std::nullopt;
   auto saved = read(directory_ + kStateFile, notices, saved_state_from);
   if (!saved || saved->wheel_setting == wheel_setting_) return saved;
   saved->state.wheel_scale = config_.wheel.scale;
@@ -188,10 +178,8 @@ void StateStore::use_ground_of(const TraceFormat& format) {
   } catch (const FileError&) {  // what cannot be used is set aside when it is replaced
   }
   if (!main || !main->has_ground || same_format(main->format, format)) return;
-  char name[80];
-  std::snprintf(name, sizeof name, "%s-%zux%gps", kMainGround, format.samples,
-                1e12 * format.sample_interval_s);
-  ground_name_ = name;
+  ground_name_ =
+      formatted("%s-%zux%gps", kMainGround, format.samples, 1e12 * format.sample_interval_s);
   other_format_ = "the radar sends " + text_of(format) + ", ground.map is of " +
                   text_of(main->format) + ": it stays as it is, and new ground goes to " +
                   ground_name_ + ".map; set the radar back, or command load_map " + ground_name_ +
@@ -206,32 +194,29 @@ bool StateStore::is_due(TimeNs now, TimeNs period, TimeNs& last) const {
   return true;
 }
 
+template <typename Saved>
+void StateStore::write(const char* file, const Saved& saved) {
+  if (keeps_state() && is_locked()) writer_.write(directory_ + file, to_bytes(saved));
+}
+
 void StateStore::save(const OdometryEstimate& estimate, const std::optional<SavedState>& state) {
-  if (!keeps_state() || !is_locked()) return;
-  if (estimate.wheel_scale_sigma > 0) {
-    writer_.write(
-        directory_ + kWheelFile,
-        to_bytes(SavedWheel{estimate.wheel_scale, estimate.wheel_scale_sigma, wheel_setting_}));
-  }
+  if (estimate.wheel_scale_sigma > 0)
+    write(kWheelFile, SavedWheel{estimate.wheel_scale, estimate.wheel_scale_sigma, wheel_setting_});
   if (!state) return;
   SavedState saved = *state;
   saved.wheel_setting = wheel_setting_;
-  writer_.write(directory_ + kStateFile, to_bytes(saved));
+  write(kStateFile, saved);
 }
 
 void StateStore::save(const LearntTurn& pair) {
-  if (keeps_state() && is_locked())
-    writer_.write(directory_ + kPairFile, to_bytes(SavedPair{pair, pair_setting(config_)}));
+  write(kPairFile, SavedPair{pair, pair_setting(config_)});
 }
 
 void StateStore::save(const slip::Learnt& slip) {
-  if (keeps_state() && is_locked() && slip.counts.rolled_s > 0)
-    writer_.write(directory_ + kSlipFile, to_bytes(SavedSlip{slip, wheel_setting_}));
+  if (slip.counts.rolled_s > 0) write(kSlipFile, SavedSlip{slip, wheel_setting_});
 }
 
-void StateStore::save(const LearntMounting& mounting) {
-  if (keeps_state() && is_locked()) writer_.write(directory_ + kMountingFile, to_bytes(mounting));
-}
+void StateStore::save(const LearntMounting& mounting) { write(kMountingFile, mounting); }
 
 void StateStore::save_ground(const std::string& path, SavedGround ground, bool asked) {
   if (!asked && ground.empty) return;
@@ -257,11 +242,8 @@ std::vector<std::string> StateStore::take_notices() {
   for (const auto& [path, error, report] : writer_.take_outcomes()) {
     needs_whole_ = needs_whole_ || !report.done;
     tell(report.told, notices);
-    if (error.empty()) {
-      failing_.erase(path);
-    } else {
-      failing_[path] = error;
-    }
+    failing_.erase(path);
+    if (!error.empty()) failing_[path] = error;
     const auto asked = std::find(awaited_.begin(), awaited_.end(), path);
     if (asked == awaited_.end()) continue;
     awaited_.erase(asked);
@@ -277,9 +259,9 @@ void StateStore::tell(const std::vector<std::string>& told, std::vector<std::str
 }
 
 std::string StateStore::trouble() const {
-  std::string all;
-  for (const auto& [path, error] : failing_) all += (all.empty() ? "" : "; ") + error;
-  return all;
+  std::vector<std::string> errors;
+  for (const auto& [path, error] : failing_) errors.push_back(error);
+  return joined(errors, "; ");
 }
 
 }  // namespace gprodom

@@ -13,9 +13,8 @@
 #include "gprodom/types.h"
 #include "map/ground_files.h"
 #include "map/ground_map.h"
-#include "persist/saved_mounting.h"
+#include "persist/learnt.h"
 #include "persist/saved_state.h"
-#include "persist/saved_wheel.h"
 
 namespace gprodom {
 
@@ -98,6 +97,11 @@ class StateStore {
   std::string trouble() const;
 
  private:
+  template <typename Saved>
+  std::optional<Saved> read(const std::string& path, std::vector<std::string>& notices,
+                            Saved (*parse)(const std::string&, std::string_view)) const;
+  template <typename Saved>
+  void write(const char* file, const Saved& saved);
   bool is_due(TimeNs now, TimeNs period, TimeNs& last) const;
 
   std::string why_not(const SavedWheel& wheel) const;

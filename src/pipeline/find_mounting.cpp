@@ -2,9 +2,8 @@
 // (imu.rpy_body_imu: auto), or is contradicted.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
-#include "estimation/revised_state.h"
+#include "base/text.h"
 #include "pipeline/pipeline.h"
 
 namespace gprodom {
@@ -85,10 +84,8 @@ std::optional<Eigen::Matrix3d> Pipeline::take_mounting() {
 
 std::string Pipeline::mounting_text() const {
   const Eigen::Vector3d rpy = imu_mounting_.rpy();
-  char text[100];
-  std::snprintf(text, sizeof text, "imu.rpy_body_imu [%.3f, %.3f, %.3f], yaw +- %.0f degrees",
-                rpy.x(), rpy.y(), rpy.z(), search_.yaw_sigma() / kDegree);
-  return text;
+  return formatted("imu.rpy_body_imu [%.3f, %.3f, %.3f], yaw +- %.0f degrees", rpy.x(), rpy.y(),
+                   rpy.z(), search_.yaw_sigma() / kDegree);
 }
 
 void Pipeline::buffer_message(const Message& message) {

@@ -8,11 +8,9 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "base/dated_worker.h"
-#include "base/learnt_mounting.h"
 #include "base/trace_format.h"
 #include "estimation/state_estimator.h"
 #include "gpr/pair/antenna_filter.h"
@@ -27,6 +25,7 @@
 #include "map/map_task.h"
 #include "motion/motion_judge.h"
 #include "motion/slip_drift.h"
+#include "persist/learnt.h"
 #include "persist/saved_state.h"
 #include "pipeline/factor_queue.h"
 #include "pipeline/prediction.h"

@@ -1,8 +1,8 @@
 // How a pipeline continues from an earlier one or from a saved run, and what it saves.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "base/text.h"
 #include "map/map_frame.h"
 #include "pipeline/pipeline.h"
 
@@ -14,18 +14,14 @@ bool Pipeline::resume() {
   const SavedState saved = *std::exchange(saved_, std::nullopt);
   const NavState& x = saved.state;
   const double age = to_seconds(imu_now_ - x.time);
-  char said[120];
   if (!(age > 0.0 && age <= config_.state.resume_within)) {
-    std::snprintf(said, sizeof said,
-                  "the saved pose is %.0f s old (state.resume_within): starting at the initialiser",
-                  age);
-    out_.warnings.emplace_back(said);
+    out_.warnings.push_back(formatted(
+        "the saved pose is %.0f s old (state.resume_within): starting at the initialiser", age));
     motion_.forget_wheel();
     return false;
   }
   stop_buffering();  // what comes does not begin at the origin
-  std::snprintf(said, sizeof said, "resumed from the pose saved %.1f s before", age);
-  out_.warnings.emplace_back(said);
+  out_.warnings.push_back(formatted("resumed from the pose saved %.1f s before", age));
   imu_mounting_.divide_forces(saved.accel_scale);
   motion_.divide_forces(saved.accel_scale);
   // IMU samples of a straight path at constant speed.

@@ -1,6 +1,6 @@
 // A saved state, a saved wheel, its slip, and a saved pair of wheels.
+#include "persist/learnt.h"
 #include "persist/saved_state.h"
-#include "persist/saved_wheel.h"
 #include "sealed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
