@@ -9,6 +9,7 @@
 #include "apps/command_line.h"
 #include "apps/service.h"
 #include "apps/signal_watch.h"
+#include "base/text.h"
 #include "gprodom/version.h"
 #include "ros2_node.h"
 
@@ -23,15 +24,6 @@ struct Options {
 
 void say(const char* level, const std::string& text) {
   std::fprintf(stderr, "%s%s\n", stderr_is_journal() ? level : "", text.c_str());
-}
-
-std::string health_of(const Status& status) {
-  std::string text = status.health == HealthLevel::kOk         ? "health: ok"
-                     : status.health == HealthLevel::kDegraded ? "health: degraded"
-                                                               : "health: failed";
-  for (const auto& reason : status.reasons)
-    text += (&reason == &status.reasons.front() ? ": " : "; ") + reason;
-  return text;
 }
 
 void run(const Options& options) {
@@ -52,18 +44,20 @@ void run(const Options& options) {
   hooks.alive = [&] { service.alive(); };
   hooks.warning = [](const std::string& text) { say(SD_WARNING, text); };
   hooks.status = [&](const Status& status) {
-    const std::string text = health_of(status);
+    const std::string reasons = joined(status.reasons, "; ");
+    const std::string text =
+        "health: " + name_of(status.health) + (reasons.empty() ? "" : ": " + reasons);
     if (text == health) return;
     say(status.health == HealthLevel::kOk ? SD_INFO : SD_WARNING, text);
-    service.status(text);
+    Service::tell("STATUS=" + text);
     health = text;
   };
   ros2::Ros2Node node(config, settings, hooks);
   say(SD_INFO, std::string("gprodom_ros2 ") + kVersion + " runs: domain " +
                    std::to_string(settings.domain) + ", interface '" + settings.interface + "'");
-  service.ready();
+  Service::tell("READY=1");
   while (signals.poll() == 0) node.receive();
-  service.stopping();
+  Service::tell("STOPPING=1");
   say(SD_INFO, "stopping");
 }
 

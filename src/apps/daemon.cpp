@@ -11,7 +11,7 @@
 #include <random>
 #include <utility>
 
-#include "gprodom/error.h"
+#include "base/text.h"
 #include "gprodom/odometry.h"
 #include "gprodom/version.h"
 
@@ -61,12 +61,6 @@ bool applies_while_running(const ConfigChange& change) {
   return change.key.rfind("logging.", 0) == 0;
 }
 
-std::string joined(const std::vector<std::string>& texts, const std::string& separator) {
-  std::string all;
-  for (const auto& text : texts) all += (all.empty() ? "" : separator) + text;
-  return all;
-}
-
 // A random number, the same as another process's with a probability of 2^-48. Exact in a double.
 double new_instance() {
   std::random_device random;
@@ -112,13 +106,13 @@ void Daemon::run() {
   start();
   log_->info("gprodomd {} runs: config {}, LCM {}", kVersion, joined(options_.config_paths, ", "),
              options_.lcm_url);
-  service_.ready();
+  Service::tell("READY=1");
   while (signals_.wait() == SIGHUP) {
-    service_.reloading();
+    Service::tell("RELOADING=1");
     reread_config();
-    service_.ready();
+    Service::tell("READY=1");
   }
-  service_.stopping();
+  Service::tell("STOPPING=1");
   log_->info("stopping");
   stop();
   log_->info("stopped");
@@ -192,15 +186,14 @@ void Daemon::publish(const ChannelConfig& channels, const Outputs& outputs) {
 void Daemon::log_health(const Status& status) {
   if (status.health == health_) return;
   health_ = status.health;
-  const std::string text = health_ == HealthLevel::kOk ? "health: ok"
-                           : health_ == HealthLevel::kDegraded
-                               ? "health: degraded: " + joined(status.reasons, "; ")
-                               : "health: failed: " + joined(status.reasons, "; ");
-  log_->log(health_ == HealthLevel::kOk         ? spdlog::level::info
+  const bool ok = health_ == HealthLevel::kOk;
+  const std::string text =
+      "health: " + name_of(health_) + (ok ? "" : ": " + joined(status.reasons, "; "));
+  log_->log(ok                                  ? spdlog::level::info
             : health_ == HealthLevel::kDegraded ? spdlog::level::warn
                                                 : spdlog::level::err,
             text);
-  service_.status(text);
+  Service::tell("STATUS=" + text);
 }
 
 }  // namespace gprodom

@@ -1,8 +1,7 @@
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "apps/replay.h"
+#include "base/text.h"
 
 namespace gprodom {
 namespace {
@@ -15,9 +14,7 @@ std::string json(const std::string& text) {
       quoted += '\\';
       quoted += c;
     } else if (code < 0x20) {
-      std::array<char, 8> escape;
-      std::snprintf(escape.data(), escape.size(), "\\u%04x", code);
-      quoted += escape.data();
+      quoted += formatted("\\u%04x", code);
     } else {
       quoted += c;
     }
@@ -26,10 +23,7 @@ std::string json(const std::string& text) {
 }
 
 std::string json(double number) {
-  if (!std::isfinite(number)) return "null";
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.9g", number);
-  return text.data();
+  return std::isfinite(number) ? formatted("%.9g", number) : "null";
 }
 
 std::string json(long number) { return std::to_string(number); }
@@ -55,12 +49,6 @@ std::string json(const WorkTime& time) {
          ", \"longest_ms\": " + json(1e3 * time.longest_s) + "}";
 }
 
-std::string json(HealthLevel health) {
-  return health == HealthLevel::kOk         ? "\"ok\""
-         : health == HealthLevel::kDegraded ? "\"degraded\""
-                                            : "\"failed\"";
-}
-
 }  // namespace
 
 std::string to_json(const ReplayStats& stats) {
@@ -78,7 +66,8 @@ std::string to_json(const ReplayStats& stats) {
          ",\n  \"wall_seconds\": " + json(stats.wall_seconds) +
          ",\n  \"times_real_time\": " + json(ratio) +
          ",\n  \"solver\": " + json(stats.timing.solver) +
-         ",\n  \"radar\": " + json(stats.timing.radar) + ",\n  \"health\": " + json(status.health) +
+         ",\n  \"radar\": " + json(stats.timing.radar) +
+         ",\n  \"health\": " + json(name_of(status.health)) +
          ",\n  \"reasons\": " + json(status.reasons) + ",\n  \"values\": " + json(values) + "\n}\n";
 }
 

@@ -21,20 +21,14 @@ Service::Service() : feed_period_(Clock::duration::zero()) {
   }
 }
 
-void Service::ready() { sd_notify(0, "READY=1"); }
-
-void Service::reloading() { sd_notify(0, "RELOADING=1"); }
-
-void Service::stopping() { sd_notify(0, "STOPPING=1"); }
-
-void Service::status(const std::string& text) { sd_notify(0, ("STATUS=" + text).c_str()); }
+void Service::tell(const std::string& state) { sd_notify(0, state.c_str()); }
 
 void Service::alive() {
   if (feed_period_ == Clock::duration::zero()) return;
   const Clock::rep now = Clock::now().time_since_epoch().count();
   if (now < next_feed_.load(std::memory_order_relaxed)) return;
   next_feed_.store(now + feed_period_.count(), std::memory_order_relaxed);
-  sd_notify(0, "WATCHDOG=1");
+  tell("WATCHDOG=1");
 }
 
 bool stderr_is_journal() {

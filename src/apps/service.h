@@ -11,10 +11,9 @@ class Service {
  public:
   Service();
 
-  void ready();
-  void reloading();
-  void stopping();
-  void status(const std::string& text);  // one line, shown by systemctl status
+  // A state as sd_notify(3) has it: READY=1, RELOADING=1, STOPPING=1, or STATUS= and one line,
+  // which systemctl status shows.
+  static void tell(const std::string& state);
 
   // Feeds the watchdog; call it as often as you like. Any thread.
   void alive();
