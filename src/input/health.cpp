@@ -1,6 +1,5 @@
 #include "input/health.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace gprodom {

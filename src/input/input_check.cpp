@@ -61,23 +61,14 @@ bool InputCheck::is_other_antenna(const InputMessage& message) const {
   return trace && antenna_.value_or(trace->antenna_id) != trace->antenna_id;
 }
 
-GapWatch& InputCheck::gaps(const InputMessage& message) {
-  const auto* trace = std::get_if<GprTrace>(&message);
-  return trace ? antennas_.at(trace->antenna_id).gaps : gaps_[message.index()];
-}
-
-TimeNs& InputCheck::stuck(const InputMessage& message) {
-  const auto* trace = std::get_if<GprTrace>(&message);
-  return trace ? antennas_.at(trace->antenna_id).stuck : imu_stuck_;
-}
-
 bool InputCheck::accept(InputMessage& message) {
   const std::string reason = refusal(message);
   const TimeNs time = time_of(message);
+  const auto* trace = std::get_if<GprTrace>(&message);
   if (const auto* fix = std::get_if<PositionFix>(&message)) note_outage(*fix);
   if (!reason.empty()) {
     health_.count(channel_of(message, config_).name, reason);
-    if (reason == kStuck) stuck(message) = time;
+    if (reason == kStuck) (trace ? antennas_.at(trace->antenna_id).stuck : imu_stuck_) = time;
     return false;
   }
   health_.advance(time);
@@ -86,16 +77,15 @@ bool InputCheck::accept(InputMessage& message) {
     imu_now_ = std::max(imu_now_, time);
     choose_antenna();
   }
-  pair_heard_ |= std::holds_alternative<WheelsSample>(message);
-  if (const auto* wheel = std::get_if<WheelSample>(&message)) wheel_m_ = wheel->distance_m;
-  if (const auto* wheels = std::get_if<WheelsSample>(&message))
-    wheel_m_ = 0.5 * (wheels->left_m + wheels->right_m);
-  if (std::holds_alternative<WheelSample>(message) ||
-      std::holds_alternative<WheelsSample>(message)) {
+  const auto* wheel = std::get_if<WheelSample>(&message);
+  const auto* wheels = std::get_if<WheelsSample>(&message);
+  if (wheels) pair_heard_ = true;
+  if (wheel || wheels) {
+    wheel_m_ = wheel ? wheel->distance_m : 0.5 * (wheels->left_m + wheels->right_m);
     wheel_now_ = std::max(wheel_now_, time);
     trigger_.add_wheel(time, wheel_m_);
   }
-  if (const auto* trace = std::get_if<GprTrace>(&message)) {
+  if (trace) {
     antennas_.at(trace->antenna_id).newest = time;
     if (!antenna_) antenna_ = trace->antenna_id;
     if (trace->antenna_id == *antenna_) trigger_.add_trace(time);
@@ -150,18 +140,19 @@ void InputCheck::watch(const InputMessage& message) {
     return;
   const std::string& name = channel_of(message, config_).name;
   const TimeNs time = time_of(message);
+  const auto* trace = std::get_if<GprTrace>(&message);
+  Antenna* antenna = trace ? &antennas_.at(trace->antenna_id) : nullptr;
   // Between traces by distance there are pauses.
-  const bool pauses =
-      std::holds_alternative<GprTrace>(message) && trigger_.trigger() != Trigger::kTime;
-  if (!pauses && gaps(message).gap_before(time)) health_.count(name, kGap);
+  const bool pauses = trace && trigger_.trigger() != Trigger::kTime;
+  GapWatch& gaps = antenna ? antenna->gaps : gaps_[message.index()];
+  if (!pauses && gaps.gap_before(time)) health_.count(name, kGap);
   const bool imu = std::holds_alternative<ImuSample>(message);
   std::string weak = imu ? imu_watch_.quality() : "";
-  if (const auto* trace = std::get_if<GprTrace>(&message)) {
-    Antenna& antenna = antennas_.at(trace->antenna_id);
-    weak = antenna.quality.quality(*trace);
-    if (!antenna.quality.dead()) {
-      if (antenna.signal + kSecond < time) antenna.since = time;
-      antenna.signal = time;
+  if (antenna) {
+    weak = antenna->quality.quality(*trace);
+    if (!antenna->quality.dead()) {
+      if (antenna->signal + kSecond < time) antenna->since = time;
+      antenna->signal = time;
     }
   }
   if (!weak.empty()) health_.count(name, weak);

@@ -86,8 +86,6 @@ class InputCheck {
   std::string refusal(InputMessage& message);
   std::string refusal(const GprTrace& trace);
   bool is_other_antenna(const InputMessage& message) const;
-  GapWatch& gaps(const InputMessage& message);
-  TimeNs& stuck(const InputMessage& message);
   void watch(const InputMessage& message);
   bool is_silent(TimeNs newest_trace) const;
   void choose_antenna();

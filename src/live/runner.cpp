@@ -38,18 +38,17 @@ Runner::Runner(const Config& config, Execution execution, gpr::FrontEndFactory f
       odometry_(config, execution, std::move(front_end)) {}
 
 Outputs Runner::feed(const Input& input) {
-  struct Adder {
-    Runner& runner;
-    void operator()(const ImuSample& sample) const { runner.odometry_.add(sample); }
-    void operator()(const WheelSample& sample) const { runner.odometry_.add(sample); }
-    void operator()(const WheelsSample& sample) const { runner.odometry_.add(sample); }
-    void operator()(const GprTrace& trace) const { runner.odometry_.add(trace); }
-    void operator()(const Displacement& external) const { runner.odometry_.add(external); }
-    void operator()(const PositionFix& fix) const { runner.odometry_.add(fix); }
-    void operator()(const Command& command) const { runner.obey(command); }
-    void operator()(const Rejection& r) const { runner.reject(r.channel, r.reason); }
-  };
-  std::visit(Adder{*this}, input);
+  std::visit(
+      [this](const auto& message) {
+        using Message = std::decay_t<decltype(message)>;
+        if constexpr (std::is_same_v<Message, Command>)
+          obey(message);
+        else if constexpr (std::is_same_v<Message, Rejection>)
+          reject(message.channel, message.reason);
+        else
+          odometry_.add(message);
+      },
+      input);
   return step();
 }
 

@@ -135,19 +135,21 @@ void Odometry::save_state() {
 }
 
 void Odometry::begin_saving(const std::string& path, bool asked) {
-  if (!ground_owner().has_map()) return;
-  const bool main = path == store_->ground_path();
-  ground_owner().save_ground(main, [store = store_.get(), path, asked](SavedGround ground) {
-    store->save_ground(path, std::move(ground), asked);
-  });
+  MapTask& map = ground_owner().map();
+  if (!map.enabled()) return;
+  map.save_ground(ground_owner().now(), path == store_->ground_path(),
+                  [store = store_.get(), path, asked](SavedGround ground) {
+                    store->save_ground(path, std::move(ground), asked);
+                  });
 }
 
 void Odometry::begin_saving_newest() {
-  if (!ground_owner().has_map()) return;
-  ground_owner().save_newest(
-      [store = store_.get(), path = store_->ground_path()](SavedGround ground) {
-        store->save_ground(path, std::move(ground), false);
-      });
+  MapTask& map = ground_owner().map();
+  if (!map.enabled()) return;
+  map.save_newest(ground_owner().now(),
+                  [store = store_.get(), path = store_->ground_path()](SavedGround ground) {
+                    store->save_ground(path, std::move(ground), false);
+                  });
 }
 
 // Before the ground driven over is exchanged for another. Waits for the disk. False if it cannot be
@@ -175,7 +177,7 @@ void Odometry::begin_saving_map(const std::string& path) {
 void Odometry::save_map(const std::string& path) {
   expect_map(path);
   expect_writable(path);
-  const SavedGround ground = ground_owner().saved_ground();
+  const SavedGround ground = ground_owner().map().saved_ground();
   store_->writer().flush();
   std::vector<std::string> told;
   const bool replaced = store_->ground_files().replace(path, ground, told);
@@ -207,7 +209,7 @@ void Odometry::load_map(const std::string& path) {
 std::optional<GroundMap> Odometry::ground_of(const TraceFormat& format) {
   std::vector<GroundMap>& unsaved = rescue_->unsaved;
   const bool saved = save_ground() && store_->enabled() && store_->writes_ground();
-  if (!saved) unsaved.push_back(ground_owner().take_ground());
+  if (!saved) unsaved.push_back(ground_owner().map().take_ground());
   map_exchanged_ = true;
   if (store_->enabled()) store_->use_ground_of(format);
   const auto kept = std::find_if(unsaved.begin(), unsaved.end(), [&](const GroundMap& ground) {
@@ -240,7 +242,7 @@ void Odometry::locate_at(const RoughPlace& place) {
 
 // Throws an error about the file unless there is a map.
 void Odometry::expect_map(const std::string& path) const {
-  if (!ground_owner().has_map())
+  if (!ground_owner().map().enabled())
     throw FileError(path + ": there is no map: gpr.enabled or graph.enabled is false");
 }
 
@@ -266,7 +268,7 @@ Timing Odometry::timing() const { return pipeline_->timing(); }
 
 void Odometry::reset() {
   StartingPoint start = pipeline_->learnt();
-  start.ground = ground_owner().take_ground();
+  start.ground = ground_owner().map().take_ground();
   restart(std::move(start));
 }
 

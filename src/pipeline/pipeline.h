@@ -90,12 +90,7 @@ class Pipeline {
     return std::exchange(resumed_correction_, std::nullopt);
   }
   TimeNs now() const { return imu_now_; }  // data time
-  // save_ground() needs a map.
-  bool has_map() const { return map_->enabled(); }
-  // Waits for the map's jobs, and leaves the map without ground.
-  GroundMap take_ground() { return map_->take_ground(); }
-  // Waits for the map's jobs.
-  SavedGround saved_ground() { return map_->saved_ground(); }
+  MapTask& map() { return *map_; }
   void drain();
   // The radar's setting, once it is known.
   std::optional<TraceFormat> trace_format() const { return input_.trace_format(); }
@@ -104,14 +99,6 @@ class Pipeline {
   void locate_at(const ToldPlace& place) {
     if (map_waits_) told_ = place;
     map_->locate_at(place);
-  }
-  // Runs on the map's thread, after its current jobs.
-  // main: to the file that save_newest() adds to.
-  void save_ground(bool main, std::function<void(SavedGround)> take) {
-    map_->save_ground(imu_now_, main, std::move(take));
-  }
-  void save_newest(std::function<void(SavedGround)> take) {
-    map_->save_newest(imu_now_, std::move(take));
   }
   // Keeps these in the status until they are empty: what cannot be written, which map file has
   // another name now, and that the radar has another setting than ground.map.

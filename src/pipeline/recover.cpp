@@ -63,9 +63,9 @@ void Odometry::recover(const std::exception_ptr& failure) {
 // The ground that the failed estimator has. After a failure of the map it must be whole, as a file
 // that is read must be; otherwise that of the last saving counts.
 std::optional<GroundMap> Odometry::rescued_ground(bool of_map) {
-  if (!ground_owner().has_map()) return std::nullopt;
+  if (!ground_owner().map().enabled()) return std::nullopt;
   try {
-    GroundMap ground = ground_owner().take_ground();
+    GroundMap ground = ground_owner().map().take_ground();
     if (of_map) ground_map_from("ground", to_bytes(ground, ground.places), memory_options(config_));
     return ground;
   } catch (const std::exception& error) {
