@@ -88,10 +88,9 @@ void bind_front_end(py::module_& module) {
           "(samples,) float32, a copy");
   py::class_<gpr::Standstill>(
       module, "Standstill",
-      "The antenna stood between two times (ns). sigma: motion that the test may have missed, m. "
-      "since: the antenna has not moved since this time, because the traces then and now are "
-      "equal; "
-      "0: not compared.")
+      "The antenna stood between two times (ns). sigma: motion that the test may have missed, m.\n"
+      "since: the antenna has not moved since this time, because the traces then and now are\n"
+      "equal; 0: not compared.")
       .def(py::init([](TimeNs from, TimeNs to, double sigma, std::string source, double score,
                        TimeNs since) {
              return gpr::Standstill{from, to, std::move(source), sigma, score, since};
@@ -122,8 +121,5 @@ void bind_front_end(py::module_& module) {
   py::class_<gpr::Sight>(
       module, "Sight",
       "The antenna moved at times_least times the slowest speed that the Standstill test detects.")
-      .def(py::init([](TimeNs from, TimeNs to, double times_least) {
-             return gpr::Sight{from, to, times_least};
-           }),
-           "time_from"_a, "time_to"_a, "times_least"_a);
+      .def(py::init<TimeNs, TimeNs, double>(), "time_from"_a, "time_to"_a, "times_least"_a);
 }

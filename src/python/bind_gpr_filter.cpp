@@ -1,5 +1,4 @@
 // gprodom._core: details retention, its steps, and standstills, on numpy arrays.
-#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -15,6 +14,7 @@
 #include "gpr/filter/details_retention.h"
 #include "gpr/motion/coherence.h"
 #include "gpr/motion/stationarity.h"
+#include "python/arrays.h"
 #include "python/choice_argument.h"
 
 namespace py = pybind11;
@@ -24,21 +24,10 @@ namespace {
 
 using namespace gprodom;
 using namespace gprodom::gpr;
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
-
-template <typename Array>
-void require_shape(const Array& array, py::ssize_t dimensions, const char* shape) {
-  if (array.ndim() != dimensions) {
-    throw std::invalid_argument(std::string("expected an array of shape ") + shape);
-  }
-}
 
 // `step(in, samples, out)` on each trace of (traces, samples) or (samples,), into a new array.
 template <typename T, typename Step>
-py::array_t<T> each_trace(const py::array_t<T, py::array::c_style | py::array::forcecast>& traces,
-                          Step step) {
+py::array_t<T> each_trace(const Array<T>& traces, Step step) {
   if (traces.ndim() != 1 && traces.ndim() != 2) {
     throw std::invalid_argument("expected an array of shape (traces, samples) or (samples,)");
   }

@@ -12,22 +12,11 @@
 #include "gpr/revisit/revisit_search.h"
 
 namespace py = pybind11;
+using namespace py::literals;
 
 namespace {
 
-using gprodom::gpr::Columns;
-using gprodom::gpr::GlobalMatch;
-using gprodom::gpr::GlobalSearch;
-using gprodom::gpr::GlobalSearchOptions;
-using gprodom::gpr::PatchFilter;
-using gprodom::gpr::PatchFilterOptions;
-using gprodom::gpr::PatchMatcher;
-using gprodom::gpr::PlaceFound;
-using gprodom::gpr::RevisitMatch;
-using gprodom::gpr::RevisitOptions;
-using gprodom::gpr::RevisitSearch;
-using gprodom::gpr::RevisitSearchOptions;
-using gprodom::gpr::SearchWindow;
+using namespace gprodom::gpr;
 
 RevisitMatch find_patch(const Columns& memory, const Columns& query, double spacing,
                         double sample_interval, double prior, double bound,
@@ -84,16 +73,13 @@ void bind_along_the_track(py::module_& module) {
       .def_readwrite("agree_m", &RevisitSearchOptions::agree_m);
   py::class_<RevisitSearch>(module, "RevisitSearch",
                             "Bayes filter for revisits along the track; see gpr/revisit_search.h.")
-      .def(py::init<const PatchFilter&, double, RevisitSearchOptions>(), py::arg("filter"),
-           py::arg("spacing"),
+      .def(py::init<const PatchFilter&, double, RevisitSearchOptions>(), "filter"_a, "spacing"_a,
            py::arg_v("options", RevisitSearchOptions{}, "RevisitSearchOptions()"))
       .def_property_readonly("patch_columns", &RevisitSearch::patch_columns)
-      .def("look", &look, py::arg("newest"), py::arg("moved"), py::arg("memory"),
-           py::arg("expected"), py::arg("bound"), py::arg("stretch_sigma") = 0.0,
-           py::arg("stretch_change") = 0.0,
-           "newest: features (columns, rows) in the order driven, `moved` m after those of the "
-           "last\n"
-           "call. The centre of their last patch is expected within `bound` m of the column\n"
+      .def("look", &look, "newest"_a, "moved"_a, "memory"_a, "expected"_a, "bound"_a,
+           "stretch_sigma"_a = 0.0, "stretch_change"_a = 0.0,
+           "newest: features (columns, rows) in the order driven, `moved` m after those of the\n"
+           "last call. The centre of their last patch is expected within `bound` m of the column\n"
            "`expected` of `memory`. stretch_sigma, stretch_change: standard deviations of the\n"
            "logarithm of the length ratio of memory and query, and of its change since the last\n"
            "call. Returns (column, certainty, RevisitMatch), or None if no place is certain.")
@@ -117,15 +103,15 @@ void bind_anywhere(py::module_& module) {
       .def_readwrite("distinct_m", &GlobalSearchOptions::distinct_m)
       .def_readwrite("min_margin", &GlobalSearchOptions::min_margin);
   py::class_<GlobalSearch>(module, "GlobalSearch", "See gpr/global_search.h.")
-      .def(py::init<const PatchFilter&, double, GlobalSearchOptions>(), py::arg("filter"),
-           py::arg("spacing"), py::arg_v("options", GlobalSearchOptions{}, "GlobalSearchOptions()"))
-      .def("add_run", &GlobalSearch::add_run, py::arg("first"), py::arg("features"))
+      .def(py::init<const PatchFilter&, double, GlobalSearchOptions>(), "filter"_a, "spacing"_a,
+           py::arg_v("options", GlobalSearchOptions{}, "GlobalSearchOptions()"))
+      .def("add_run", &GlobalSearch::add_run, "first"_a, "features"_a)
       .def(
           "find",
           [](const GlobalSearch& s, const Columns& q) {
             return s.find({{q, {}}});
           },
-          py::arg("query"), py::call_guard<py::gil_scoped_release>())
+          "query"_a, py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("bytes", &GlobalSearch::bytes);
 }
 
@@ -167,20 +153,20 @@ void bind_gpr_revisit(py::module_& module) {
       .def_readwrite("max_long_cut", &PatchFilterOptions::max_long_cut);
 
   py::class_<PatchFilter>(module, "PatchFilter", "Traces -> features; see gpr/patch_filter.h.")
-      .def(py::init<const Columns&, double, double, const PatchFilterOptions&>(), py::arg("traces"),
-           py::arg("spacing"), py::arg("sample_interval"),
+      .def(py::init<const Columns&, double, double, const PatchFilterOptions&>(), "traces"_a,
+           "spacing"_a, "sample_interval"_a,
            py::arg_v("options", PatchFilterOptions{}, "PatchFilterOptions()"))
-      .def("apply", &PatchFilter::apply, py::arg("traces"),
+      .def("apply", &PatchFilter::apply, "traces"_a,
            "Features (columns, rows) of traces (columns, samples).")
       .def_property_readonly("rows", &PatchFilter::rows)
       .def_property_readonly("row_interval", &PatchFilter::row_interval, "s")
       .def_property_readonly("centre_frequency", &PatchFilter::centre_frequency, "Hz");
 
   py::class_<PatchMatcher>(module, "PatchMatcher", "See gpr/revisit.h.")
-      .def(py::init<const PatchFilter&, double, RevisitOptions>(), py::arg("filter"),
-           py::arg("spacing"), py::arg_v("options", RevisitOptions{}, "RevisitOptions()"))
-      .def("match", &PatchMatcher::match, py::arg("memory"), py::arg("query"), py::arg("expected"),
-           py::arg("bound"), py::call_guard<py::gil_scoped_release>(),
+      .def(py::init<const PatchFilter&, double, RevisitOptions>(), "filter"_a, "spacing"_a,
+           py::arg_v("options", RevisitOptions{}, "RevisitOptions()"))
+      .def("match", &PatchMatcher::match, "memory"_a, "query"_a, "expected"_a, "bound"_a,
+           py::call_guard<py::gil_scoped_release>(),
            "The RevisitMatch of two sets of features (columns, rows). The query's centre is\n"
            "expected within `bound` m of the place `expected` m from the memory's centre.");
 
@@ -188,15 +174,14 @@ void bind_gpr_revisit(py::module_& module) {
   bind_anywhere(module);
 
   module.def(
-      "match_patch", &match_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
-      py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
+      "match_patch", &match_patch, "memory"_a, "query"_a, "spacing"_a, "sample_interval"_a,
+      "prior"_a, "bound"_a,
 
       "Place of the query in the memory; both are traces (columns, samples), `spacing` m apart.\n"
       "Returns (position of its centre in m from the memory's start, mirrored, score). The\n"
       "centre is expected within `bound` m of `prior` m.");
-  module.def("find_patch", &find_patch, py::arg("memory"), py::arg("query"), py::arg("spacing"),
-             py::arg("sample_interval"), py::arg("prior"), py::arg("bound"),
-             py::arg_v("options", RevisitOptions{}, "RevisitOptions()"),
+  module.def("find_patch", &find_patch, "memory"_a, "query"_a, "spacing"_a, "sample_interval"_a,
+             "prior"_a, "bound"_a, py::arg_v("options", RevisitOptions{}, "RevisitOptions()"),
              py::arg_v("filter_options", PatchFilterOptions{}, "PatchFilterOptions()"),
              py::call_guard<py::gil_scoped_release>(),
              "The same with options; returns a RevisitMatch.");

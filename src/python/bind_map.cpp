@@ -1,18 +1,17 @@
 // gprodom._core.GroundMap: a map file, checked and read, for `gprodom map`.
 #include <pybind11/eigen.h>
-#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/folder_lock.h"
+#include "base/text.h"
 #include "gprodom/config.h"
 #include "gprodom/error.h"
 #include "map/ground_files.h"
@@ -20,21 +19,13 @@
 #include "map/mapper.h"
 #include "map/merge/map_merge.h"
 #include "map/path/map_path.h"
+#include "python/arrays.h"
 
 namespace py = pybind11;
 using namespace py::literals;
 using namespace gprodom;
 
 namespace {
-
-// One array per figure of the items.
-template <typename T, typename Items, typename Get>
-py::array_t<T> column_of(const Items& items, Get get) {
-  py::array_t<T> column(static_cast<py::ssize_t>(items.size()));
-  T* out = column.mutable_data();
-  for (const auto& item : items) *out++ = get(item);
-  return column;
-}
 
 py::dict runs(const GroundMap& ground) {
   const std::vector<gpr::MemoryRange> runs = ground.runs();
@@ -79,13 +70,11 @@ py::array_t<std::int64_t> times(const GroundMap& ground) {
   std::vector<std::int64_t> times;
   const gpr::MemoryRange kept = ground.memory.kept();
   for (std::size_t i = kept.first; i < kept.end; ++i) times.push_back(ground.memory.column(i).time);
-  return column_of<std::int64_t>(times, [](std::int64_t time) { return time; });
+  return column_of<std::int64_t>(times);
 }
 
 std::string hexadecimal(std::uint64_t number) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-  return text;
+  return formatted("%016llx", static_cast<unsigned long long>(number));
 }
 
 std::vector<std::string> parents(const GroundMap& ground) {
@@ -194,8 +183,7 @@ GroundMap read_with_newest(const std::string& path) {
   std::vector<std::string> notices;
   auto ground = read_ground_map(path, memory_options(default_config()), notices);
   if (!ground) throw FileError(path + ": no such file");
-  for (const std::string& notice : notices)
-    if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+  warn(notices);
   return std::move(*ground);
 }
 
@@ -203,7 +191,7 @@ GroundMap read_with_newest(const std::string& path) {
 
 void bind_map(py::module_& module) {
   const double reach_m = 2 * kNodeSpacing;
-  module.def("install_map", &install_map, py::arg("folder"), py::arg("name"), py::arg("content"),
+  module.def("install_map", &install_map, "folder"_a, "name"_a, "content"_a,
              "Writes a map file NAME.map into an estimator's folder. What it held before is kept\n"
              "under another name unless the new ground comes from it; returned is what to say of\n"
              "that. Raises FileError, also for the estimator's own ground while it runs.");
@@ -213,24 +201,23 @@ void bind_map(py::module_& module) {
       .def(py::init([](const std::string& name, const py::bytes& content) {
              return ground_map_from(name, std::string(content), memory_options(default_config()));
            }),
-           py::arg("name"), py::arg("content"),
+           "name"_a, "content"_a,
            "name: of the file, for errors. Raises FileError where the bytes are not a whole map.")
-      .def_static("read", &read_with_newest, py::arg("path"),
+      .def_static("read", &read_with_newest, "path"_a,
                   "A file with what its estimator has added since in NAME.new beside it. Raises\n"
                   "FileError.")
       .def("to_bytes",
            [](const GroundMap& ground) { return py::bytes(to_bytes(ground, ground.places)); })
-      .def("part", &part, py::arg("ranges"),
+      .def("part", &part, "ranges"_a,
            "The ground of these columns, [first, end), in ascending order; in the same maps.")
-      .def("merged", &merge, py::arg("other"),
+      .def("merged", &merge, "other"_a,
            "This map and another file's, its tracks joined where ground that both drove over\n"
-           "proves how they lie: ground, known_m (m of the other's ground that was left out), "
-           "joins\n"
-           "(of each map of the other). Where no ground proves it, maps in one site are joined\n"
-           "by their datums. Raises ValueError where the files cannot be compared.")
+           "proves how they lie: ground, known_m (m of the other's ground that was left out),\n"
+           "joins (of each map of the other). Where no ground proves it, maps in one site are\n"
+           "joined by their datums. Raises ValueError where the files cannot be compared.")
       .def("features_alone", &GroundMap::features_alone,
            "The same ground as version 1 has it: features, which no later filter replaces.")
-      .def("datum", &datum, py::arg("map"),
+      .def("datum", &datum, "map"_a,
            "How the frame of a map lies in site: x, y, z (m), yaw (rad), their covariance (4, 4);\n"
            "origin of site (latitude, longitude in deg, height in m; None where it is not known),\n"
            "and by it the frame's own, with the angle from east to its x axis (deg, to the left).\n"
@@ -241,18 +228,16 @@ void bind_map(py::module_& module) {
       .def("places", &places,
            "Poses known: column, time, distance along the track (m), pose of\n"
            "the body (x, y in m, yaw in rad) in the frame of the map `map`.")
-      .def("columns", &columns, py::arg("reach") = reach_m,
+      .def("columns", &columns, "reach"_a = reach_m,
            "x, y (m) of the body and number of the map at each column, from places within `reach`\n"
            "m along the track; NaN and -1 where there is none.")
       .def("times", &times, "Of each column.")
       .def(
           "sessions", &sessions,
           "The drives and antennas that the ground comes from: times of the first and last column\n"
-          "stored (ns), position of the antenna in body (m), its id (0 before version 6), "
-          "program,\n"
-          "robot (empty where it is not known), and standard deviations of the odometry: m and "
-          "rad\n"
-          "after a metre, and ln of the wheel's scale. None in version 1.")
+          "stored (ns), position of the antenna in body (m), its id (0 before version 6),\n"
+          "program, robot (empty where it is not known), and standard deviations of the odometry:\n"
+          "m and rad after a metre, and ln of the wheel's scale. None in version 1.")
       .def_property_readonly(
           "version", [](const GroundMap& g) { return g.version; }, "of the file")
       .def_property_readonly(

@@ -1,7 +1,6 @@
 // gprodom.Odometry: the estimator in-process, the same code as the daemon's.
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
-#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -17,15 +16,14 @@
 #include "gprodom/error.h"
 #include "gprodom/input.h"
 #include "gprodom/odometry.h"
+#include "python/arrays.h"
 #include "python/python_front_end.h"
-#include "python/python_outputs.h"
 
 namespace py = pybind11;
+using namespace py::literals;
 
 namespace gprodom {
 namespace {
-
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 // One text or several; an empty one is none.
 using Texts = std::variant<std::string, std::vector<std::string>>;
@@ -41,15 +39,16 @@ void require(bool holds, const char* expected) {
   if (!holds) throw py::value_error(expected);
 }
 
-Eigen::Vector3d row3(const Array& a, py::ssize_t i) { return {a.at(i, 0), a.at(i, 1), a.at(i, 2)}; }
+Eigen::Vector3d row3(const Doubles& a, py::ssize_t i) {
+  return {a.at(i, 0), a.at(i, 1), a.at(i, 2)};
+}
 
-void check_rows(const py::array& time, const Array& values, py::ssize_t columns, const char* what) {
+void check_rows(const py::array& time, const Doubles& values, py::ssize_t columns,
+                const char* what) {
   require(time.ndim() == 1 && values.ndim() == 2 && values.shape(0) == time.shape(0) &&
               values.shape(1) == columns,
           what);
 }
-
-using Times = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
 // Only integers: float seconds would silently be truncated to nanoseconds.
 Times nanoseconds(const py::object& given, const std::string& name) {
@@ -102,17 +101,26 @@ void require_overlap(const Times& imu, const Times& other, const std::string& na
                           std::to_string(*imu_first) + " to " + std::to_string(*imu_last) + ")");
 }
 
+void append(Outputs& all, Outputs out) {
+  const auto move = [](auto& to, auto& from) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  move(all.odometry, out.odometry);
+  move(all.odometry_in_map, out.odometry_in_map);
+  move(all.corrections, out.corrections);
+  move(all.sfm, out.sfm);
+  move(all.displacements, out.displacements);
+  move(all.status, out.status);
+  move(all.warnings, out.warnings);
+}
+
 // Runs a whole sequence, merged by stamp (at equal stamps IMU first, then wheel, then radar). Much
 // faster than one call per message.
-Outputs run(
-    PythonOdometry& odometry, const py::object& imu_times, const Array& acceleration,
-    const Array& rate, const py::object& wheel_times, const Array& wheel_distance,
-    const py::object& gpr_times,
-    const py::array_t<float, py::array::c_style | py::array::forcecast>& traces,
-    double sample_interval, const std::optional<std::function<void(double)>>& progress,
-    double wheel_resolution,
-    const std::optional<py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>>&
-        antennas) {
+Outputs run(PythonOdometry& odometry, const py::object& imu_times, const Doubles& acceleration,
+            const Doubles& rate, const py::object& wheel_times, const Doubles& wheel_distance,
+            const py::object& gpr_times, const Floats& traces, double sample_interval,
+            const std::optional<std::function<void(double)>>& progress, double wheel_resolution,
+            const std::optional<Array<std::int32_t>>& antennas) {
   const Times imu_time = nanoseconds(imu_times, "imu_time"),
               wheel_time = nanoseconds(wheel_times, "wheel_time"),
               gpr_time = nanoseconds(gpr_times, "gpr_time");
@@ -135,19 +143,6 @@ Outputs run(
   Outputs all;
   py::ssize_t i = 0, w = 0, g = 0;
   const py::ssize_t n = imu_time.shape(0), nw = wheel_time.shape(0), ng = gpr_time.shape(0);
-  const auto take = [&](Outputs out) {
-    auto append = [](auto& to, auto& from) {
-      to.insert(to.end(), std::make_move_iterator(from.begin()),
-                std::make_move_iterator(from.end()));
-    };
-    append(all.odometry, out.odometry);
-    append(all.odometry_in_map, out.odometry_in_map);
-    append(all.corrections, out.corrections);
-    append(all.sfm, out.sfm);
-    append(all.displacements, out.displacements);
-    append(all.status, out.status);
-    append(all.warnings, out.warnings);
-  };
   while (i < n || w < nw || g < ng) {
     constexpr auto kNever = std::numeric_limits<std::int64_t>::max();
     const std::int64_t ti = i < n ? imu_time.at(i) : kNever,
@@ -173,9 +168,9 @@ Outputs run(
       ++g;
       odometry.add(trace);
     }
-    take(odometry.step());
+    append(all, odometry.step());
   }
-  take(odometry.finish());
+  append(all, odometry.finish());
   return all;
 }
 
@@ -187,10 +182,10 @@ void bind_odometry(py::module_& m) {
   m.def(
       "describe_config",
       [](const Texts& set) { return describe_config(default_config(list_of(set))); },
-      py::arg("set") = std::vector<std::string>{},
+      "set"_a = std::vector<std::string>{},
       "Every key with unit and comment as YAML, at the defaults or with an override 'key=value' or "
       "several.");
-  m.def("accel_scale_at_rest", accel_scale_at_rest, py::arg("force"),
+  m.def("accel_scale_at_rest", accel_scale_at_rest, "force"_a,
         "The scale that the estimator takes an accelerometer to have whose mean specific force at "
         "rest has this norm (m/s^2): 1 if a bias explains it, or if it is no scale.");
   py::enum_<CommandName> command(m, "CommandName", "Names of the commands in command_t.");
@@ -205,45 +200,38 @@ void bind_odometry(py::module_& m) {
       .def(py::init([](const Texts& config, const Texts& set, const py::object& front_end) {
              std::vector<std::string> notices;
              const Config read = load_config(list_of(config), list_of(set), &notices);
-             for (const std::string& notice : notices)
-               if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0)
-                 throw py::error_already_set();
+             warn(notices);
              return std::make_unique<PythonOdometry>(read, Execution::kInline,
                                                      python_front_end(front_end));
            }),
-           py::arg("config") = "", py::arg("set") = std::vector<std::string>{},
-           py::arg("front_end") = py::none(),
+           "config"_a = "", "set"_a = std::vector<std::string>{}, "front_end"_a = py::none(),
            "config: path of a YAML file, or several, of which later ones override earlier ones;\n"
-           "empty for the defaults. set: an override 'key=value', or several. Raises ConfigError "
-           "with\n"
-           "file, line and key. front_end: a radar front end of your own instead of gpr.front_end: "
-           "a class, "
-           "or\n"
-           "another callable without arguments, whose objects have add_trace(trace: GprTrace),\n"
-           "tick(time: int) -> list of findings and reset().")
+           "empty for the defaults. set: an override 'key=value', or several. Raises ConfigError\n"
+           "with file, line and key. front_end: a radar front end of your own instead of\n"
+           "gpr.front_end: a class, or another callable without arguments, whose objects have\n"
+           "add_trace(trace: GprTrace), tick(time: int) -> list of findings and reset().")
       .def(
           "add_imu",
           [](PythonOdometry& o, std::int64_t time, const Eigen::Vector3d& acceleration,
              const Eigen::Vector3d& rate) {
             o.add_imu(ImuSample{time, acceleration, rate});
           },
-          py::arg("time"), py::arg("acceleration"), py::arg("angular_velocity"),
+          "time"_a, "acceleration"_a, "angular_velocity"_a,
           "acceleration: (3,) m/s^2, specific force; angular_velocity: (3,) rad/s.")
       .def(
           "add_wheel",
           [](PythonOdometry& o, std::int64_t time, double distance, double resolution) {
             o.add(WheelSample{time, distance, resolution});
           },
-          py::arg("time"), py::arg("distance"), py::arg("resolution") = 0.0,
-          "distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres, 0 "
-          "if it is\n"
-          "finer than wheel.noise_floor.")
+          "time"_a, "distance"_a, "resolution"_a = 0.0,
+          "distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres,\n"
+          "0 if it is finer than wheel.noise_floor.")
       .def(
           "add_wheels",
           [](PythonOdometry& o, std::int64_t time, double left, double right, double resolution) {
             o.add(WheelsSample{time, left, right, resolution});
           },
-          py::arg("time"), py::arg("left"), py::arg("right"), py::arg("resolution") = 0.0,
+          "time"_a, "left"_a, "right"_a, "resolution"_a = 0.0,
           "left, right: signed, cumulative, metres; resolution: as of add_wheel. Instead of "
           "add_wheel.")
       .def(
@@ -255,8 +243,8 @@ void bind_odometry(py::module_& m) {
             t.time_zero_s = time_zero, t.samples = samples, t.antenna_id = antenna_id;
             o.add(t);
           },
-          py::arg("time"), py::arg("samples"), py::arg("sample_interval"),
-          py::arg("time_zero") = 0.0, py::arg("seq") = 0, py::arg("antenna_id") = 0,
+          "time"_a, "samples"_a, "sample_interval"_a, "time_zero"_a = 0.0, "seq"_a = 0,
+          "antenna_id"_a = 0,
           "samples: (n,) counts; sample_interval and time_zero: s; antenna_id: of gpr.antennas.")
       .def(
           "add_displacement",
@@ -268,8 +256,8 @@ void bind_odometry(py::module_& m) {
             d.valid = true, d.mirrored = mirrored;
             o.add(d);
           },
-          py::arg("time"), py::arg("time_from"), py::arg("time_to"), py::arg("distance"),
-          py::arg("sigma"), py::arg("revisit") = false, py::arg("mirrored") = false,
+          "time"_a, "time_from"_a, "time_to"_a, "distance"_a, "sigma"_a, "revisit"_a = false,
+          "mirrored"_a = false,
           "Displacement along the track (m) between two times, from another process. revisit: it\n"
           "is relative to a place passed before, at any earlier time.")
       .def(
@@ -286,9 +274,8 @@ void bind_odometry(py::module_& m) {
             fix.heading_sigma = heading_sigma;
             o.add(fix);
           },
-          py::arg("time"), py::arg("position"), py::arg("covariance"), py::arg("geodetic") = false,
-          py::arg("quality") = 3, py::arg("antenna_id") = 0, py::arg("heading") = py::none(),
-          py::arg("heading_sigma") = 0.0,
+          "time"_a, "position"_a, "covariance"_a, "geodetic"_a = false, "quality"_a = 3,
+          "antenna_id"_a = 0, "heading"_a = py::none(), "heading_sigma"_a = 0.0,
           "A position from outside, as position_fix_t has it. position: (3,) m in site, or "
           "latitude,\nlongitude (deg) and height (m); covariance: (3, 3) m^2.")
       .def("step", &Odometry::step, py::call_guard<py::gil_scoped_release>(),
@@ -300,9 +287,9 @@ void bind_odometry(py::module_& m) {
           "Restarts at the initialiser. The ground driven over is kept; when it is recognised, map "
           "becomes its frame.")
       .def("forget", &Odometry::forget, "Restarts and forgets the ground too.")
-      .def("save_map", &Odometry::save_map, py::arg("path"),
+      .def("save_map", &Odometry::save_map, "path"_a,
            "Saves the ground driven over, with its poses, to a file. Raises FileError.")
-      .def("load_map", &Odometry::load_map, py::arg("path"),
+      .def("load_map", &Odometry::load_map, "path"_a,
            "Loads the ground of a saved map; when it is recognised, map becomes its frame.\n"
            "Raises FileError, and then nothing has changed.")
       .def(
@@ -310,7 +297,7 @@ void bind_odometry(py::module_& m) {
           [](PythonOdometry& o, double x, double y, double yaw, double sigma, int map) {
             o.locate_at({x, y, yaw, sigma, map});
           },
-          py::arg("x"), py::arg("y"), py::arg("yaw"), py::arg("sigma"), py::arg("map") = -1,
+          "x"_a, "y"_a, "yaw"_a, "sigma"_a, "map"_a = -1,
           "The robot is now about there in the map of earlier ground (m, rad; sigma: of the\n"
           "position, m; map: its number, -1: the one with the most ground). That ground is\n"
           "searched first; map becomes its frame once a revisit has proved it. Raises FileError\n"
@@ -323,10 +310,9 @@ void bind_odometry(py::module_& m) {
       .def(
           "smoothed", [](const PythonOdometry& o) { return estimate_arrays(o.smoothed()); },
           "Time, position and orientation of every state from one solution over all data so far.")
-      .def("run", &run, py::arg("imu_time"), py::arg("acceleration"), py::arg("angular_velocity"),
-           py::arg("wheel_time"), py::arg("wheel_distance"), py::arg("gpr_time"), py::arg("traces"),
-           py::arg("sample_interval") = 2e-10, py::arg("progress") = py::none(),
-           py::arg("wheel_resolution") = 0.0, py::arg("gpr_antenna") = py::none(),
+      .def("run", &run, "imu_time"_a, "acceleration"_a, "angular_velocity"_a, "wheel_time"_a,
+           "wheel_distance"_a, "gpr_time"_a, "traces"_a, "sample_interval"_a = 2e-10,
+           "progress"_a = py::none(), "wheel_resolution"_a = 0.0, "gpr_antenna"_a = py::none(),
            "Runs a whole sequence, merged by stamp. Give empty arrays for a missing sensor. Times\n"
            "are integers, nanoseconds; others raise ValueError.\n"
            "wheel_distance: (n,), or (n, 2) of left and right wheels; wheel_resolution: as of\n"

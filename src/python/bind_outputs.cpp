@@ -1,38 +1,40 @@
 // gprodom.Outputs: what the estimator found, as arrays and dictionaries.
 #include <pybind11/eigen.h>
-#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <cstdio>
+#include <functional>
+#include <type_traits>
 
+#include "base/text.h"
 #include "gprodom/outputs.h"
-#include "python/python_outputs.h"
+#include "python/arrays.h"
 
 namespace py = pybind11;
+using namespace py::literals;
 
 namespace gprodom {
 namespace {
 
-using Rows = py::array_t<double>;
-
-// (n, columns) of what `row` writes for each estimate.
-template <typename Row>
-Rows table(const std::vector<OdometryEstimate>& estimates, py::ssize_t columns, Row row) {
-  Rows out({static_cast<py::ssize_t>(estimates.size()), columns});
-  for (size_t k = 0; k < estimates.size(); ++k)
-    row(estimates[k], out.mutable_data(static_cast<py::ssize_t>(k), 0));
+// (n, columns) of a vector or matrix of each estimate.
+template <typename Get>
+py::array_t<double> table(const std::vector<OdometryEstimate>& estimates, Get get) {
+  using Row = std::decay_t<std::invoke_result_t<Get, const OdometryEstimate&>>;
+  const auto n = static_cast<py::ssize_t>(estimates.size());
+  py::array_t<double> out({n, py::ssize_t{Row::SizeAtCompileTime}});
+  for (py::ssize_t k = 0; k < n; ++k)
+    Eigen::Map<Row>(out.mutable_data(k, 0)) =
+        std::invoke(get, estimates[static_cast<std::size_t>(k)]);
   return out;
 }
+
+Eigen::Vector4d wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 // How much there is, and of which time: what a person asks of an object in a notebook.
 std::string summary(const Outputs& outputs) {
   std::string text = "<gprodom.Outputs: " + std::to_string(outputs.odometry.size()) + " odometry";
   if (!outputs.odometry.empty()) {
-    char times[80];
-    std::snprintf(times, sizeof times, " from %.3f to %.3f s",
-                  to_seconds(outputs.odometry.front().time),
-                  to_seconds(outputs.odometry.back().time));
-    text += times;
+    text += formatted(" from %.3f to %.3f s", to_seconds(outputs.odometry.front().time),
+                      to_seconds(outputs.odometry.back().time));
   }
   const auto count = [&](const char* what, std::size_t number) {
     text += ", " + std::to_string(number) + " " + what;
@@ -44,46 +46,51 @@ std::string summary(const Outputs& outputs) {
   return text + ">";
 }
 
+py::dict to_dict(const Correction& c) {
+  return py::dict("time"_a = c.time, "revisits"_a = c.revisits, "position"_a = c.p_map_odom,
+                  "orientation"_a = wxyz(c.q_map_odom), "covariance"_a = c.covariance);
+}
+
 py::dict to_dict(const Status& s) {
   py::dict values;
   for (size_t k = 0; k < s.names.size(); ++k) values[py::str(s.names[k])] = s.values[k];
-  py::dict d;
-  d["time"] = s.time;
-  d["health"] = static_cast<int>(s.health);
-  d["reasons"] = s.reasons;
-  d["values"] = values;
-  return d;
+  return py::dict("time"_a = s.time, "health"_a = static_cast<int>(s.health),
+                  "reasons"_a = s.reasons, "values"_a = values);
+}
+
+py::dict to_dict(const Displacement& d) {
+  return py::dict("time"_a = d.time, "from"_a = d.from, "to"_a = d.to, "source"_a = d.source,
+                  "kind"_a = static_cast<int>(d.kind), "valid"_a = d.valid,
+                  "distance"_a = d.distance_m, "sigma"_a = d.sigma_m, "score"_a = d.score,
+                  "mirrored"_a = d.mirrored);
+}
+
+template <typename Item>
+std::vector<py::dict> dicts(const std::vector<Item>& items) {
+  std::vector<py::dict> all;
+  for (const Item& item : items) all.push_back(to_dict(item));
+  return all;
 }
 
 }  // namespace
 
 std::map<std::string, py::array> estimate_arrays(const std::vector<OdometryEstimate>& e) {
-  const auto copy = [](const auto& m, double* to) {
-    for (Eigen::Index k = 0; k < m.size(); ++k) to[k] = m.data()[k];
+  using Estimate = OdometryEstimate;
+  return {
+      {"time", column_of<std::int64_t>(e, [](const Estimate& x) { return x.time; })},
+      {"flags", column_of<std::int32_t>(e, [](const Estimate& x) { return x.flags; })},
+      {"position", table(e, &Estimate::p_odom_body)},
+      {"orientation", table(e, [](const Estimate& x) { return wxyz(x.q_odom_body); })},
+      {"velocity", table(e, &Estimate::v_body)},
+      {"angular_velocity", table(e, &Estimate::omega_body)},
+      {"pose_covariance", table(e, &Estimate::pose_covariance)},
+      {"gyro_bias", table(e, &Estimate::gyro_bias)},
+      {"accel_bias", table(e, &Estimate::accel_bias)},
+      {"wheel_scale", table(e,
+                            [](const Estimate& x) {
+                              return Eigen::Vector2d(x.wheel_scale, x.wheel_scale_sigma);
+                            })},
   };
-  py::array_t<std::int64_t> time(static_cast<py::ssize_t>(e.size()));
-  py::array_t<std::int32_t> flags(static_cast<py::ssize_t>(e.size()));
-  for (size_t k = 0; k < e.size(); ++k) {
-    time.mutable_at(k) = e[k].time;
-    flags.mutable_at(k) = e[k].flags;
-  }
-  std::map<std::string, py::array> d;
-  d["time"] = time;
-  d["flags"] = flags;
-  d["position"] = table(e, 3, [&](const auto& x, double* to) { copy(x.p_odom_body, to); });
-  d["orientation"] = table(e, 4, [](const auto& x, double* to) {
-    to[0] = x.q_odom_body.w(), to[1] = x.q_odom_body.x(), to[2] = x.q_odom_body.y(),
-    to[3] = x.q_odom_body.z();
-  });
-  d["velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.v_body, to); });
-  d["angular_velocity"] = table(e, 3, [&](const auto& x, double* to) { copy(x.omega_body, to); });
-  d["pose_covariance"] =
-      table(e, 36, [&](const auto& x, double* to) { copy(x.pose_covariance, to); });
-  d["gyro_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.gyro_bias, to); });
-  d["accel_bias"] = table(e, 3, [&](const auto& x, double* to) { copy(x.accel_bias, to); });
-  d["wheel_scale"] = table(
-      e, 2, [](const auto& x, double* to) { to[0] = x.wheel_scale, to[1] = x.wheel_scale_sigma; });
-  return d;
 }
 
 }  // namespace gprodom
@@ -97,58 +104,24 @@ void bind_outputs(py::module_& m) {
       .def("__repr__", &summary)
       .def_property_readonly(
           "odometry", [](const Outputs& o) { return estimate_arrays(o.odometry); },
-          "Arrays of one row per estimate, in odom: continuous, and without the corrections of "
-          "loop\n"
-          "closures. time (ns), position (m), orientation (w x y z), velocity (m/s) and\n"
-          "angular_velocity (rad/s) in body, pose_covariance (n, 36), gyro_bias (rad/s), "
-          "accel_bias\n"
-          "(m/s^2), wheel_scale (value, sigma), flags.")
+          "Arrays of one row per estimate, in odom: continuous, and without the corrections of\n"
+          "loop closures. time (ns), position (m), orientation (w x y z), velocity (m/s) and\n"
+          "angular_velocity (rad/s) in body, pose_covariance (n, 36), gyro_bias (rad/s),\n"
+          "accel_bias (m/s^2), wheel_scale (value, sigma), flags.")
       .def_property_readonly(
           "odometry_map", [](const Outputs& o) { return estimate_arrays(o.odometry_in_map); },
-          "The same poses in map: with the correction of loop closures in effect at that time, so "
-          "it\n"
-          "may jump where one comes into effect. The best path as published.")
+          "The same poses in map: with the correction of loop closures in effect at that time, so\n"
+          "it may jump where one comes into effect. The best path as published.")
       .def_property_readonly(
-          "corrections",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& x : o.corrections) {
-              py::dict d;
-              d["time"] = x.time, d["revisits"] = x.revisits, d["position"] = x.p_map_odom;
-              d["orientation"] = Eigen::Vector4d(x.q_map_odom.w(), x.q_map_odom.x(),
-                                                 x.q_map_odom.y(), x.q_map_odom.z());
-              d["covariance"] = x.covariance;
-              l.push_back(d);
-            }
-            return l;
-          },
-          "One dict per correction (map to odom), twice a second from the first loop closure on: "
-          "time\n"
-          "(ns), position (3,) m and orientation (w x y z) of odom in map, covariance (6, 6) of "
-          "the\n"
-          "robot's pose in map, revisits.")
+          "corrections", [](const Outputs& o) { return dicts(o.corrections); },
+          "One dict per correction (map to odom), twice a second from the first loop closure on:\n"
+          "time (ns), position (3,) m and orientation (w x y z) of odom in map, covariance (6, 6)\n"
+          "of the robot's pose in map, revisits.")
       .def_property_readonly(
-          "status",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& s : o.status) l.push_back(to_dict(s));
-            return l;
-          },
+          "status", [](const Outputs& o) { return dicts(o.status); },
           "One dict per second of data: time, health, reasons, values.")
       .def_property_readonly(
-          "displacements",
-          [](const Outputs& o) {
-            std::vector<py::dict> l;
-            for (const auto& x : o.displacements) {
-              py::dict d;
-              d["time"] = x.time, d["from"] = x.from, d["to"] = x.to, d["source"] = x.source;
-              d["kind"] = static_cast<int>(x.kind), d["valid"] = x.valid;
-              d["distance"] = x.distance_m, d["sigma"] = x.sigma_m, d["score"] = x.score;
-              d["mirrored"] = x.mirrored;
-              l.push_back(d);
-            }
-            return l;
-          },
+          "displacements", [](const Outputs& o) { return dicts(o.displacements); },
           "One dict per displacement measurement that took effect.")
       .def_readonly("warnings", &Outputs::warnings);
 }
