@@ -9,6 +9,8 @@
 #include <locale>
 #include <sstream>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "gprodom/input.h"
 #include "gprodom/types.h"
@@ -107,20 +109,18 @@ void fill(Transform& t, const std::string& parent, const std::string& child,
   copy(orientation, t.transform.rotation);
 }
 
-// odom -> body.
-template <class Transform>
-void fill(Transform& t, const OdometryEstimate& in_odom, const FrameNames& frames) {
-  fill(t, frames.odom, frames.body, in_odom.p_odom_body, in_odom.q_odom_body);
-}
-
-// map -> odom, from one pose in both.
-template <class Transform>
-void fill(Transform& t, const OdometryEstimate& in_odom, const OdometryEstimate& in_map,
-          const FrameNames& frames) {
+// map -> odom and odom -> body, from one pose in map and in odom.
+template <class Transform, class Stamp>
+std::vector<Transform> transforms(const Stamp& stamp, const OdometryEstimate& in_odom,
+                                  const OdometryEstimate& in_map, const FrameNames& frames) {
   const Eigen::Quaterniond q_map_odom =
       (in_map.q_odom_body * in_odom.q_odom_body.conjugate()).normalized();
-  fill(t, frames.map, frames.odom, in_map.p_odom_body - q_map_odom * in_odom.p_odom_body,
+  std::vector<Transform> both(2);
+  for (Transform& t : both) t.header.stamp = stamp;
+  fill(both[0], frames.map, frames.odom, in_map.p_odom_body - q_map_odom * in_odom.p_odom_body,
        q_map_odom);
+  fill(both[1], frames.odom, frames.body, in_odom.p_odom_body, in_odom.q_odom_body);
+  return both;
 }
 
 template <class DiagnosticStatus>
@@ -132,17 +132,23 @@ void add_value(DiagnosticStatus& s, const std::string& key, double value) {
   s.values.back().value.assign(text, end);
 }
 
-template <class DiagnosticStatus>
-void fill(DiagnosticStatus& s, const Status& status, const std::string& name) {
-  s.level = status.health == HealthLevel::kOk         ? DiagnosticStatus::OK
-            : status.health == HealthLevel::kDegraded ? DiagnosticStatus::WARN
-                                                      : DiagnosticStatus::ERROR;
-  s.name = name;
+template <class DiagnosticArray, class Stamp>
+DiagnosticArray diagnostics(const Stamp& stamp, const Status& status) {
+  DiagnosticArray array;
+  array.header.stamp = stamp;
+  array.status.emplace_back();
+  auto& s = array.status.back();
+  using Level = std::decay_t<decltype(s)>;
+  s.level = status.health == HealthLevel::kOk         ? Level::OK
+            : status.health == HealthLevel::kDegraded ? Level::WARN
+                                                      : Level::ERROR;
+  s.name = "gprodom: odometry";
   s.hardware_id = "gprodom";
   for (const auto& reason : status.reasons) s.message += (s.message.empty() ? "" : "; ") + reason;
   if (s.message.empty()) s.message = "ok";
   for (std::size_t i = 0; i < status.names.size() && i < status.values.size(); ++i)
     add_value(s, status.names[i], status.values[i]);
+  return array;
 }
 
 }  // namespace gprodom::ros_shared

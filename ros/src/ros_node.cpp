@@ -1,14 +1,33 @@
 #include "ros_node.h"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <gprodom_ros/GprTrace.h>
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/NavSatFix.h>
+#include <std_msgs/Int64.h>
+
 #include <stdexcept>
 
-#include "gprodom/config.h"
+#include "fixes.h"
 
 namespace gprodom {
 namespace {
 
 // Bursts, such as a bag played fast, are queued rather than dropped.
 constexpr std::uint32_t kQueue = 10000;
+
+TimeNs to_ns(const ros::Time& stamp) { return static_cast<TimeNs>(stamp.toNSec()); }
+
+template <class Message>
+TimeNs time_of(const Message& message) {
+  return to_ns(message.header.stamp);
+}
+
+ros::Time to_stamp(TimeNs time) { return ros::Time().fromNSec(static_cast<std::uint64_t>(time)); }
 
 // ~config: a file, or a list of them, later ones override earlier ones.
 Config configuration(const ros::NodeHandle& parameters) {
@@ -63,47 +82,59 @@ void RosNode::serve(const std::string& name, const std::string& argument) {
   services_.push_back(private_.advertiseService(name, answer));
 }
 
-// Subscribes to `topic`; `take` is called on the thread that spins.
-template <class Message>
-void RosNode::on(const std::string& topic, std::function<void(const Message&)> take) {
-  subscribers_.push_back(topics_.subscribe<Message>(
-      topic, kQueue, [take](const boost::shared_ptr<const Message>& message) { take(*message); },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+// Subscribes to `topic`; what `to_input` makes of a message goes to the estimator, on the thread
+// that spins.
+template <class Message, class ToInput>
+void RosNode::on(const std::string& topic, ToInput to_input) {
+  const auto take = [this, to_input](const boost::shared_ptr<const Message>& message) {
+    if (const std::optional<Input> input = to_input(*message)) live_->push(*input);
+  };
+  subscribers_.push_back(topics_.subscribe<Message>(topic, kQueue, take, ros::VoidConstPtr(),
+                                                    ros::TransportHints().tcpNoDelay()));
 }
 
 void RosNode::subscribe() {
-  on<sensor_msgs::Imu>("imu", [this](const auto& m) { live_->push(ros1::to_sample(m)); });
-  on<gprodom_ros::GprTrace>("gpr", [this](const auto& m) { live_->push(ros1::to_trace(m)); });
-  on<sensor_msgs::NavSatFix>("fix", [this](const auto& m) { live_->push(ros1::to_fix(m)); });
-  on<geometry_msgs::PoseWithCovarianceStamped>(
-      "site_pose", [this](const auto& m) { live_->push(ros1::to_fix(m)); });
-  on<geometry_msgs::PoseWithCovarianceStamped>("initialpose", [this](const auto& m) {
+  using ros_shared::to_fix, ros_shared::to_imu, ros_shared::to_trace;
+  using Pose = geometry_msgs::PoseWithCovarianceStamped;
+  on<sensor_msgs::Imu>("imu", [](const auto& m) { return to_imu(time_of(m), m); });
+  on<gprodom_ros::GprTrace>("gpr", [](const auto& m) { return to_trace(time_of(m), m); });
+  on<sensor_msgs::NavSatFix>("fix", [](const auto& m) { return to_fix(time_of(m), m); });
+  on<Pose>("site_pose", [](const auto& m) { return ros_shared::to_site_fix(time_of(m), m.pose); });
+  on<Pose>("initialpose", [this](const auto& m) -> std::optional<Input> {
     const std::string& frame = m.header.frame_id;
     if (frame == frames_.map || frame == "/" + frames_.map)
-      live_->push(ros1::to_command(m));
-    else
-      ROS_WARN_STREAM("initialpose: not used: it is in frame '" << frame << "', expected '"
-                                                                << frames_.map << "'");
+      return ros_shared::to_locate_at(time_of(m), m.pose);
+    ROS_WARN_STREAM("initialpose: not used: it is in frame '" << frame << "', expected '"
+                                                              << frames_.map << "'");
+    return std::nullopt;
   });
+  subscribe_wheel();
+}
+
+void RosNode::subscribe_wheel() {
   const auto wheel = private_.param<std::string>("wheel", "odometry");
-  const auto track_m = private_.param<double>("track", 0.0);
-  if (wheel == "odometry" && track_m > 0.0) {
-    wheels_.emplace(track_m);
-    on<nav_msgs::Odometry>("wheel_odometry",
-                           [this](const auto& m) { live_->push(wheels_->add(m)); });
-  } else if (wheel == "odometry") {
-    on<nav_msgs::Odometry>("wheel_odometry", [this](const auto& m) { live_->push(wheel_.add(m)); });
+  if (wheel == "odometry") {
+    const auto track_m = private_.param<double>("track", 0.0);
+    on<nav_msgs::Odometry>("wheel_odometry", [this, track_m](const auto& m) -> Input {
+      const WheelSample middle = wheel_.add(time_of(m), ros_shared::vector(m.pose.pose.position),
+                                            ros_shared::rotation(m.pose.pose.orientation));
+      if (!(track_m > 0.0)) return middle;
+      return ros_shared::to_wheels(middle, turned_.add(middle.time, m.twist.twist.angular.z),
+                                   track_m);
+    });
   } else if (wheel == "joint") {
     const auto joint = private_.param<std::string>("wheel_joint", "");
     if (joint.empty()) throw std::runtime_error("parameter ~wheel_joint: expected a joint's name");
     const double radius_m = positive(private_, "wheel_radius");
-    on<sensor_msgs::JointState>("joint_states", [this, joint, radius_m](const auto& m) {
-      if (const auto sample = ros_shared::to_sample(ros1::to_ns(m.header.stamp), m.name, m.position,
-                                                    joint, radius_m))
-        live_->push(*sample);
+    on<sensor_msgs::JointState>("joint_states", [joint, radius_m](const auto& m) {
+      return ros_shared::to_sample(time_of(m), m.name, m.position, joint, radius_m);
     });
   } else if (wheel == "joints") {
-    subscribe_joints(positive(private_, "wheel_radius"));
+    const double radius_m = positive(private_, "wheel_radius");
+    const auto left = joints(private_, "left_joints"), right = joints(private_, "right_joints");
+    on<sensor_msgs::JointState>("joint_states", [left, right, radius_m](const auto& m) {
+      return ros_shared::to_sample(time_of(m), m.name, m.position, left, right, radius_m);
+    });
   } else if (wheel == "ticks") {
     subscribe_ticks(positive(private_, "metres_per_tick"));
   } else if (wheel != "none") {
@@ -112,22 +143,13 @@ void RosNode::subscribe() {
   }
 }
 
-void RosNode::subscribe_joints(double radius_m) {
-  const auto left = joints(private_, "left_joints"), right = joints(private_, "right_joints");
-  on<sensor_msgs::JointState>("joint_states", [this, left, right, radius_m](const auto& m) {
-    if (const auto sample = ros_shared::to_sample(ros1::to_ns(m.header.stamp), m.name, m.position,
-                                                  left, right, radius_m))
-      live_->push(*sample);
-  });
-}
-
 // This message alone has no stamp of its own. When it came in counts, not when its turn is.
 void RosNode::subscribe_ticks(double metres_per_tick) {
   using Event = ros::MessageEvent<const std_msgs::Int64>;
   const boost::function<void(const Event&)> take = [this, metres_per_tick](const Event& event) {
     const auto ticks = static_cast<double>(event.getConstMessage()->data);
     live_->push(
-        WheelSample{ros1::to_ns(event.getReceiptTime()), ticks * metres_per_tick, metres_per_tick});
+        WheelSample{to_ns(event.getReceiptTime()), ticks * metres_per_tick, metres_per_tick});
   };
   subscribers_.push_back(topics_.subscribe<std_msgs::Int64, const Event&>(
       "wheel_ticks", kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
@@ -137,15 +159,20 @@ void RosNode::publish(const Outputs& outputs) {
   const auto& in_odom = outputs.odometry;
   const auto& in_map = outputs.odometry_in_map;
   for (std::size_t i = 0; i < in_odom.size(); ++i) {
-    odometry_.publish(ros1::to_odometry(in_odom[i], frames_.odom, frames_.body));
-    odometry_map_.publish(ros1::to_odometry(in_map[i], frames_.map, frames_.body));
-    if (!publish_tf_) continue;
-    transforms_.sendTransform({ros1::to_transform(in_odom[i], in_map[i], frames_),
-                               ros1::to_transform(in_odom[i], frames_)});
+    nav_msgs::Odometry m;
+    m.header.stamp = to_stamp(in_odom[i].time);
+    ros_shared::fill(m, in_odom[i], frames_.odom, frames_.body);
+    odometry_.publish(m);
+    ros_shared::fill(m, in_map[i], frames_.map, frames_.body);
+    odometry_map_.publish(m);
+    if (publish_tf_)
+      transforms_.sendTransform(ros_shared::transforms<geometry_msgs::TransformStamped>(
+          m.header.stamp, in_odom[i], in_map[i], frames_));
   }
   for (const auto& warning : outputs.warnings) ROS_WARN_STREAM(warning);
   for (const auto& status : outputs.status) {
-    diagnostics_.publish(ros1::to_diagnostics(status, "gprodom: odometry"));
+    diagnostics_.publish(
+        ros_shared::diagnostics<diagnostic_msgs::DiagnosticArray>(to_stamp(status.time), status));
   }
 }
 

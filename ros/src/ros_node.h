@@ -1,23 +1,17 @@
 // The estimator as a ROS 1 node: sensor topics in, odometry, tf and diagnostics out.
 #pragma once
 
-#include <gprodom_ros/GprTrace.h>
-#include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
-#include <sensor_msgs/Imu.h>
-#include <sensor_msgs/JointState.h>
-#include <std_msgs/Int64.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/transform_broadcaster.h>
 
-#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "conversions.h"
 #include "gprodom/live.h"
-#include "ros1_io.h"
+#include "wheels.h"
 
 namespace gprodom {
 
@@ -28,10 +22,10 @@ class RosNode {
   RosNode();
 
  private:
-  template <class Message>
-  void on(const std::string& topic, std::function<void(const Message&)> take);
+  template <class Message, class ToInput>
+  void on(const std::string& topic, ToInput to_input);
   void subscribe();
-  void subscribe_joints(double radius_m);
+  void subscribe_wheel();
   void subscribe_ticks(double metres_per_tick);
   void serve(const std::string& name, const std::string& argument);  // the command of this name
   void command(const std::string& name, const std::string& argument,
@@ -39,12 +33,12 @@ class RosNode {
   void publish(const Outputs& outputs);
 
   ros::NodeHandle topics_, private_;
-  ros1::FrameNames frames_;
+  ros_shared::FrameNames frames_;
   bool publish_tf_ = true;
 
   // Used by the thread that spins.
-  ros1::WheelOdometry wheel_;
-  std::optional<ros1::WheelsOdometry> wheels_;
+  ros_shared::WheelOdometry wheel_;
+  ros_shared::Integral turned_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
 

@@ -94,12 +94,12 @@ void DdsLink::subscribe(const std::string& topic, const std::string& type, const
           topic);
 }
 
-dds_entity_t DdsLink::make_writer(const std::string& topic, const std::string& type,
-                                  const Quality& quality, const ddsi_sertype*& made_type) {
+Publication DdsLink::publish(const std::string& topic, const std::string& type,
+                             const Quality& quality) {
   const RawTopic made = create_raw_topic(participant_, on_the_wire(settings_, topic), type);
-  made_type = made.type;
-  return checked(dds_create_writer(participant_, made.topic, make_qos(quality).get(), nullptr),
-                 topic);
+  const dds_entity_t writer =
+      dds_create_writer(participant_, made.topic, make_qos(quality).get(), nullptr);
+  return {checked(writer, topic), made.type};
 }
 
 void DdsLink::receive() {
@@ -122,7 +122,7 @@ void DdsLink::take(Subscription& subscription) {
                subscription.take(cdr, size);
              } catch (const CdrError& error) {
                ++counts.refused;
-               refuse(subscription, std::string("message ") + error.what());
+               on_refused_(subscription.topic, std::string("message ") + error.what());
              }
            });
 }
@@ -152,16 +152,12 @@ void DdsLink::watch_publishers() {
         if (subscription.wire_name != found.topic_name || subscription.type == found.type_name)
           continue;
         ++subscription.counts.other_types;
-        refuse(subscription, "publisher of another type, expected " + subscription.type);
+        on_refused_(subscription.topic, "publisher of another type, expected " + subscription.type);
       }
     }
     if (count > 0) dds_return_loan(publishers_, samples.data(), count);
     if (count < static_cast<dds_return_t>(samples.size())) return;
   }
-}
-
-void DdsLink::refuse(Subscription& subscription, const std::string& reason) {
-  on_refused_(subscription.topic, reason);
 }
 
 std::vector<std::pair<std::string, Counts>> DdsLink::counts() const {

@@ -35,7 +35,26 @@ struct Counts {
   std::uint64_t other_types = 0;   // publishers of another type under the topic's name
 };
 
-class Publication;
+// Any thread.
+class Publication {
+ public:
+  Publication() = default;
+  Publication(dds_entity_t writer, const ddsi_sertype* type) : writer_(writer), type_(type) {}
+
+  // Never waits for a subscriber. A message that cannot be sent at once is not sent.
+  template <class Message>
+  void operator()(const Message& message) const {
+    if (writer_ > 0 && !write_raw(writer_, type_, to_cdr(message))) ++*unsent_;
+  }
+
+  std::uint64_t unsent() const { return *unsent_; }
+
+ private:
+  dds_entity_t writer_ = 0;
+  const ddsi_sertype* type_ = nullptr;
+  std::shared_ptr<std::atomic<std::uint64_t>> unsent_ =
+      std::make_shared<std::atomic<std::uint64_t>>(0);
+};
 
 class DdsLink {
  public:
@@ -58,7 +77,9 @@ class DdsLink {
   }
 
   template <class Message>
-  Publication publish(const std::string& topic, const Quality& quality);
+  Publication publish(const std::string& topic, const Quality& quality) {
+    return publish(topic, Message::kType, quality);
+  }
 
   // Waits at most 0.1 s for messages and hands over what has come. One thread only.
   void receive();
@@ -79,45 +100,15 @@ class DdsLink {
 
   void subscribe(const std::string& topic, const std::string& type, const Quality& quality,
                  Take take);
-  dds_entity_t make_writer(const std::string& topic, const std::string& type,
-                           const Quality& quality, const ddsi_sertype*& made_type);
+  Publication publish(const std::string& topic, const std::string& type, const Quality& quality);
   void take(Subscription& subscription);
   static void count(Subscription& subscription, const Origin& origin);
   void watch_publishers();
-  void refuse(Subscription& subscription, const std::string& reason);
 
   const Settings settings_;
   const OnRefused on_refused_;
   dds_entity_t domain_ = 0, participant_ = 0, waitset_ = 0, publishers_ = 0;
   std::list<Subscription> subscriptions_;  // whose places the waitset knows
 };
-
-// Any thread.
-class Publication {
- public:
-  Publication() = default;
-  Publication(dds_entity_t writer, const ddsi_sertype* type) : writer_(writer), type_(type) {}
-
-  // Never waits for a subscriber. A message that cannot be sent at once is not sent.
-  template <class Message>
-  void operator()(const Message& message) const {
-    if (writer_ > 0 && !write_raw(writer_, type_, to_cdr(message))) ++*unsent_;
-  }
-
-  std::uint64_t unsent() const { return *unsent_; }
-
- private:
-  dds_entity_t writer_ = 0;
-  const ddsi_sertype* type_ = nullptr;
-  std::shared_ptr<std::atomic<std::uint64_t>> unsent_ =
-      std::make_shared<std::atomic<std::uint64_t>>(0);
-};
-
-template <class Message>
-Publication DdsLink::publish(const std::string& topic, const Quality& quality) {
-  const ddsi_sertype* type = nullptr;
-  const dds_entity_t writer = make_writer(topic, Message::kType, quality, type);
-  return {writer, type};
-}
 
 }  // namespace gprodom::ros2

@@ -12,40 +12,40 @@
 // clang-format off
 #define GPRODOM_FIELDS(...) \
   template <class Self, class Visitor> \
-  static void fields(Self& m, Visitor& visit) { visit_in_order(m, visit, __VA_ARGS__); }
+  static void fields(Self& m, Visitor& visit) { visit_in_order(visit, __VA_ARGS__); }
 // clang-format on
 
 namespace gprodom::ros2 {
 
-template <class Message, class Visitor, class... Members>
-void visit_in_order(Message& m, Visitor& visit, Members... members) {
-  (visit(m.*members), ...);
+template <class Visitor, class... Fields>
+void visit_in_order(Visitor& visit, Fields&... fields) {
+  (visit(fields), ...);
 }
 
 struct Time {
   static constexpr char kType[] = "builtin_interfaces::msg::dds_::Time_";
   std::int32_t sec = 0;
   std::uint32_t nanosec = 0;
-  GPRODOM_FIELDS(&Time::sec, &Time::nanosec)
+  GPRODOM_FIELDS(m.sec, m.nanosec)
 };
 
 struct Header {
   static constexpr char kType[] = "std_msgs::msg::dds_::Header_";
   Time stamp;
   std::string frame_id;
-  GPRODOM_FIELDS(&Header::stamp, &Header::frame_id)
+  GPRODOM_FIELDS(m.stamp, m.frame_id)
 };
 
 struct Int64 {
   static constexpr char kType[] = "std_msgs::msg::dds_::Int64_";
   std::int64_t data = 0;
-  GPRODOM_FIELDS(&Int64::data)
+  GPRODOM_FIELDS(m.data)
 };
 
 struct Clock {
   static constexpr char kType[] = "rosgraph_msgs::msg::dds_::Clock_";
   Time clock;
-  GPRODOM_FIELDS(&Clock::clock)
+  GPRODOM_FIELDS(m.clock)
 };
 
 struct Log {
@@ -55,69 +55,68 @@ struct Log {
   std::uint8_t level = INFO;
   std::string name, msg, file, function;
   std::uint32_t line = 0;
-  GPRODOM_FIELDS(&Log::stamp, &Log::level, &Log::name, &Log::msg, &Log::file, &Log::function,
-                 &Log::line)
+  GPRODOM_FIELDS(m.stamp, m.level, m.name, m.msg, m.file, m.function, m.line)
 };
 
 // Also geometry_msgs/Point, which has the same fields.
 struct Vector3 {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::Vector3_";
   double x = 0.0, y = 0.0, z = 0.0;
-  GPRODOM_FIELDS(&Vector3::x, &Vector3::y, &Vector3::z)
+  GPRODOM_FIELDS(m.x, m.y, m.z)
 };
 
 struct Quaternion {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::Quaternion_";
   double x = 0.0, y = 0.0, z = 0.0, w = 1.0;
-  GPRODOM_FIELDS(&Quaternion::x, &Quaternion::y, &Quaternion::z, &Quaternion::w)
+  GPRODOM_FIELDS(m.x, m.y, m.z, m.w)
 };
 
 struct Pose {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::Pose_";
   Vector3 position;
   Quaternion orientation;
-  GPRODOM_FIELDS(&Pose::position, &Pose::orientation)
+  GPRODOM_FIELDS(m.position, m.orientation)
 };
 
 struct PoseWithCovariance {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::PoseWithCovariance_";
   Pose pose;
   std::array<double, 36> covariance{};
-  GPRODOM_FIELDS(&PoseWithCovariance::pose, &PoseWithCovariance::covariance)
+  GPRODOM_FIELDS(m.pose, m.covariance)
 };
 
 struct PoseWithCovarianceStamped {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::PoseWithCovarianceStamped_";
   Header header;
   PoseWithCovariance pose;
-  GPRODOM_FIELDS(&PoseWithCovarianceStamped::header, &PoseWithCovarianceStamped::pose)
+  GPRODOM_FIELDS(m.header, m.pose)
 };
 
 struct Twist {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::Twist_";
   Vector3 linear, angular;
-  GPRODOM_FIELDS(&Twist::linear, &Twist::angular)
+  GPRODOM_FIELDS(m.linear, m.angular)
 };
 
 struct TwistStamped {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::TwistStamped_";
   Header header;
   Twist twist;
-  GPRODOM_FIELDS(&TwistStamped::header, &TwistStamped::twist)
+  GPRODOM_FIELDS(m.header, m.twist)
 };
 
 struct TwistWithCovariance {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::TwistWithCovariance_";
   Twist twist;
   std::array<double, 36> covariance{};
-  GPRODOM_FIELDS(&TwistWithCovariance::twist, &TwistWithCovariance::covariance)
+  GPRODOM_FIELDS(m.twist, m.covariance)
 };
 
 struct Transform {
   static constexpr char kType[] = "geometry_msgs::msg::dds_::Transform_";
   Vector3 translation;
   Quaternion rotation;
-  GPRODOM_FIELDS(&Transform::translation, &Transform::rotation)
+  GPRODOM_FIELDS(m.translation, m.rotation)
 };
 
 struct TransformStamped {
@@ -125,14 +124,13 @@ struct TransformStamped {
   Header header;
   std::string child_frame_id;
   Transform transform;
-  GPRODOM_FIELDS(&TransformStamped::header, &TransformStamped::child_frame_id,
-                 &TransformStamped::transform)
+  GPRODOM_FIELDS(m.header, m.child_frame_id, m.transform)
 };
 
 struct TFMessage {
   static constexpr char kType[] = "tf2_msgs::msg::dds_::TFMessage_";
   std::vector<TransformStamped> transforms;
-  GPRODOM_FIELDS(&TFMessage::transforms)
+  GPRODOM_FIELDS(m.transforms)
 };
 
 struct Odometry {
@@ -141,7 +139,7 @@ struct Odometry {
   std::string child_frame_id;
   PoseWithCovariance pose;
   TwistWithCovariance twist;
-  GPRODOM_FIELDS(&Odometry::header, &Odometry::child_frame_id, &Odometry::pose, &Odometry::twist)
+  GPRODOM_FIELDS(m.header, m.child_frame_id, m.pose, m.twist)
 };
 
 struct Imu {
@@ -153,16 +151,16 @@ struct Imu {
   std::array<double, 9> angular_velocity_covariance{};
   Vector3 linear_acceleration;
   std::array<double, 9> linear_acceleration_covariance{};
-  GPRODOM_FIELDS(&Imu::header, &Imu::orientation, &Imu::orientation_covariance,
-                 &Imu::angular_velocity, &Imu::angular_velocity_covariance,
-                 &Imu::linear_acceleration, &Imu::linear_acceleration_covariance)
+  GPRODOM_FIELDS(m.header, m.orientation, m.orientation_covariance, m.angular_velocity,
+                 m.angular_velocity_covariance, m.linear_acceleration,
+                 m.linear_acceleration_covariance)
 };
 
 struct NavSatStatus {
   static constexpr char kType[] = "sensor_msgs::msg::dds_::NavSatStatus_";
   std::int8_t status = -1;
   std::uint16_t service = 0;
-  GPRODOM_FIELDS(&NavSatStatus::status, &NavSatStatus::service)
+  GPRODOM_FIELDS(m.status, m.service)
 };
 
 struct NavSatFix {
@@ -172,9 +170,8 @@ struct NavSatFix {
   double latitude = 0.0, longitude = 0.0, altitude = 0.0;
   std::array<double, 9> position_covariance{};
   std::uint8_t position_covariance_type = 0;
-  GPRODOM_FIELDS(&NavSatFix::header, &NavSatFix::status, &NavSatFix::latitude,
-                 &NavSatFix::longitude, &NavSatFix::altitude, &NavSatFix::position_covariance,
-                 &NavSatFix::position_covariance_type)
+  GPRODOM_FIELDS(m.header, m.status, m.latitude, m.longitude, m.altitude, m.position_covariance,
+                 m.position_covariance_type)
 };
 
 struct JointState {
@@ -182,14 +179,13 @@ struct JointState {
   Header header;
   std::vector<std::string> name;
   std::vector<double> position, velocity, effort;
-  GPRODOM_FIELDS(&JointState::header, &JointState::name, &JointState::position,
-                 &JointState::velocity, &JointState::effort)
+  GPRODOM_FIELDS(m.header, m.name, m.position, m.velocity, m.effort)
 };
 
 struct KeyValue {
   static constexpr char kType[] = "diagnostic_msgs::msg::dds_::KeyValue_";
   std::string key, value;
-  GPRODOM_FIELDS(&KeyValue::key, &KeyValue::value)
+  GPRODOM_FIELDS(m.key, m.value)
 };
 
 struct DiagnosticStatus {
@@ -198,15 +194,14 @@ struct DiagnosticStatus {
   std::uint8_t level = OK;
   std::string name, message, hardware_id;
   std::vector<KeyValue> values;
-  GPRODOM_FIELDS(&DiagnosticStatus::level, &DiagnosticStatus::name, &DiagnosticStatus::message,
-                 &DiagnosticStatus::hardware_id, &DiagnosticStatus::values)
+  GPRODOM_FIELDS(m.level, m.name, m.message, m.hardware_id, m.values)
 };
 
 struct DiagnosticArray {
   static constexpr char kType[] = "diagnostic_msgs::msg::dds_::DiagnosticArray_";
   Header header;
   std::vector<DiagnosticStatus> status;
-  GPRODOM_FIELDS(&DiagnosticArray::header, &DiagnosticArray::status)
+  GPRODOM_FIELDS(m.header, m.status)
 };
 
 // ros2/gprodom_msgs/msg says what the fields of the next three mean.
@@ -217,9 +212,8 @@ struct GprTraceMessage {
   std::int32_t antenna_id = 0;
   double sample_interval = 0.0, time_zero = 0.0, volts_per_count = 0.0;
   std::vector<std::int32_t> samples;
-  GPRODOM_FIELDS(&GprTraceMessage::header, &GprTraceMessage::trace, &GprTraceMessage::antenna_id,
-                 &GprTraceMessage::sample_interval, &GprTraceMessage::time_zero,
-                 &GprTraceMessage::volts_per_count, &GprTraceMessage::samples)
+  GPRODOM_FIELDS(m.header, m.trace, m.antenna_id, m.sample_interval, m.time_zero, m.volts_per_count,
+                 m.samples)
 };
 
 struct Revisit {
@@ -230,15 +224,14 @@ struct Revisit {
   double distance = 0.0, sigma = 0.0, lateral = 0.0, lateral_sigma = 0.0;
   bool mirrored = false;
   double score = 0.0;
-  GPRODOM_FIELDS(&Revisit::header, &Revisit::stamp_from, &Revisit::stamp_to, &Revisit::source,
-                 &Revisit::distance, &Revisit::sigma, &Revisit::lateral, &Revisit::lateral_sigma,
-                 &Revisit::mirrored, &Revisit::score)
+  GPRODOM_FIELDS(m.header, m.stamp_from, m.stamp_to, m.source, m.distance, m.sigma, m.lateral,
+                 m.lateral_sigma, m.mirrored, m.score)
 };
 
 struct CommandMessage {
   static constexpr char kType[] = "gprodom_msgs::msg::dds_::Command_";
   std::string name, argument;
-  GPRODOM_FIELDS(&CommandMessage::name, &CommandMessage::argument)
+  GPRODOM_FIELDS(m.name, m.argument)
 };
 
 }  // namespace gprodom::ros2

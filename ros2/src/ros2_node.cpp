@@ -8,10 +8,14 @@
 namespace gprodom::ros2 {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;  // ns
 constexpr char kName[] = "gprodom";
 
 TimeNs to_ns(const Time& stamp) { return stamp.sec * kSecond + stamp.nanosec; }
+
+template <class Message>
+TimeNs time_of(const Message& message) {
+  return to_ns(message.header.stamp);
+}
 
 Time to_stamp(TimeNs time) {
   return {static_cast<std::int32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
@@ -80,28 +84,29 @@ void Ros2Node::receive() {
   publish_counts();
 }
 
+// Subscribes to a sensor's topic; what `to_input` makes of a message goes to the estimator.
+template <class Message, class ToInput>
+void Ros2Node::on(const std::string& topic, ToInput to_input) {
+  const Quality quality{settings_.sensors_reliable, settings_.sensor_depth, false};
+  link_.subscribe<Message>(topic, quality, [this, to_input](const Message& m) {
+    if (const std::optional<Input> input = to_input(m)) live_->push(*input);
+  });
+}
+
 void Ros2Node::subscribe() {
-  const Quality sensor{settings_.sensors_reliable, settings_.sensor_depth, false};
-  link_.subscribe<Imu>(settings_.imu, sensor, [this](const Imu& m) {
-    live_->push(ros_shared::to_imu(to_ns(m.header.stamp), m));
+  using ros_shared::to_fix, ros_shared::to_imu, ros_shared::to_trace;
+  using StampedPose = PoseWithCovarianceStamped;
+  on<Imu>(settings_.imu, [](const auto& m) { return to_imu(time_of(m), m); });
+  on<GprTraceMessage>(settings_.gpr, [](const auto& m) { return to_trace(time_of(m), m); });
+  on<NavSatFix>(settings_.fix, [](const auto& m) { return to_fix(time_of(m), m); });
+  on<StampedPose>(settings_.site_pose,
+                  [](const auto& m) { return ros_shared::to_site_fix(time_of(m), m.pose); });
+  link_.subscribe<StampedPose>(settings_.initialpose, out(), [this](const StampedPose& m) {
+    if (m.header.frame_id == settings_.frames.map)
+      live_->push(ros_shared::to_locate_at(time_of(m), m.pose));
+    else
+      live_->push(Rejection{settings_.initialpose, "message is not in the frame of the map"});
   });
-  link_.subscribe<GprTraceMessage>(settings_.gpr, sensor, [this](const GprTraceMessage& m) {
-    live_->push(ros_shared::to_trace(to_ns(m.header.stamp), m));
-  });
-  link_.subscribe<NavSatFix>(settings_.fix, sensor, [this](const NavSatFix& m) {
-    live_->push(ros_shared::to_fix(to_ns(m.header.stamp), m));
-  });
-  link_.subscribe<PoseWithCovarianceStamped>(
-      settings_.site_pose, sensor, [this](const PoseWithCovarianceStamped& m) {
-        live_->push(ros_shared::to_site_fix(to_ns(m.header.stamp), m.pose));
-      });
-  link_.subscribe<PoseWithCovarianceStamped>(
-      settings_.initialpose, out(), [this](const PoseWithCovarianceStamped& m) {
-        if (m.header.frame_id == settings_.frames.map)
-          live_->push(ros_shared::to_locate_at(to_ns(m.header.stamp), m.pose));
-        else
-          live_->push(Rejection{settings_.initialpose, "message is not in the frame of the map"});
-      });
   link_.subscribe<CommandMessage>(settings_.command, out(), [this](const CommandMessage& m) {
     live_->push(Command{0, m.name, m.argument});
   });
@@ -112,44 +117,39 @@ void Ros2Node::subscribe() {
 }
 
 void Ros2Node::subscribe_wheel() {
-  const Quality sensor{settings_.sensors_reliable, settings_.sensor_depth, false};
   const double radius_m = settings_.wheel_radius;
   switch (settings_.wheel_message) {
     case WheelMessage::kOdometry:
-      link_.subscribe<Odometry>(settings_.wheel, sensor, [this](const Odometry& m) {
-        const auto middle =
-            wheel_.add(to_ns(m.header.stamp), ros_shared::vector(m.pose.pose.position),
-                       ros_shared::rotation(m.pose.pose.orientation));
-        push_wheel(middle, m.twist.twist.angular.z);
+      on<Odometry>(settings_.wheel, [this](const Odometry& m) {
+        const auto middle = wheel_.add(time_of(m), ros_shared::vector(m.pose.pose.position),
+                                       ros_shared::rotation(m.pose.pose.orientation));
+        return wheels_of(middle, m.twist.twist.angular.z);
       });
       break;
     case WheelMessage::kTwist:
-      link_.subscribe<TwistStamped>(settings_.wheel, sensor, [this](const TwistStamped& m) {
-        const TimeNs time = to_ns(m.header.stamp);
-        push_wheel({time, distance_.add(time, m.twist.linear.x)}, m.twist.angular.z);
+      on<TwistStamped>(settings_.wheel, [this](const TwistStamped& m) {
+        const double distance_m = distance_.add(time_of(m), m.twist.linear.x);
+        return wheels_of({time_of(m), distance_m}, m.twist.angular.z);
       });
       break;
     case WheelMessage::kJoint:
-      link_.subscribe<JointState>(settings_.wheel, sensor, [this, radius_m](const JointState& m) {
-        if (const auto sample = ros_shared::to_sample(to_ns(m.header.stamp), m.name, m.position,
-                                                      settings_.wheel_joint, radius_m))
-          live_->push(*sample);
+      on<JointState>(settings_.wheel, [this, radius_m](const JointState& m) {
+        return ros_shared::to_sample(time_of(m), m.name, m.position, settings_.wheel_joint,
+                                     radius_m);
       });
       break;
     case WheelMessage::kJoints:
-      link_.subscribe<JointState>(
-          settings_.wheel, sensor,
-          [this, radius_m, left = ros_shared::names_by_commas(settings_.left_joints),
-           right = ros_shared::names_by_commas(settings_.right_joints)](const JointState& m) {
-            if (const auto sample = ros_shared::to_sample(to_ns(m.header.stamp), m.name, m.position,
-                                                          left, right, radius_m))
-              live_->push(*sample);
-          });
+      on<JointState>(settings_.wheel,
+                     [radius_m, left = ros_shared::names_by_commas(settings_.left_joints),
+                      right = ros_shared::names_by_commas(settings_.right_joints)](const auto& m) {
+                       return ros_shared::to_sample(time_of(m), m.name, m.position, left, right,
+                                                    radius_m);
+                     });
       break;
     case WheelMessage::kTicks:
-      link_.subscribe<Int64>(settings_.wheel, sensor, [this](const Int64& m) {
-        live_->push(WheelSample{now(), static_cast<double>(m.data) * settings_.metres_per_tick,
-                                settings_.metres_per_tick});
+      on<Int64>(settings_.wheel, [this](const Int64& m) {
+        const double metres_per_tick = settings_.metres_per_tick;
+        return WheelSample{now(), static_cast<double>(m.data) * metres_per_tick, metres_per_tick};
       });
       break;
     case WheelMessage::kNone:
@@ -157,11 +157,9 @@ void Ros2Node::subscribe_wheel() {
   }
 }
 
-void Ros2Node::push_wheel(const WheelSample& middle, double yaw_rate) {
-  if (settings_.track > 0.0)
-    live_->push(ros_shared::to_wheels(middle, turned_.add(middle.time, yaw_rate), settings_.track));
-  else
-    live_->push(middle);
+Input Ros2Node::wheels_of(const WheelSample& middle, double yaw_rate) {
+  if (!(settings_.track > 0.0)) return middle;
+  return ros_shared::to_wheels(middle, turned_.add(middle.time, yaw_rate), settings_.track);
 }
 
 TimeNs Ros2Node::now() const {
@@ -179,12 +177,8 @@ void Ros2Node::publish(const Outputs& outputs) {
     odometry_(m);
     ros_shared::fill(m, in_map[i], frames.map, frames.body);
     odometry_map_(m);
-    TFMessage both;
-    both.transforms.resize(2);
-    for (TransformStamped& t : both.transforms) t.header.stamp = m.header.stamp;
-    ros_shared::fill(both.transforms[0], in_odom[i], in_map[i], frames);
-    ros_shared::fill(both.transforms[1], in_odom[i], frames);
-    tf_(both);
+    tf_(TFMessage{
+        ros_shared::transforms<TransformStamped>(m.header.stamp, in_odom[i], in_map[i], frames)});
   }
   for (const auto& d : outputs.displacements)
     if (d.kind == DisplacementKind::kRevisit && d.valid) revisits_(to_revisit(d, frames.body));
@@ -193,11 +187,7 @@ void Ros2Node::publish(const Outputs& outputs) {
     log_(Log{to_stamp(ns_of<std::chrono::system_clock>()), Log::WARN, kName, warning, "", "", 0});
   }
   for (const auto& status : outputs.status) {
-    DiagnosticArray array;
-    array.header.stamp = to_stamp(status.time);
-    array.status.emplace_back();
-    ros_shared::fill(array.status.back(), status, "gprodom: odometry");
-    diagnostics_(array);
+    diagnostics_(ros_shared::diagnostics<DiagnosticArray>(to_stamp(status.time), status));
     hooks_.status(status);
   }
 }

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "dds_link.h"
@@ -31,9 +30,11 @@ class Ros2Node {
   void receive();
 
  private:
+  template <class Message, class ToInput>
+  void on(const std::string& topic, ToInput to_input);
   void subscribe();
   void subscribe_wheel();
-  void push_wheel(const WheelSample& middle, double yaw_rate);
+  Input wheels_of(const WheelSample& middle, double yaw_rate);
   void publish(const Outputs& outputs);
   void publish_antennas(const GprConfig& gpr);
   void publish_counts();

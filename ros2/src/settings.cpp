@@ -63,45 +63,39 @@ std::vector<Setting> table(Settings& s) {
 }
 // clang-format on
 
-struct Expected {
+// Puts a node's value into the field of a setting. Returns what was expected where it does not fit;
+// the field is then as it was.
+struct Assign {
   const Setting& setting;
-  std::string operator()(const bool*) const { return "true or false"; }
-  std::string operator()(const int*) const { return "an integer" + range(); }
-  std::string operator()(const double*) const { return "a number" + range(); }
-  std::string operator()(const std::string*) const { return "text"; }
-  std::string operator()(const WheelMessage*) const {
-    return "one of " + all_names<WheelMessage>(", ", " or ");
+  const YAML::Node& node;
+  std::string operator()(bool* field) const {
+    return YAML::convert<bool>::decode(node, *field) ? "" : "true or false";
   }
-  std::string range() const {
+  std::string operator()(std::string* field) const {
+    if (!node.IsScalar()) return "text";
+    *field = node.Scalar();
+    return "";
+  }
+  std::string operator()(WheelMessage* field) const {
+    const auto choice = node.IsScalar() ? find_choice<WheelMessage>(node.Scalar()) : std::nullopt;
+    if (!choice) return "one of " + all_names<WheelMessage>(", ", " or ");
+    *field = *choice;
+    return "";
+  }
+  template <class Number>
+  std::string operator()(Number* field) const {
+    Number value{};
+    if (YAML::convert<Number>::decode(node, value) && value >= setting.minimum &&
+        value <= setting.maximum) {
+      *field = value;
+      return "";
+    }
     std::ostringstream text;
-    text << ", " << setting.minimum << " to " << setting.maximum;
+    text << (std::is_same_v<Number, int> ? "an integer, " : "a number, ") << setting.minimum
+         << " to " << setting.maximum;
     return text.str();
   }
 };
-
-bool assign(const Setting& setting, const YAML::Node& node) {
-  if (!node.IsScalar()) return false;
-  return std::visit(
-      [&](auto* field) {
-        using Value = std::decay_t<decltype(*field)>;
-        if constexpr (std::is_same_v<Value, WheelMessage>) {
-          const auto choice = find_choice<WheelMessage>(node.Scalar());
-          if (choice) *field = *choice;
-          return choice.has_value();
-        } else if constexpr (std::is_same_v<Value, std::string>) {
-          *field = node.Scalar();
-          return true;
-        } else {
-          Value value{};
-          if (!YAML::convert<Value>::decode(node, value)) return false;
-          if constexpr (!std::is_same_v<Value, bool>)
-            if (!(value >= setting.minimum && value <= setting.maximum)) return false;
-          *field = value;
-          return true;
-        }
-      },
-      setting.field);
-}
 
 void set(std::vector<Setting>& settings, const std::string& name, const YAML::Node& node,
          const std::string& place) {
@@ -109,8 +103,8 @@ void set(std::vector<Setting>& settings, const std::string& name, const YAML::No
                                   [&](const Setting& s) { return name == s.name; });
   if (found == settings.end())
     throw ConfigError(place + name + ": there is no such setting; --print-settings shows them all");
-  if (!assign(*found, node))
-    throw ConfigError(place + name + ": expected " + std::visit(Expected{*found}, found->field));
+  const std::string expected = std::visit(Assign{*found, node}, found->field);
+  if (!expected.empty()) throw ConfigError(place + name + ": expected " + expected);
 }
 
 void read(std::vector<Setting>& settings, const std::string& path) {
