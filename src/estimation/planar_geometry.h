@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -24,6 +25,30 @@ inline PlanarPose between(const PlanarPose& a, const PlanarPose& b) {
 }
 inline PlanarPose compose(const PlanarPose& a, const PlanarPose& b_in_a) {
   return {a.p + Eigen::Rotation2Dd(a.yaw) * b_in_a.p, wrapped(a.yaw + b_in_a.yaw)};
+}
+
+// Jacobian of (x, y, yaw) at another place of what is rigid; `way` leads there, in the axes of
+// both.
+inline Eigen::Matrix3d lever(const Eigen::Vector2d& way) {
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J(0, 2) = -way.y();
+  J(1, 2) = way.x();
+  return J;
+}
+
+// The block of x, y and yaw, which is the last, of a covariance with more rows. Setting it removes
+// its correlation with the rest (height, roll and pitch), which keeps its own.
+template <int N>
+Eigen::Matrix3d planar_block(const Eigen::Matrix<double, N, N>& covariance) {
+  constexpr std::array kPlanar{0, 1, N - 1};
+  return covariance(kPlanar, kPlanar);
+}
+template <int N>
+void set_planar_block(const Eigen::Matrix3d& block, Eigen::Matrix<double, N, N>& covariance) {
+  constexpr std::array kPlanar{0, 1, N - 1};
+  covariance(kPlanar, Eigen::all).setZero();
+  covariance(Eigen::all, kPlanar).setZero();
+  covariance(kPlanar, kPlanar) = block;
 }
 
 // The part of the displacement from a node to a place near it that the wheel has measured. A slip l

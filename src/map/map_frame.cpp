@@ -7,23 +7,12 @@ namespace {
 
 using Eigen::Matrix3d;
 
-constexpr int kPlanar[] = {0, 1, 5};  // x, y, yaw of a pose's covariance
-
 // p_map = R p_odom + p.
 OdometryEstimate in_map(const Correction& correction, const OdometryEstimate& estimate) {
   OdometryEstimate placed = estimate;
   placed.p_odom_body = correction.q_map_odom * estimate.p_odom_body + correction.p_map_odom;
   placed.q_odom_body = (correction.q_map_odom * estimate.q_odom_body).normalized();
   return placed;
-}
-
-// Jacobian of the errors (x, y, yaw) at a later pose by those at p: an error in yaw rotates all
-// that follows.
-Matrix3d transport(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  Matrix3d m = Matrix3d::Identity();
-  m(0, 2) = from.y() - to.y();
-  m(1, 2) = to.x() - from.x();
-  return m;
 }
 
 Matrix3d positive(const Matrix3d& symmetric) {
@@ -42,33 +31,17 @@ OdometryEstimate planar_estimate(const PathState& state) {
   return estimate;
 }
 
-Matrix3d planar_block(const Matrix6d& covariance) {
-  Matrix3d block;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) block(i, j) = covariance(kPlanar[i], kPlanar[j]);
-  }
-  return block;
-}
-
-void set_planar_block(const Matrix3d& block, Matrix6d& covariance) {
-  for (const int i : kPlanar) {
-    covariance.row(i).setZero();
-    covariance.col(i).setZero();
-  }
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) covariance(kPlanar[i], kPlanar[j]) = block(i, j);
-  }
-}
-
 Matrix3d carried_covariance(const Correction& correction, const Matrix3d& covariance,
                             const OdometryEstimate& since, const OdometryEstimate& here) {
-  const Matrix3d in_odom = transport(since.p_odom_body, here.p_odom_body);
+  const Eigen::Vector3d way = here.p_odom_body - since.p_odom_body;
+  const Matrix3d in_odom = lever(way.head<2>());
   const Matrix3d added =
       positive(planar_block(here.pose_covariance) -
                in_odom * planar_block(since.pose_covariance) * in_odom.transpose());
   const Matrix3d turn = correction.q_map_odom.toRotationMatrix();  // about z: x and y alone
-  const Matrix3d moved = transport(correction.q_map_odom * since.p_odom_body,
-                                   correction.q_map_odom * here.p_odom_body);
+  const Eigen::Vector3d way_in_map =
+      correction.q_map_odom * here.p_odom_body - correction.q_map_odom * since.p_odom_body;
+  const Matrix3d moved = lever(way_in_map.head<2>());
   return moved * covariance * moved.transpose() + turn * added * turn.transpose();
 }
 

@@ -40,9 +40,4 @@ Eigen::Matrix3d carried_covariance(const Correction& correction, const Eigen::Ma
 // A planar state as an estimate, with the fields that carried_covariance() uses.
 OdometryEstimate planar_estimate(const PathState& state);
 
-// The block of x, y and yaw of a pose covariance. Setting it removes its correlation with the rest
-// (height, roll and pitch), which stays that of odometry.
-Eigen::Matrix3d planar_block(const Matrix6d& covariance);
-void set_planar_block(const Eigen::Matrix3d& block, Matrix6d& covariance);
-
 }  // namespace gprodom

@@ -1,6 +1,7 @@
 #include "estimation/graph/graph_problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -281,15 +282,13 @@ Matrix5d GraphProblem::newest_covariance(const std::vector<bool>& trusted, const
       throw std::runtime_error("pose graph: the normal equations are singular");
   }
   const int last = static_cast<int>(steps_.size());
-  const int rows[] = {node(last), node(last) + 1, node(last) + 2, scale(), slip(last - 1)};
+  const std::array rows{node(last), node(last) + 1, node(last) + 2, scale(), slip(last - 1)};
   const int size = slip_terms_.back().possible ? 5 : 4;
   Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(lasting(fixes_.size()), size);
   for (int k = 0; k < size; ++k) unit(rows[k], k) = 1.0;
   const Eigen::MatrixXd columns = equations_.solve(unit);
   Matrix5d covariance = Matrix5d::Zero();
-  for (int i = 0; i < size; ++i) {
-    for (int k = 0; k < size; ++k) covariance(i, k) = columns(rows[i], k);
-  }
+  for (int i = 0; i < size; ++i) covariance.row(i).head(size) = columns.row(rows[i]);
   return 0.5 * (covariance + covariance.transpose());
 }
 

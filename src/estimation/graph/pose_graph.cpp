@@ -71,9 +71,7 @@ PlanarEstimate extend(const PlanarEstimate& from, const PlanarStep& step, const 
   Matrix5d before = forget * from.covariance * forget;
   before(4, 4) += step.slip_sigma * step.slip_sigma * (1 - kept * kept);
   Matrix5d F = Matrix5d::Identity();
-  const Vector2d ahead = to.pose.p - from.pose.p;
-  F(0, 2) = -ahead.y();
-  F(1, 2) = ahead.x();
+  F.topLeftCorner<3, 3>() = lever(to.pose.p - from.pose.p);
   F.block<3, 1>(0, 3) = turn * step.d_scale;
   F.block<2, 1>(0, 4) = turn.topLeftCorner<2, 2>() * (std::exp(slip) * step.measured.p);
   to.covariance = F * before * F.transpose();
@@ -85,10 +83,7 @@ PlanarStep joined(const PlanarStep& first, const PlanarStep& second) {
   const PlanarPose middle = moved(first, second.scale, 0.0);
   Matrix3d turn = Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(middle.yaw).toRotationMatrix();
-  const Vector2d ahead = turn.topLeftCorner<2, 2>() * second.measured.p;
-  Matrix3d F = Matrix3d::Identity();
-  F(0, 2) = -ahead.y();
-  F(1, 2) = ahead.x();
+  const Matrix3d F = lever(turn.topLeftCorner<2, 2>() * second.measured.p);
   PlanarStep step;
   step.measured = compose(middle, second.measured);
   step.scale = second.scale;

@@ -1,5 +1,6 @@
 #include "gpr/peaks/peaks_covariance.h"
 
+#include <array>
 #include <cmath>
 
 namespace gprodom::gpr {
@@ -49,13 +50,8 @@ Peak peak_of_fit(const DampedSinusoid* pulses, int count, int k, const GroupFit&
   jacobian(kPeakAmplitude, 4) += t * by_phase;
 
   const int linear = 2 * count + 1;
-  const int place[5] = {2 * k, 2 * k + 1, 2 * count, linear + 2 * k, linear + 2 * k + 1};
-  Eigen::Matrix<double, 5, 5> inverse;
-  for (int row = 0; row < 5; ++row) {
-    for (int column = 0; column < 5; ++column) {
-      inverse(row, column) = fit.inverse(place[row], place[column]);
-    }
-  }
+  const std::array place{2 * k, 2 * k + 1, 2 * count, linear + 2 * k, linear + 2 * k + 1};
+  const Eigen::Matrix<double, 5, 5> inverse = fit.inverse(place, place);
   const Eigen::Matrix<double, 7, 5> half = jacobian.lazyProduct(inverse);
   peak.covariance = noise_variance * half.lazyProduct(jacobian.transpose());
   return peak;

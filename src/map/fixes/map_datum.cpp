@@ -17,14 +17,6 @@ using Vector5d = Eigen::Matrix<double, 5, 1>;
 
 constexpr double kBaseline = 100.0;  // m; any length tells how one plane is turned in another
 
-// (x, y, yaw) at another place of what is rigid.
-Matrix3d lever(const Vector2d& way) {
-  Matrix3d J = Matrix3d::Identity();
-  J(0, 2) = -way.y();
-  J(1, 2) = way.x();
-  return J;
-}
-
 // The estimate of (x, y, yaw) and of the lasting error of the newest fix of a chain, in that fix's
 // standard deviations.
 struct Filter {
@@ -76,23 +68,6 @@ struct Filter {
 };
 
 }  // namespace
-
-Matrix3d planar_block(const Matrix4d& covariance) {
-  Matrix3d block;
-  block << covariance.topLeftCorner<2, 2>(), covariance.topRightCorner<2, 1>(),
-      covariance.bottomLeftCorner<1, 2>(), covariance(3, 3);
-  return block;
-}
-
-void set_planar_block(const Matrix3d& block, Matrix4d& covariance) {
-  const double height = covariance(2, 2);
-  covariance.setZero();
-  covariance(2, 2) = height;
-  covariance.topLeftCorner<2, 2>() = block.topLeftCorner<2, 2>();
-  covariance.topRightCorner<2, 1>() = block.topRightCorner<2, 1>();
-  covariance.bottomLeftCorner<1, 2>() = block.bottomLeftCorner<1, 2>();
-  covariance(3, 3) = block(2, 2);
-}
 
 Matrix3d carried(const Matrix3d& covariance, const Vector2d& way) {
   const Matrix3d J = lever(way);

@@ -19,11 +19,6 @@ struct MapDatum {
   std::optional<Geodetic> origin;  // of site; nothing: no message or setting has told it
 };
 
-// The block of x, y and yaw of such a covariance. set_planar_block() replaces it, keeps the
-// variance of the height, and sets the height's correlations to zero.
-Eigen::Matrix3d planar_block(const Eigen::Matrix4d& covariance);
-void set_planar_block(const Eigen::Matrix3d& block, Eigen::Matrix4d& covariance);
-
 // The covariance of (x, y, yaw) at another place of what is rigid: `way` leads there, m, in the
 // axes of the covariance.
 Eigen::Matrix3d carried(const Eigen::Matrix3d& covariance, const Eigen::Vector2d& way);
