@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/by_time.h"
+
 namespace gprodom {
 
 namespace {
@@ -71,8 +73,7 @@ void SlipDrift::measured(const NavState& state, const ImuNoise& noise, double sh
 }
 
 void SlipDrift::measured_since(TimeNs time, double l_sigma) {
-  const auto after = std::upper_bound(earlier_.begin(), earlier_.end(), time,
-                                      [](TimeNs t, const Earlier& e) { return t < e.time; });
+  const auto after = first_after(earlier_, time);
   if (after == earlier_.begin()) return;
   const Eigen::Matrix3d& then = std::prev(after)->joint;
   const Eigen::Vector3d with_l = then.col(2);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/by_time.h"
 #include "gpr/kernels/add_multiple.h"
 
 namespace gprodom::gpr {
@@ -220,15 +221,9 @@ void CoherenceFrontEnd::add_trace(const GprTrace& trace) {
 }
 
 CoherenceFrontEnd::Place CoherenceFrontEnd::at(TimeNs time) const {
-  const auto next = std::partition_point(places_.begin(), places_.end(),
-                                         [time](const Place& p) { return p.time <= time; });
-  if (next == places_.begin()) return *next;
-  Place place = *(next - 1);
-  if (next != places_.end()) {
-    const double u =
-        static_cast<double>(time - place.time) / static_cast<double>(next->time - place.time);
-    place.length += u * (next->length - place.length);
-  }
+  const auto next = first_after(places_, time);
+  Place place = next == places_.begin() ? *next : *(next - 1);
+  place.length = interpolated(places_, time, &Place::length);
   return place;
 }
 

@@ -2,7 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "base/by_time.h"
 
 namespace gprodom {
 
@@ -24,14 +27,6 @@ PlanarPose planar(const NavState& state) {
   return {state.p_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
 }
 
-// Jacobian (x, y, yaw) of a pose at p by an error (x, y, yaw) that rotates and shifts odom.
-Matrix3d at_pose(const Vector2d& p) {
-  Matrix3d m = Matrix3d::Identity();
-  m(0, 2) = -p.y();
-  m(1, 2) = p.x();
-  return m;
-}
-
 // The pose that the estimator would have given to `state` with another wheel scale.
 PlanarPose with_scale(const PathState& state, double scale) {
   const Vector3d error = state.d_scale * (scale - state.scale);
@@ -48,17 +43,14 @@ PlanarPose inverse(const PlanarPose& pose) { return between(pose, {}); }
 }  // namespace
 
 PathState path_state(const StateResult& newest) {
-  const int rows[] = {row::kP, row::kP + 1, row::kTheta + 2};
+  constexpr std::array kRows{row::kP, row::kP + 1, row::kTheta + 2};
   PathState state;
   state.time = newest.state.time;
   state.pose = planar(newest.state);
   state.scale = newest.state.wheel_scale;
-  Vector3d with_scale;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) state.covariance(i, j) = newest.covariance(rows[i], rows[j]);
-    with_scale[i] = newest.covariance(rows[i], row::kScale);
-  }
-  const Matrix3d to_pose = at_pose(state.pose.p);
+  state.covariance = newest.covariance(kRows, kRows);
+  const Vector3d with_scale = newest.covariance.col(row::kScale)(kRows);
+  const Matrix3d to_pose = lever(state.pose.p);
   state.pose_covariance = to_pose * state.covariance * to_pose.transpose();
   state.pose_covariance.topLeftCorner<2, 2>() += newest.slip_covariance;
   state.slip_sigma = newest.slip_sigma;
@@ -99,7 +91,7 @@ PlanarPose way_between(const PathState& a, const PathState& b) {
 PlanarStep step_between(const PathState& a, const PathState& b) {
   Matrix3d into_a = Matrix3d::Identity();
   into_a.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-a.pose.yaw).toRotationMatrix();
-  into_a = into_a * at_pose(b.pose.p);
+  into_a = into_a * lever(b.pose.p);
   PlanarStep step;
   step.seconds = to_seconds(b.time - a.time);
   step.measured = way_between(a, b);
@@ -125,20 +117,20 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
   Point point{state};
   if (!recent_.empty()) {
     const Point& last = recent_.back();
-    const double ahead = way_between(last.state, state).p.x();
+    const double ahead = way_between(last, state).p.x();
     point.distance_m = last.distance_m + ahead;
     point.travelled_m = last.travelled_m + std::abs(ahead);
     point.slip_m = last.slip_m + state.slip_sigma * std::abs(ahead);
     point.believed_slip_m = last.believed_slip_m + state.believed_slip_sigma * std::abs(ahead);
   }
   recent_.push_back(point);
-  while (recent_.front().state.time + kRecent < state.time) recent_.pop_front();
+  while (recent_.front().time + kRecent < state.time) recent_.pop_front();
   if (nodes_.empty()) {
     nodes_.push_back(point);
     return std::nullopt;
   }
   const Point& last = nodes_.back();
-  const bool turned = std::abs(wrapped(way_between(last.state, state).yaw)) > kTurn;
+  const bool turned = std::abs(wrapped(way_between(last, state).yaw)) > kTurn;
   if (point.travelled_m - last.travelled_m < node_spacing_m_ && !turned) return std::nullopt;
   const PlanarStep to_new = step(last, point);
   nodes_.push_back(point);
@@ -147,7 +139,7 @@ std::optional<PlanarStep> MapPath::add(const PathState& state) {
 
 // The states of a step share one slip, so their deviations (not variances) add up.
 PlanarStep MapPath::step(const Point& a, const Point& b) {
-  PlanarStep step = step_between(a.state, b.state);
+  PlanarStep step = step_between(a, b);
   const double way = b.travelled_m - a.travelled_m;
   step.slip_sigma = way > 0 ? (b.slip_m - a.slip_m) / way : 0.0;
   step.believed_slip_sigma = way > 0 ? (b.believed_slip_m - a.believed_slip_m) / way : 0.0;
@@ -155,14 +147,7 @@ PlanarStep MapPath::step(const Point& a, const Point& b) {
 }
 
 double MapPath::distance_at(TimeNs time) const {
-  const auto next = std::partition_point(recent_.begin(), recent_.end(),
-                                         [time](const Point& p) { return p.state.time <= time; });
-  if (next == recent_.begin()) return recent_.front().distance_m;
-  const Point& a = *(next - 1);
-  if (next == recent_.end()) return a.distance_m;
-  const double share = static_cast<double>(time - a.state.time) /
-                       static_cast<double>(next->state.time - a.state.time);
-  return a.distance_m + share * (next->distance_m - a.distance_m);
+  return interpolated(recent_, time, &Point::distance_m);
 }
 
 // way: driven in `seconds` about that time.
@@ -170,22 +155,21 @@ MapPath::Mark::Mark(const Point& point, const PlanarPose& way, double seconds)
     : point_(point), velocity_(way.p / seconds), yaw_rate_(way.yaw / seconds) {}
 
 std::optional<MapPath::Mark> MapPath::mark(TimeNs time) const {
-  if (recent_.size() < 2 || time < recent_.front().state.time || time > recent_.back().state.time)
+  if (recent_.size() < 2 || time < recent_.front().time || time > recent_.back().time)
     return std::nullopt;
-  const auto next = std::partition_point(recent_.begin(), recent_.end() - 1,
-                                         [time](const Point& p) { return p.state.time <= time; });
+  const auto next = std::min(first_after(recent_, time), recent_.end() - 1);
   const Point &a = *(next - 1), &b = *next;
-  const double seconds = to_seconds(b.state.time - a.state.time);
-  const double share = to_seconds(time - a.state.time) / seconds;
+  const double seconds = to_seconds(b.time - a.time);
+  const double share = to_seconds(time - a.time) / seconds;
   const auto mean = [share](const auto& from, const auto& to) {
     return from + share * (to - from);
   };
-  const PlanarPose way = way_between(a.state, b.state);
+  const PlanarPose way = way_between(a, b);
   Point point = a;  // in odom as `a` has it
-  point.state.time = time;
-  point.state.pose = compose(a.state.pose, {share * way.p, share * way.yaw});
-  point.state.covariance = a.state.covariance + share * (b.state.covariance - a.state.covariance);
-  point.state.d_scale = a.state.d_scale + share * (b.state.d_scale - a.state.d_scale);
+  point.time = time;
+  point.pose = compose(a.pose, {share * way.p, share * way.yaw});
+  point.covariance = a.covariance + share * (b.covariance - a.covariance);
+  point.d_scale = a.d_scale + share * (b.d_scale - a.d_scale);
   point.distance_m = mean(a.distance_m, b.distance_m);
   point.travelled_m = mean(a.travelled_m, b.travelled_m);
   point.slip_m = mean(a.slip_m, b.slip_m);
@@ -198,7 +182,7 @@ PlanarStep MapPath::way(const Mark& a, const Mark& b) { return step(a.point_, b.
 MapPath::MarkAtNode MapPath::at_node(const Mark& mark) const {
   const std::size_t after = nodes_until(mark.time());
   const std::size_t node = after == 0 ? 0 : after - 1;
-  return {node, way_between(nodes_[node].state, mark.point_.state)};
+  return {node, way_between(nodes_[node], mark.point_)};
 }
 
 void MapPath::keep_only(const std::vector<bool>& nodes) {
@@ -219,9 +203,7 @@ void MapPath::keep_only(const std::vector<bool>& nodes) {
 
 // Number of nodes at that time or before it.
 std::size_t MapPath::nodes_until(TimeNs time) const {
-  const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
-                                         [time](const Point& p) { return p.state.time <= time; });
-  return static_cast<std::size_t>(next - nodes_.begin());
+  return static_cast<std::size_t>(first_after(nodes_, time) - nodes_.begin());
 }
 
 bool MapPath::is_forgotten(TimeNs time) const {
@@ -233,7 +215,7 @@ bool MapPath::is_forgotten(TimeNs time) const {
 MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
   const std::size_t after = nodes_until(time);
   const auto apart = [&](std::size_t i) {
-    return is_forgotten(time) ? std::abs(to_seconds(nodes_[i].state.time - time))
+    return is_forgotten(time) ? std::abs(to_seconds(nodes_[i].time - time))
                               : std::abs(nodes_[i].distance_m - distance_m);
   };
   Place place;
@@ -246,7 +228,7 @@ MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
   if (has_next || has_last) {
     const bool forwards = has_next && (place.node < after || !has_last);
     const std::size_t other = forwards ? place.node + 1 : place.node - 1;
-    const PlanarPose step = way_between(node.state, nodes_[other].state);
+    const PlanarPose step = way_between(node, nodes_[other]);
     if (std::abs(step.p.x()) > 0.3 * node_spacing_m_) curvature = step.yaw / step.p.x();
     const double ahead = nodes_[other].distance_m - node.distance_m;
     place.direction = (ahead < 0.0) == (other > place.node) ? -1 : 1;
@@ -258,13 +240,8 @@ MapPath::Place MapPath::place(TimeNs time, double distance_m) const {
 }
 
 MapPath::Place MapPath::place(TimeNs time) const {
-  const auto next = std::partition_point(nodes_.begin(), nodes_.end(),
-                                         [time](const Point& p) { return p.state.time <= time; });
-  if (next == nodes_.begin() || next == nodes_.end()) return place(time, distance_at(time));
-  const Point& a = *(next - 1);
-  const double share = static_cast<double>(time - a.state.time) /
-                       static_cast<double>(next->state.time - a.state.time);
-  return place(time, a.distance_m + share * (next->distance_m - a.distance_m));
+  const bool between = time >= nodes_.front().time && time < nodes_.back().time;
+  return place(time, between ? interpolated(nodes_, time, &Point::distance_m) : distance_at(time));
 }
 
 }  // namespace gprodom

@@ -64,8 +64,8 @@ class MapPath {
   std::optional<PlanarStep> add(const PathState& state);
 
   bool empty() const { return recent_.empty(); }
-  const PathState& first() const { return nodes_.front().state; }
-  const PathState& newest() const { return recent_.back().state; }
+  const PathState& first() const { return nodes_.front(); }
+  const PathState& newest() const { return recent_.back(); }
   double travelled() const { return recent_.back().travelled_m; }
   PlanarStep since_last_node() const { return step(nodes_.back(), recent_.back()); }
 
@@ -76,8 +76,8 @@ class MapPath {
   // Metres driven up to a node, unsigned.
   double travelled_at(std::size_t node) const { return nodes_[node].travelled_m; }
   double distance_of(std::size_t node) const { return nodes_[node].distance_m; }
-  const PlanarPose& pose_of(std::size_t node) const { return nodes_[node].state.pose; }  // in odom
-  TimeNs time_of(std::size_t node) const { return nodes_[node].state.time; }
+  const PlanarPose& pose_of(std::size_t node) const { return nodes_[node].pose; }  // in odom
+  TimeNs time_of(std::size_t node) const { return nodes_[node].time; }
   std::size_t nodes() const { return nodes_.size(); }
 
   // Removes the other nodes. A node that follows a removed one begins a new piece of the track.
@@ -110,8 +110,7 @@ class MapPath {
   MarkAtNode at_node(const Mark& mark) const;
 
  private:
-  struct Point {
-    PathState state;
+  struct Point : PathState {
     double distance_m = 0.0, travelled_m = 0.0;
     // Sums of the sigmas times distance: deviations if all slip is the same.
     double slip_m = 0.0, believed_slip_m = 0.0;
@@ -126,7 +125,7 @@ class MapPath {
 
 class MapPath::Mark {
  public:
-  TimeNs time() const { return point_.state.time; }
+  TimeNs time() const { return point_.time; }
   double travelled() const { return point_.travelled_m; }
   const Eigen::Vector2d& velocity() const { return velocity_; }  // of the body, body axes, m/s
   double yaw_rate() const { return yaw_rate_; }                  // rad/s

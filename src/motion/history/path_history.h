@@ -1,9 +1,9 @@
 // Distance along the robot's path over the last seconds.
 #pragma once
 
-#include <algorithm>
 #include <deque>
 
+#include "base/by_time.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -27,15 +27,7 @@ class PathHistory {
   }
 
   // Metres, linear between places and constant beyond the ends. Only differences have a meaning.
-  double path(TimeNs time) const {
-    const auto next = std::partition_point(places_.begin(), places_.end(),
-                                           [time](const Place& p) { return p.time <= time; });
-    if (next == places_.begin()) return places_.front().path_m;
-    const Place& a = *(next - 1);
-    if (next == places_.end()) return a.path_m;
-    const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
-    return a.path_m + u * (next->path_m - a.path_m);
-  }
+  double path(TimeNs time) const { return interpolated(places_, time, &Place::path_m); }
 
  private:
   struct Place {

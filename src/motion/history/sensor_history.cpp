@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/by_time.h"
+
 namespace gprodom {
 
 namespace {
-
-template <typename Entries>
-auto first_after(Entries& entries, TimeNs time) {
-  return std::upper_bound(entries.begin(), entries.end(), time,
-                          [](TimeNs t, const auto& entry) { return t < entry.time; });
-}
 
 // Drops all entries before `time` except the last, which interpolation needs.
 template <typename Entries>
@@ -26,9 +22,7 @@ constexpr TimeNs kLongGap = from_seconds(kLongestBridge);
 constexpr TimeNs kBridgeStep = 20'000'000;  // ns
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs time) {
-  const double u = b.time > a.time
-                       ? static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time)
-                       : 0.0;
+  const double u = b.time > a.time ? share_of_way(a.time, b.time, time) : 0.0;
   return {time, a.acceleration + u * (b.acceleration - a.acceleration),
           a.angular_velocity + u * (b.angular_velocity - a.angular_velocity)};
 }
@@ -199,8 +193,7 @@ bool WheelHistory::jumped_since(TimeNs time) const {
 }
 
 std::optional<TimeNs> WheelHistory::newest(TimeNs time) const {
-  const auto later = std::partition_point(entries_.begin(), entries_.end(),
-                                          [time](const Entry& e) { return e.time <= time; });
+  const auto later = first_after(entries_, time);
   if (later == entries_.begin()) return std::nullopt;
   return (later - 1)->time;
 }
@@ -218,8 +211,7 @@ std::optional<double> WheelHistory::value(TimeNs time, double Entry::*member,
   if (next == entries_.end()) return std::nullopt;
   const bool gap = next->time - a.time > kMaxGap && a.time != resumed_at_ && !across_gaps;
   if (next->jumped || gap) return std::nullopt;
-  const double u = static_cast<double>(time - a.time) / static_cast<double>(next->time - a.time);
-  return a.*member + u * ((*next).*member - a.*member);
+  return a.*member + share_of_way(a.time, next->time, time) * ((*next).*member - a.*member);
 }
 
 double WheelHistory::path(TimeNs from, TimeNs to) const {
