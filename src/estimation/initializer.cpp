@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "base/median.h"
 #include "estimation/factors.h"
 #include "estimation/kernels/so3.h"
 
@@ -208,12 +209,6 @@ constexpr double kSpeedShare = 0.1;  // of the speed: the wheel's scale, slip, s
 // The same if the wheel agrees with the accelerations: what is left is the gyro's bias, which tilts
 // gravity, and the wheel's scale.
 constexpr double kForceIfAgreed = 0.05, kSpeedIfAgreed = 0.03, kShareIfAgreed = 0.05;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Mean over each part of the speed that the accelerations give, up to a constant and a slope.
 std::vector<double> speeds_by_imu(const std::vector<ImuSample>& samples, TimeNs from,

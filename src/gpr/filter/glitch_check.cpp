@@ -1,6 +1,9 @@
 #include "gpr/filter/glitch_check.h"
 
 #include <algorithm>
+#include <vector>
+
+#include "base/median.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -34,11 +37,8 @@ bool GlitchCheck::is_glitch(const Eigen::RowVectorXf& before, const Eigen::RowVe
 }
 
 float GlitchCheck::usual() const {
-  std::array<float, kRecent> sorted = recent_;
   const std::size_t n = std::min(seen_, kRecent);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
-  return *middle;
+  return median(std::vector<float>(recent_.data(), recent_.data() + n));
 }
 
 }  // namespace gprodom::gpr

@@ -1,8 +1,10 @@
 #include "gpr/pair/match_scatter.h"
 
-#include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
+
+#include "base/median.h"
 
 namespace gprodom::gpr {
 
@@ -32,11 +34,9 @@ void MatchScatter::add(double offset_m, double variance_m2) {
 // By the median, since a slip that begins bends the path, too.
 double MatchScatter::excess() const {
   constexpr double kMedianOfSquares = 0.455;  // of a normal distribution
-  std::vector<double> sorted(scatter_.begin(), scatter_.end());
-  sorted.resize(sorted.size() + kFirstWeight, kFirstExcess * kMedianOfSquares);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle / kMedianOfSquares;
+  std::vector<double> all(scatter_.begin(), scatter_.end());
+  all.resize(all.size() + kFirstWeight, kFirstExcess * kMedianOfSquares);
+  return median(std::move(all)) / kMedianOfSquares;
 }
 
 }  // namespace gprodom::gpr

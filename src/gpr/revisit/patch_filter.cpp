@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/median.h"
 #include "base/processor.h"
 
 namespace gprodom::gpr {
@@ -171,9 +172,8 @@ int repair_columns(Columns& columns) {
                     .cwiseMin(50.0F)
                     .mean();
   }
-  std::vector<float> sorted(unlike.data() + 1, unlike.data() + n - 1);
-  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-  const float limit = kOutlier * sorted[sorted.size() / 2];
+  const float limit =
+      kOutlier * median(std::vector<float>(unlike.data() + 1, unlike.data() + n - 1));
   int repaired = 0;
   for (Eigen::Index i = 1; i + 1 < n; ++i) {
     // The neighbours of a glitch differ by half as much as the glitch. Only the glitch is replaced.

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
+#include "base/median.h"
 #include "gpr/revisit/revisit.h"
 
 namespace gprodom::gpr {
@@ -53,9 +55,7 @@ double PatchSurvey::evidence_by_chance() const {
   for (const Curves& c : curves_) {
     if (c.wide) all.insert(all.end(), c.evidence.begin(), c.evidence.end());
   }
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
+  return median(std::move(all));
 }
 
 // The log likelihood ratio is N / 4 times the evidence, since that counts each half sample twice.

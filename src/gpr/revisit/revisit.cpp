@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/median.h"
 #include "gpr/kernels/add_multiple.h"
 #include "gpr/revisit/matrix_product.h"
 #include "gpr/revisit/row_sums.h"
@@ -49,10 +50,7 @@ Eigen::ArrayXd evidence(const Eigen::ArrayXd& rho) {
 Eigen::ArrayXf limit_energy(Columns& columns) {
   constexpr float kMost = 4.0F;  // times the median
   Eigen::ArrayXf energy = columns.array().square().rowwise().sum();
-  std::vector<float> sorted(energy.data(), energy.data() + energy.size());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float limit = kMost * *middle;
+  const float limit = kMost * median(std::vector<float>(energy.begin(), energy.end()));
   for (Eigen::Index i = 0; i < energy.size(); ++i) {
     if (!(energy[i] > limit)) continue;
     columns.row(i) *= std::sqrt(limit / energy[i]);

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+
+#include "base/median.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -133,11 +136,9 @@ class Search {
     std::vector<float> values(semblance.data(), semblance.data() + semblance.size());
     values.erase(std::remove(values.begin(), values.end(), 0.0F), values.end());
     if (values.empty()) return 1.0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
     // Independent places: pulses in time, hyperbolas' widths along the line.
     const double places = static_cast<double>(semblance.size()) * row_step_ / (2.0 * half_) / width;
-    return semblance_threshold(*middle, kFalseApexes / std::max(places, 1.0));
+    return semblance_threshold(median(std::move(values)), kFalseApexes / std::max(places, 1.0));
   }
 
   // The echo along a hyperbola of any place: one wavelet, of a strength for each column, as

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "base/median.h"
+
 namespace gprodom::slip {
 
 namespace {
@@ -15,12 +17,6 @@ constexpr double kNear = 0.8, kFarFrom = 1.6, kFarTo = 2.6;
 constexpr double kPriorCounts = 10.0;  // weight of the priors, in spans
 constexpr double kPriorPlace = 0.12, kPriorSpan = 0.1;
 constexpr double kLeastSpan = 0.05, kLeastPlace = 0.03;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
