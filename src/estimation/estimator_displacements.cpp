@@ -70,8 +70,7 @@ bool StateEstimator::add_passage(const AntennaPassage& passage) {
                                    smoother_.state(between->b).q_odom_body);
   const double turn = turned.z();
   if (std::abs(turn) > kMostTurnOfPassage) return false;
-  const double moved = (passage.lever_from - passage.lever_to).x();
-  const double range = moved * turn * turn / 12;
+  const double range = passage.distance_m() * turn * turn / 12;
   DisplacementFactor::Measurement m;
   m.distance_m = 0.5 * range;
   m.sigma_m = std::sqrt(passage.sigma_m * passage.sigma_m + range * range / 12 +
@@ -87,23 +86,19 @@ bool StateEstimator::add_passage(const AntennaPassage& passage) {
 // of links between two states cannot hold. So it begins anew.
 void StateEstimator::take_count(const StateInput& input) {
   const CountedWay& told = *input.counted;
-  const auto at = [this](TimeNs time) -> std::optional<FixedLagSmoother::StateId> {
-    for (auto id = smoother_.oldest_id(); id <= smoother_.newest_id(); ++id)
-      if (smoother_.state(id).time == time) return id;
-    return std::nullopt;
-  };
-  const auto a = at(told.from), b = at(told.to);
-  if (!a || !b) return;
+  const auto between = span(told.from, told.to);
+  if (!between || between->offset_a_s != 0 || between->offset_b_s != 0) return;
   const WheelConfig& c = config_.wheel;
   const Vector3d contact(c.lever_arm.x(), input.wheel_y_m, c.lever_arm.z());
-  const EstimatedWay way = smoother_.way_between(*a, *b, contact);
+  const EstimatedWay way = smoother_.way_between(between->a, between->b, contact);
   const double variance = c.noise * c.noise * std::abs(told.counted_m) +
                           std::pow(std::max(c.noise_floor, input.wheel_floor_m), 2);
   const CountWeight weight = weight_of(way, told, variance);
   if (weight.mean <= 0.0) return;
   if (batch_)
-    batch_->add_way({static_cast<size_t>(*a + id_offset_), static_cast<size_t>(*b + id_offset_),
-                     contact, told.counted_m, std::sqrt(1 / weight.mean - way.variance)});
+    batch_->add_way({static_cast<size_t>(between->a + id_offset_),
+                     static_cast<size_t>(between->b + id_offset_), contact, told.counted_m,
+                     std::sqrt(1 / weight.mean - way.variance)});
   continue_from(
       with_counted_way({smoother_.newest(), last_covariance_}, way, told.counted_m, weight));
 }

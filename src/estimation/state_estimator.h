@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/pair_way.h"
 #include "estimation/batch.h"
 #include "estimation/drive_traits.h"
 #include "estimation/fixed_lag_smoother.h"
@@ -53,21 +54,6 @@ struct PlacedDisplacement : Displacement {
                               std::optional<Eigen::Vector3d> at = std::nullopt)
       : Displacement(std::move(displacement)), lever_arm(std::move(at)) {}
   std::optional<Eigen::Vector3d> lever_arm;  // m, in body
-};
-
-// One antenna was at time `to` where another had been at time `from`.
-struct AntennaPassage {
-  TimeNs from = 0, to = 0;
-  Eigen::Vector3d lever_from = Eigen::Vector3d::Zero();  // m, in body
-  Eigen::Vector3d lever_to = Eigen::Vector3d::Zero();
-  double sigma_m = 0.0;  // along the track
-};
-
-// How far the robot had gone along its track, signed, and turned about its z; both from any origin.
-struct WayPoint {
-  TimeNs time = 0;
-  double s_m = 0.0;
-  double heading_rad = 0.0;
 };
 
 // What is known about the interval from the newest state to a new one.

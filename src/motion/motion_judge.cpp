@@ -275,7 +275,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
   follow_slip(input, from);
   input.displacements = take_displacements(to);
-  input.passages = take_passages(to);
+  input.passages = pair_slip_.take_passages(to);
   if (immobilised && !input.standing) input.displacements.emplace_back(no_displacement(from, to));
   return input;
 }

@@ -57,7 +57,9 @@ class MotionJudge {
   void add_radar(const gpr::Finding& finding, const PlacedDisplacement& in_metres);
 
   // Now in effect.
-  void add_passage(const AntennaPassage& passage);
+  void add_passage(const AntennaPassage& passage) {
+    pair_slip_.add(passage, wheel_, newest_.state.wheel_scale);
+  }
 
   // Whether antennas in a row have measured the path up to now, but for what they need to see.
   bool measured_by_pair() const { return pair_slip_.knows(imu_now_); }
@@ -157,7 +159,6 @@ class MotionJudge {
   void compare_with_wheel();  // the paths that it has reported by now
   void follow_slip(StateInput& input, TimeNs from);
   std::vector<PlacedDisplacement> take_displacements(TimeNs to);
-  std::vector<AntennaPassage> take_passages(TimeNs to);
   struct Waiting {
     PlacedDisplacement displacement;
     bool by_coherence = false;  // learnt from the wheel
@@ -197,8 +198,7 @@ class MotionJudge {
   SlipWatch slip_;
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
-  IntervalSlip newest_slip_;              // of the last interval judged
-  std::vector<AntennaPassage> passages_;  // not handed out yet
+  IntervalSlip newest_slip_;  // of the last interval judged
   LateWheel late_wheel_;
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
   TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence

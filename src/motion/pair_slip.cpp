@@ -20,10 +20,11 @@ constexpr double kMostSlip = 2.0;
 }  // namespace
 
 void PairSlip::add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale) {
+  passages_.push_back(passage);
   known_until_ = std::max(known_until_, passage.to + kDurationsKnown * (passage.to - passage.from));
   const auto from = wheel.distance(passage.from), to = wheel.distance(passage.to);
   if (!from || !to) return;
-  const double moved = (passage.lever_from - passage.lever_to).x();
+  const double moved = passage.distance_m();
   const double rolled = (*to - *from) / wheel_scale;
   // A wheel that turns the other way, or hardly: there is no such l. The passage says it all.
   const double ratio = rolled * moved > 0 ? moved / rolled : std::exp(kMostSlip);
@@ -63,6 +64,14 @@ PairSlip::Seen PairSlip::with_prior(const Seen& measured) const {
   if (sum <= 0.0) return measured;  // far from all of them
   mean /= sum;
   return {measured.middle, measured.lasted, mean, std::max(0.0, square / sum - mean * mean)};
+}
+
+std::vector<AntennaPassage> PairSlip::take_passages(TimeNs to) {
+  const auto later = std::stable_partition(passages_.begin(), passages_.end(),
+                                           [to](const AntennaPassage& p) { return p.to <= to; });
+  std::vector<AntennaPassage> taken(passages_.begin(), later);
+  passages_.erase(passages_.begin(), later);
+  return taken;
 }
 
 bool PairSlip::knows(TimeNs time) const { return time < known_until_; }

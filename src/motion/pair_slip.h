@@ -24,6 +24,9 @@ class PairSlip {
   // The distance of a passage is compared with the wheel's between its times.
   void add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale);
 
+  // The passages up to a time, each handed out once: with the first state at or after its end.
+  std::vector<AntennaPassage> take_passages(TimeNs to);
+
   // Whether a passage has ended so shortly before that the path is measured.
   bool knows(TimeNs time) const;
   // Standard deviation of l that passages leave at that time, of the last seconds: 0 where one has
@@ -45,9 +48,10 @@ class PairSlip {
   std::optional<IntervalSlip> at(TimeNs time) const;
   bool used_;
   SlipModel model_;
-  std::deque<TimeNs> ends_;  // of the last intervals
-  std::deque<Seen> seen_;    // of the last seconds, newest last
-  TimeNs known_until_ = 0;   // so far the last one's slip is taken to go on
+  std::vector<AntennaPassage> passages_;  // not handed out yet
+  std::deque<TimeNs> ends_;               // of the last intervals
+  std::deque<Seen> seen_;                 // of the last seconds, newest last
+  TimeNs known_until_ = 0;                // so far the last one's slip is taken to go on
 };
 
 }  // namespace gprodom

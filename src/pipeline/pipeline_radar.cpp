@@ -62,8 +62,9 @@ void Pipeline::take_passage(const gpr::Passage& passage, TimeNs effective) {
   d.distance_m = passage.distance_m();
   d.sigma_m = passage.sigma_m;
   d.score = passage.score;
-  motion_.add_passage({passage.from, passage.to, passage.lever_from, passage.lever_to,
-                       passage.sigma_m * std::sqrt(passage.overlap)});
+  AntennaPassage weighed = passage;
+  weighed.sigma_m *= std::sqrt(passage.overlap);
+  motion_.add_passage(weighed);
   slip_drift_.measured_since(passage.from, passage.sigma_m / std::abs(d.distance_m));
   health_.add("pair.passages", 1);
   out_.displacements.push_back(stamped(std::move(d)));
@@ -94,10 +95,7 @@ void Pipeline::report_antennas(gpr::PairState state) {
 
 void Pipeline::keep_way(const StateResult& result) {
   if (result.way.empty()) return;
-  std::vector<gpr::Travel::Point> way;
-  for (const WayPoint& point : result.way)
-    way.push_back({point.time, point.s_m, point.heading_rad});
-  travel_.revise(way);
+  travel_.revise(result.way);
   travel_.forget_before(result.state.time - kTravelKept);
 }
 

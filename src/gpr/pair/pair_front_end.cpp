@@ -82,12 +82,7 @@ std::optional<TimeNs> PairFrontEnd::begin_of_next(const GprConfig& config, const
 }
 
 PairFrontEnd::PairFrontEnd(const GprConfig& config, const AntennaRow& row)
-    : band_(config.filter), distance_m_(row.distance_m()) {
-  antennas_[0].id = row.front.id;
-  antennas_[0].lever = row.front.lever;
-  antennas_[1].id = row.rear.id;
-  antennas_[1].lever = row.rear.lever;
-}
+    : band_(config.filter), antennas_{{{row.front}, {row.rear}}}, distance_m_(row.distance_m()) {}
 
 void PairFrontEnd::reset() {
   for (Antenna& antenna : antennas_) antenna.columns.clear();

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/pair_way.h"
 #include "base/trace_format.h"
 #include "gpr/filter/trace_quality.h"
 #include "gpr/pair/alongside.h"
@@ -27,18 +28,11 @@
 
 namespace gprodom::gpr {
 
-// One antenna was at time `to` where the other one had been at time `from`.
-struct Passage {
-  TimeNs from = 0, to = 0;
-  Eigen::Vector3d lever_from = Eigen::Vector3d::Zero();  // m, in body
-  Eigen::Vector3d lever_to = Eigen::Vector3d::Zero();
-  double sigma_m = 0.0;  // along the track, without that of the antennas' distance
-  double score = 0.0;    // of the match: evidence over the second-best place
+struct Passage : AntennaPassage {
+  double score = 0.0;  // of the match: evidence over the second-best place
   // In how many passages each part of the ground is: if they count as independent, the variance of
   // each is so many times as large.
   double overlap = 1.0;
-  // Displacement along the track that the antennas' distance says, signed, m.
-  double distance_m() const { return (lever_from - lever_to).x(); }
 };
 
 enum class PairState {
@@ -72,13 +66,11 @@ class PairFrontEnd {
   PairState state() const { return state_; }
 
  private:
-  struct Antenna {
-    int id = 0;
-    Eigen::Vector3d lever = Eigen::Vector3d::Zero();
-    TraceCheck check;
-    TraceFormat format;
-    std::optional<Spectra> spectra;
-    AntennaColumns columns;
+  struct Antenna : AntennaRow::Antenna {
+    TraceCheck check = {};
+    TraceFormat format = {};
+    std::optional<Spectra> spectra = {};
+    AntennaColumns columns = {};
     TimeNs newest = 0;
   };
 

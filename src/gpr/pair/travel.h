@@ -5,17 +5,14 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "base/pair_way.h"
 #include "gprodom/types.h"
 
 namespace gprodom::gpr {
 
 class Travel {
  public:
-  struct Point {
-    TimeNs time = 0;
-    double s_m = 0.0;          // signed distance along the track, from any origin
-    double heading_rad = 0.0;  // about the body's z, from any origin; not wrapped
-  };
+  using Point = WayPoint;
 
   Travel() = default;
   explicit Travel(std::vector<Point> points) : points_(std::move(points)) {}
