@@ -74,14 +74,13 @@ std::vector<NavState> Batch::solve(const Options& options) const {
   for (const Way& way : ways_) {
     std::vector<double*> states;
     for (size_t i = way.a; i <= way.b; ++i) states.push_back(x[i].data());
-    add_to(problem, {way.contact, way.counted_m, way.sigma_m}, states);
+    add_to(problem, way, states);
   }
   std::vector<Eigen::Vector2d> lasting(fixes_.size(), Eigen::Vector2d::Zero());
   for (size_t i = 0; i < fixes_.size(); ++i) {
     const Fix& fix = fixes_[i];
     double* before = fix.before ? lasting[*fix.before].data() : nullptr;
-    add_to(problem, fix.place, {fix.white, fix.kept},
-           {x[fix.a].data(), x[fix.b].data(), lasting[i].data(), before});
+    add_to(problem, fix, {x[fix.a].data(), x[fix.b].data(), lasting[i].data(), before});
   }
 
   ceres::Solver::Options solver;

@@ -17,38 +17,64 @@ namespace gprodom {
 
 namespace {
 
-// Some rows of a factor. Not finite: Ceres takes it for a failed evaluation.
-class FactorCost final : public ceres::CostFunction {
+// Residuals of states in a row. Not finite: Ceres takes it for a failed evaluation.
+class StatesCost : public ceres::CostFunction {
  public:
-  FactorCost(std::shared_ptr<const Factor> factor, std::vector<int> rows)
-      : factor_(std::move(factor)), rows_(std::move(rows)) {
-    set_num_residuals(static_cast<int>(rows_.size()));
-    *mutable_parameter_block_sizes() = {ambient::kSize, ambient::kSize};
+  StatesCost(Eigen::Index rows, std::size_t states) {
+    set_num_residuals(static_cast<int>(rows));
+    mutable_parameter_block_sizes()->assign(states, ambient::kSize);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const NavState a = from_parameters(parameters[0]), b = from_parameters(parameters[1]);
-    Residual r;
-    Jacobian Ja, Jb;
-    factor_->evaluate(a, b, r, jacobians ? &Ja : nullptr, jacobians ? &Jb : nullptr);
+    std::vector<NavState> x;
+    for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i)
+      x.push_back(from_parameters(parameters[i]));
+    Eigen::VectorXd r;
+    Eigen::MatrixXd J;
+    evaluate(x, r, jacobians ? &J : nullptr);
     if (!r.allFinite()) return false;
-    for (int i = 0; i < num_residuals(); ++i) residuals[i] = r[rows_[i]];
-    if (jacobians && jacobians[0]) to_ambient(a, mine(Ja), jacobians[0]);
-    if (jacobians && jacobians[1]) to_ambient(b, mine(Jb), jacobians[1]);
+    Eigen::Map<Eigen::VectorXd>(residuals, r.size()) = r;
+    for (std::size_t i = 0; jacobians && i < x.size(); ++i) {
+      if (!jacobians[i]) continue;
+      for (Eigen::Index first = 0; first < r.size(); first += kMaxResidual) {
+        const Jacobian rows =
+            J.block(first, static_cast<Eigen::Index>(i) * kStateDim,
+                    std::min<Eigen::Index>(kMaxResidual, r.size() - first), kStateDim);
+        to_ambient(x[i], rows, jacobians[i] + first * ambient::kSize);
+      }
+    }
     return true;
   }
 
  private:
-  const Jacobian& mine(Jacobian& J) const {
-    if (num_residuals() == J.rows()) return J;
-    for (int i = 0; i < num_residuals(); ++i) J.row(i) = J.row(rows_[i]);  // rows_ ascend
-    J.conservativeResize(num_residuals(), kStateDim);
-    return J;
+  // J: in the charts at x, where it is not null.
+  virtual void evaluate(const std::vector<NavState>& x, Eigen::VectorXd& r,
+                        Eigen::MatrixXd* J) const = 0;
+};
+
+// Some rows of a factor.
+class FactorCost final : public StatesCost {
+ public:
+  FactorCost(std::shared_ptr<const Factor> factor, std::vector<int> rows)
+      : StatesCost(static_cast<Eigen::Index>(rows.size()), 2),
+        factor_(std::move(factor)),
+        rows_(std::move(rows)) {}
+
+ private:
+  void evaluate(const std::vector<NavState>& x, Eigen::VectorXd& r,
+                Eigen::MatrixXd* J) const override {
+    Residual all;
+    Jacobian Ja, Jb;
+    factor_->evaluate(x[0], x[1], all, J ? &Ja : nullptr, J ? &Jb : nullptr);
+    r = all(rows_);
+    if (!J) return;
+    J->resize(num_residuals(), 2 * kStateDim);
+    *J << Ja(rows_, Eigen::all), Jb(rows_, Eigen::all);
   }
 
   std::shared_ptr<const Factor> factor_;
-  std::vector<int> rows_;  // ascending
+  std::vector<int> rows_;
 };
 
 // The factor's own loss, which the problem must not delete.
@@ -119,61 +145,37 @@ class LastingErrorCost final : public ceres::SizedCostFunction<2, 2, 2> {
 };
 
 // (way - counted) / sigma, of a wheel.
-class CountedCost final : public ceres::CostFunction {
+class CountedCost final : public StatesCost {
  public:
-  CountedCost(CountedTerm counted, std::size_t states) : counted_(std::move(counted)) {
-    set_num_residuals(1);
-    mutable_parameter_block_sizes()->assign(states, ambient::kSize);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    std::vector<NavState> x;
-    for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i)
-      x.push_back(from_parameters(parameters[i]));
-    const RolledWay way = rolled_way(x.data(), x.size(), counted_.contact);
-    residuals[0] = (way.reported_m - counted_.counted_m) / counted_.sigma_m;
-    if (!std::isfinite(residuals[0])) return false;
-    for (std::size_t i = 0; jacobians && i < x.size(); ++i)
-      if (jacobians[i])
-        to_ambient(x[i], Jacobian(way.d[i].transpose() / counted_.sigma_m), jacobians[i]);
-    return true;
-  }
+  CountedCost(const Batch::Way& counted, std::size_t states)
+      : StatesCost(1, states), counted_(counted) {}
 
  private:
-  CountedTerm counted_;
+  void evaluate(const std::vector<NavState>& x, Eigen::VectorXd& r,
+                Eigen::MatrixXd* J) const override {
+    const RolledWay way = rolled_way(x.data(), x.size(), counted_.contact);
+    r.setConstant(1, (way.reported_m - counted_.counted_m) / counted_.sigma_m);
+    if (!J) return;
+    J->resize(1, static_cast<Eigen::Index>(x.size()) * kStateDim);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      J->middleCols<kStateDim>(static_cast<Eigen::Index>(i) * kStateDim) =
+          way.d[i].transpose() / counted_.sigma_m;
+  }
+
+  Batch::Way counted_;
 };
 
-class PriorCost final : public ceres::CostFunction {
+class PriorCost final : public StatesCost {
  public:
-  explicit PriorCost(std::shared_ptr<const MarginalPrior> prior) : prior_(std::move(prior)) {
-    set_num_residuals(static_cast<int>(prior_->A.rows()));
-    mutable_parameter_block_sizes()->assign(prior_->x0.size(), ambient::kSize);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    std::vector<NavState> x;
-    x.reserve(prior_->x0.size());
-    for (int i = 0; i < prior_->states(); ++i) x.push_back(from_parameters(parameters[i]));
-    Eigen::VectorXd r;
-    Eigen::MatrixXd J;
-    prior_->evaluate(x.data(), r, jacobians ? &J : nullptr);
-    if (!r.allFinite()) return false;
-    Eigen::Map<Eigen::VectorXd>(residuals, r.size()) = r;
-    for (int i = 0; jacobians && i < prior_->states(); ++i) {
-      if (!jacobians[i]) continue;
-      for (Eigen::Index first = 0; first < r.size(); first += kMaxResidual) {
-        const Jacobian rows =
-            J.block(first, i * kStateDim, std::min<Eigen::Index>(kMaxResidual, r.size() - first),
-                    kStateDim);
-        to_ambient(x[i], rows, jacobians[i] + first * ambient::kSize);
-      }
-    }
-    return true;
-  }
+  explicit PriorCost(std::shared_ptr<const MarginalPrior> prior)
+      : StatesCost(prior->A.rows(), prior->x0.size()), prior_(std::move(prior)) {}
 
  private:
+  void evaluate(const std::vector<NavState>& x, Eigen::VectorXd& r,
+                Eigen::MatrixXd* J) const override {
+    prior_->evaluate(x.data(), r, J);
+  }
+
   std::shared_ptr<const MarginalPrior> prior_;
 };
 
@@ -200,16 +202,15 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
   return blocks;
 }
 
-void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& error,
-            const FixBlocks& blocks) {
-  problem.AddResidualBlock(new FixCost(fix, error.white), nullptr, blocks.a, blocks.b,
+void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blocks) {
+  problem.AddResidualBlock(new FixCost(fix.place, fix.white), nullptr, blocks.a, blocks.b,
                            blocks.lasting);
-  if (error.white >= 1.0) {
+  if (fix.white >= 1.0) {
     problem.SetParameterBlockConstant(blocks.lasting);
     return;
   }
-  const double kept = blocks.lasting_before ? error.kept : 0.0;
-  const double weight = 1 / std::sqrt((1 - error.white) * (1 - kept * kept));
+  const double kept = blocks.lasting_before ? fix.kept : 0.0;
+  const double weight = 1 / std::sqrt((1 - fix.white) * (1 - kept * kept));
   if (blocks.lasting_before)
     problem.AddResidualBlock(new LastingErrorCost(weight, kept), nullptr, blocks.lasting_before,
                              blocks.lasting);
@@ -219,7 +220,7 @@ void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& 
         nullptr, blocks.lasting);
 }
 
-void add_to(ceres::Problem& problem, const CountedTerm& counted,
+void add_to(ceres::Problem& problem, const Batch::Way& counted,
             const std::vector<double*>& states) {
   problem.AddResidualBlock(new CountedCost(counted, states.size()), nullptr, states);
 }

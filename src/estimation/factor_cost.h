@@ -3,12 +3,10 @@
 
 #include <ceres/problem.h>
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
-#include "estimation/factors.h"
-#include "estimation/marginal_prior.h"
+#include "estimation/batch.h"
 
 namespace gprodom {
 
@@ -19,25 +17,16 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
                                            const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust = true);
 
-// A fix with its lasting error g, in its standard deviations: of the variance the share `white` is
-// white, and g goes on from that of another fix (null: there is none), kept is their correlation.
-struct FixErrorTerms {
-  double white = 1.0, kept = 0.0;
-};
+// A fix with its lasting error, in its standard deviations, and that of the fix before it (null:
+// there is none).
 struct FixBlocks {
   double *a, *b;                     // states
   double *lasting, *lasting_before;  // 2
 };
-void add_to(ceres::Problem& problem, const FixFactor& fix, const FixErrorTerms& error,
-            const FixBlocks& blocks);
+void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blocks);
 
-// The way that a wheel has counted over states in a row (rolled_way.h); contact: m, in body.
-struct CountedTerm {
-  Eigen::Vector3d contact;
-  double counted_m, sigma_m;
-};
-void add_to(ceres::Problem& problem, const CountedTerm& counted,
-            const std::vector<double*>& states);
+// states: all from the one to the other end of the way.
+void add_to(ceres::Problem& problem, const Batch::Way& counted, const std::vector<double*>& states);
 
 // states: those of the prior, oldest first. Between evaluations the prior may change, except for
 // its size.
