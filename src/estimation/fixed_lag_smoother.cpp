@@ -8,12 +8,12 @@
 
 namespace gprodom {
 
-FixedLagSmoother::FixedLagSmoother(const SmootherOptions& options, const NavState& first,
-                                   MarginalPrior prior)
-    : lag_s_(options.lag_s),
+FixedLagSmoother::FixedLagSmoother(double lag_s, const SolverOptions& options, SolverKind kind,
+                                   const NavState& first, MarginalPrior prior)
+    : lag_s_(lag_s),
       window_{0, {first}, {}, std::move(prior), std::make_shared<Eigen::Vector3d>(0, 0, 0)},
-      solver_(options.kind == SolverKind::kChain ? make_chain_solver(options.solver)
-                                                 : make_ceres_solver(options.solver)) {}
+      solver_(kind == SolverKind::kChain ? make_chain_solver(options)
+                                         : make_ceres_solver(options)) {}
 
 FixedLagSmoother::StateId FixedLagSmoother::add_state(const NavState& predicted) {
   if (predicted.time <= newest().time)

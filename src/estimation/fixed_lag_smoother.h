@@ -11,17 +11,12 @@
 
 namespace gprodom {
 
-struct SmootherOptions {
-  double lag_s = 3.0;
-  SolverOptions solver;
-  SolverKind kind = SolverKind::kChain;
-};
-
 class FixedLagSmoother {
  public:
   using StateId = Window::StateId;
 
-  FixedLagSmoother(const SmootherOptions& options, const NavState& first, MarginalPrior prior);
+  FixedLagSmoother(double lag_s, const SolverOptions& options, SolverKind kind,
+                   const NavState& first, MarginalPrior prior);
 
   StateId add_state(const NavState& predicted);  // std::invalid_argument unless its time is newer
 

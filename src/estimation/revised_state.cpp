@@ -239,8 +239,8 @@ void StateEstimator::restart(const NavState& state) {
   common_ = (to_chart * common_ * to_chart.transpose()).eval();
   settled_.reset();
   id_offset_ += smoother_.newest_id();
-  smoother_ =
-      FixedLagSmoother(smoother_options(config_.smoother), state, gaussian_prior(state, known));
+  smoother_ = FixedLagSmoother(config_.smoother.lag, {}, config_.smoother.solver, state,
+                               gaussian_prior(state, known));
   motion_.clear();
 }
 

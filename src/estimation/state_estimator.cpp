@@ -54,13 +54,6 @@ ImuPreintegration integrated(const StateInput& input, const NavState& last) {
 
 }  // namespace
 
-SmootherOptions smoother_options(const SmootherConfig& c) {
-  SmootherOptions options;
-  options.lag_s = c.lag;
-  options.kind = c.solver;
-  return options;
-}
-
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
   MarginalPrior prior;
   prior.x0 = {state};
@@ -79,7 +72,7 @@ StateEstimator::StateEstimator(const Config& config, const InitialState& initial
       start_(initial.state.p_odom),
       last_covariance_(covariance(scale_held_ ? with_fixed_scale(initial.prior) : initial.prior)),
       bias_confirmed_(initial.state),
-      smoother_(smoother_options(config.smoother), initial.state,
+      smoother_(config.smoother.lag, {}, config.smoother.solver, initial.state,
                 scale_held_ ? with_fixed_scale(initial.prior) : initial.prior) {}
 
 // Errors of the path that go on for longer than an interval, and that no sensor shows.

@@ -134,8 +134,6 @@ struct InitialState {
   double accel_scale = 1.0;
 };
 
-SmootherOptions smoother_options(const SmootherConfig& config);
-
 // Prior on a state, with a covariance that must be positive definite.
 MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance);
 

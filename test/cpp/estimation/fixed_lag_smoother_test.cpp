@@ -46,7 +46,7 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
   std::normal_distribution<double> n;
   NavState first;
   const MarginalPrior prior = origin_prior(first, StateVector::Ones());
-  FixedLagSmoother smoother({2.5, {3}, GetParam()}, first, prior);
+  FixedLagSmoother smoother(2.5, {3}, GetParam(), first, prior);
   Batch batch(first, prior);
   auto tie = [&](std::int64_t a, std::int64_t b, std::shared_ptr<const Factor> factor) {
     ASSERT_TRUE(smoother.add_factor(a, b, factor));
@@ -76,7 +76,7 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
 TEST_P(FixedLagSmootherTest, StatesThatAMeasurementIsStillToReferToStay) {
   NoisyDrive drive;
   StateVector sigma = StateVector::Constant(0.01);
-  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
                             origin_prior(drive.start(), sigma));
   const auto extend = [&](int states, std::optional<TimeNs> since) {
     for (int k = 0; k < states; ++k) {
@@ -101,7 +101,7 @@ TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   StateVector sigma;  // the origin's prior: 1 mm, 1 mrad of yaw
   sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
-  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
                             origin_prior(drive.start(), sigma));
   int steps = 0, accepted = 0;
   for (int k = 0; k < 400; ++k) {
@@ -168,8 +168,8 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
   for (const bool bent : {false, true}) {
     NoisyDrive drive;
     // The convergence limit is so large that the first accepted step is the last.
-    const SmootherOptions options{10.0, {40, 1e12}, GetParam()};
-    FixedLagSmoother smoother(options, drive.start(), origin_prior(drive.start(), loose_origin()));
+    FixedLagSmoother smoother(10.0, {40, 1e12}, GetParam(), drive.start(),
+                              origin_prior(drive.start(), loose_origin()));
     for (int k = 0; k < 5; ++k) drive.extend(smoother);
     if (bent) smoother.add_factor(3, 4, std::make_shared<BentFactor>());
     const SolveSummary summary = smoother.solve();
@@ -183,7 +183,7 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
 
 TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
   NoisyDrive drive;
-  FixedLagSmoother smoother({1.0, {4}, GetParam()}, drive.start(),
+  FixedLagSmoother smoother(1.0, {4}, GetParam(), drive.start(),
                             origin_prior(drive.start(), loose_origin()));
   for (int k = 0; k < 60; ++k) {
     drive.extend(smoother);
@@ -200,7 +200,7 @@ TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationAfterMovingFar) {
   NoisyDrive drive;
   NavState start = drive.start();
-  FixedLagSmoother smoother({1.0, {4}, GetParam()}, start, origin_prior(start, loose_origin()));
+  FixedLagSmoother smoother(1.0, {4}, GetParam(), start, origin_prior(start, loose_origin()));
   for (int k = 0; k < 30; ++k) {
     drive.extend(smoother);
     if (k == 15)  // a measurement so strong that the whole window follows it
@@ -218,14 +218,14 @@ TEST_P(FixedLagSmootherTest, CovarianceEqualsTheDenseInverse) {
   sigma << Vector3d::Constant(1e-3), Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
   const MarginalPrior origin = origin_prior(drive.start(), sigma);
-  FixedLagSmoother kept({1000.0, {20, 1e-9}, GetParam()}, drive.start(), origin);
+  FixedLagSmoother kept(1000.0, {20, 1e-9}, GetParam(), drive.start(), origin);
   for (int k = 0; k < 12; ++k) drive.extend(kept);
   EXPECT_TRUE(kept.solve().usable);
   const StateMatrix covariance = kept.newest_covariance();
 
   // Marginalising all but the newest state by QR must give the same.
   const NavState newest = kept.newest();
-  FixedLagSmoother same({1e-3, {20, 1e-9}, GetParam()}, drive.start(), origin);
+  FixedLagSmoother same(1e-3, {20, 1e-9}, GetParam(), drive.start(), origin);
   NoisyDrive again;
   for (int k = 0; k < 12; ++k) again.extend(same);
   EXPECT_TRUE(same.solve().usable);
@@ -265,8 +265,8 @@ void disturb(FixedLagSmoother& smoother, int k) {
 TEST(WindowSolvers, BothFindTheSameSolution) {
   NoisyDrive drive, again;
   const MarginalPrior origin = origin_prior(drive.start(), known_start());
-  FixedLagSmoother by_ceres({2.0, {4}, SolverKind::kCeres}, drive.start(), origin);
-  FixedLagSmoother by_chain({2.0, {4}, SolverKind::kChain}, drive.start(), origin);
+  FixedLagSmoother by_ceres(2.0, {4}, SolverKind::kCeres, drive.start(), origin);
+  FixedLagSmoother by_chain(2.0, {4}, SolverKind::kChain, drive.start(), origin);
   for (int k = 0; k < 300; ++k) {
     drive.extend(by_ceres);
     again.extend(by_chain);
@@ -289,8 +289,8 @@ TEST(WindowSolvers, BothFindTheSameSolution) {
 TEST(WindowSolvers, RepeatedSolvesAreBitwiseEqual) {
   NoisyDrive drive, again;
   const MarginalPrior origin = origin_prior(drive.start(), known_start());
-  FixedLagSmoother first({1.0, {4}, SolverKind::kCeres}, drive.start(), origin);
-  FixedLagSmoother second({1.0, {4}, SolverKind::kCeres}, drive.start(), origin);
+  FixedLagSmoother first(1.0, {4}, SolverKind::kCeres, drive.start(), origin);
+  FixedLagSmoother second(1.0, {4}, SolverKind::kCeres, drive.start(), origin);
   std::vector<std::unique_ptr<char[]>> elsewhere;
   for (int k = 0; k < 100; ++k) {
     drive.extend(first);
@@ -323,7 +323,7 @@ class BrokenFactor final : public Factor {
 
 TEST_P(FixedLagSmootherTest, FailedSolveDoesNotChangeTheStates) {
   NoisyDrive drive;
-  FixedLagSmoother smoother({2.0, {4}, GetParam()}, drive.start(),
+  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
                             origin_prior(drive.start(), known_start()));
   for (int k = 0; k < 5; ++k) drive.extend(smoother);
   EXPECT_TRUE(smoother.solve().usable);
@@ -354,7 +354,7 @@ class OvershootingFactor final : public Factor {
 TEST_P(FixedLagSmootherTest, StepThatRaisesTheCostIsDamped) {
   NavState first, second;
   second.time = 1'000'000'000;
-  FixedLagSmoother smoother({10.0, {100}, GetParam()}, first,
+  FixedLagSmoother smoother(10.0, {100}, GetParam(), first,
                             origin_prior(first, StateVector::Constant(1.0)));
   smoother.add_state(second);
   smoother.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1, 1, 1}));

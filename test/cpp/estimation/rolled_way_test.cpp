@@ -60,10 +60,8 @@ TEST(RolledWay, Derivatives) {
 FixedLagSmoother without_wheel(const std::vector<NavState>& truth, SolverKind kind,
                                std::mt19937& random) {
   std::normal_distribution<double> noise;
-  SmootherOptions options;
-  options.lag_s = 100.0;
-  options.kind = kind;
-  FixedLagSmoother smoother(options, truth[0], origin_prior(truth[0], StateVector::Constant(1e-4)));
+  FixedLagSmoother smoother(100.0, {}, kind, truth[0],
+                            origin_prior(truth[0], StateVector::Constant(1e-4)));
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const NavState last = smoother.newest();
     ImuPreintegration imu({1e-4, 0.05}, last.gyro_bias, last.accel_bias);
