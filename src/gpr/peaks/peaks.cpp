@@ -5,10 +5,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "gpr/peaks/peaks_envelope.h"
-#include "gpr/peaks/peaks_joint.h"
-#include "gpr/peaks/peaks_pulses.h"
-
 namespace gprodom::gpr {
 namespace {
 
@@ -21,7 +17,7 @@ void require(bool good, const char* option, const char* expected) {
   }
 }
 
-void check(const PeakOptions& o) {
+PeakOptions checked(const PeakOptions& o) {
   require(std::isfinite(o.noise_sigma) && o.noise_sigma >= 0.0, "noise_sigma", "0 or more");
   require(o.min_snr >= 0.0, "min_snr", "0 or more");
   require(o.min_relative >= 0.0 && o.min_relative < 1.0, "min_relative", "in [0, 1)");
@@ -30,88 +26,61 @@ void check(const PeakOptions& o) {
   require(o.significance > 0.0 && o.significance < 1.0, "significance", "in (0, 1)");
   require(o.max_residual > 0.0, "max_residual", "positive");
   require(o.max_iterations >= 1, "max_iterations", "1 or more");
+  return o;
+}
+
+bool overlap(const Pulse& before, const Pulse& after) {
+  const double tail = before.height * std::exp(-before.alpha * (after.maximum - before.maximum));
+  return after.maximum <= before.gate_end || tail > kOverlappingTail * after.height;
 }
 
 }  // namespace
 
-struct PeakExtractor::Work {
-  explicit Work(const PeakOptions& o)
-      : options(o), f_test(o.significance), joint(options, f_test) {}
-
-  PeakOptions options;
-  FTest f_test;
-  JointFit joint;
-  AnalyticSignal signal;
-  std::vector<Pulse> pulses;
-  std::vector<Peak> peaks;
-  PeakCounts counts;
-
-  void add_envelope_maxima();
-  void add_fits(const float* trace);
-  bool overlap(const Pulse& before, const Pulse& after) const;
-};
-
-PeakExtractor::PeakExtractor(const PeakOptions& options) {
-  check(options);
-  work_ = std::make_unique<Work>(options);
-}
-PeakExtractor::~PeakExtractor() = default;
-PeakExtractor::PeakExtractor(PeakExtractor&&) noexcept = default;
-PeakExtractor& PeakExtractor::operator=(PeakExtractor&&) noexcept = default;
-
-const PeakCounts& PeakExtractor::counts() const { return work_->counts; }
-const PeakOptions& PeakExtractor::options() const { return work_->options; }
+PeakExtractor::PeakExtractor(const PeakOptions& options)
+    : options_(checked(options)), joint_(options) {}
 
 const std::vector<Peak>& PeakExtractor::extract(const float* trace, std::size_t size) {
-  Work& w = *work_;
-  w.peaks.clear();
-  w.peaks.reserve(size / 2 + 1);
-  ++w.counts.traces;
-  analytic_signal(trace, size, w.signal);
-  if (size < 3) return w.peaks;
-  const Eigen::Map<const Eigen::ArrayXf> envelope(w.signal.envelope.data(),
+  peaks_.clear();
+  peaks_.reserve(size / 2 + 1);
+  ++counts_.traces;
+  analytic_signal(trace, size, signal_);
+  if (size < 3) return peaks_;
+  const Eigen::Map<const Eigen::ArrayXf> envelope(signal_.envelope.data(),
                                                   static_cast<Eigen::Index>(size));
   const float greatest = envelope.maxCoeff<Eigen::PropagateNaN>();
-  if (!(greatest > 0.0F) || !std::isfinite(greatest)) return w.peaks;
+  if (!(greatest > 0.0F) || !std::isfinite(greatest)) return peaks_;
 
-  const PeakOptions& o = w.options;
+  const PeakOptions& o = options_;
   const double threshold = std::max(o.min_snr * o.noise_sigma, o.min_relative * greatest);
-  find_pulses(w.signal, threshold, o.gate_periods, w.pulses);
-  w.counts.pulses += w.pulses.size();
-  o.fit ? w.add_fits(trace) : w.add_envelope_maxima();
-  return w.peaks;
+  find_pulses(signal_, threshold, o.gate_periods, pulses_);
+  counts_.pulses += pulses_.size();
+  o.fit ? add_fits(trace) : add_envelope_maxima();
+  return peaks_;
 }
 
-void PeakExtractor::Work::add_envelope_maxima() {
-  for (const Pulse& pulse : pulses) {
-    const EnvelopeMaximum maximum = refine_maximum(signal.smoothed, pulse.maximum);
+void PeakExtractor::add_envelope_maxima() {
+  for (const Pulse& pulse : pulses_) {
+    const EnvelopeMaximum maximum = refine_maximum(signal_.smoothed, pulse.maximum);
     Peak peak;
     peak.sample = maximum.sample;
     peak.amplitude = maximum.height;
     peak.gate_begin = pulse.maximum;
     peak.gate_end = pulse.gate_end;
-    peaks.push_back(peak);
+    peaks_.push_back(peak);
   }
-  counts.accepted += pulses.size();
+  counts_.accepted += pulses_.size();
 }
 
 // Groups of up to max_joint pulses are fitted together, if each overlaps the tail of the one
 // before.
-bool PeakExtractor::Work::overlap(const Pulse& before, const Pulse& after) const {
-  const double tail = before.height * std::exp(-before.alpha * (after.maximum - before.maximum));
-  return after.maximum <= before.gate_end || tail > kOverlappingTail * after.height;
-}
-
-void PeakExtractor::Work::add_fits(const float* trace) {
-  const int total = static_cast<int>(pulses.size());
+void PeakExtractor::add_fits(const float* trace) {
+  const int total = static_cast<int>(pulses_.size());
   for (int begin = 0; begin < total;) {
     int end = begin + 1;
-    while (
-        end < total && end - begin < options.max_joint &&
-        overlap(pulses[static_cast<std::size_t>(end - 1)], pulses[static_cast<std::size_t>(end)])) {
+    while (end < total && end - begin < options_.max_joint &&
+           overlap(pulses_[end - 1], pulses_[end]))
       ++end;
-    }
-    joint.run(trace, pulses, begin, end, peaks, counts);
+    joint_.run(trace, pulses_, begin, end, peaks_, counts_);
     begin = end;
   }
 }

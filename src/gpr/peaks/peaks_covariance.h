@@ -1,7 +1,7 @@
 // From a fitted damped sinusoid to its peak: first maximum, amplitude and their covariance.
 #pragma once
 
-#include "gpr/peaks/peaks.h"
+#include "gpr/peaks/peak.h"
 #include "gpr/peaks/peaks_varpro.h"
 
 namespace gprodom::gpr {

@@ -14,7 +14,7 @@ std::array<float, kTerms> hilbert_taps() {
   std::array<float, kTerms> taps{};
   for (int j = 0; j < kTerms; ++j) {
     const double k = 2 * j + 1;
-    taps[static_cast<std::size_t>(j)] =
+    taps[j] =
         static_cast<float>(2.0 / (M_PI * k) * (0.54 + 0.46 * std::cos(M_PI * k / (2 * kTerms))));
   }
   return taps;
@@ -47,8 +47,8 @@ void analytic_signal(const float* trace, std::size_t size, AnalyticSignal& signa
       const int k = 2 * tap + 1;
       return padded.segment(kMargin - k, n) - padded.segment(kMargin + k, n);
     };
-    const auto h = [j](int at) { return taps[static_cast<std::size_t>(j + at)]; };
-    imaginary += h(0) * pair(j) + h(1) * pair(j + 1) + h(2) * pair(j + 2) + h(3) * pair(j + 3);
+    imaginary += taps[j] * pair(j) + taps[j + 1] * pair(j + 1) + taps[j + 2] * pair(j + 2) +
+                 taps[j + 3] * pair(j + 3);
   }
   Eigen::Map<Eigen::ArrayXf>(signal.envelope.data(), n) =
       (real.square() + imaginary.square()).sqrt();

@@ -11,8 +11,6 @@ namespace {
 constexpr double kSupport = 2.5;  // standard deviations within which a sample follows the curve
 constexpr int kMinGate = 6;       // samples of a pulse's own
 
-std::size_t as_index(int k) { return static_cast<std::size_t>(k); }
-
 // P(F(4, freedom) > f), in closed form since 4 is even.
 double f_survival(double f, int freedom) {
   const double half = 0.5 * freedom;
@@ -40,25 +38,18 @@ void move_start(DampedSinusoid& pulse, int start) {
 
 }  // namespace
 
-FTest::FTest(double significance) {
+JointFit::JointFit(const PeakOptions& options) : options_(options) {
   for (int freedom = 1; freedom < kMaxGroupSamples; ++freedom) {
     double low = 0.0, high = 1.0;
-    while (f_survival(high, freedom) > significance) high *= 2.0;
+    while (f_survival(high, freedom) > options.significance) high *= 2.0;
     for (int step = 0; step < 60; ++step) {
       const double middle = 0.5 * (low + high);
-      (f_survival(middle, freedom) > significance ? low : high) = middle;
+      (f_survival(middle, freedom) > options.significance ? low : high) = middle;
     }
-    critical_[as_index(freedom)] = high;
+    critical_[freedom] = high;
   }
   critical_[0] = critical_[1];
 }
-
-double FTest::critical(int freedom) const {
-  return critical_[as_index(std::clamp(freedom, 0, kMaxGroupSamples - 1))];
-}
-
-JointFit::JointFit(const PeakOptions& options, const FTest& f_test)
-    : options_(options), f_test_(f_test) {}
 
 void JointFit::run(const float* trace, const std::vector<Pulse>& all, int begin, int end,
                    std::vector<Peak>& peaks, PeakCounts& counts) {
@@ -76,7 +67,7 @@ void JointFit::fit_range(int begin, int end) {
     start(begin, end);
     if (count_ == 0) return;
     if (!fit() || (widen_gates() && !fit())) {
-      const int blamed = origin_[as_index(fit_.offender)];
+      const int blamed = origin_[fit_.offender];
       if (fit_.status == FitStatus::kTooFewSamples && count_ > 1) {
         leave_out_lower_neighbour();
         continue;
@@ -88,7 +79,7 @@ void JointFit::fit_range(int begin, int end) {
     }
     const int least = least_significant();
     if (least < 0) break;
-    use_[as_index(origin_[as_index(least)] - base_)] = Use::kInsignificant;
+    use_[origin_[least] - base_] = Use::kInsignificant;
     ++counts_->insignificant;
   }
   for (int k = 0; k < count_; ++k) accept(k);
@@ -97,9 +88,9 @@ void JointFit::fit_range(int begin, int end) {
 // Two pulses that are too close for two gates count as one: the lower one is dropped.
 void JointFit::leave_out_lower_neighbour() {
   const int k = fit_.offender + 1 < count_ ? fit_.offender : fit_.offender - 1;
-  const auto height = [this](int j) { return (*all_)[as_index(origin_[as_index(j)])].height; };
+  const auto height = [this](int j) { return (*all_)[origin_[j]].height; };
   const int lower = height(k) < height(k + 1) ? k : k + 1;
-  use_[as_index(origin_[as_index(lower)] - base_)] = Use::kInsignificant;
+  use_[origin_[lower] - base_] = Use::kInsignificant;
   ++counts_->insignificant;
 }
 
@@ -107,9 +98,9 @@ void JointFit::start(int begin, int end) {
   const auto& all = *all_;
   count_ = 0;
   for (int j = begin; j < end; ++j) {
-    if (use_[as_index(j - base_)] != Use::kFitted) continue;
-    const Pulse& candidate = all[as_index(j)];
-    DampedSinusoid& pulse = pulse_[as_index(count_)];
+    if (use_[j - base_] != Use::kFitted) continue;
+    const Pulse& candidate = all[j];
+    DampedSinusoid& pulse = pulse_[count_];
     pulse.start = candidate.maximum;
     pulse.alpha = candidate.alpha;
     pulse.omega = candidate.omega;
@@ -118,9 +109,9 @@ void JointFit::start(int begin, int end) {
     pulse.alpha_min = -0.1 * candidate.centre_omega;
     pulse.alpha_max = candidate.centre_omega;
     int last = j;  // dropped pulses have no valley of their own
-    while (last + 1 < end && use_[as_index(last + 1 - base_)] == Use::kInsignificant) ++last;
-    stop_[as_index(count_)] = std::min(candidate.gate_end, all[as_index(last)].valley + 1);
-    origin_[as_index(count_)] = j;
+    while (last + 1 < end && use_[last + 1 - base_] == Use::kInsignificant) ++last;
+    stop_[count_] = std::min(candidate.gate_end, all[last].valley + 1);
+    origin_[count_] = j;
     ++count_;
   }
 }
@@ -129,10 +120,10 @@ void JointFit::gather() {
   samples_.size = 0;
   int from = 0;
   for (int k = 0; k < count_; ++k) {
-    for (from = std::max(from, pulse_[as_index(k)].start);
-         from < stop_[as_index(k)] && samples_.size < kMaxGroupSamples - 1; ++from) {
-      samples_.index[as_index(samples_.size)] = from;
-      samples_.value[as_index(samples_.size)] = trace_[from];
+    for (from = std::max(from, pulse_[k].start);
+         from < stop_[k] && samples_.size < kMaxGroupSamples - 1; ++from) {
+      samples_.index[samples_.size] = from;
+      samples_.value[samples_.size] = trace_[from];
       ++samples_.size;
     }
   }
@@ -140,7 +131,7 @@ void JointFit::gather() {
 
 bool JointFit::fit() {
   for (int k = 0; k < count_; ++k) {
-    if (stop_[as_index(k)] - pulse_[as_index(k)].start < kMinGate) {
+    if (stop_[k] - pulse_[k].start < kMinGate) {
       fit_.status = FitStatus::kTooFewSamples;
       fit_.offender = k;
       return false;
@@ -170,7 +161,7 @@ double JointFit::prediction_error(int count, int sample) const {
   slope[linear - 1] = 1.0;
   double value = fit_.gamma;
   for (int k = 0; k < count; ++k) {
-    const DampedSinusoid& pulse = pulse_[as_index(k)];
+    const DampedSinusoid& pulse = pulse_[k];
     const double i = sample - pulse.start;
     const Basis at = basis(pulse, i);
     const double curve = pulse.cosine * at.cosine + pulse.sine * at.sine;
@@ -196,21 +187,20 @@ bool JointFit::widen_gates() {
   bool grown = false;
   std::array<int, kMaxJointPulses> start{};
   for (int k = 0; k < count_; ++k) {
-    const DampedSinusoid& pulse = pulse_[as_index(k)];
+    const DampedSinusoid& pulse = pulse_[k];
     const int reach = pulse.start - static_cast<int>(M_PI / pulse.omega);
-    const int limit = std::max(k > 0 ? stop_[as_index(k - 1)] : 0, reach);
-    start[as_index(k)] = pulse.start;
-    while (start[as_index(k)] > limit && belongs(k, start[as_index(k)] - 1)) --start[as_index(k)];
-    grown |= start[as_index(k)] < pulse.start;
+    const int limit = std::max(k > 0 ? stop_[k - 1] : 0, reach);
+    start[k] = pulse.start;
+    while (start[k] > limit && belongs(k, start[k] - 1)) --start[k];
+    grown |= start[k] < pulse.start;
     if (k == 0) continue;
-    for (int& stop = stop_[as_index(k - 1)];
-         stop < start[as_index(k)] && prediction_error(k, stop) <= kSupport; ++stop) {
+    for (int& stop = stop_[k - 1]; stop < start[k] && prediction_error(k, stop) <= kSupport;
+         ++stop) {
       grown = true;
     }
   }
   for (int k = 0; k < count_; ++k) {
-    if (start[as_index(k)] < pulse_[as_index(k)].start)
-      move_start(pulse_[as_index(k)], start[as_index(k)]);
+    if (start[k] < pulse_[k].start) move_start(pulse_[k], start[k]);
   }
   return grown;
 }
@@ -220,7 +210,7 @@ int JointFit::least_significant() const {
   const auto end = fit_.contribution.begin() + count_;
   const auto least = std::min_element(fit_.contribution.begin(), end);
   const double f = *least / 4.0 / (fit_.residual_sum / fit_.freedom);
-  const bool fails = !(f >= f_test_.critical(fit_.freedom));
+  const bool fails = !(f >= critical_[std::clamp(fit_.freedom, 0, kMaxGroupSamples - 1)]);
   return fails ? static_cast<int>(least - fit_.contribution.begin()) : -1;
 }
 
@@ -238,20 +228,20 @@ void JointFit::reject(FitStatus status) {
 }
 
 void JointFit::accept(int k) {
-  if (!(pulse_[as_index(k)].alpha > 0.0)) {
+  if (!(pulse_[k].alpha > 0.0)) {
     ++counts_->out_of_bounds;
     return;
   }
   Peak peak = peak_of_fit(pulse_.data(), count_, k, fit_, variance_);
-  peak.gate_end = stop_[as_index(k)];
+  peak.gate_end = stop_[k];
   peak.joint = count_;
 
   double misfit = 0.0, energy = 0.0;
   for (int row = 0; row < samples_.size; ++row) {
-    const int i = samples_.index[as_index(row)];
+    const int i = samples_.index[row];
     if (i < peak.gate_begin || i >= peak.gate_end) continue;
-    const double signal = samples_.value[as_index(row)] - peak.gamma;
-    misfit += fit_.residual[as_index(row)] * fit_.residual[as_index(row)];
+    const double signal = samples_.value[row] - peak.gamma;
+    misfit += fit_.residual[row] * fit_.residual[row];
     energy += signal * signal;
   }
   const double share = static_cast<double>(fit_.freedom) / samples_.size;

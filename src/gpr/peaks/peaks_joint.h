@@ -4,21 +4,11 @@
 #include <array>
 #include <vector>
 
-#include "gpr/peaks/peaks.h"
+#include "gpr/peaks/peak.h"
 #include "gpr/peaks/peaks_pulses.h"
 #include "gpr/peaks/peaks_varpro.h"
 
 namespace gprodom::gpr {
-
-// Critical values of F(4, freedom) at a significance (each pulse has four parameters).
-class FTest {
- public:
-  explicit FTest(double significance);
-  double critical(int freedom) const;
-
- private:
-  std::array<double, kMaxGroupSamples> critical_;
-};
 
 // Fits 1..kMaxJointPulses neighbouring pulses of one trace together.
 //
@@ -34,7 +24,7 @@ class FTest {
 // two sides are fitted separately.
 class JointFit {
  public:
-  JointFit(const PeakOptions& options, const FTest& f_test);
+  explicit JointFit(const PeakOptions& options);
 
   // Appends the accepted peaks of pulses[begin..end) of `all` to `peaks`, in order of time, and
   // counts what became of each.
@@ -56,8 +46,9 @@ class JointFit {
   void reject(FitStatus status);
   void accept(int k);
 
-  const PeakOptions& options_;
-  const FTest& f_test_;
+  PeakOptions options_;
+  // Of F(4, freedom) at the significance: each pulse has four parameters.
+  std::array<double, kMaxGroupSamples> critical_{};
   const float* trace_ = nullptr;
   const std::vector<Pulse>* all_ = nullptr;
   std::vector<Peak>* peaks_ = nullptr;

@@ -16,8 +16,6 @@ constexpr int kMaxHalfWidth = 3;         // of the running mean
 constexpr float kDominant = 0.5F;  // of the largest envelope; samples above it give the frequency
 constexpr double kMaxDetuning = 1.6;  // of a pulse's start frequency from the dominant one
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 // Sums for the ratio exp(2 (-alpha + j omega)) that best takes each z[i] to z[i + 2] in least
 // squares. Of white noise the analytic signal is uncorrelated at even lags, so noise does not pull
 // the frequency.
@@ -26,8 +24,8 @@ struct StepSums {
   double real = 0.0, imaginary = 0.0, energy = 0.0;
 
   void add(const AnalyticSignal& signal, int i) {
-    const double a = signal.real[index(i)], b = signal.imaginary[index(i)];
-    const double c = signal.real[index(i + kLag)], d = signal.imaginary[index(i + kLag)];
+    const double a = signal.real[i], b = signal.imaginary[i];
+    const double c = signal.real[i + kLag], d = signal.imaginary[i + kLag];
     real += c * a + d * b;
     imaginary += d * a - c * b;
     energy += a * a + b * b;
@@ -50,7 +48,7 @@ double dominant_omega(const AnalyticSignal& signal) {
   const float high = kDominant * values.maxCoeff();
   StepSums sums;
   for (int i = 0; i + StepSums::kLag < static_cast<int>(envelope.size()); ++i) {
-    if (envelope[index(i)] >= high) sums.add(signal, i);
+    if (envelope[i] >= high) sums.add(signal, i);
   }
   return std::clamp(sums.omega(), kMinOmega, kMaxOmega);
 }
@@ -61,7 +59,7 @@ void smooth(AnalyticSignal& signal, double period) {
   const auto size = static_cast<Eigen::Index>(signal.envelope.size());
   const int half = std::min(static_cast<int>(period / 8.0), kMaxHalfWidth);
   const auto share = 1.0F / static_cast<float>(2 * half + 1);
-  signal.padded.resize(index(static_cast<int>(size) + 2 * kMaxHalfWidth));
+  signal.padded.resize(size + 2 * kMaxHalfWidth);
   signal.smoothed.resize(signal.envelope.size());
   Eigen::Map<Eigen::ArrayXf> padded(signal.padded.data(), size + 2 * kMaxHalfWidth);
   Eigen::Map<Eigen::ArrayXf> smoothed(signal.smoothed.data(), size);
@@ -87,15 +85,15 @@ bool apart(const std::vector<float>& envelope, const Pulse& before, const Pulse&
            double separation) {
   if (after.maximum - before.maximum < separation) return false;
   const int valley = minimum_between(envelope, before.maximum, after.maximum);
-  return envelope[index(valley)] <= kMaxValley * std::min(before.height, after.height);
+  return envelope[valley] <= kMaxValley * std::min(before.height, after.height);
 }
 
 void find_maxima(const std::vector<float>& envelope, double threshold, double separation,
                  std::vector<Pulse>& pulses) {
   const int size = static_cast<int>(envelope.size());
   for (int i = 1; i + 1 < size; ++i) {
-    const float height = envelope[index(i)];
-    if (height < threshold || height <= envelope[index(i - 1)] || height < envelope[index(i + 1)]) {
+    const float height = envelope[i];
+    if (height < threshold || height <= envelope[i - 1] || height < envelope[i + 1]) {
       continue;
     }
     Pulse pulse;
@@ -143,9 +141,9 @@ void find_pulses(AnalyticSignal& signal, double threshold, double gate_periods,
 }
 
 EnvelopeMaximum refine_maximum(const std::vector<float>& envelope, int maximum) {
-  const double here = envelope[index(maximum)];
-  const double before = envelope[index(maximum - 1)];
-  const double after = envelope[index(maximum + 1)];
+  const double here = envelope[maximum];
+  const double before = envelope[maximum - 1];
+  const double after = envelope[maximum + 1];
   const double curvature = before - 2.0 * here + after;
   if (curvature >= 0.0) return {static_cast<double>(maximum), here};
   const double shift = 0.5 * (before - after) / curvature;

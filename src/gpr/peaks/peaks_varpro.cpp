@@ -17,8 +17,6 @@ constexpr double kMinDamping = 1e-4;
 constexpr double kMaxDamping = 1e5;
 constexpr int kMaxBoundHits = 2;
 
-constexpr std::size_t at(int k) { return static_cast<std::size_t>(k); }
-
 // Two neighbours of a column, one register: gcc and clang vectorise this at any level of
 // optimisation.
 using TwoDoubles [[gnu::vector_size(16), gnu::may_alias]] = double;
@@ -153,9 +151,9 @@ void VarPro<K>::fill(int k, double alpha, double omega) {
   const int start = pulses_[k].start;
   int i = 0;
   int row = first_[k];
-  if (samples_.index[at(row)] < start) ++row;
+  if (samples_.index[row] < start) ++row;
   for (; row < samples_.size; ++row) {
-    for (const int next = samples_.index[at(row)] - start; i < next; ++i) {
+    for (const int next = samples_.index[row] - start; i < next; ++i) {
       const double turned = re * step_re - im * step_im;
       im = re * step_im + im * step_re;
       re = turned;
@@ -312,17 +310,17 @@ bool VarPro<K>::finish(GroupFit& fit) const {
     const auto columns = l.template middleCols<2>(2 * k);
     const Pair covariance = columns.transpose().lazyProduct(columns);
     const Eigen::Vector2d ab = coefficient_.template segment<2>(2 * k);
-    fit.contribution[at(k)] = ab.dot(covariance.inverse() * ab);
+    fit.contribution[k] = ab.dot(covariance.inverse() * ab);
   }
   fit.residual_sum = 0.0;
   for (int row = 0; row < samples_.size; ++row) {
-    double residual = samples_.value[at(row)] - fit.gamma;
+    double residual = samples_.value[row] - fit.gamma;
     for (int k = 0; k < K; ++k) {
-      if (samples_.index[at(row)] < pulses_[k].start) continue;
+      if (samples_.index[row] < pulses_[k].start) continue;
       residual -=
           coefficient_[2 * k] * column_[k][0][row] + coefficient_[2 * k + 1] * column_[k][1][row];
     }
-    fit.residual[at(row)] = residual;
+    fit.residual[row] = residual;
     fit.residual_sum += residual * residual;
   }
   return true;
@@ -344,8 +342,7 @@ void fit_pulses(const GroupSamples& samples, DampedSinusoid* pulses, int count, 
                 GroupFit& fit) {
   fit.offender = count - 1;
   fit.status = FitStatus::kTooFewSamples;
-  if (samples.size < 4 * count + 2 ||
-      samples.index[at(samples.size - 1)] < pulses[count - 1].start) {
+  if (samples.size < 4 * count + 2 || samples.index[samples.size - 1] < pulses[count - 1].start) {
     return;
   }
   switch (count) {
