@@ -38,15 +38,10 @@ void RunningBackground::remove(float* samples, int n, float weight) {
   trace -= mean_;
 }
 
-void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* is_good) {
+void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(bscan.rows());
-  Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < bscan.cols(); ++i) {
-    if (is_good != nullptr && is_good[i] == 0) continue;
-    sum += bscan.col(i).cast<double>();
-    ++count;
-  }
-  if (count > 0) bscan.colwise() -= (sum / static_cast<double>(count)).cast<float>();
+  for (const auto& trace : bscan.colwise()) sum += trace.cast<double>();
+  bscan.colwise() -= (sum / static_cast<double>(bscan.cols())).cast<float>();
 }
 
 }  // namespace gprodom::gpr

@@ -40,7 +40,7 @@ class RunningBackground {
 };
 
 // The same for a whole sequence at once: subtracts the mean over the columns of `bscan`
-// (samples x traces), in place. Columns with is_good 0 do not count in the mean (nullptr: all do).
-void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan, const unsigned char* is_good = nullptr);
+// (samples x traces), in place.
+void remove_mean_trace(Eigen::Ref<Eigen::MatrixXf> bscan);
 
 }  // namespace gprodom::gpr

@@ -74,16 +74,18 @@ void StationarityFrontEnd::add_trace(const GprTrace& trace) {
   if (step > 0 && trace.time - bin_start_ + step > (window_ / kBins) * 3 / 4) close_bin();
 }
 
-void StationarityFrontEnd::close_bin() {
-  if (bins_ == kBins) {
-    for (int i = 1; i < kBins; ++i) {
-      traces_.col(i - 1) = traces_.col(i);
-      sample_used_.col(i - 1) = sample_used_.col(i);
-      weight_[i - 1] = weight_[i];
-      times_[i - 1] = times_[i];
-    }
-    --bins_;
+void StationarityFrontEnd::forget_bins(int count) {
+  bins_ -= count;
+  for (int i = 0; count > 0 && i < bins_; ++i) {
+    traces_.col(i) = traces_.col(i + count);
+    sample_used_.col(i) = sample_used_.col(i + count);
+    weight_[i] = weight_[i + count];
+    times_[i] = times_[i + count];
   }
+}
+
+void StationarityFrontEnd::close_bin() {
+  if (bins_ == kBins) forget_bins(1);
   traces_.col(bins_) = sum_ / static_cast<float>(bin_traces_);
   sample_used_.col(bins_) = used_;
   weight_[bins_] = static_cast<float>(bin_traces_);
@@ -93,15 +95,7 @@ void StationarityFrontEnd::close_bin() {
   // Slow radars fill the window with fewer bins.
   int first = 0;
   while (first < bins_ - 1 && times_[bins_ - 1] - times_[first] > window_) ++first;
-  if (first > 0) {
-    for (int i = first; i < bins_; ++i) {
-      traces_.col(i - first) = traces_.col(i);
-      sample_used_.col(i - first) = sample_used_.col(i);
-      weight_[i - first] = weight_[i];
-      times_[i - first] = times_[i];
-    }
-    bins_ -= first;
-  }
+  forget_bins(first);
   if (bins_ == kBins || times_[bins_ - 1] - times_[0] > window_ * 3 / 4) {
     test_window();
   } else {
@@ -111,7 +105,7 @@ void StationarityFrontEnd::close_bin() {
 
 WindowStatistics StationarityFrontEnd::analyse_window() {
   window_used_ = sample_used_.leftCols(bins_).rowwise().minCoeff();
-  return analyser_.analyse(traces_.leftCols(bins_), weight_.head(bins_), window_used_, true);
+  return analyser_.analyse(traces_.leftCols(bins_), weight_.head(bins_), window_used_);
 }
 
 double StationarityFrontEnd::samples(const WindowStatistics& s) const {
@@ -200,14 +194,10 @@ void StationarityFrontEnd::see(const WindowStatistics& s) {
 }
 
 void StationarityFrontEnd::claim(const Span& span) {
-  if (!spans_.empty() && span.from <= spans_.back().to) {
-    spans_.back().from = std::min(spans_.back().from, span.from);
-    spans_.back().to = span.to;
-    spans_.back().score = span.score;
-    spans_.back().since = span.since;
-  } else {
+  if (!spans_.empty() && span.from <= spans_.back().to)
+    spans_.back() = {std::min(spans_.back().from, span.from), span.to, span.score, span.since};
+  else
     spans_.push_back(span);
-  }
 }
 
 std::vector<Finding> StationarityFrontEnd::tick(TimeNs tick) {

@@ -71,6 +71,7 @@ class StationarityFrontEnd : public FrontEnd {
   };
 
   void close_bin();
+  void forget_bins(int count);  // the oldest
   void test_window();
   WindowStatistics analyse_window();
   double samples(const WindowStatistics& s) const;  // degrees of freedom per trace

@@ -24,27 +24,20 @@ void fill_legendre(Eigen::MatrixXf& basis) {
   }
 }
 
-// Central difference of sixth order: a second-order one is a quarter short at a fifth of the
-// sampling rate, which leaves more than the noise beside strong reflections.
-void first_derivative(const Eigen::VectorXf& s, Eigen::Ref<Eigen::VectorXf> out) {
-  const Eigen::Index n = s.size() - 6;
+// Of order 1 to 3. The first is a central difference of sixth order: a second-order one is a
+// quarter short at a fifth of the sampling rate, which leaves more than the noise beside strong
+// reflections.
+void derive(int order, const Eigen::VectorXf& s, Eigen::Ref<Eigen::VectorXf> out) {
+  const Eigen::Index reach = order == 1 ? 3 : order - 1, n = s.size() - 2 * reach;
+  const auto at = [&](Eigen::Index lag) { return s.segment(reach + lag, n); };
   out.setZero();
-  out.segment(3, n) = 0.75f * (s.segment(4, n) - s.segment(2, n)) -
-                      0.15f * (s.segment(5, n) - s.segment(1, n)) +
-                      (s.segment(6, n) - s.segment(0, n)) / 60.0f;
-}
-
-void second_derivative(const Eigen::VectorXf& s, Eigen::Ref<Eigen::VectorXf> out) {
-  const Eigen::Index n = s.size() - 2;
-  out.setZero();
-  out.segment(1, n) = s.segment(0, n) - 2.0f * s.segment(1, n) + s.segment(2, n);
-}
-
-void third_derivative(const Eigen::VectorXf& s, Eigen::Ref<Eigen::VectorXf> out) {
-  const Eigen::Index n = s.size() - 4;
-  out.setZero();
-  out.segment(2, n) =
-      0.5f * (s.segment(4, n) - s.segment(0, n)) - (s.segment(3, n) - s.segment(1, n));
+  auto middle = out.segment(reach, n);
+  if (order == 1)
+    middle = 0.75f * (at(1) - at(-1)) - 0.15f * (at(2) - at(-2)) + (at(3) - at(-3)) / 60.0f;
+  else if (order == 2)
+    middle = at(-1) - 2.0f * at(0) + at(1);
+  else
+    middle = 0.5f * (at(2) - at(-2)) - (at(1) - at(-1));
 }
 
 }  // namespace
@@ -77,12 +70,8 @@ int WindowAnalyser::build_nuisances(const Eigen::Ref<const Eigen::VectorXf>& use
       column = polynomials_.col(k);
     } else if (k == kPolynomials) {
       column = mean_;
-    } else if (k == kPolynomials + 1) {
-      first_derivative(mean_, column);
-    } else if (k == kPolynomials + 2) {
-      second_derivative(mean_, column);
     } else {
-      third_derivative(mean_, column);
+      derive(k - kPolynomials, mean_, column);
     }
     column.array() *= used.array();
     const float before = column.squaredNorm();
@@ -163,8 +152,7 @@ double WindowAnalyser::difference(const Eigen::VectorXf& other,
 
 WindowStatistics WindowAnalyser::analyse(const Eigen::Ref<const Eigen::MatrixXf>& traces,
                                          const Eigen::Ref<const Eigen::VectorXf>& weight,
-                                         const Eigen::Ref<const Eigen::VectorXf>& used,
-                                         bool autocorrelation) {
+                                         const Eigen::Ref<const Eigen::VectorXf>& used) {
   WindowStatistics result;
   const int n = static_cast<int>((weight.array() > 0.0f).count());
   if (n < kMinTraces || traces.rows() < 4 * kNuisances) return result;
@@ -201,7 +189,7 @@ WindowStatistics WindowAnalyser::analyse(const Eigen::Ref<const Eigen::MatrixXf>
   result.signal =
       ((mean_.array() - static_cast<float>(offset)) * used.array()).square().sum() / used.sum();
   if (largest > 0.5 * sum) result.outlier = outlier;
-  if (autocorrelation && sum > 0.0) result.white_samples = result.samples * whiteness(n);
+  if (sum > 0.0) result.white_samples = result.samples * whiteness(n);
   return result;
 }
 

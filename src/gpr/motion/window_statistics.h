@@ -14,7 +14,7 @@ struct WindowStatistics {
   double step = 0.0;           // half the mean square of the step between traces, over `variance`
   double signal = 0.0;         // variance of the mean trace, counts^2
   double samples = 0.0;        // degrees of freedom per trace for white noise
-  double white_samples = 0.0;  // the same, given the residual's autocorrelation (0: not asked for)
+  double white_samples = 0.0;  // the same, given the residual's autocorrelation
   int traces = 0;              // used
   int outlier = -1;            // trace that alone holds most of the residual, or -1
 };
@@ -41,7 +41,7 @@ class WindowAnalyser {
   // not (clipped). n >= 4 of positive weight, else the result has traces = 0.
   WindowStatistics analyse(const Eigen::Ref<const Eigen::MatrixXf>& traces,
                            const Eigen::Ref<const Eigen::VectorXf>& weight,
-                           const Eigen::Ref<const Eigen::VectorXf>& used, bool autocorrelation);
+                           const Eigen::Ref<const Eigen::VectorXf>& used);
 
   // Of the window analysed last: its mean trace (samples), counts.
   const Eigen::VectorXf& mean() const { return mean_; }

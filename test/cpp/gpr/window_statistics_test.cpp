@@ -17,18 +17,17 @@ TEST(WindowAnalyser, DoesNotDependOnTheWindowsBefore) {
   WindowAnalyser used_before;
   for (const auto& used : {all, all, some, all, some, some}) {
     WindowAnalyser fresh;
-    const WindowStatistics now = used_before.analyse(traces, weight, used, true);
-    const WindowStatistics expected = fresh.analyse(traces, weight, used, true);
+    const WindowStatistics now = used_before.analyse(traces, weight, used);
+    const WindowStatistics expected = fresh.analyse(traces, weight, used);
     EXPECT_EQ(now.samples, expected.samples);
     EXPECT_EQ(now.variance, expected.variance);
     EXPECT_EQ(now.trend, expected.trend);
     EXPECT_EQ(now.white_samples, expected.white_samples);
   }
   // Of another length, too.
-  const WindowStatistics shorter =
-      used_before.analyse(traces.topRows(100), weight, all.head(100), true);
+  const WindowStatistics shorter = used_before.analyse(traces.topRows(100), weight, all.head(100));
   EXPECT_EQ(shorter.variance,
-            WindowAnalyser().analyse(traces.topRows(100), weight, all.head(100), true).variance);
+            WindowAnalyser().analyse(traces.topRows(100), weight, all.head(100)).variance);
 }
 
 }  // namespace
