@@ -17,10 +17,15 @@ constexpr float kLeastRate = 0.01f;
 // offset, the path) is the noise.
 constexpr float kMostCoherence = 0.95f;
 
+using Frequencies =
+    Eigen::Array<std::complex<float>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // Frequencies as complex numbers; a row for each place.
-Eigen::Map<const Eigen::Array<std::complex<float>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
-complex(const ColumnMatrix& rows) {
+Eigen::Map<const Frequencies> complex(const ColumnMatrix& rows) {
   return {reinterpret_cast<const std::complex<float>*>(rows.data()), rows.rows(), rows.cols() / 2};
+}
+Eigen::Map<Frequencies> complex(ColumnMatrix& rows) {
+  return {reinterpret_cast<std::complex<float>*>(rows.data()), rows.rows(), rows.cols() / 2};
 }
 
 struct Products {
@@ -68,15 +73,8 @@ void Transfer::apply(ColumnMatrix& rear, ColumnMatrix& front) const {
       (weights() / rear_power_.max(std::numeric_limits<float>::min())).sqrt();
   const Eigen::ArrayXcf turn =
       cross_ / front_power_.max(std::numeric_limits<float>::min()) * whiten;
-  using Frequencies =
-      Eigen::Array<std::complex<float>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto view = [](ColumnMatrix& rows) {
-    return Eigen::Map<Frequencies>(reinterpret_cast<std::complex<float>*>(rows.data()), rows.rows(),
-                                   rows.cols() / 2);
-  };
-  auto q = view(rear), m = view(front);
-  q.rowwise() *= whiten.cast<std::complex<float>>().transpose();
-  m.rowwise() *= turn.transpose();
+  complex(rear).rowwise() *= whiten.cast<std::complex<float>>().transpose();
+  complex(front).rowwise() *= turn.transpose();
 }
 
 }  // namespace gprodom::gpr

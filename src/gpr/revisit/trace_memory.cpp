@@ -248,24 +248,22 @@ std::size_t TraceMemory::bytes() const {
   return sum + features_.bytes() + limited_.bytes();
 }
 
-MemoryRange TraceMemory::run_of(std::size_t number) const {
+// Of a kept column.
+std::deque<TraceMemory::Run>::const_iterator TraceMemory::run_at(std::size_t number) const {
   if (number < kept().first || number >= kept().end) {
     throw std::out_of_range("trace memory: the column is not kept");
   }
-  const auto after = std::upper_bound(runs_.begin(), runs_.end(), number,
-                                      [](std::size_t n, const Run& run) { return n < run.first; });
-  return {std::prev(after)->first, after == runs_.end() ? kept().end : after->first};
+  return std::prev(std::upper_bound(runs_.begin(), runs_.end(), number,
+                                    [](std::size_t n, const Run& run) { return n < run.first; }));
 }
 
-// Of a kept column.
-const TraceMemory::Run& TraceMemory::run_at(std::size_t number) const {
-  const std::size_t first = run_of(number).first;
-  return *std::lower_bound(runs_.begin(), runs_.end(), first,
-                           [](const Run& r, std::size_t n) { return r.first < n; });
+MemoryRange TraceMemory::run_of(std::size_t number) const {
+  const auto run = run_at(number), next = std::next(run);
+  return {run->first, next == runs_.end() ? kept().end : next->first};
 }
 
 MemoryColumn TraceMemory::column(std::size_t number) const {
-  const Run& run = run_at(number);
+  const Run& run = *run_at(number);
   const double along = static_cast<double>(number - run.first) * options_.spacing_m;
   return {times_[number - first_], run.distance + run.direction * along, run.direction};
 }
@@ -299,21 +297,17 @@ std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
                                                        const TraceChange& change) const {
   const auto place = newest_place(count);
   if (!place) return std::nullopt;
-  const auto all =
-      std::min<Eigen::Index>(count + before, static_cast<Eigen::Index>(pending_.size()));
-  if (change.none()) return Newest{filtered_pending().bottomRows(all), *place};
+  const auto pending = static_cast<Eigen::Index>(pending_.size());
+  const auto all = std::min<Eigen::Index>(count + before, pending);
   // To undo a change costs by the column. Smoothing needs so many before those asked for.
   const auto before_them = 3 * static_cast<Eigen::Index>(std::ceil(filter_->short_sigma() + 1.0));
-  const auto used =
-      std::min<Eigen::Index>(all + before_them, static_cast<Eigen::Index>(pending_.size()));
-  Columns columns = limited_pending().bottomRows(used);
-  columns.array().rowwise() *= sessions_.back().deviation.array();
-  return Newest{features_of(columns, sessions_.size() - 1, change).bottomRows(all), *place};
+  const auto used = std::min(all + before_them, pending);
+  return Newest{filtered_pending(used, change).bottomRows(all), *place};
 }
 
-Columns TraceMemory::filtered_pending(const TraceChange& change) const {
-  if (change.none()) return filtered_pending();
-  Columns columns = limited_pending();
+Columns TraceMemory::filtered_pending(Eigen::Index count, const TraceChange& change) const {
+  if (change.none()) return filtered_pending().bottomRows(count);
+  Columns columns = limited_pending().bottomRows(count);
   columns.array().rowwise() *= sessions_.back().deviation.array();
   return features_of(columns, sessions_.size() - 1, change);
 }
@@ -331,7 +325,8 @@ Columns TraceMemory::newest_ground(std::size_t count, const TraceChange& change)
   if (fresh == 0) return patch({end - stored, end}, change);
   Columns ground(static_cast<Eigen::Index>(count), filter_->rows());
   if (stored > 0) ground.topRows(stored) = patch({end - stored, end}, change);
-  ground.bottomRows(fresh) = filtered_pending(change).bottomRows(fresh);
+  const auto pending = static_cast<Eigen::Index>(pending_.size());
+  ground.bottomRows(fresh) = filtered_pending(pending, change).bottomRows(fresh);
   return ground;
 }
 

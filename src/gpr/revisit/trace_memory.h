@@ -85,7 +85,7 @@ class TraceMemory {
   // in the rows of their columns, or where the sizes do not agree.
   void restore(std::vector<BandLimit> sessions, const std::vector<StoredRun>& runs);
   StoredRun stored_run(MemoryRange range) const;  // of kept columns within one run
-  std::size_t session_of(std::size_t number) const { return run_at(number).session; }
+  std::size_t session_of(std::size_t number) const { return run_at(number)->session; }
 
   // Of the columns that are kept, and of those to come. Empty if nothing is learnt yet, and where
   // the ground was restored as features.
@@ -194,11 +194,12 @@ class TraceMemory {
   void end_piece();
   void end_run_before_waiting();
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
-  const Run& run_at(std::size_t number) const;
+  std::deque<Run>::const_iterator run_at(std::size_t number) const;
   SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
   void forget_oldest();
   Columns filtered_pending() const;
-  Columns filtered_pending(const TraceChange& change) const;
+  // Of the last `count` of them.
+  Columns filtered_pending(Eigen::Index count, const TraceChange& change) const;
   Columns limited_pending() const;
   Columns features_of(const Columns& columns, std::size_t session, const TraceChange& change) const;
 

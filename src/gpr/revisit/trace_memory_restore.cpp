@@ -54,7 +54,7 @@ TraceMemory TraceMemory::beside() const {
 
 StoredRun TraceMemory::stored_run(MemoryRange range) const {
   const MemoryColumn first = column(range.first);
-  StoredRun stored{run_at(range.first).session, first.direction, first.distance_m, {}, {}};
+  StoredRun stored{run_at(range.first)->session, first.direction, first.distance_m, {}, {}};
   const auto begin = times_.begin() + static_cast<std::ptrdiff_t>(range.first - first_);
   stored.times.assign(begin, begin + static_cast<std::ptrdiff_t>(range.size()));
   stored.levels = limited_.levels(range.first - first_, range.size());
