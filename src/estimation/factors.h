@@ -60,7 +60,6 @@ class ImuFactor final : public Factor {
   int dimension() const override { return 9; }
   void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override;
-  const ImuPreintegration& preintegration() const { return preintegration_; }
 
  private:
   ImuPreintegration preintegration_;

@@ -105,23 +105,12 @@ OdometryEstimate predict(const NavState& x, const StateMatrix& covariance,
   return out;
 }
 
-PredictedWay way_begins(const NavState& state) {
-  PredictedWay way;
-  way.time = state.time;
-  way.p_odom = state.p_odom;
-  way.R_odom_body = state.R_odom_body();
-  return way;
-}
-
 PredictedWay way_further(const PredictedWay& before, const NavState& x,
                          const ImuPreintegration& since, const Vector3d& contact,
                          double gravity_mps2) {
   const NavState y = propagate(x, since, gravity_mps2);
   const Matrix3d R = x.R_odom_body(), Ry = y.R_odom_body();
-  PredictedWay way;
-  way.time = y.time;
-  way.p_odom = y.p_odom;
-  way.R_odom_body = Ry;
+  PredictedWay way = way_begins(y);
   way.moved_m =
       before.moved_m + 0.5 * (before.R_odom_body + Ry).transpose() *
                            (y.p_odom - before.p_odom + (Ry - before.R_odom_body) * contact);

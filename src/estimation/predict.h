@@ -40,7 +40,9 @@ struct PredictedWay {
 };
 
 // That of no movement yet.
-PredictedWay way_begins(const NavState& state);
+inline PredictedWay way_begins(const NavState& state) {
+  return {state.time, state.p_odom, state.R_odom_body()};
+}
 
 // `before` and the step of the IMU that has been added to `since` since then.
 PredictedWay way_further(const PredictedWay& before, const NavState& state,

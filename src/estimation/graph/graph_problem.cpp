@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "estimation/graph/planar_factors.h"
-#include "estimation/graph/robust_kernels.h"
 
 namespace gprodom {
 namespace {
@@ -127,15 +126,20 @@ std::vector<double> GraphProblem::deviations(const Unknowns& at) const {
   return result;
 }
 
+// Of the square of a residual.
+Robust GraphProblem::kernel_of(double s, const Terms& terms) const {
+  return terms.kernel == RevisitKernel::kRedescending
+             ? cauchy(s, options_.robust_threshold * terms.width)
+             : huber(s, options_.full_weight_below);
+}
+
 double GraphProblem::add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms,
                                  const Unknowns& at) {
   const bool in_map = edge.memory == kInMap;
   const std::size_t none = steps_.size();
   const auto [residual, memory_step, query_step] = revisit_at(edge, at);
   const double s = residual.value.squaredNorm();
-  const Robust kernel = terms.kernel == RevisitKernel::kRedescending
-                            ? cauchy(s, options_.robust_threshold * terms.width)
-                            : huber(s, options_.full_weight_below);
+  const Robust kernel = kernel_of(s, terms);
   const int m = in_map ? kNoUnknown : node(edge.memory), q = node(edge.query);
   equations_.add<3, 8>({m, in_map ? m : m + 1, in_map ? m : m + 2, q, q + 1, q + 2,
                         memory_step == none ? kNoUnknown : slip(memory_step),
@@ -154,9 +158,7 @@ double GraphProblem::add_fix(std::size_t number, const Terms& terms, const Unkno
   Eigen::Matrix<double, 2, 6> J;
   J << found.J / root, -Eigen::Matrix2d::Identity() / root;
   const double s = white.squaredNorm();
-  const Robust kernel = terms.kernel == RevisitKernel::kRedescending
-                            ? cauchy(s, options_.robust_threshold * terms.width)
-                            : huber(s, options_.full_weight_below);
+  const Robust kernel = kernel_of(s, terms);
   const int n = node(fix.node), error = lasting(number);
   equations_.add<2, 6>({n, n + 1, n + 2, step == none ? kNoUnknown : slip(step), error, error + 1},
                        J, white, kernel.weight);

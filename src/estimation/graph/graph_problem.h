@@ -9,6 +9,7 @@
 #include "estimation/graph/normal_matrix.h"
 #include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
+#include "estimation/graph/robust_kernels.h"
 
 namespace gprodom {
 
@@ -89,6 +90,7 @@ class GraphProblem {
   double add_slip_priors(SlipPrior prior, double width, const std::vector<double>& slips);
   void add_slip_prior(std::size_t step, const std::vector<double>& slips, double weight,
                       double kept, double weight_of_change);
+  Robust kernel_of(double s, const Terms& terms) const;
   double add_revisit(const RevisitEdge& edge, bool counts, const Terms& terms, const Unknowns& at);
   double add_fix(std::size_t number, const Terms& terms, const Unknowns& at);
   double add_lasting(std::size_t number, const Unknowns& at);
