@@ -83,31 +83,27 @@ void DriveNoise::append(const Eigen::Vector2d& drift) {
   Drift& s = runs_.back();
   s.push_back(drift);
   ++kept_;
-  const auto add = [&s](Squares& squares) {
-    if (s.size() <= 2 * squares.m) return;
+  for (Squares& squares : spans_) {
+    if (s.size() <= 2 * squares.m) continue;
     const Eigen::Array2d made = square(s, s.size() - 1 - 2 * squares.m, squares.m);
     for (int axis = 0; axis < 2; ++axis) {
       auto& sorted = squares.sorted[axis];
       sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), made[axis]), made[axis]);
     }
-  };
-  add(short_);
-  for (Squares& squares : long_) add(squares);
+  }
 }
 
 void DriveNoise::drop_oldest() {
   Drift& s = runs_.front();
-  const auto remove = [&s](Squares& squares) {
-    if (s.size() <= 2 * squares.m) return;
+  for (Squares& squares : spans_) {
+    if (s.size() <= 2 * squares.m) continue;
     const Eigen::Array2d made = square(s, 0, squares.m);
     for (int axis = 0; axis < 2; ++axis) {
       auto& sorted = squares.sorted[axis];
       const auto found = std::lower_bound(sorted.begin(), sorted.end(), made[axis]);
       if (found != sorted.end()) sorted.erase(found);
     }
-  };
-  remove(short_);
-  for (Squares& squares : long_) remove(squares);
+  }
   s.pop_front();
   --kept_;
   if (s.size() < 2 && runs_.size() > 1) {
@@ -126,15 +122,16 @@ Eigen::Array2d DriveNoise::variance(const Squares& squares) {
 // Noise of density d gives the speed a variance of d^2 T after a time T, and the difference of two
 // such errors one of 2 d^2 T. The wheel's speed enters with weights 1, -2, 1.
 void DriveNoise::learn() {
-  const Eigen::Array2d in_short = variance(short_);
+  const Eigen::Array2d in_short = variance(spans_[0]);
   if (in_short[0] <= 0) return;
   Eigen::Array2d density2 = Eigen::Array2d::Zero();
-  for (const Squares& squares : long_) {
+  for (int i = 1; i < 4; ++i) {
+    const Squares& squares = spans_[i];
     const Eigen::Array2d in_long = variance(squares);
     const double growth_s = 2.0 * static_cast<double>(squares.m - 1) * last_dt_;
     const Eigen::Array2d grown = (in_long - in_short) / growth_s;
     density2 = (in_long > kSignificant * in_short).select(density2.max(grown), density2);
-    if (&squares != &long_[0]) continue;
+    if (i > 1) continue;
     // Less than this would not be noticed sideways.
     const double least = (kSignificant - 1) * in_short[1] / growth_s;
     const double most = kMostOverSideways * std::sqrt(std::max(grown[1], least));

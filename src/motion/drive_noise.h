@@ -63,11 +63,10 @@ class DriveNoise {
   double last_v_ = 0, last_p_ = 0, last_dt_ = 0;  // change of speed and distance in it by the IMU
   std::deque<Drift> runs_;  // sequences without an interruption, newest last; m/s
   std::size_t kept_ = 0;
-  // In state intervals: short, then 1 s and more at 5 states per second. Tilt and flicker noise
-  // make an error grow faster than white noise does. What counts is its size after the seconds
-  // within which speeds change.
-  Squares short_{1, {}};
-  Squares long_[3] = {{5, {}}, {10, {}}, {25, {}}};
+  // In state intervals: the first short, then 1 s and more at 5 states per second. Tilt and flicker
+  // noise make an error grow faster than white noise does. What counts is its size after the
+  // seconds within which speeds change.
+  Squares spans_[4] = {{1, {}}, {5, {}}, {10, {}}, {25, {}}};
   Eigen::Array2d accel_density_ = Eigen::Array2d::Zero();
   double accel_density_of_one_second_ = 0.0;
   double increment_sigma_m_ = 0.0;
