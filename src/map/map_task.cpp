@@ -108,20 +108,20 @@ void MapTask::add_beside(const GprTrace& trace) {
   if (beside_.size() > kMostWaiting) beside_.pop_front();
 }
 
-void MapTask::add(const Displacement& revisit) {
-  if (!enabled_) return;
-  if (next_.revisits.size() < kMostWaiting)
-    next_.revisits.push_back(revisit);
+template <class T>
+void MapTask::keep(const T& item, std::vector<T>& waiting) {
+  if (waiting.size() < kMostWaiting)
+    waiting.push_back(item);
   else
     ++late_.dropped;
 }
 
+void MapTask::add(const Displacement& revisit) {
+  if (enabled_) keep(revisit, next_.revisits);
+}
+
 void MapTask::add(const PositionFix& fix) {
-  if (!uses_fixes_) return;
-  if (next_.fixes.size() < kMostWaiting)
-    next_.fixes.push_back(fix);
-  else
-    ++late_.dropped;
+  if (uses_fixes_) keep(fix, next_.fixes);
 }
 
 void MapTask::add(const StateResult& result, TimeNs effective) {

@@ -111,6 +111,8 @@ class MapTask {
     std::vector<std::function<void()>> savings;
     std::function<void()> newest;
   };
+  template <class T>
+  void keep(const T& item, std::vector<T>& waiting);
   void submit(TimeNs now, Work work);
   Work joined(Work earlier, Work later);
   MapAnswer run(const Work& work);

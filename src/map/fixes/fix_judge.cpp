@@ -39,15 +39,19 @@ bool FixJudge::follows(const Session& session, std::size_t fix, const ScaleKnown
   return 2 * agreeing > tried;
 }
 
+// Whether the fix agrees with an older one, and with the way there from one half as old.
+bool FixJudge::agrees(const std::vector<std::size_t>& members, std::size_t i, std::size_t fix,
+                      const ScaleKnown& scale) const {
+  const Anchor& older = all_[members[i]];
+  return agree(older, all_[fix], scale) &&
+         (i == 0 || agree(all_[members[i / 2]], older, all_[fix], scale));
+}
+
 bool FixJudge::drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const {
   const std::vector<std::size_t>& members = session.members;
   std::size_t against = 0;
-  for (const std::size_t i : of_all_ages(members.size())) {
-    const Anchor& older = all_[members[i]];
-    if (!agree(older, all_[fix], scale) ||
-        (i > 0 && !agree(all_[members[i / 2]], older, all_[fix], scale)))
-      ++against;
-  }
+  for (const std::size_t i : of_all_ages(members.size()))
+    if (!agrees(members, i, fix, scale)) ++against;
   return against >= 2;
 }
 
@@ -70,9 +74,7 @@ void FixJudge::cut(std::size_t session, std::size_t fix, const ScaleKnown& scale
   std::vector<std::size_t>& members = sessions_[session].members;
   std::size_t left = 1;
   for (std::size_t i = members.size(); i-- > 1;) {
-    if (agree(all_[members[i]], all_[fix], scale) &&
-        agree(all_[members[i / 2]], all_[members[i]], all_[fix], scale))
-      continue;
+    if (agrees(members, i, fix, scale)) continue;
     left = i + 1;
     break;
   }
@@ -112,12 +114,8 @@ bool FixJudge::consistent(const Session& a, const Session& b, const ScaleKnown& 
     // The longer one up to it, or, if it came first, that one as a whole.
     const auto next = std::upper_bound(longer.members.begin(), longer.members.end(), fix);
     const auto count = static_cast<std::size_t>(next - longer.members.begin());
-    for (const std::size_t i : of_all_ages(count)) {
-      const std::size_t older = longer.members[i];
-      if (!agree(all_[older], all_[fix], scale) ||
-          (i > 0 && !agree(all_[longer.members[i / 2]], all_[older], all_[fix], scale)))
-        return false;
-    }
+    for (const std::size_t i : of_all_ages(count))
+      if (!agrees(longer.members, i, fix, scale)) return false;
     if (count > 0) continue;
     for (const std::size_t later : {longer.members.front(), longer.members.back()})
       if (!agree(all_[fix], all_[later], scale)) return false;

@@ -41,6 +41,8 @@ class FixJudge {
 
   std::vector<std::size_t> open_sessions(TimeNs now) const;
   bool follows(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
+  bool agrees(const std::vector<std::size_t>& members, std::size_t i, std::size_t fix,
+              const ScaleKnown& scale) const;
   bool drags(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   bool converges(const Session& session, std::size_t fix, const ScaleKnown& scale) const;
   void cut(std::size_t session, std::size_t fix, const ScaleKnown& scale);
