@@ -72,7 +72,7 @@ void JointFit::fit_range(int begin, int end) {
         leave_out_lower_neighbour();
         continue;
       }
-      reject(fit_.status);
+      ++(fit_.status == FitStatus::kOutOfBounds ? counts_->out_of_bounds : counts_->not_converged);
       fit_range(begin, blamed);
       fit_range(blamed + 1, end);
       return;
@@ -212,19 +212,6 @@ int JointFit::least_significant() const {
   const double f = *least / 4.0 / (fit_.residual_sum / fit_.freedom);
   const bool fails = !(f >= critical_[std::clamp(fit_.freedom, 0, kMaxGroupSamples - 1)]);
   return fails ? static_cast<int>(least - fit_.contribution.begin()) : -1;
-}
-
-void JointFit::reject(FitStatus status) {
-  switch (status) {
-    case FitStatus::kOutOfBounds:
-      ++counts_->out_of_bounds;
-      break;
-    case FitStatus::kConverged:
-    case FitStatus::kNotConverged:
-    case FitStatus::kTooFewSamples:
-      ++counts_->not_converged;
-      break;
-  }
 }
 
 void JointFit::accept(int k) {

@@ -43,7 +43,6 @@ class JointFit {
   bool belongs(int k, int sample) const;
   bool widen_gates();
   int least_significant() const;
-  void reject(FitStatus status);
   void accept(int k);
 
   PeakOptions options_;
