@@ -20,7 +20,7 @@ constexpr TimeNs kRemembered = 60'000'000'000;
 SlipDrift::SlipDrift(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
-      unseen_(config) {}
+      unseen_{config.wheel.noise, config.smoother.lag} {}
 
 void SlipDrift::advance(const NavState& state, const ImuNoise& noise, double share,
                         std::optional<double> left) {

@@ -55,7 +55,7 @@ SlipBelief::SlipBelief(const Config& config)
     : model_(slip_model(config.wheel)),
       enabled_(config.wheel.enabled && config.wheel.slip_share > 0),
       share_(model_.share),
-      unseen_(config),
+      unseen_{config.wheel.noise, config.smoother.lag},
       wheel_noise_(config.wheel.noise),
       wheel_floor_(config.wheel.noise_floor),
       position_(config.wheel),
