@@ -192,7 +192,7 @@ bool CeresSolver::minimise(SolveSummary& summary) {
 
 SolveSummary CeresSolver::solve(Window& window, NormalEquations& equations) {
   SolveSummary summary;
-  if (!std::isfinite(window_cost(window, window.states))) return summary;
+  if (!std::isfinite(window_cost(window))) return summary;
   follow(window);
   if (!minimise(summary)) return summary;
   for (size_t i = 0; i < states_.size(); ++i)

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <sstream>
 
 #include "estimation/predict.h"
 #include "estimation/state_manifold.h"
@@ -15,23 +14,16 @@ struct Place {
   int offset, size;
 };
 
-// Of a part among the parameters of a state.
+// Of a part among the parameters of a state; in the order of StatePart.
 Place place_of(StatePart part) {
-  switch (part) {
-    case StatePart::kAttitude:
-      return {ambient::kQ, 4};
-    case StatePart::kPosition:
-      return {ambient::kP, 3};
-    case StatePart::kVelocity:
-      return {ambient::kV, 3};
-    case StatePart::kGyroBias:
-      return {ambient::kBg, 3};
-    case StatePart::kAccelBias:
-      return {ambient::kBa, 3};
-    case StatePart::kWheelScale:
-      return {ambient::kScale, 1};
-  }
-  return {0, 0};
+  constexpr std::array<Place, 6> kPlaces{{{ambient::kQ, 4},
+                                          {ambient::kP, 3},
+                                          {ambient::kV, 3},
+                                          {ambient::kBg, 3},
+                                          {ambient::kBa, 3},
+                                          {ambient::kScale, 1}}};
+  static_assert(int(StatePart::kWheelScale) + 1 == kPlaces.size());
+  return kPlaces[static_cast<std::size_t>(part)];
 }
 
 }  // namespace
@@ -51,12 +43,9 @@ std::string malformed(const UserFactor& factor) {
     if (factor.blocks[i].moment >= factor.times.size())
       return "block " + std::to_string(i) + ": no such moment";
     const int size = place_of(factor.blocks[i].part).size;
-    if (size != sizes[i]) {
-      std::ostringstream text;
-      text << "block " << i << ": the part has " << size << " values, the cost function expects "
-           << sizes[i];
-      return text.str();
-    }
+    if (size != sizes[i])
+      return "block " + std::to_string(i) + ": the part has " + std::to_string(size) +
+             " values, the cost function expects " + std::to_string(sizes[i]);
   }
   return "";
 }

@@ -20,14 +20,12 @@ struct DriveTraits {
 
 inline DriveTraits drive_traits(const WheelConfig& config) {
   const double track = config.track;
-  if (config.drive == WheelDrive::kDifferential)
+  if (config.drive == WheelDrive::kDifferential || config.drive == WheelDrive::kAckermann)
     return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track, 5e-3 * track};
   // Effective over geometric track: 1.6 to 2.0 on grass, gravel, asphalt and ice (Warthog). The
   // next run may be on other ground.
   if (config.drive == WheelDrive::kSkidSteer)
     return {true, 1.75 * track, 0.35 * track, 5e-3 * track, 0.1, 0.1 * track, 0.15 * track};
-  if (config.drive == WheelDrive::kAckermann)
-    return {true, track, 0.05 * track, 5e-4 * track, 0.01, 0.01 * track, 5e-3 * track};
   return {};
 }
 

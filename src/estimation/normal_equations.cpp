@@ -12,14 +12,10 @@ static_assert(kBlockSize == kStateDim);
 
 // Typical sizes of the error's rows. In these units all pivots lie within a few orders of
 // magnitude.
-StateVector row_units() {
-  StateVector u;
-  u << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
-      Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-4),
-      Eigen::Vector3d::Constant(1e-2), 1e-2;
-  return u;
-}
-const StateVector kUnits = row_units();
+const StateVector kUnits = (StateVector() << Eigen::Vector3d::Constant(1e-3),
+                            Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-2),
+                            Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-2), 1e-2)
+                               .finished();
 
 }  // namespace
 

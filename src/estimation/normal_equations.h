@@ -33,10 +33,8 @@ class NormalEquations {
   void shape(const Window& window);
   double add_prior(const Window& window);
   double substitute(std::vector<StateVector>& x) const;
-  StateMatrix& block(std::vector<StateMatrix>& m, size_t row, size_t column) const {
-    return m[row * (bandwidth_ + 1) + (row - column)];
-  }
-  const StateMatrix& block(const std::vector<StateMatrix>& m, size_t row, size_t column) const {
+  template <typename Blocks>
+  auto& block(Blocks& m, size_t row, size_t column) const {
     return m[row * (bandwidth_ + 1) + (row - column)];
   }
 

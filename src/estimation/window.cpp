@@ -5,7 +5,8 @@
 
 namespace gprodom {
 
-double window_cost(const Window& window, const std::vector<NavState>& x) {
+double window_cost(const Window& window) {
+  const std::vector<NavState>& x = window.states;
   Eigen::VectorXd rp;
   window.prior.evaluate(x.data(), rp, nullptr);
   double sum = 0.5 * rp.squaredNorm();

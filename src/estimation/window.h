@@ -32,8 +32,8 @@ struct Window {
   size_t index(StateId id) const { return static_cast<size_t>(id - first_id); }
 };
 
-// Half the sum of squared (robust) residuals with the states at x.
-double window_cost(const Window& window, const std::vector<NavState>& x);
+// Half the sum of squared (robust) residuals.
+double window_cost(const Window& window);
 
 // Moves the origin of the frame of states and prior by `by`.
 void shift_origin(Window& window, const Eigen::Vector3d& by);

@@ -223,10 +223,10 @@ double GraphProblem::add_first(bool tied, const PlanarPose& at) {
   first_held_ = !priors_.first && !tied;
   for (int k = 0; k < 3; ++k) equations_.hold(node(0) + k, first_held_ ? kHeld : 0.0);
   if (!priors_.first) return 0.0;
-  const PlanarResidual residual = prior_residual(*priors_.first, at);
-  const Eigen::Matrix3d J = residual.J.leftCols<3>();
-  equations_.add<3, 3>({node(0), node(0) + 1, node(0) + 2}, J, residual.value, 1.0);
-  return residual.value.squaredNorm();
+  const Eigen::Vector3d residual = prior_residual(*priors_.first, at);
+  equations_.add<3, 3>({node(0), node(0) + 1, node(0) + 2}, priors_.first->whitening, residual,
+                       1.0);
+  return residual.squaredNorm();
 }
 
 GraphProblem::Unknowns GraphProblem::moved(const Unknowns& from, const Eigen::VectorXd& by) const {

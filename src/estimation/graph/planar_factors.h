@@ -51,15 +51,11 @@ inline PlanarResidual step_residual(const WhitenedStep& step, const PlanarPose& 
   return residual;
 }
 
-// W [x - x_0; y - y_0; yaw - yaw_0] of the first node. Derivatives by its (x, y, yaw) alone.
-inline PlanarResidual prior_residual(const FirstPrior& prior, const PlanarPose& first) {
+// W [x - x_0; y - y_0; yaw - yaw_0] of the first node. Its derivative by (x, y, yaw) is W.
+inline Eigen::Vector3d prior_residual(const FirstPrior& prior, const PlanarPose& first) {
   Eigen::Vector3d error;
   error << first.p - prior.pose.p, wrapped(first.yaw - prior.pose.yaw);
-  PlanarResidual residual;
-  residual.value = prior.whitening * error;
-  residual.J.setZero();
-  residual.J.leftCols<3>() = prior.whitening;
-  return residual;
+  return prior.whitening * error;
 }
 
 // The pose in map of a place given in the frame of a node, with its derivatives by the node's pose

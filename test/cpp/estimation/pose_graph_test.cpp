@@ -120,16 +120,14 @@ TEST(PoseGraph, DerivativesOfTheFirstPriorAreThoseOfItsResidual) {
   FirstPrior prior{{{0.3, -0.4}, 3.1}, Matrix3d::Zero()};
   prior.whitening << 3, 0, 0, 1, 2, 0, 0.5, -1, 4;
   const PlanarPose at{{1.2, 0.7}, -3.0};
-  const PlanarResidual analytic = prior_residual(prior, at);
   for (int k = 0; k < 3; ++k) {
     const Vector3d change = 1e-6 * Vector3d::Unit(k);
     const auto moved = [&](double sign) {
       return prior_residual(prior, {at.p + sign * change.head<2>(), at.yaw + sign * change[2]});
     };
-    const Vector3d numeric = (moved(1).value - moved(-1).value) / 2e-6;
-    EXPECT_LT((numeric - analytic.J.col(k)).norm(), 1e-6) << k;
+    const Vector3d numeric = (moved(1) - moved(-1)) / 2e-6;
+    EXPECT_LT((numeric - prior.whitening.col(k)).norm(), 1e-6) << k;
   }
-  EXPECT_TRUE(analytic.J.rightCols<5>().isZero());
 }
 
 TEST(PoseGraph, CovarianceIsTrue) {
