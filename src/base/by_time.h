@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <iterator>
+#include <vector>
 
 #include "gprodom/types.h"
 
@@ -26,6 +28,16 @@ double interpolated(const Entries& entries, TimeNs time, double Entry::*value) {
   const auto& a = *(next - 1);
   if (next == entries.end()) return a.*value;
   return a.*value + share_of_way(a.time, next->time, time) * ((*next).*value - a.*value);
+}
+
+// Takes those out that end at a time or before it.
+template <typename T>
+std::vector<T> take_ended(std::vector<T>& entries, TimeNs time) {
+  const auto later = std::stable_partition(entries.begin(), entries.end(),
+                                           [time](const T& entry) { return entry.to <= time; });
+  std::vector<T> ended(std::make_move_iterator(entries.begin()), std::make_move_iterator(later));
+  entries.erase(entries.begin(), later);
+  return ended;
 }
 
 }  // namespace gprodom

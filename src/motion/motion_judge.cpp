@@ -295,13 +295,9 @@ Displacement MotionJudge::no_displacement(TimeNs from, TimeNs to) const {
 
 // A displacement may arrive before the state at its end, which waits for the reorder window.
 std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
-  const auto later =
-      std::stable_partition(displacements_.begin(), displacements_.end(),
-                            [to](const Waiting& w) { return w.displacement.to <= to; });
   std::vector<PlacedDisplacement> taken;
-  for (auto waiting = displacements_.begin(); waiting != later; ++waiting)
-    if (enters_estimate(*waiting)) taken.push_back(std::move(waiting->displacement));
-  displacements_.erase(displacements_.begin(), later);
+  for (Waiting& waiting : take_ended(displacements_, to))
+    if (enters_estimate(waiting)) taken.push_back(std::move(waiting));
   return taken;
 }
 
@@ -322,7 +318,7 @@ bool MotionJudge::enters_estimate(const Waiting& waiting) const {
   if (!waiting.by_coherence) return true;
   const CoherenceUse use = config_.gpr.coherence.use;
   return use == CoherenceUse::kAlways ||
-         (use == CoherenceUse::kContradicted && waiting.displacement.from < no_wheel_until_);
+         (use == CoherenceUse::kContradicted && waiting.from < no_wheel_until_);
 }
 
 void MotionJudge::forget_old_standing() {

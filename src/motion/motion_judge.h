@@ -159,8 +159,7 @@ class MotionJudge {
   void compare_with_wheel();  // the paths that it has reported by now
   void follow_slip(StateInput& input, TimeNs from);
   std::vector<PlacedDisplacement> take_displacements(TimeNs to);
-  struct Waiting {
-    PlacedDisplacement displacement;
+  struct Waiting : PlacedDisplacement {
     bool by_coherence = false;  // learnt from the wheel
   };
   bool enters_estimate(const Waiting& waiting) const;

@@ -66,14 +66,6 @@ PairSlip::Seen PairSlip::with_prior(const Seen& measured) const {
   return {measured.middle, measured.lasted, mean, std::max(0.0, square / sum - mean * mean)};
 }
 
-std::vector<AntennaPassage> PairSlip::take_passages(TimeNs to) {
-  const auto later = std::stable_partition(passages_.begin(), passages_.end(),
-                                           [to](const AntennaPassage& p) { return p.to <= to; });
-  std::vector<AntennaPassage> taken(passages_.begin(), later);
-  passages_.erase(passages_.begin(), later);
-  return taken;
-}
-
 bool PairSlip::knows(TimeNs time) const { return time < known_until_; }
 
 // Each passage tells of the antennas' distance; half of that to the next one is taken as seen with

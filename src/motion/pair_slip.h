@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/by_time.h"
 #include "estimation/graph/slip_model.h"
 #include "estimation/state_estimator.h"
 #include "gprodom/config.h"
@@ -25,7 +26,7 @@ class PairSlip {
   void add(const AntennaPassage& passage, const WheelHistory& wheel, double wheel_scale);
 
   // The passages up to a time, each handed out once: with the first state at or after its end.
-  std::vector<AntennaPassage> take_passages(TimeNs to);
+  std::vector<AntennaPassage> take_passages(TimeNs to) { return take_ended(passages_, to); }
 
   // Whether a passage has ended so shortly before that the path is measured.
   bool knows(TimeNs time) const;

@@ -132,13 +132,18 @@ void WheelPair::replace_gyro(StateInput& input, const std::vector<Step>& steps) 
   input.turn_variance = std::max(0.0, after - before);
 }
 
+// Of right less left against the gyro, with its standard deviation.
+std::pair<double, double> WheelPair::error_of(const Stretch& stretch) const {
+  const PairMotion& motion = stretch.motion;
+  return {motion.difference_m - calibration_.expected_difference(motion.middle_m, stretch.turn),
+          std::sqrt(calibration_.difference_variance(motion, stretch.turn))};
+}
+
 // One side slips if left, right and gyro disagree, and the other side agrees with the published
 // velocity.
 SlippingSide WheelPair::judge(const Stretch& whole) const {
   const PairMotion& motion = whole.motion;
-  const double error =
-      motion.difference_m - calibration_.expected_difference(motion.middle_m, whole.turn);
-  const double sigma = std::sqrt(calibration_.difference_variance(motion, whole.turn));
+  const auto [error, sigma] = error_of(whole);
   const double threshold = config_.slip_threshold;
   if (threshold <= 0 || std::abs(error) < threshold * sigma) return SlippingSide::kNone;
   const double half = 0.5 * motion.difference_m;
@@ -159,9 +164,7 @@ bool WheelPair::rules_out_common_slip() const {
     last.ground_m += each.ground_m;
   }
   const PairMotion& motion = last.motion;
-  const double error =
-      motion.difference_m - calibration_.expected_difference(motion.middle_m, last.turn);
-  const double sigma = std::sqrt(calibration_.difference_variance(motion, last.turn));
+  const auto [error, sigma] = error_of(last);
   const double larger = std::max(std::abs(motion.middle_m), std::abs(last.ground_m));
   const double share = larger > 0 ? std::abs(motion.middle_m - last.ground_m) / larger : 0.0;
   return std::abs(error) < kAgrees * sigma &&

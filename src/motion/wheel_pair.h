@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "estimation/state_estimator.h"
@@ -62,6 +63,7 @@ class WheelPair {
   };
 
   void interrupt();
+  std::pair<double, double> error_of(const Stretch& stretch) const;
   SlippingSide judge(const Stretch& whole) const;
   bool rules_out_common_slip() const;
   void use_other_side(StateInput& input, const std::vector<Step>& steps) const;
