@@ -44,6 +44,7 @@ class ImuPreintegration {
     Eigen::Vector3d v, p;  // in body i, gravity not taken out
   };
   Delta delta(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias) const;
+  Delta delta() const { return {q_, v_, p_}; }
 
   // Order: rotation (right perturbation of q), velocity, position.
   const Matrix9d& covariance() const { return covariance_; }

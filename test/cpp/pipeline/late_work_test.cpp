@@ -160,7 +160,8 @@ TEST(LateWork, MapperThatIsTooSlowChangesNoPoseInOdomAndItsCorrectionComesLater)
   live.drive_in_time(inputs, 0, at(30.0));
   const std::size_t corrections = live.corrections.size();
   Gate gate;
-  live.pipeline.save_ground(false, [&gate](const SavedGround&) { gate.wait(); });
+  live.pipeline.map().save_ground(live.pipeline.now(), false,
+                                  [&gate](const SavedGround&) { gate.wait(); });
   for (const Input& input : inputs) {
     const TimeNs time = time_of(input);
     if (time < at(30.0) || time >= at(35.0)) continue;
