@@ -209,7 +209,7 @@ class Peak:
     @property
     def beta(self) -> float: ...
     @property
-    def covariance(self) -> numpy.typing.NDArray[numpy.float64]:
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 7]"]:
         """
         7x7: sample, amplitude, alpha, beta, gamma, omega, phi
         """
@@ -575,8 +575,8 @@ class RevisitSearch:
         stretch_change: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> tuple[float, float, RevisitMatch] | None:
         """
-        newest: features (columns, rows) in the order driven, `moved` m after those of the last
-        call. The centre of their last patch is expected within `bound` m of the column
+        newest: features (columns, rows) in the order driven, `moved` m after those of the
+        last call. The centre of their last patch is expected within `bound` m of the column
         `expected` of `memory`. stretch_sigma, stretch_change: standard deviations of the
         logarithm of the length ratio of memory and query, and of its change since the last
         call. Returns (column, certainty, RevisitMatch), or None if no place is certain.
@@ -699,7 +699,9 @@ class GprTrace:
 
 class Standstill:
     """
-    The antenna stood between two times (ns). sigma: motion that the test may have missed, m. since: the antenna has not moved since this time, because the traces then and now are equal; 0: not compared.
+    The antenna stood between two times (ns). sigma: motion that the test may have missed, m.
+    since: the antenna has not moved since this time, because the traces then and now are
+    equal; 0: not compared.
     """
     def __init__(
         self,
@@ -761,9 +763,9 @@ class Outputs:
     @property
     def corrections(self) -> list[dict]:
         """
-        One dict per correction (map to odom), twice a second from the first loop closure on: time
-        (ns), position (3,) m and orientation (w x y z) of odom in map, covariance (6, 6) of the
-        robot's pose in map, revisits.
+        One dict per correction (map to odom), twice a second from the first loop closure on:
+        time (ns), position (3,) m and orientation (w x y z) of odom in map, covariance (6, 6)
+        of the robot's pose in map, revisits.
         """
     @property
     def displacements(self) -> list[dict]:
@@ -773,16 +775,16 @@ class Outputs:
     @property
     def odometry(self) -> dict[str, numpy.ndarray]:
         """
-        Arrays of one row per estimate, in odom: continuous, and without the corrections of loop
-        closures. time (ns), position (m), orientation (w x y z), velocity (m/s) and
-        angular_velocity (rad/s) in body, pose_covariance (n, 36), gyro_bias (rad/s), accel_bias
-        (m/s^2), wheel_scale (value, sigma), flags.
+        Arrays of one row per estimate, in odom: continuous, and without the corrections of
+        loop closures. time (ns), position (m), orientation (w x y z), velocity (m/s) and
+        angular_velocity (rad/s) in body, pose_covariance (n, 36), gyro_bias (rad/s),
+        accel_bias (m/s^2), wheel_scale (value, sigma), flags.
         """
     @property
     def odometry_map(self) -> dict[str, numpy.ndarray]:
         """
-        The same poses in map: with the correction of loop closures in effect at that time, so it
-        may jump where one comes into effect. The best path as published.
+        The same poses in map: with the correction of loop closures in effect at that time, so
+        it may jump where one comes into effect. The best path as published.
         """
     @property
     def status(self) -> list[dict]:
@@ -851,10 +853,10 @@ class Odometry:
     ) -> None:
         """
         config: path of a YAML file, or several, of which later ones override earlier ones;
-        empty for the defaults. set: an override 'key=value', or several. Raises ConfigError with
-        file, line and key. front_end: a radar front end of your own instead of gpr.front_end: a class, or
-        another callable without arguments, whose objects have add_trace(trace: GprTrace),
-        tick(time: int) -> list of findings and reset().
+        empty for the defaults. set: an override 'key=value', or several. Raises ConfigError
+        with file, line and key. front_end: a radar front end of your own instead of
+        gpr.front_end: a class, or another callable without arguments, whose objects have
+        add_trace(trace: GprTrace), tick(time: int) -> list of findings and reset().
         """
     def add_displacement(
         self,
@@ -913,8 +915,8 @@ class Odometry:
         resolution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None:
         """
-        distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres, 0 if it is
-        finer than wheel.noise_floor.
+        distance: signed, cumulative, metres; resolution: of one tick of the encoder, metres,
+        0 if it is finer than wheel.noise_floor.
         """
     def add_wheels(
         self,
@@ -1031,9 +1033,9 @@ class GroundMap:
     def merged(self, other: GroundMap) -> dict:
         """
         This map and another file's, its tracks joined where ground that both drove over
-        proves how they lie: ground, known_m (m of the other's ground that was left out), joins
-        (of each map of the other). Where no ground proves it, maps in one site are joined
-        by their datums. Raises ValueError where the files cannot be compared.
+        proves how they lie: ground, known_m (m of the other's ground that was left out),
+        joins (of each map of the other). Where no ground proves it, maps in one site are
+        joined by their datums. Raises ValueError where the files cannot be compared.
         """
     def part(
         self,
@@ -1059,9 +1061,9 @@ class GroundMap:
     def sessions(self) -> list:
         """
         The drives and antennas that the ground comes from: times of the first and last column
-        stored (ns), position of the antenna in body (m), its id (0 before version 6), program,
-        robot (empty where it is not known), and standard deviations of the odometry: m and rad
-        after a metre, and ln of the wheel's scale. None in version 1.
+        stored (ns), position of the antenna in body (m), its id (0 before version 6),
+        program, robot (empty where it is not known), and standard deviations of the odometry:
+        m and rad after a metre, and ln of the wheel's scale. None in version 1.
         """
     def times(self) -> numpy.typing.NDArray[numpy.int64]:
         """

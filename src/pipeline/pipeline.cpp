@@ -141,11 +141,12 @@ std::string Pipeline::add_factor(const UserFactor& factor) {
 
 void Pipeline::count_jump() {
   if (!motion_.take_jump()) return;
-  health_.count(
-      input_.wheel_channel(),
-      config_.wheel.max_speed > 0
-          ? "beyond wheel.max_speed: the distance jumped, or the robot is faster than that"
-          : "distance jumped: the encoder was set back, or a count is wrong");
+  if (config_.wheel.max_speed > 0)
+    health_.count(input_.wheel_channel(),
+                  "beyond wheel.max_speed: the distance jumped, or the robot is faster than that");
+  else
+    health_.count(input_.wheel_channel(),
+                  "distance jumped: the encoder was set back, or a count is wrong");
 }
 
 void Pipeline::start() {
