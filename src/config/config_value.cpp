@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 namespace gprodom {
 namespace {
@@ -133,7 +134,7 @@ bool read(const ConfigKey& key, const YAML::Node& node, std::map<int, Value>& fi
     if (!id || !read(key, entry.second, value) || !by_antenna.emplace(*id, value).second)
       return false;
   }
-  field = by_antenna;
+  field = std::move(by_antenna);
   return true;
 }
 
