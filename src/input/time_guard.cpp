@@ -73,11 +73,9 @@ std::string TimeGuard::take_stray(TimeNs time, TimeNs stamp, const char* reason)
   return moved() ? reason : "";
 }
 
-// The first stray came one interval after the IMU's newest stamp in reach.
 void TimeGuard::carry_on(TimeNs time, TimeNs stamp) {
   Track& imu = tracks_[kImu];
-  const TimeNs since_first = time - imu.first_stray;
-  imu.newest += since_first + since_first / (imu.strays - 1);
+  imu.newest += time - imu.first_stray;
   offset_ = imu.newest - stamp;
   imu.strays = 0;
 }
