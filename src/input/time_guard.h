@@ -41,7 +41,7 @@ class TimeGuard {
   bool moved() const { return tracks_[kImu].strays >= kStraysToMove && others_had_time(); }
 
  private:
-  static constexpr int kStraysToMove = 50;
+  static constexpr int kStraysToMove = 50;  // agreeing, of a clock that was set
   // A stamp ahead of all others is an error of one message, unless the next ones agree with it.
   static constexpr int kStraysToFollow = 3;
   static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor is heard within it if it runs
