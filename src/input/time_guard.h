@@ -24,8 +24,7 @@ class TimeGuard {
   explicit TimeGuard(const TimeConfig& config);
 
   // Returns the reason to drop the stamp; empty if it is usable. If the clock was set while the
-  // estimator ran (back; or ahead, together with those of all other running sensors), the stamp is
-  // changed to continue the time before.
+  // estimator ran, that of one sensor or of all, the stamp is changed to continue the time before.
   std::string check(Source source, TimeNs& time);
 
   // From the continued time to the sensors' own clock, for outputs. After the clock was set ahead
@@ -36,17 +35,21 @@ class TimeGuard {
   // the IMU these stamps are neither checked nor used.
   TimeNs newest_of_others() const;
 
-  // The IMU's clock alone was set ahead: many of its messages in a row agreed on a time far ahead,
-  // and the other sensors did not. The estimator must start again.
-  bool moved() const { return tracks_[kImu].strays >= kStraysToMove && others_had_time(); }
+  // The IMU's stamps have jumped ahead for good, by so much that no gap is bridged, and no other
+  // sensor tells the time. The estimator must start again.
+  bool moved() const;
 
  private:
-  static constexpr int kStraysToMove = 50;  // agreeing, of a clock that was set
+  static constexpr std::array kSensors{kWheel, kWheels, kGpr};  // whose stamps tell the time, too
   // A stamp ahead of all others is an error of one message, unless the next ones agree with it.
   static constexpr int kStraysToFollow = 3;
+  // The IMU's clock was set back if so many in a row are late: one in five late gives 1e-7 of it.
+  static constexpr int kStraysToMove = 10;
   static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor is heard within it if it runs
+  static constexpr TimeNs kAgree = 500'000'000;  // ns; so long, stamps of a clock that was set do
   static constexpr TimeNs kMostAhead =
-      3'000'000'000'000'000'000;                          // ns, sum of steps that are followed
+      3'000'000'000'000'000'000;  // ns, sum of steps that are followed
+  static constexpr TimeNs kLatest = 4'000'000'000'000'000'000;  // ns, in 2096: sums stay in range
   static constexpr TimeNs kLongestGap = 100'000'000'000;  // ns; after a longer gap: start again
 
   struct Track {
@@ -56,17 +59,27 @@ class TimeGuard {
     int strays = 0;           // their number
     long at_newest = 0;       // imu_accepted_ when `newest` came
     long at_first_stray = 0;  // imu_accepted_ when `first_stray` came
+    // Of another sensor:
+    TimeNs at_imu_stray = 0;  // `newest` when the IMU's first stray came
+    struct Lag {
+      TimeNs lag = 0, at = 0;  // its stamp less the IMU's newest one; that stamp of the IMU
+    };
+    Lag accepted, first_off;  // of the newest one in reach; of the first of those off by one time
+    int off = 0;              // their number
+    TimeNs offset = 0;        // to its stamps, since its clock was set alone
   };
 
   std::string check_imu(TimeNs time, TimeNs stamp);
   std::string take_stray(TimeNs time, TimeNs stamp, const char* reason);
   bool others_had_time() const;
-  bool all_were_silent(TimeNs time) const;
+  bool others_go_on() const;
   bool all_are_ahead(TimeNs time) const;
   std::string step_ahead();
   TimeNs ahead() const { return steps_.empty() ? 0 : steps_.back().ahead; }
+  void carry_on(TimeNs time, TimeNs stamp);
   std::string check_other(Source source, TimeNs time);
-  bool confirmed_by_others(TimeNs time) const;
+  bool was_set(Track& track, TimeNs lag) const;
+  bool confirmed_by_others(TimeNs time, bool after_a_pause) const;
   void add_stray(Track& track, TimeNs time) const;
 
   TimeNs reorder_;
