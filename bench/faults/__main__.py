@@ -95,16 +95,17 @@ def replay(task: Task, args: argparse.Namespace) -> dict[str, Any]:
     first, last = messages[0][0], messages[-1][0]
     begin = round(first + BEGIN * (last - first))
     with tempfile.TemporaryDirectory(dir=args.output) as name:
-        log, seconds = task.log, 0.0
+        log, seconds, jump = task.log, 0.0, 0.0
         if task.fault:
             fault = faults_of(args.combinations)[task.fault]
             rng = np.random.default_rng([1 + task.draw, zlib.crc32(fault.name.encode())])
             log = write_events(fault.apply(messages, rng, begin), Path(name) / "in.lcmlog")
+            jump = fault.jump
             seconds = (last - begin) * 1e-6 if fault.seconds is None else fault.seconds
         made = Path(name) / "out.lcmlog"
         try:
             run_replay(log, made, args.configs, poses_needed=False)  # silence is judged too
-            return outcome.judge(made, truth, begin, begin + seconds * kinds.SECOND)
+            return outcome.judge(made, truth, begin, begin + seconds * kinds.SECOND, jump)
         except Error as error:
             return {"ended": str(error)}
 

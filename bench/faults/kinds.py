@@ -11,6 +11,7 @@ import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Fault:
 
     seconds: how long it lasts; None: here and there over the whole run.
     told: STATUS can know of it. A constant offset of a clock, say, shows nowhere.
-    keeps_time: what comes out bears the times of the truth.
+    jump: of all clocks, or of the IMU's, us; what comes out may have made it.
     by_chance: another draw is another fault.
     """
 
@@ -43,7 +44,7 @@ class Fault:
     apply: Callable[[list[Message], Random, int], list[Message]]
     seconds: float | None = None
     told: bool = True
-    keeps_time: bool = True
+    jump: float = 0.0
     by_chance: bool = False
 
 
@@ -69,7 +70,7 @@ def sensors_of(channel: str) -> tuple[str, ...]:
     return SENSORS if channel == "all" else (channel,)
 
 
-def during(channel: str, seconds: float, change: Change, name: str, **traits: bool) -> Fault:
+def during(channel: str, seconds: float, change: Change, name: str, **traits: Any) -> Fault:
     """Every message of a sensor is changed for a while."""
 
     def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
@@ -270,14 +271,14 @@ def late(share: float) -> Fault:
 def stamps(channel: str) -> list[Fault]:
     """Stamps of one sensor, or of all, that jump: here and there, or for good."""
     jumps = {"+1 s": SECOND, "-1 s": -SECOND, "+1 h": HOUR, "-1 h": -HOUR}
-    keeps_time = channel not in ("all", IMU)
     faults = []
     for name, jump in jumps.items():
         jumped = partial(shifted, by_us=jump)
         if channel != "all":
             faults.append(now_and_then(channel, jumped, f"{channel} 1% of stamps {name}"))
         for_good = f"{channel} stamps {name} for good"
-        faults.append(during(channel, FOR_GOOD, jumped, for_good, keeps_time=keeps_time))
+        of_outputs = jump if channel in ("all", IMU) else 0.0
+        faults.append(during(channel, FOR_GOOD, jumped, for_good, jump=of_outputs))
     return faults
 
 
@@ -330,7 +331,7 @@ def combination(seed: int) -> Fault:
     pool = [
         fault
         for fault in all_faults()
-        if fault.keeps_time and not (fault.name.startswith(IMU) and fault.seconds == FOR_GOOD)
+        if fault.jump == 0.0 and not (fault.name.startswith(IMU) and fault.seconds == FOR_GOOD)
     ]
     drawn = [pool[i] for i in rng.choice(len(pool), 3, replace=False)]
 

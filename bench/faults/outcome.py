@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +57,24 @@ def said_in(messages: list[Any]) -> dict[str, float]:
     return said
 
 
-def error_m(log: Path, truth: Trajectory) -> float:
-    """Position RMSE; NaN where there are too few poses with the truth's times."""
+def error_m(log: Path, truth: Trajectory, begin: float, jump: float) -> float:
+    """Position RMSE; NaN where there are too few poses with the truth's times.
+
+    Clocks that jumped at `begin` (us): by the poses' stamps or by those less the jump, whichever
+    the poses follow.
+    """
     poses = read_poses(log, "ODOMETRY_MAP")
-    if len(poses) == 0:
+    clocks = [poses.time]
+    if jump:
+        since = poses.time > begin + max(jump, 0.0)
+        clocks.append(poses.time - np.where(since, round(jump), 0))
+    errors = [_rmse(replace(poses, time=time), truth) for time in clocks]
+    return min((error for error in errors if np.isfinite(error)), default=float("nan"))
+
+
+def _rmse(poses: Trajectory, truth: Trajectory) -> float:
+    within = (poses.time >= truth.time[0]) & (poses.time <= truth.time[-1])
+    if np.sum(within) < 0.9 * len(poses) or not within.any():  # they follow another clock
         return float("nan")
     try:
         return rmse(without_repeats(poses), truth)
@@ -67,7 +82,7 @@ def error_m(log: Path, truth: Trajectory) -> float:
         return float("nan")
 
 
-def judge(log: Path, truth: Trajectory, begin: int, end: float) -> dict[str, Any]:
+def judge(log: Path, truth: Trajectory, begin: int, end: float, jump: float) -> dict[str, Any]:
     """The outcome of a replay whose fault lasted from `begin` to `end` (us).
 
     error_m: position RMSE in `map`, as published, aligned in the plane; NaN without enough poses.
@@ -84,7 +99,7 @@ def judge(log: Path, truth: Trajectory, begin: int, end: float) -> dict[str, Any
     ]
     recovered = max(0.0, (unwell[-1] - end) * 1e-6) if unwell else 0.0
     return {
-        "error_m": error_m(log, truth),
+        "error_m": error_m(log, truth, begin, jump),
         "finite": all_finite(log),
         "monotone": bool(np.all(steps > 0) and np.all(in_map > 0)),
         "silent_s": float(steps.max()) * 1e-6 if len(steps) else float("inf"),
