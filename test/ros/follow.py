@@ -34,7 +34,12 @@ from bag import SIDES, WHEEL_JOINT, WHEEL_RADIUS_M
 
 PATIENCE_S = 60.0
 # A node says one of these where data or an answer came too late for its poses to be as in replay.
-LATE = ("later than time.reorder_window", "not ready after", "not answered within")
+LATE = (
+    "later than time.reorder_window",
+    "not ready after",
+    "not answered within",
+    "joined with later input",
+)
 # A wheel tick has no stamp and counts when it comes in: if that many of a hundred come that much
 # later (s of the clock), the poses are not those of replay. An IMU message has a stamp and shows
 # how late this machine is.

@@ -43,7 +43,14 @@ from kit import (
 )
 
 SPEED = 4.0  # times real time
-LATE_BOUND_M = 1.0 if IS_SANITIZED else 0.1  # of poses, where results were late
+# The node counts one of these where data or a result came too late for poses as in replay.
+LATE = (
+    "later than time.reorder_window",
+    "not answered within",
+    "not ready after",
+    "joined with later input",
+)
+LATE_BOUND_M = 1.0 if IS_SANITIZED else 0.1  # of poses, where something was late
 OUTPUTS = {
     "/odometry": (ODOMETRY, "r"),
     "/odometry_map": (ODOMETRY, "r"),
@@ -78,17 +85,28 @@ def position(m: Any) -> tuple[float, float, float]:
 def check_poses(records: list[Record], drive: Path, bound_m: float = 0.0) -> None:
     """All poses of the replay, once and in order, and the same; the default: to the last bit.
 
-    Where a result of the radar, the window or the map was late, as on a busy machine, it took
-    effect at another time than in replay, and the poses are only about the same.
+    Where data or a result of the radar, the window or the map was late, as on a busy machine, it
+    took effect at another time than in replay, and the poses are only about the same. So may those
+    be that came after the last status.
     """
-    told = values_of(received(records, "/diagnostics"), "gprodom: odometry")
-    late = [name for name in told if "not answered within" in name or "not ready after" in name]
+    diagnostics = received(records, "/diagnostics")
+    told = values_of(diagnostics, "gprodom: odometry")
+    late = [name for name in told if any(text in name for text in LATE)]
+    told_until = max(
+        utime_of(m.header.stamp)
+        for m in diagnostics
+        if any(status.name == "gprodom: odometry" for status in m.status)
+    )
     for topic, channel in (("/odometry", "ODOMETRY"), ("/odometry_map", "ODOMETRY_MAP")):
         expected = replayed(drive, channel)
         poses = received(records, topic)
         assert [utime_of(m.header.stamp) for m in poses] == list(expected)
-        apart_m = max(math.dist(position(m), expected[utime_of(m.header.stamp)]) for m in poses)
-        assert apart_m <= (LATE_BOUND_M if late else bound_m), late
+        apart_m = {
+            (t := utime_of(m.header.stamp)): math.dist(position(m), expected[t]) for m in poses
+        }
+        assert max(apart_m.values()) <= LATE_BOUND_M, late
+        off = [t for t, m in apart_m.items() if m > bound_m and t <= told_until]
+        assert late or not off, (topic, f"{(off[0] - told_until) * 1e-6} s before the end", told)
 
 
 def play(folder: Path, drive: Path, wheel: str, *options: str) -> list[Record]:

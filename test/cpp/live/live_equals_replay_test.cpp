@@ -99,7 +99,8 @@ Lines lived(const Config& config, const std::vector<Input>& inputs, double pace)
 bool is_late(const std::vector<std::string>& told) {
   return std::any_of(told.begin(), told.end(), [](const std::string& line) {
     return line.find("tick not answered") != std::string::npos ||
-           line.find("not ready after") != std::string::npos;
+           line.find("not ready after") != std::string::npos ||
+           line.find("joined with later input") != std::string::npos;
   });
 }
 
