@@ -4,8 +4,9 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 #include <vector>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -17,48 +18,46 @@ struct Answer {
   bool valid;
 };
 
-const auto kAlways = [](double) { return true; };
+// A robot at kSpeed; each span of 1 s errs by a factor exp(spread * normal). What holds at each
+// time:
+struct Drive {
+  unsigned seed;
+  int seconds;
+  double spread;
+  std::function<double(double)> metres_per_length = [](double) { return 0.06; };  // of the ground
+  std::function<std::int32_t(double)> flags = [](double) { return 0; };
+  std::function<double(double)> seen = [](double) { return 1.0; };  // published speed over true
+  std::function<bool(double)> speed_known = [](double) { return true; };
+};
 
-// A robot at kSpeed over ground of `metres_per_length(t)`; each span of 1 s errs by a factor
-// exp(spread * normal). `flags`, `seen` (published speed over true) and whether the
-// speed is known, at each time.
-std::vector<Answer> drive(unsigned seed, int seconds, double spread,
-                          const std::function<double(double)>& metres_per_length,
-                          const std::function<std::int32_t(double)>& flags,
-                          const std::function<double(double)>& seen,
-                          const std::function<bool(double)>& speed_known = kAlways) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
+std::vector<Answer> driven(const Drive& drive) {
+  Noise normal(drive.seed);
   CoherenceScale scale;
   std::vector<Answer> answers;
-  for (int i = 0; i <= seconds * 200; ++i) {
+  for (int i = 0; i <= drive.seconds * 200; ++i) {
     const double t = i * 0.005;
     OdometryEstimate estimate;
     estimate.time = from_seconds(10 + t);
-    estimate.v_body.x() = kSpeed * seen(t);
-    estimate.flags = flags(t);
-    scale.add(estimate, speed_known(t));
+    estimate.v_body.x() = kSpeed * drive.seen(t);
+    estimate.flags = drive.flags(t);
+    scale.add(estimate, drive.speed_known(t));
     if (i == 0 || i % 200 != 0) continue;
     gpr::PathLength path;
     path.from = from_seconds(10 + t - 1);
     path.to = from_seconds(10 + t);
     path.valid = true;
-    path.lengths = kSpeed / metres_per_length(t) * std::exp(spread * normal(random));
+    path.lengths = kSpeed / drive.metres_per_length(t) * std::exp(drive.spread * normal());
     const Displacement metres = scale.to_metres(path);
     answers.push_back({t, metres.distance_m, metres.sigma_m, metres.valid});
   }
   return answers;
 }
 
-const auto kSound = [](double) { return 0; };
-const auto kTrue = [](double) { return 1.0; };
-
 TEST(CoherenceScale, VarianceIsThatOfTheErrors) {
   for (const double spread : {0.08, 0.15, 0.3}) {
     double squares = 0, n = 0;
     for (unsigned seed = 0; seed < 100; ++seed)
-      for (const Answer& a : drive(
-               seed, 120, spread, [](double) { return 0.06; }, kSound, kTrue))
+      for (const Answer& a : driven({seed, 120, spread}))
         if (a.time > 60) {
           ASSERT_TRUE(a.valid);
           squares += std::pow((a.distance_m - kSpeed) / a.sigma_m, 2);
@@ -71,16 +70,14 @@ TEST(CoherenceScale, VarianceIsThatOfTheErrors) {
 }
 
 TEST(CoherenceScale, HasALargeVarianceAtFirstAndNoValueBeforeLearning) {
-  const auto answers = drive(
-      1, 60, 0.1, [](double) { return 0.06; }, kSound, kTrue);
+  const auto answers = driven({1, 60, 0.1});
   EXPECT_FALSE(answers[2].valid);
   EXPECT_TRUE(answers[12].valid);
   EXPECT_GT(answers[12].sigma_m, 1.3 * answers[58].sigma_m);
 }
 
 TEST(CoherenceScale, FollowsTheGround) {
-  const auto answers = drive(
-      2, 120, 0.05, [](double t) { return t < 60 ? 0.06 : 0.03; }, kSound, kTrue);
+  const auto answers = driven({2, 120, 0.05, [](double t) { return t < 60 ? 0.06 : 0.03; }});
   EXPECT_NEAR(answers[58].distance_m, kSpeed, 0.06);
   EXPECT_NEAR(answers[118].distance_m, kSpeed, 0.06);
   EXPECT_GT(answers[64].sigma_m, 2 * answers[58].sigma_m);  // the jump was not foreseen
@@ -113,25 +110,20 @@ TEST(CoherenceScale, BeginsAnewWithAnotherUnit) {
 }
 
 // The published speed is wrong from 60 s on; a slip is flagged up to half a second late.
-TEST(CoherenceScale, LearnsNothingFromASlip) {
-  const auto answers = drive(
-      3, 90, 0.05, [](double) { return 0.06; },
-      [](double t) { return t > 60.4 && t < 90 ? kSlipping : 0; },
-      [](double t) { return t > 60 ? 1.8 : 1.0; });
-  for (const Answer& a : answers) {
-    if (a.time <= 20) continue;
-    EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
-  }
-  EXPECT_GT(answers[88].sigma_m, 1.15 * answers[62].sigma_m);  // the variance grows with distance
-}
-
-TEST(CoherenceScale, LearnsNothingFromASpeedThatIsNotKnown) {
-  const auto answers = drive(
-      3, 90, 0.05, [](double) { return 0.06; }, kSound, [](double t) { return t > 60 ? 1.8 : 1.0; },
-      [](double t) { return t <= 60; });
-  for (const Answer& a : answers) {
-    if (a.time <= 20) continue;
-    EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
+TEST(CoherenceScale, LearnsNothingFromASlipNorFromASpeedThatIsNotKnown) {
+  Drive slips{3, 90, 0.05};
+  slips.seen = [](double t) { return t > 60 ? 1.8 : 1.0; };
+  Drive unknown = slips;
+  slips.flags = [](double t) { return t > 60.4 && t < 90 ? kSlipping : 0; };
+  unknown.speed_known = [](double t) { return t <= 60; };
+  for (const Drive& drive : {slips, unknown}) {
+    const auto answers = driven(drive);
+    for (const Answer& a : answers) {
+      if (a.time <= 20) continue;
+      EXPECT_NEAR(a.distance_m, kSpeed, 0.08) << a.time;
+    }
+    // The variance grows with distance.
+    EXPECT_GT(answers[88].sigma_m, 1.15 * answers[62].sigma_m);
   }
 }
 

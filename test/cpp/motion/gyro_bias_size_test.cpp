@@ -4,7 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -19,8 +20,7 @@ struct Drive {
 };
 
 GyroBiasSize size_of(const Drive& drive, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> n;
+  Noise n(seed);
   const auto speed = [](double t) { return 1.0 + 0.3 * std::sin(1.5 * t); };
   std::vector<ImuSample> samples;
   for (int i = 0; i <= 400; ++i) {
@@ -32,15 +32,14 @@ GyroBiasSize size_of(const Drive& drive, unsigned seed) {
     // To first order in roll and pitch.
     const Vector3d force(-g * pitch + 0.45 * std::cos(1.5 * t), g * roll + turning * speed(t), g);
     const Vector3d rate(roll_rate - turning * pitch, pitch_rate + turning * roll, turning);
-    samples.push_back({from_seconds(t),
-                       force + drive.vibration * Vector3d(n(random), n(random), n(random)),
-                       rate + drive.bias});
+    samples.push_back(
+        {from_seconds(t), force + drive.vibration * Vector3d(n(), n(), n()), rate + drive.bias});
   }
   WheelSpeeds wheel;
   for (int k = 0; k < 20; ++k) {
     const double t = (k + 0.5) * WheelSpeeds::kPart;
     const bool slips = t > 1.5 && t < 2.5;
-    wheel.mps.push_back(speed(t) * (slips ? 1 + drive.slip : 1.0) + 0.005 * n(random));
+    wheel.mps.push_back(speed(t) * (slips ? 1 + drive.slip : 1.0) + 0.005 * n());
   }
   return gyro_bias_size(samples, wheel);
 }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <random>
 
 #include "motion/motion_judge.h"
+#include "support/noise.h"
 
 namespace gprodom {
 
@@ -30,7 +30,9 @@ inline gpr::Standstill stood(double from, double to) {
 // A robot whose sensors say what the test sets, and whose states and estimates are exact.
 class Robot {
  public:
-  explicit Robot(const Config& config = {}) : judge(config) {
+  // mps: of the robot and of its wheel.
+  explicit Robot(const Config& config = {}, double mps = 0.0)
+      : judge(config), speed(mps), wheel_speed(mps) {
     newest.state.time = from_seconds(kStart);
     newest.state.gyro_bias = kBias;
     newest.solve.usable = true;
@@ -43,10 +45,10 @@ class Robot {
   void receive(const gpr::Finding& finding) {
     judge.add_radar(finding, PlacedDisplacement(judge.in_metres(finding)));
   }
-  double speed = 0.0, wheel_speed = 0.0;  // m/s
-  double vibration = 1.0;                 // of the noise at standstill
-  double extra_rate = 0.0;                // rad/s about z, beyond the bias
-  double acceleration = 0.0;              // m/s^2, forwards
+  double speed, wheel_speed;  // m/s
+  double vibration = 1.0;     // of the noise at standstill
+  double extra_rate = 0.0;    // rad/s about z, beyond the bias
+  double acceleration = 0.0;  // m/s^2, forwards
   bool imu_speaks = true, wheel_speaks = true;
   int imu_every = 1;   // of kImuRate
   StateResult newest;  // in effect; its time and standing are set here
@@ -92,17 +94,13 @@ class Robot {
     ImuSample s{time, {acceleration, 0, 9.80665}, kBias};
     s.angular_velocity.z() += extra_rate;
     const double scale = vibration * std::sqrt(kImuRate / imu_every);
-    for (int axis = 0; axis < 3; ++axis) {
-      s.acceleration[axis] += scale * kReference.accel_density * noise_(random_);
-      s.angular_velocity[axis] += scale * kReference.gyro_density * noise_(random_);
-    }
+    noise_.shake(s, scale * kReference.accel_density, scale * kReference.gyro_density);
     return s;
   }
 
   double wheel_m_ = 3.0;
   int i_ = 0;
-  std::mt19937 random_{1};
-  std::normal_distribution<double> noise_;
+  Noise noise_{1};
 };
 
 }  // namespace gprodom

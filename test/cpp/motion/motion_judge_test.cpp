@@ -4,17 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "motion/judged_robot.h"
 #include "motion/radar_finding.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
 
 TEST(MotionJudge, AnswersForTheWholeInterval) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.vibration = 3.0;
   robot.drive(5);
   const StateInput input = robot.next();
@@ -49,10 +48,14 @@ TEST(MotionJudge, TheNoiseIsThatOfTheIntervalAndNeverLessThanAtStandstill) {
 
 // An IMU of 10 Hz has two samples an interval, and ten a second.
 TEST(MotionJudge, TheNoiseOfASlowImuIsThatOfItsLastSamples) {
-  Robot robot;
-  robot.imu_every = 20;
-  robot.vibration = 4;
-  EXPECT_NEAR(robot.drive(50).noise.accel_density / kReference.accel_density, 4, 1.2);
+  for (const int every : {20, 8, 4}) {
+    Robot robot;
+    robot.imu_every = every;
+    robot.vibration = 4;
+    const ImuNoise noise = robot.drive(50).noise;
+    EXPECT_NEAR(noise.accel_density / kReference.accel_density, 4, 1.2) << every;
+    EXPECT_NEAR(noise.gyro_density / kReference.gyro_density, 4, 1.2) << every;
+  }
 }
 
 TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
@@ -100,8 +103,7 @@ TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReac
 TEST(MotionJudge, UnsignedMotionOfAnotherProcessEntersWhateverTheCoherenceMay) {
   Config config;
   config.gpr.coherence.use = CoherenceUse::kNever;
-  Robot robot(config);
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot(config, kSpeed);
   Displacement d = to_displacement(moved(kStart, kStart + 0.2));
   d.kind = DisplacementKind::kMotion;
   robot.judge.add_external(d);
@@ -116,8 +118,7 @@ TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
     for (const bool wheel_speaks : {true, false}) {
       Config config;
       config.gpr.coherence.use = use;
-      Robot robot(config);
-      robot.speed = robot.wheel_speed = kSpeed;
+      Robot robot(config, kSpeed);
       robot.wheel_speaks = wheel_speaks;
       const gpr::PathLength path = went(kStart, kStart + 0.2, 2.0);
       Displacement in_metres = to_displacement(path, 0.05);  // as if that had been learnt
@@ -131,8 +132,7 @@ TEST(MotionJudge, TheCoherenceEntersWhereTheWheelIsDoubtedUnlessToldOtherwise) {
 }
 
 TEST(MotionJudge, ASlipIsToldOnceFlaggedAndContradictsTheWheel) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.vibration = 3.0;
   robot.drive(10);
   EXPECT_EQ(robot.slips_told, 0);
@@ -154,8 +154,7 @@ TEST(MotionJudge, ASlipIsToldOnceFlaggedAndContradictsTheWheel) {
 TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
   Config config;
   config.smoother.lag = 2.0;
-  Robot robot(config);
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot(config, kSpeed);
   robot.newest.carried = true;
   robot.drive(5);
   robot.newest.carried = false;
@@ -167,8 +166,7 @@ TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
 }
 
 TEST(MotionJudge, AfterAGapTheWheelIsJudgedFromTheFirstStateThatIsNotBridged) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.drive(5);
   robot.newest.bridged = true;
   robot.next();
@@ -182,8 +180,7 @@ TEST(MotionJudge, AfterAGapTheWheelIsJudgedFromTheFirstStateThatIsNotBridged) {
 }
 
 TEST(MotionJudge, TheFlagsTellOfTheNewestState) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.newest.no_wheel = true;
   robot.drive(2);
   EXPECT_EQ(robot.flags, kNoWheel);
@@ -196,8 +193,7 @@ TEST(MotionJudge, TheFlagsTellOfTheNewestState) {
 TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
   Config config;
   config.smoother.lag = 2.0;
-  Robot robot(config);
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot(config, kSpeed);
   robot.drive(10);
   robot.speed = 1.8 * kSpeed;
   StateInput input;
@@ -222,8 +218,7 @@ TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
 TEST(MotionJudge, WhatADecorrelationLengthIsIsLearntFromWhatIsPublished) {
   constexpr double kMetresPerLength = 0.04;
   for (const bool wheel_speaks : {true, false}) {
-    Robot robot;
-    robot.speed = robot.wheel_speed = kSpeed;
+    Robot robot({}, kSpeed);
     robot.newest.no_wheel = !wheel_speaks;
     robot.drive(5);
     Displacement metres;
@@ -266,8 +261,7 @@ TEST(MotionJudge, AMovedGyroBiasIsFoundAtAStandstill) {
 
 TEST(MotionJudge, AWheelSilentWithTheImuHasCountedOn) {
   for (const bool imu_speaks : {true, false}) {
-    Robot robot;
-    robot.speed = robot.wheel_speed = kSpeed;
+    Robot robot({}, kSpeed);
     robot.drive(3);
     robot.imu_speaks = imu_speaks;
     robot.wheel_speaks = false;
@@ -306,6 +300,34 @@ TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
   EXPECT_FALSE(robot.next().has_wheel);
 }
 
+// A robot before its first state, with IMU and wheel at 100 Hz.
+class Starting {
+ public:
+  explicit Starting(const Config& config = {}) : judge(config) {}
+
+  // The next samples.
+  void go_on(double wheel_mps, double push = 0.0) {
+    ImuSample imu{from_seconds(seconds()), {push, 0, 9.80665}, kBias};
+    imu.acceleration += noise_.vector(0.01);
+    judge.add(imu);
+    judge.add(WheelSample{imu.time, wheel_m_ += 0.01 * wheel_mps});
+    ++i_;
+  }
+  double seconds() const { return 0.01 * i_; }
+
+  // The first state if there is one, ten times a second.
+  std::optional<InitialState> asked() {
+    return i_ % 10 == 0 ? judge.initialize().initial : std::nullopt;
+  }
+
+  MotionJudge judge;
+
+ private:
+  Noise noise_{1};
+  double wheel_m_ = 0.0;
+  int i_ = 0;
+};
+
 TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
   struct Case {
     double wheel_speed;
@@ -315,15 +337,9 @@ TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
                                                    Case{0.0, true, true}, Case{0.5, true, false}}) {
     Config config;
     config.initializer.wait_for_standstill = waits;
-    MotionJudge judge{config};
-    std::mt19937 random(1);
-    std::normal_distribution<double> noise(0.0, 0.01);
-    for (int i = 0; i < 800; ++i) {
-      const TimeNs time = from_seconds(i * 0.01);
-      judge.add(ImuSample{time, {noise(random), noise(random), 9.80665 + noise(random)}, kBias});
-      judge.add(WheelSample{time, wheel_speed * 0.01 * i});
-    }
-    const Initialization start = judge.initialize();
+    Starting robot(config);
+    while (robot.seconds() < 7.995) robot.go_on(wheel_speed);
+    const Initialization start = robot.judge.initialize();
     ASSERT_EQ(start.initial.has_value(), starts) << start.refusal;
     if (!starts) {
       EXPECT_NE(start.refusal.find("hold the robot still"), std::string::npos) << start.refusal;
@@ -339,21 +355,14 @@ TEST(MotionJudge, TheFirstStateComesFromAStandstillOrFromTheMove) {
 // A robot that brakes, stands for less than initializer.duration and drives on: the stop shows tilt
 // and bias, the braking before it must not be taken for a part of it.
 TEST(MotionJudge, StartsFromAShortStopWithoutTheBrakingBeforeIt) {
-  MotionJudge judge{Config{}};
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0.0, 0.01);
-  double wheel_m = 0;
+  Starting robot;
   std::optional<InitialState> initial;
-  for (int i = 0; i < 800 && !initial; ++i) {
-    const double t = i * 0.01, brakes_at = 1.5, stands_at = 2.5, drives_at = 4.0;
+  while (robot.seconds() < 8 && !initial) {
+    const double t = robot.seconds(), brakes_at = 1.5, stands_at = 2.5, drives_at = 4.0;
     const bool brakes = t >= brakes_at && t < stands_at;
     const double speed = t < brakes_at || t >= drives_at ? 0.5 : brakes ? 0.5 * (stands_at - t) : 0;
-    wheel_m += 0.01 * speed;
-    const TimeNs time = from_seconds(t);
-    judge.add(ImuSample{
-        time, {noise(random) - (brakes ? 0.5 : 0), noise(random), 9.80665 + noise(random)}, kBias});
-    judge.add(WheelSample{time, wheel_m});
-    if (i % 10 == 0 && t > brakes_at + 0.5) initial = judge.initialize().initial;
+    robot.go_on(speed, brakes ? -0.5 : 0);
+    if (t > brakes_at + 0.5) initial = robot.asked();
     if (initial) {
       EXPECT_TRUE(t > stands_at && t < drives_at) << t;
     }
@@ -368,18 +377,11 @@ TEST(MotionJudge, StartsFromAShortStopWithoutTheBrakingBeforeIt) {
 // Seconds until a robot at 0.5 m/s starts on the move, whose wheel slips until `slips_until`, and
 // again and again after that if it `jerks`.
 double starts_after(double slips_until, bool jerks) {
-  MotionJudge judge{Config{}};
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0.0, 0.01);
-  double wheel_m = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const double t = i * 0.01;
-    const bool slips = t < slips_until || (jerks && std::fmod(t, 3.5) < 0.8);
-    wheel_m += 0.01 * (slips ? 0.75 : 0.5);
-    const TimeNs time = from_seconds(t);
-    judge.add(ImuSample{time, {noise(random), noise(random), 9.80665 + noise(random)}, kBias});
-    judge.add(WheelSample{time, wheel_m});
-    if (i % 10 == 0 && t > 2 && judge.initialize().initial) return t;
+  Starting robot;
+  while (robot.seconds() < 20) {
+    const double t = robot.seconds();
+    robot.go_on(t < slips_until || (jerks && std::fmod(t, 3.5) < 0.8) ? 0.75 : 0.5);
+    if (t > 2 && robot.asked()) return t;
   }
   return 20.0;
 }

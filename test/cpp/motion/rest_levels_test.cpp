@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "motion/rest/vibration.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -12,17 +14,13 @@ namespace {
 constexpr ImuNoise kOwn{2e-4, 8e-4};
 
 std::vector<ImuSample> second(double vibration) {
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise;
+  Noise noise(1);
   std::vector<ImuSample> samples;
   constexpr int kRate = 200;  // Hz
   const double scale = vibration * std::sqrt(static_cast<double>(kRate));
   for (int i = 0; i < kRate; ++i) {
     ImuSample sample{from_seconds(1.0 * i / kRate), {0, 0, 9.80665}, {0, 0, 0}};
-    for (int axis = 0; axis < 3; ++axis) {
-      sample.acceleration[axis] += scale * kOwn.accel_density * noise(random);
-      sample.angular_velocity[axis] += scale * kOwn.gyro_density * noise(random);
-    }
+    noise.shake(sample, scale * kOwn.accel_density, scale * kOwn.gyro_density);
     samples.push_back(sample);
   }
   return samples;
@@ -56,6 +54,50 @@ TEST(RestLevels, AStandstillAtTheStartIsKept) {
   rest.stood(second(0.5), 0.02);
   EXPECT_EQ(times_own(rest), 1.0);
   EXPECT_EQ(rest.wheel_mps(), 0.011);
+}
+
+// When the IMU's vibration tells standing from driving, and when it does not.
+ImuNoise times(double factor) { return {factor * kOwn.gyro_density, factor * kOwn.accel_density}; }
+
+Vibration after_driving(const ImuNoise& level) {
+  Vibration vibration;
+  for (int i = 0; i < 100; ++i) vibration.drives(level);
+  return vibration;
+}
+
+TEST(Vibration, AnEngineHidesRestAndElectricMotorsDoNot) {
+  EXPECT_TRUE(after_driving(times(1.2)).hides_rest(times(1.5), kOwn));
+  EXPECT_FALSE(after_driving(times(5.0)).hides_rest(times(1.5), kOwn));
+}
+
+TEST(Vibration, OneSensorThatTellsIsEnough) {
+  const Vibration by_accel = after_driving({kOwn.gyro_density, 5 * kOwn.accel_density});
+  EXPECT_FALSE(by_accel.hides_rest(times(1.5), kOwn));
+  const Vibration by_gyro = after_driving({5 * kOwn.gyro_density, kOwn.accel_density});
+  EXPECT_FALSE(by_gyro.hides_rest(times(1.5), kOwn));
+}
+
+// Some of the driving is as quiet as a standstill: in the low tenth.
+TEST(Vibration, QuietMomentsOfDrivingCount) {
+  Vibration vibration;
+  for (int i = 0; i < 100; ++i) vibration.drives(times(i % 5 == 0 ? 1.0 : 5.0));
+  EXPECT_TRUE(vibration.hides_rest(times(1.5), kOwn));
+}
+
+TEST(Vibration, BeforeDrivingHasShownItsLevelAnEngineMayVaryByTwo) {
+  const Vibration vibration;
+  EXPECT_TRUE(vibration.hides_rest(times(1.9), kOwn));
+  EXPECT_FALSE(vibration.hides_rest(times(2.1), kOwn));
+}
+
+TEST(Vibration, FarBelowDrivingIsLessThanHalfOfIt) {
+  EXPECT_FALSE(Vibration().far_below_driving(times(0.1)));
+  EXPECT_TRUE(after_driving(times(5.0)).far_below_driving(times(2.0)));
+  EXPECT_FALSE(after_driving(times(5.0)).far_below_driving(times(3.0)));
+}
+
+TEST(Vibration, WithoutAnEarlierStandstillItTellsNothing) {
+  EXPECT_TRUE(after_driving(times(5.0)).hides_rest(times(1.5), std::nullopt));
 }
 
 }  // namespace

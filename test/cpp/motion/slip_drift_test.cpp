@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -34,15 +35,14 @@ TEST(SlipDrift, CovarianceIsThatOfSlipsDrawnFromTheModel) {
   const SlipDrift drift = driven(config, kShaken);
   const SlipModel model = slip_model(config.wheel);
   const double kept = model.correlation(0.2), sigma = drift.sigma();
-  std::mt19937 engine(3);
-  std::normal_distribution<double> normal;
+  Noise normal(3);
   Eigen::Matrix2d sampled = Eigen::Matrix2d::Zero();
   constexpr int kRuns = 4000;
   for (int run = 0; run < kRuns; ++run) {
-    double l = sigma * normal(engine);
+    double l = sigma * normal();
     Vector2d error = Vector2d::Zero();
     for (int i = 1; i <= kStates; ++i) {
-      l = kept * l + std::sqrt(1 - kept * kept) * sigma * normal(engine);
+      l = kept * l + std::sqrt(1 - kept * kept) * sigma * normal();
       error += l * (state_at(i).p_odom - state_at(i - 1).p_odom).head<2>();
     }
     sampled += error * error.transpose() / kRuns;

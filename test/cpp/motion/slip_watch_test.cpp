@@ -3,105 +3,58 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <random>
-#include <vector>
+#include <utility>
 
 #include "motion/watched_drive.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
 
 constexpr double kSpeed = WatchedDrive::kSpeed;
-constexpr double kVelocitySigma = 0.01;  // m/s, of the estimate
-
-struct Flag {
-  double time;
-  WheelSlip slip;
-};
-
-// A robot at kSpeed (`direction` 1 or -1) whose wheel turns `factor(t)` times as fast; 200 Hz
-// estimates, 30 Hz wheel. `speed_error`: of the estimate, m/s.
-std::vector<Flag> drive(const WheelConfig& config, double direction,
-                        const std::function<double(double)>& factor, double speed_error = 0.0) {
-  SlipWatch watch(config, SmootherConfig().lag);
-  WheelHistory wheel(config.max_speed);
-  double wheel_m = 0, next_wheel = 0, wheel_now = 0;
-  std::vector<Flag> flags;
-  for (int i = 0; i < 2000; ++i) {
-    const double time = 100 + i * 0.005;
-    wheel_m += 0.005 * direction * kSpeed * factor(i * 0.005) * config.scale;
-    if (i * 0.005 >= next_wheel) {
-      wheel.insert({from_seconds(time), wheel_m});
-      wheel_now = time;
-      next_wheel += 1.0 / 30;
-    }
-    OdometryEstimate estimate;
-    estimate.time = from_seconds(time);
-    estimate.v_body.x() = direction * kSpeed + speed_error;
-    estimate.velocity_covariance.setIdentity();
-    estimate.velocity_covariance *= kVelocitySigma * kVelocitySigma;
-    estimate.wheel_scale = config.scale;
-    watch.add(estimate, wheel, from_seconds(wheel_now), true);
-    flags.push_back({i * 0.005, watch.now()});
-  }
-  return flags;
-}
-
-double first(const std::vector<Flag>& flags, WheelSlip slip) {
-  for (const Flag& flag : flags)
-    if (flag.slip == slip) return flag.time;
-  return std::nan("");
-}
+using Drive = WatchedDrive;
 
 TEST(SlipWatch, DetectsSlipWithItsTimeAndSign) {
-  WheelConfig config;
-  config.scale = 1.03;
   for (const double direction : {1.0, -1.0}) {
     for (const double slipping : {0.5, 1.7}) {
-      const auto flags =
-          drive(config, direction, [&](double t) { return t > 4 && t < 6 ? slipping : 1.0; });
-      const auto expected = slipping > 1 ? WheelSlip::kFast : WheelSlip::kSlow;
-      const auto other = slipping > 1 ? WheelSlip::kSlow : WheelSlip::kFast;
-      EXPECT_GT(first(flags, expected), 4.0);
-      EXPECT_LT(first(flags, expected), 4.3);
-      EXPECT_TRUE(std::isnan(first(flags, other)));
-      for (const Flag& flag : flags) {
-        if (flag.time > 4.0 && flag.time < 6.35) continue;
-        EXPECT_EQ(flag.slip, WheelSlip::kNone) << flag.time;
+      Drive drive = Drive::alone();
+      drive.scale = 1.03;
+      drive.published = direction * kSpeed;
+      const auto slip = slipping > 1 ? WheelSlip::kFast : WheelSlip::kSlow;
+      for (int i = 0; i < 2000; ++i) {
+        const double t = 0.005 * i;
+        drive.wheel_speed = direction * kSpeed * (t > 4 && t < 6 ? slipping : 1.0);
+        drive.run(0.005);
+        const WheelSlip now = drive.watch.now();
+        const bool may = t > 4 && t<6.35, must = t> 4.3 && t < 6;
+        EXPECT_TRUE(now == slip ? may : now == WheelSlip::kNone && !must) << t;
       }
     }
   }
 }
 
 TEST(SlipWatch, ErrorWithinTheVelocitysDeviationIsNoSlip) {
-  const auto flags = drive(
-      {}, 1, [](double) { return 1.0; }, 3 * kVelocitySigma);
-  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kFast)));
-  EXPECT_TRUE(std::isnan(first(flags, WheelSlip::kSlow)));
+  Drive drive = Drive::alone();
+  drive.published = kSpeed + 3 * drive.sigma;
+  for (int i = 0; i < 2000; ++i) {
+    drive.run(0.005);
+    ASSERT_EQ(drive.watch.now(), WheelSlip::kNone) << i;
+  }
 }
 
 TEST(SlipWatch, RemembersIntervalsWithSlip) {
-  WheelConfig config;
-  SlipWatch watch(config, SmootherConfig().lag);
-  WheelHistory wheel(config.max_speed);
-  for (int i = 0; i < 600; ++i) {
-    const TimeNs time = from_seconds(50 + i * 0.005);
-    const double t = i * 0.005;
-    wheel.insert({time, t < 1 ? 0.0 : 0.5 * (std::min(t, 1.6) - 1)});  // spins while it stands
-    OdometryEstimate estimate;
-    estimate.time = time;
-    estimate.velocity_covariance.setIdentity();
-    estimate.velocity_covariance *= 1e-6;
-    watch.add(estimate, wheel, time, true);
+  Drive drive = Drive::alone();
+  drive.published = 0.0;
+  drive.sigma = 1e-3;
+  for (const auto& [wheel_speed, seconds] : {std::pair(0.0, 1.0), {0.5, 0.6}, {0.0, 1.4}}) {
+    drive.wheel_speed = wheel_speed;  // spins while it stands
+    drive.run(seconds);
   }
-  EXPECT_FALSE(watch.between(from_seconds(50.2), from_seconds(50.4)));
-  EXPECT_TRUE(watch.between(from_seconds(51.0), from_seconds(51.2)));
-  EXPECT_TRUE(watch.between(from_seconds(51.4), from_seconds(51.6)));
-  EXPECT_FALSE(watch.between(from_seconds(52.0), from_seconds(52.2)));
+  EXPECT_FALSE(drive.slipped(0.2, 0.4));
+  EXPECT_TRUE(drive.slipped(1.0, 1.2));
+  EXPECT_TRUE(drive.slipped(1.4, 1.6));
+  EXPECT_FALSE(drive.slipped(2.0, 2.2));
 }
-
-using Drive = WatchedDrive;
 
 // The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
 // slip.
@@ -143,13 +96,12 @@ TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
 // A robot that rocks: the accelerations are wrong by more than the velocity's deviation says, now
 // and then by ten times as much. That is no slip, and a slip is still found.
 TEST(SlipWatch, ARobotWhoseImuIsOftenWrongNeedsMoreEvidence) {
-  std::mt19937 engine(1);
-  std::normal_distribution<double> normal;
+  Noise normal(1);
   Drive drive;
   drive.radar_speaks = false;
   int slips = 0;
   for (int i = 0; i < 600; ++i) {
-    const double z = normal(engine);
+    const double z = normal();
     drive.published = kSpeed + 1.5 * drive.sigma * z * std::abs(z);
     drive.run(0.3);
     if (i >= 100) slips += drive.watch.now() != WheelSlip::kNone;
@@ -282,8 +234,7 @@ TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
 // slip.
 TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
   const double slipping = 0.5 * kSpeed, off = kSpeed - slipping;
-  Drive robot;
-  robot.radar_speaks = robot.asked = false;
+  Drive robot = Drive::alone();
   robot.run(2);
   EXPECT_FALSE(robot.contradicted());
   robot.wheel_speed = slipping;
@@ -298,16 +249,14 @@ TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
   robot.run(3);  // longer than the window
   EXPECT_FALSE(robot.contradicted());
 
-  Drive fades;  // without a jump
-  fades.radar_speaks = fades.asked = false;
+  Drive fades = Drive::alone();  // without a jump
   fades.run(2);
   fades.wheel_speed = slipping;
   fades.run(1);
   for (; fades.wheel_speed < kSpeed - 1e-9; fades.wheel_speed += 0.01 * kSpeed) fades.run(0.05);
   EXPECT_FALSE(fades.contradicted());
 
-  Drive unsure;  // as far off, but never seen to begin
-  unsure.radar_speaks = unsure.asked = false;
+  Drive unsure = Drive::alone();  // as far off, but never seen to begin
   unsure.wheel_speed = slipping;
   unsure.sigma = off / 4;
   unsure.run(2);
@@ -317,8 +266,7 @@ TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
 // The velocity drifts in a slip, and may be more than two standard deviations off at its end. The
 // end is seen all the same, since the wheel jumps towards the velocity.
 TEST(SlipWatch, JumpBackEndsASlip) {
-  Drive robot;
-  robot.radar_speaks = robot.asked = false;
+  Drive robot = Drive::alone();
   robot.sigma = 0.02;
   robot.run(2);
   robot.wheel_speed = 0.5 * kSpeed;
@@ -332,8 +280,7 @@ TEST(SlipWatch, JumpBackEndsASlip) {
 // A velocity that accelerations with a wrong tilt carry towards the slipping wheel's. That is no
 // end of the slip: the wheel would be believed in mid-slip.
 TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
-  Drive robot;
-  robot.radar_speaks = robot.asked = false;
+  Drive robot = Drive::alone();
   robot.sigma = 0.02;
   robot.run(2);
   robot.wheel_speed = 1.6 * kSpeed;

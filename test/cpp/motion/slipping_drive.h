@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <optional>
-#include <random>
 #include <utility>
 
 #include "motion/slip/slip_belief.h"
+#include "support/noise.h"
 
 namespace gprodom {
 
@@ -45,7 +45,7 @@ class SlippingDrive {
 
   // The wheel's true lateral position, m; configured is 0.
   void put_wheel(double y_m) { wheel_y_m_ = y_m; }
-  void seed(unsigned value) { engine_.seed(value); }
+  void seed(unsigned value) { normal_ = Noise(value); }
 
   // Of each interval's wheel distance, m, beyond what is configured.
   void jitter(double sigma_m) { jitter_m_ = sigma_m; }
@@ -128,16 +128,16 @@ class SlippingDrive {
       step.dt = dt;
       step.angular_velocity << 0, 0, turn_(t);
       step.angular_velocity.y() += bias_moves_ * std::clamp((t - bias_moves_after_) / 20, 0.0, 1.0);
-      step.angular_velocity += draw(share_ * noise_.gyro_density / std::sqrt(dt));
+      step.angular_velocity += normal_.vector(share_ * noise_.gyro_density / std::sqrt(dt));
       step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
       step.acceleration.head<2>() = mount_ * step.acceleration.head<2>();
       step.acceleration.x() += disturbed_(t);
-      step.acceleration += draw(share_ * noise_.accel_density / std::sqrt(dt));
+      step.acceleration += normal_.vector(share_ * noise_.accel_density / std::sqrt(dt));
       step.bridged = t > silent_from_ && t < silent_to_;
       if (step.bridged) step.acceleration << 0, 0, kGravity;
       step.wheel_m = (v - wheel_y_m_ * turn_(t)) * std::exp(-slip_(t)) * dt;
       way += v * dt;
-      if (i == 0) step.wheel_m += jitter_m_ * normal_(engine_);
+      if (i == 0) step.wheel_m += jitter_m_ * normal_();
       wheel += step.wheel_m;
       input.steps.push_back(step);
     }
@@ -150,15 +150,11 @@ class SlippingDrive {
       path.from = from_seconds(now_ - 5 * kInterval);
       path.to = input.time;
       path.valid = true;
-      path.lengths = span_way_ / metres_per_length_ * std::exp(coherence * normal_(engine_));
+      path.lengths = span_way_ / metres_per_length_ * std::exp(coherence * normal_());
       path.unit = unit_;
       belief_->compare(path, span_wheel_);
       span_way_ = span_wheel_ = 0.0;
     }
-  }
-
-  Eigen::Vector3d draw(double sigma) {
-    return {sigma * normal_(engine_), sigma * normal_(engine_), sigma * normal_(engine_)};
   }
 
   ImuNoise noise_;
@@ -172,8 +168,7 @@ class SlippingDrive {
   double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
   double metres_per_length_ = kMetresPerLength;
   int intervals_ = 0, unit_ = 0;
-  std::mt19937 engine_{5};
-  std::normal_distribution<double> normal_;
+  Noise normal_{5};
 };
 
 }  // namespace gprodom

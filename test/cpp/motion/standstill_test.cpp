@@ -5,7 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -38,22 +39,16 @@ struct Judged {
 // All the intervals from 1 to 9 s: `standing` and `steady` where every one was.
 Judged judge(const Robot& robot, const Config& config = {}) {
   const Eigen::Vector3d known_bias(1e-3, -2e-3, 3e-3);
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise;
+  Noise noise(1);
   ImuHistory imu;
-  const double root_rate = std::sqrt(robot.imu_rate);
+  const double scale = robot.vibration * std::sqrt(robot.imu_rate);
   for (int i = 0; i < 10 * robot.imu_rate; ++i) {
     ImuSample sample;
     sample.time = from_seconds(i / robot.imu_rate);
     sample.acceleration = Eigen::Vector3d(0, 0, 9.80665);
     sample.angular_velocity = known_bias;
     sample.angular_velocity.z() += robot.rate + robot.ramp * i / robot.imu_rate;
-    for (int axis = 0; axis < 3; ++axis) {
-      sample.acceleration[axis] +=
-          robot.vibration * kReference.accel_density * root_rate * noise(random);
-      sample.angular_velocity[axis] +=
-          robot.vibration * kReference.gyro_density * root_rate * noise(random);
-    }
+    noise.shake(sample, scale * kReference.accel_density, scale * kReference.gyro_density);
     imu.insert(sample);
   }
   WheelHistory wheel(config.wheel.max_speed);
@@ -200,8 +195,7 @@ struct Car {
 };
 
 bool stands(const Car& car) {
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise;
+  Noise noise(1);
   LastSecond last;
   constexpr double kAll_s = LastSecond::kBefore + LastSecond::kAfter;
   const int count = static_cast<int>(kAll_s * kImuRate);
@@ -212,10 +206,7 @@ bool stands(const Car& car) {
       sample.angular_velocity.y() += car.rate_step;
       sample.acceleration.x() += car.force_step;
     }
-    for (int axis = 0; axis < 3; ++axis) {
-      sample.acceleration[axis] += scale * kReference.accel_density * noise(random);
-      sample.angular_velocity[axis] += scale * kReference.gyro_density * noise(random);
-    }
+    noise.shake(sample, scale * kReference.accel_density, scale * kReference.gyro_density);
     last.imu.push_back(sample);
   }
   last.rolled_lately_m = car.wheel_lately * LastSecond::kLately;

@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -14,12 +15,11 @@ constexpr double kStep_s = 0.2;
 // An Ornstein-Uhlenbeck process, one value every kStep_s.
 std::vector<double> rates(int count, double sigma, double correlation_s, unsigned seed,
                           double mean = 0.0) {
-  std::mt19937 engine(seed);
-  std::normal_distribution<double> normal;
+  Noise normal(seed);
   const double stays = std::exp(-kStep_s / correlation_s);
-  std::vector<double> result{sigma * normal(engine)};
+  std::vector<double> result{sigma * normal()};
   while (static_cast<int>(result.size()) < count)
-    result.push_back(stays * result.back() + sigma * std::sqrt(1 - stays * stays) * normal(engine));
+    result.push_back(stays * result.back() + sigma * std::sqrt(1 - stays * stays) * normal());
   for (double& rate : result) rate += mean;
   return result;
 }

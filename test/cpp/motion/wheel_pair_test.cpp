@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "motion/motion_judge.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -144,12 +144,12 @@ class Judged {
     for (const int end = i_ + static_cast<int>(200 * seconds); i_ < end; ++i_) {
       const TimeNs time = from_seconds(kBegin + 0.005 * i_);
       ImuSample imu{time, {0, 0, 9.80665}, {0, 0, 0}};
-      for (int axis = 0; axis < 3; ++axis) imu.acceleration[axis] += shakes * noise_(random_);
+      imu.acceleration += noise_.vector(shakes);
       imu.angular_velocity.z() = sways * std::sin(M_PI * 0.005 * i_);
       judge.add(imu);
       const double slipped = slip * std::sqrt(0.005 * speed);
-      left_m_ += 0.005 * (speed - side_mps) + slipped * noise_(random_);
-      right_m_ += 0.005 * (speed + side_mps) + slipped * noise_(random_);
+      left_m_ += 0.005 * (speed - side_mps) + slipped * noise_();
+      right_m_ += 0.005 * (speed + side_mps) + slipped * noise_();
       if (i_ % 4 == 0) judge.add(WheelsSample{time, left_m_, right_m_});
       if (i_ % 40 != 36 || i_ < 40) continue;
       newest_.state.time = time - 200'000'000;  // after the reorder window
@@ -172,8 +172,7 @@ class Judged {
   StateResult newest_;
   int i_ = 0;
   double left_m_ = 0.0, right_m_ = 0.0;
-  std::mt19937 random_{1};
-  std::normal_distribution<double> noise_;
+  Noise noise_{1};
 };
 
 // Its mean rate would be taken for the gyro's bias.

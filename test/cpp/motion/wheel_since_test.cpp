@@ -26,8 +26,7 @@ std::optional<WheelWaySince> wheel_of(const Robot& robot, const PredictedWay& wa
 }
 
 TEST(WheelSince, AWheelThatIsContradictedOrSilentStillHoldsThePredictionSideways) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.vibration = 3.0;
   robot.drive(10);
   const auto trusted = wheel_of(robot, last_way(robot, 0.0));
@@ -81,8 +80,7 @@ TEST(WheelSince, TheSlipThatIsKnownGoesOn) {
 // A tyre's slip angle is the lateral force over weight and cornering stiffness, v w / (g C), and
 // the robot creeps by that angle times its way.
 TEST(WheelSince, ASingleWheelCreepsSidewaysInABend) {
-  Robot robot;
-  robot.speed = robot.wheel_speed = kSpeed;
+  Robot robot({}, kSpeed);
   robot.vibration = 3.0;
   robot.drive(10);
   constexpr double kTurn = 0.3;  // rad
