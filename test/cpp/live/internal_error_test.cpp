@@ -7,7 +7,6 @@
 #include <functional>
 #include <new>
 #include <random>
-#include <type_traits>
 #include <utility>
 
 #include "gprodom/live.h"
@@ -15,6 +14,8 @@
 #include "map/ground_map_file.h"
 #include "pipeline/test_drive.h"
 #include "support/sanitized.h"
+#include "support/temporary_folder.h"
+#include "support/told.h"
 
 namespace {
 // NOLINTBEGIN: operator new has no other way to know
@@ -46,8 +47,7 @@ namespace {
 // The daemon continues: it reports the error and starts the estimator at the initialiser.
 TEST(Live, InternalErrorRestartsTheEstimator) {
   if (GPRODOM_SANITIZED) GTEST_SKIP() << "the sanitizer's allocator cannot be made to fail";
-  std::vector<TimeNs> times;
-  std::vector<std::string> warnings;
+  Outputs all;
   int calls = 0;  // one before each input, and one before each batch of them
   LiveOptions options;
   options.alive = [&calls] {
@@ -55,65 +55,42 @@ TEST(Live, InternalErrorRestartsTheEstimator) {
   };
   {
     Live live(
-        default_config(),
-        [&](const Outputs& out) {
-          for (const auto& estimate : out.odometry) times.push_back(estimate.time);
-          warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
-        },
-        options);
+        default_config(), [&all](const Outputs& out) { append(all, out); }, options);
     for (const Input& input : standing(10.0)) live.push(input);
   }
-  EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
-                          [](const std::string& text) {
-                            return text ==
-                                   "internal error: std::bad_alloc; the estimator "
-                                   "restarts";
-                          }),
-            1);
-  ASSERT_FALSE(times.empty());
+  EXPECT_EQ(count_with(all.warnings, "internal error: std::bad_alloc; the estimator restarts"), 1);
+  const auto& poses = all.odometry;
+  ASSERT_FALSE(poses.empty());
   TimeNs silence = 0;
-  for (std::size_t i = 1; i < times.size(); ++i)
-    silence = std::max(silence, times[i] - times[i - 1]);
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    silence = std::max(silence, poses[i].time - poses[i - 1].time);
   EXPECT_GE(silence, from_seconds(0.9 * InitializerConfig().duration));
-  EXPECT_EQ(times.back(), kDriveStart + 999 * kImuPeriod);
+  EXPECT_EQ(poses.back().time, kDriveStart + 999 * kImuPeriod);
 }
 
 // Runs a drive on known ground through Live, with a failure after so many calls of `alive`. What
 // was told.
 std::vector<std::string> told_by(const Config& config, int after,
                                  const std::function<void()>& fail) {
-  std::vector<std::string> told;
+  Outputs told;
   int calls = 0;
   LiveOptions options;
   options.alive = [&calls, &fail, after] {
     if (++calls == after) fail();
   };
   Live live(
-      config,
-      [&](const Outputs& out) {
-        told.insert(told.end(), out.warnings.begin(), out.warnings.end());
-      },
-      options);
-  for (Input& input : there_and_back(3)) {
-    std::visit(
-        [](auto& message) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(message)>, Rejection>)
-            message.time += from_seconds(1000.0);
-        },
-        input);
-    live.push(std::move(input));
-  }
+      config, [&told](const Outputs& out) { append(told, out); }, options);
+  for (const Input& input : later(there_and_back(3), 1000.0)) live.push(input);
   live.stop();
-  return told;
+  return told.warnings;
 }
 
 TEST(Live, GroundOutlastsAnInternalError) {
   if (GPRODOM_SANITIZED) GTEST_SKIP() << "the sanitizer's allocator cannot be made to fail";
   namespace fs = std::filesystem;
-  std::string pattern = (fs::temp_directory_path() / "gprodom-error-XXXXXX").string();
-  const fs::path folder = ::mkdtemp(pattern.data());
-  const std::string map = (folder / "ground.map").string();
-  const Config config = default_config({"state.directory=" + folder.string()});
+  const TemporaryFolder folder;
+  const std::string map = folder / "ground.map";
+  const Config config = default_config({"state.directory=" + folder.path().string()});
   {
     Runner first(config, Execution::kInline);
     for (const Input& input : there_and_back(3)) first.feed(input);
@@ -135,18 +112,13 @@ TEST(Live, GroundOutlastsAnInternalError) {
       else
         until_it_throws = allocations;
     });
-    EXPECT_EQ(std::count_if(told.begin(), told.end(),
-                            [](const std::string& text) {
-                              return text.find("; the estimator restarts") != std::string::npos;
-                            }),
-              1);
+    EXPECT_EQ(count_with(told, "; the estimator restarts"), 1);
     std::vector<std::string> notices;
     EXPECT_TRUE(read_ground_map(map, gpr::TraceMemoryOptions(), notices));
     EXPECT_TRUE(notices.empty());
     EXPECT_GE(fs::file_size(map), size);
     EXPECT_FALSE(fs::exists(folder / "ground.kept-1.map"));
   }
-  fs::remove_all(folder);
 }
 
 }  // namespace

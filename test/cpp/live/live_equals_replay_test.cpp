@@ -1,7 +1,6 @@
 // One drive through the threaded estimator and through a replay.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <sstream>
 #include <string>
@@ -11,6 +10,7 @@
 #include "gprodom/live.h"
 #include "live/runner.h"
 #include "pipeline/test_drive.h"
+#include "support/told.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__)
 constexpr double kPace = 2.0;  // s of data in a second
@@ -97,30 +97,16 @@ Lines lived(const Config& config, const std::vector<Input>& inputs, double pace)
 
 // Whether the machine was too busy. The status says so, and then live and replay may differ.
 bool is_late(const std::vector<std::string>& told) {
-  return std::any_of(told.begin(), told.end(), [](const std::string& line) {
-    return line.find("tick not answered") != std::string::npos ||
-           line.find("not ready after") != std::string::npos ||
-           line.find("joined with later input") != std::string::npos;
-  });
-}
-
-// A fix after each hundredth wheel message.
-std::vector<Input> with_fixes(const std::vector<Input>& inputs) {
-  std::vector<Input> with;
-  int wheels = 0;
-  for (const Input& input : inputs) {
-    with.push_back(input);
-    const auto* wheel = std::get_if<WheelSample>(&input);
-    if (wheel != nullptr && ++wheels % 100 == 0) with.emplace_back(fix_at(*wheel));
-  }
-  return with;
+  return count_with(told, "tick not answered") + count_with(told, "not ready after") +
+             count_with(told, "joined with later input") >
+         0;
 }
 
 // As much time for each answer as can be, so that a busy machine answers in time as well.
 TEST(LiveEqualsReplay, ToTheLastBit) {
   const Config config =
       default_config({"gpr.latency_budget=1", "smoother.latency=0.19", "graph.latency=5"});
-  std::vector<Input> inputs = with_fixes(there_and_back(1));
+  std::vector<Input> inputs = fixed(there_and_back(1));
   std::swap(inputs[2010], inputs[2040]);  // some come late
   inputs.insert(inputs.begin() + 3000, inputs[2990]);
   inputs.insert(inputs.begin() + 8000, Command{kDriveStart, "explode", ""});

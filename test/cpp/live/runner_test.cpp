@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 
 #include "pipeline/test_drive.h"
+#include "support/temporary_folder.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -16,45 +16,25 @@ namespace fs = std::filesystem;
 
 class RunnerTest : public ::testing::Test {
  protected:
-  RunnerTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-runner-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-    fs::create_directory(folder_ / "state");
-    kept_ = "state.directory=" + (folder_ / "state").string();
-  }
-  ~RunnerTest() override { fs::remove_all(folder_); }
+  RunnerTest() { fs::create_directory(folder_ / "state"); }
 
   // Everything that is told when a robot that stands gets these commands after its first message.
   std::vector<std::string> told(const std::vector<std::string>& settings,
                                 const std::vector<Command>& commands) {
     Runner runner(default_config(settings), Execution::kInline);
-    std::vector<std::string> all;
-    const auto take = [&all](const Outputs& outputs) {
-      const auto& warnings = outputs.warnings;
-      all.insert(all.end(), warnings.begin(), warnings.end());
-    };
-    const std::vector<Input> inputs = standing(0.1);
-    take(runner.feed(inputs.front()));
-    for (const Command& command : commands) take(runner.feed(command));
-    for (std::size_t i = 1; i < inputs.size(); ++i) take(runner.feed(inputs[i]));
-    take(runner.finish());
-    return all;
+    Outputs all;
+    std::vector<Input> inputs = standing(0.1);
+    inputs.insert(inputs.begin() + 1, commands.begin(), commands.end());
+    for (const Input& input : inputs) append(all, runner.feed(input));
+    append(all, runner.finish());
+    return all.warnings;
   }
   static bool has(const std::vector<std::string>& told, const std::string& part) {
-    return std::any_of(told.begin(), told.end(), [&part](const std::string& text) {
-      return text.find(part) != std::string::npos;
-    });
-  }
-  // By their paths in the folder.
-  std::set<std::string> files() const {
-    std::set<std::string> found;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_))
-      if (entry.is_regular_file()) found.insert(fs::relative(entry.path(), folder_).string());
-    return found;
+    return count_with(told, part) > 0;
   }
 
-  fs::path folder_;
-  std::string kept_;
+  TemporaryFolder folder_;
+  std::string kept_ = "state.directory=" + (folder_ / "state");
 };
 
 TEST_F(RunnerTest, EveryCommandNameIsKnownAndAnotherIsRefusedWithThem) {
@@ -82,12 +62,12 @@ TEST_F(RunnerTest, MapCommandsUseTheStateFolder) {
     const auto all = told({kept_}, {{0, "save_map", name}, {0, "load_map", name}});
     EXPECT_TRUE(has(all, name + ".map: saved"));
     EXPECT_TRUE(has(all, "map " + name + " loaded"));
-    EXPECT_TRUE(fs::exists(folder_ / "state" / (name + ".map")));
+    EXPECT_TRUE(fs::exists(folder_ / ("state/" + name + ".map")));
   }
 }
 
 TEST_F(RunnerTest, MapNameCannotReachOtherFolders) {
-  const std::string here = (folder_ / "here").string();
+  const std::string here = folder_ / "here";
   for (const std::string& name :
        {std::string(), std::string("."), std::string(".."), std::string(".hidden"),
         std::string("../outside"), std::string("below/it"), here, std::string("a b"),
@@ -99,7 +79,7 @@ TEST_F(RunnerTest, MapNameCannotReachOtherFolders) {
           << command << " " << name;
     }
   }
-  EXPECT_EQ(files(), std::set<std::string>{"state/lock"});  // what each run leaves
+  EXPECT_EQ(folder_.files(), std::set<std::string>{"state/lock"});  // what each run leaves
 }
 
 TEST_F(RunnerTest, LocateAtWantsFourFiguresAndPerhapsAMap) {
@@ -114,7 +94,7 @@ TEST_F(RunnerTest, LocateAtWantsFourFiguresAndPerhapsAMap) {
 TEST_F(RunnerTest, ReadOnlySavesNoMap) {
   EXPECT_TRUE(has(told({kept_, "state.map=read_only"}, {{0, "save_map", "yard"}}),
                   "state.map is read_only"));
-  EXPECT_FALSE(fs::exists(folder_ / "state" / "ground.map"));
+  EXPECT_FALSE(fs::exists(folder_ / "state/ground.map"));
 }
 
 TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAStateFolder) {
@@ -135,7 +115,7 @@ TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAMap) {
       EXPECT_TRUE(has(all, "graph.enabled")) << command << " " << off;
     }
   }
-  EXPECT_EQ(files(), std::set<std::string>{"state/lock"});
+  EXPECT_EQ(folder_.files(), std::set<std::string>{"state/lock"});
 }
 
 }  // namespace

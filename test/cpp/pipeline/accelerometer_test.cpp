@@ -5,13 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <optional>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "estimation/nav_state.h"
 #include "gprodom/odometry.h"
 #include "pipeline/test_drive.h"
+#include "support/noise.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -25,11 +26,7 @@ struct Driven {
   std::optional<double> start_s;
   double worst_m = 0.0;  // error of the position
   std::vector<std::string> reasons;
-  bool told(const std::string& text) const {
-    return std::any_of(reasons.begin(), reasons.end(), [&](const std::string& reason) {
-      return reason.find(text) != std::string::npos;
-    });
-  }
+  bool told(const std::string& text) const { return count_with(reasons, text) > 0; }
 };
 
 // A robot that stands for `stands` seconds, and then turns on the spot by 0.7 rad and goes ahead by
@@ -37,11 +34,7 @@ struct Driven {
 Driven drive(const Sensor& sensor, double stands_s = 3.0, unsigned seed = 1) {
   Driven run;
   Odometry odometry(without_radar());
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  const auto noise = [&](double sigma) {
-    return Vector3d(sigma * normal(random), sigma * normal(random), sigma * normal(random));
-  };
+  Noise noise(seed);
   const auto bump = [](double t) { return 0.5 - 0.5 * std::cos(2 * M_PI * t / (0.5 * kRound_s)); };
   const auto speed_at = [&](double t) {
     const double in_round = t < stands_s ? 0.0 : std::fmod(t - stands_s, kRound_s);
@@ -57,9 +50,10 @@ Driven drive(const Sensor& sensor, double stands_s = 3.0, unsigned seed = 1) {
     const double t = 0.01 * i, speed = speed_at(t), next_speed = speed_at(t + 0.01);
     ImuSample imu;
     imu.time = kDriveStart + i * kImuPeriod;
-    imu.acceleration = sensor(
-        Vector3d((next_speed - speed) / 0.01, speed * rate_at(t), kStandardGravity) + noise(0.02));
-    imu.angular_velocity = Vector3d(0, 0, rate_at(t)) + noise(0.001);
+    imu.acceleration =
+        sensor(Vector3d((next_speed - speed) / 0.01, speed * rate_at(t), kStandardGravity) +
+               noise.vector(0.02));
+    imu.angular_velocity = Vector3d(0, 0, rate_at(t)) + noise.vector(0.001);
     odometry.add(imu);
     odometry.add(WheelSample{imu.time, wheel_m});
     const Outputs out = odometry.step();
@@ -72,8 +66,7 @@ Driven drive(const Sensor& sensor, double stands_s = 3.0, unsigned seed = 1) {
       const Vector3d moved = Eigen::AngleAxisd(-first_yaw, Vector3d::UnitZ()) * (position - first);
       run.worst_m = std::max(run.worst_m, (estimate.p_odom_body - moved).head<2>().norm());
     }
-    for (const Status& status : out.status)
-      run.reasons.insert(run.reasons.end(), status.reasons.begin(), status.reasons.end());
+    for (const std::string& reason : reasons_in(out)) run.reasons.push_back(reason);
     const double went = 0.005 * (speed + next_speed);
     position += went * Vector3d(std::cos(yaw), std::sin(yaw), 0);
     wheel_m += went;

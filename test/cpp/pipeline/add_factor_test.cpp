@@ -6,6 +6,8 @@
 
 #include "gprodom/odometry.h"
 #include "gprodom/user_factor.h"
+#include "pipeline/test_drive.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -39,15 +41,11 @@ UserFactor height_at(double seconds, double metres) {
 // Stands for three seconds, then drives straight on.
 class Drive {
  public:
-  Drive() : odometry(config()) {}
   void go_on_until(double end) {
     for (; seconds < end - 1e-9; seconds += 0.01, ++i_) {
       const double speed = std::fmin(std::fmax(seconds - 1003.0, 0.0), 0.5);
-      ImuSample imu;
-      imu.time = from_seconds(seconds);
-      imu.acceleration = {(seconds > 1003.0 && seconds < 1003.5) + 0.002 * (i_ % 3 - 1),
-                          0.002 * (i_ % 5 - 2), 9.80665 + 0.002 * (i_ % 7 - 3)};
-      imu.angular_velocity = 4e-4 * Eigen::Vector3d(i_ % 5 - 2, i_ % 7 - 3, i_ % 3 - 1);
+      ImuSample imu = resting_imu(from_seconds(seconds), i_);
+      if (seconds > 1003.0 && seconds < 1003.5) imu.acceleration.x() += 1.0;
       way_m_ += speed * 0.01;
       odometry.add(imu);
       odometry.add(WheelSample{imu.time, way_m_});
@@ -56,24 +54,13 @@ class Drive {
       if (!out.status.empty()) status = out.status.back();
     }
   }
-  double value(const std::string& name) const {
-    for (std::size_t k = 0; k < status.names.size(); ++k)
-      if (status.names[k] == name) return status.values[k];
-    return 0.0;
-  }
 
-  Odometry odometry;
+  Odometry odometry{without_radar()};
   double seconds = 1000.0;
   OdometryEstimate newest;
   Status status;
 
  private:
-  static Config config() {
-    Config config = default_config();
-    config.gpr.enabled = false;
-    config.graph.enabled = false;
-    return config;
-  }
   int i_ = 0;
   double way_m_ = 0.0;
 };
@@ -88,7 +75,7 @@ TEST(AddFactor, MovesThePoseAndIsCountedInTheStatus) {
   }
   drive.go_on_until(1013.5);  // past the status of the second in which the last was used
   EXPECT_NEAR(drive.newest.p_odom_body.z(), 0.1, 0.02);
-  EXPECT_EQ(drive.value("factors.used"), 20);
+  EXPECT_EQ(value_of(drive.status, "factors.used"), 20);
 }
 
 TEST(AddFactor, IsRefusedOutsideTheLag) {

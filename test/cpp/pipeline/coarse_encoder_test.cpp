@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "gprodom/odometry.h"
 #include "pipeline/test_drive.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -17,11 +17,7 @@ double worst_error(unsigned seed, double tick_m, double resolution_m) {
   Config config = default_config();
   config.gpr.enabled = false;
   Odometry odometry(config);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  const auto noise = [&](double sigma) {
-    return Eigen::Vector3d(sigma * normal(random), sigma * normal(random), sigma * normal(random));
-  };
+  Noise noise(seed);
   const auto speed_at = [&](double t) {
     const double in_round = t < kStands ? kRound : std::fmod(t - kStands, kRound);
     const double middle = 0.5 * kGoes;
@@ -32,8 +28,9 @@ double worst_error(unsigned seed, double tick_m, double resolution_m) {
     const double t = 0.01 * i, speed = speed_at(t), next_speed = speed_at(t + 0.01);
     ImuSample imu;
     imu.time = kDriveStart + i * kImuPeriod;
-    imu.acceleration = Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise(0.05);
-    imu.angular_velocity = noise(0.002);
+    imu.acceleration =
+        Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise.vector(0.05);
+    imu.angular_velocity = noise.vector(0.002);
     odometry.add(imu);
     if (i % 5 == 0)
       odometry.add(WheelSample{imu.time, tick_m * std::floor(position / tick_m), resolution_m});

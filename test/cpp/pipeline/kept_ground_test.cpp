@@ -2,8 +2,6 @@
 // failures, other users of its folder.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -16,6 +14,8 @@
 #include "map/ground_map_file.h"
 #include "map/map_task.h"
 #include "pipeline/test_drive.h"
+#include "support/temporary_folder.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -31,16 +31,10 @@ GprTrace shorter(GprTrace trace) {
 
 class KeptGroundTest : public ::testing::Test {
  protected:
-  KeptGroundTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-kept-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~KeptGroundTest() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
   Config config(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> all = more;
-    all.push_back("state.directory=" + folder_);
+    all.push_back("state.directory=" + folder_.path().string());
     return default_config(all);
   }
   static std::string bytes_of(const std::string& path) {
@@ -58,38 +52,25 @@ class KeptGroundTest : public ::testing::Test {
   }
   std::set<std::string> maps() const {
     std::set<std::string> all;
-    for (const auto& entry : fs::directory_iterator(folder_))
-      if (entry.path().extension() == ".map") all.insert(entry.path().filename().string());
+    for (const std::string& name : folder_.files())
+      if (fs::path(name).extension() == ".map") all.insert(name);
     return all;
   }
 
   // Each trace as `change` makes it, of its number. later_s: than the first drive.
   using Change = std::function<GprTrace(const GprTrace&, std::size_t)>;
   static std::vector<Input> drive(double later_s, const Change& change = {}) {
-    std::vector<Input> inputs = there_and_back(3);
+    std::vector<Input> inputs = later(there_and_back(3), later_s);
     std::size_t number = 0;
-    for (Input& input : inputs) {
-      std::visit(
-          [&](auto& message) {
-            if constexpr (!std::is_same_v<std::decay_t<decltype(message)>, Rejection>)
-              message.time += from_seconds(later_s);
-          },
-          input);
+    for (Input& input : inputs)
       if (auto* trace = std::get_if<GprTrace>(&input))
         if (change) *trace = change(*trace, number++);
-    }
     return inputs;
   }
 
   void feed(Odometry& odometry, const std::vector<Input>& inputs) {
     for (const Input& input : inputs) {
-      std::visit(
-          [&](const auto& message) {
-            using Message = std::decay_t<decltype(message)>;
-            if constexpr (!std::is_same_v<Message, Command> && !std::is_same_v<Message, Rejection>)
-              odometry.add(message);
-          },
-          input);
+      give(odometry, input);
       take(odometry.step());
     }
   }
@@ -104,18 +85,10 @@ class KeptGroundTest : public ::testing::Test {
     feed(odometry, inputs);
     take(odometry.finish());
   }
-  bool told(const std::string& part) const {
-    return std::any_of(told_.begin(), told_.end(), [&part](const std::string& text) {
-      return text.find(part) != std::string::npos;
-    });
-  }
-  bool has_reason(const std::string& part) const {
-    return std::any_of(
-        status_.reasons.begin(), status_.reasons.end(),
-        [&part](const std::string& text) { return text.find(part) != std::string::npos; });
-  }
+  bool told(const std::string& part) const { return count_with(told_, part) > 0; }
+  bool has_reason(const std::string& part) const { return count_with(status_.reasons, part) > 0; }
 
-  std::string folder_;
+  TemporaryFolder folder_;
   std::vector<std::string> told_;
   Status status_;
 };
@@ -242,14 +215,8 @@ TEST_F(KeptGroundTest, WhatIsNewIsSavedBetweenTheSavingsOfTheWhole) {
   const std::string whole = bytes_of(path("ground.map"));
   const double before = metres(path("ground.map"));
   // Other ground, so that there is something new; the drive lasts 37 s, the whole is due in 300 s.
-  std::vector<Input> other = there_and_back(8);
-  for (Input& input : other) {
-    if (auto* imu = std::get_if<ImuSample>(&input)) imu->time += from_seconds(1000.0);
-    if (auto* wheel = std::get_if<WheelSample>(&input)) wheel->time += from_seconds(1000.0);
-    if (auto* trace = std::get_if<GprTrace>(&input)) trace->time += from_seconds(1000.0);
-  }
   Odometry odometry(config());
-  feed(odometry, other);
+  feed(odometry, later(there_and_back(8), 1000.0));
   odometry.save_map(path("now.map"));  // waits for the savings before it
   EXPECT_TRUE(bytes_of(path("ground.map")) == whole);
   ASSERT_TRUE(fs::exists(path("ground.new")));
@@ -258,20 +225,17 @@ TEST_F(KeptGroundTest, WhatIsNewIsSavedBetweenTheSavingsOfTheWhole) {
   EXPECT_GT(metres(path("ground.map")), before + 3.0);
 }
 
-class RecoverTest : public KeptGroundTest {
- protected:
-  template <typename Error>
-  static std::exception_ptr failure(const std::string& text) {
-    return std::make_exception_ptr(Error(text));
-  }
-};
+using RecoverTest = KeptGroundTest;
+const std::exception_ptr kFrontEndFails =
+    std::make_exception_ptr(std::runtime_error("a front end"));
+const std::exception_ptr kMapFails = std::make_exception_ptr(MapFailure("map: a defect"));
 
 TEST_F(RecoverTest, GroundOutlastsFailuresOfOthers) {
   run(drive(0.0));
   const double before = metres(path("ground.map"));
   told_.clear();
   Odometry odometry(config());
-  for (int i = 0; i < 10; ++i) odometry.recover(failure<std::runtime_error>("a front end"));
+  for (int i = 0; i < 10; ++i) odometry.recover(kFrontEndFails);
   feed(odometry, drive(1000.0));
   odometry.recover(std::make_exception_ptr(7));
   take(odometry.finish());
@@ -284,9 +248,9 @@ TEST_F(RecoverTest, GroundWithWhichTheMapFailsThreeTimesIsSetAside) {
   run(drive(0.0));
   const std::string before = bytes_of(path("ground.map"));
   Odometry odometry(config());
-  for (int i = 0; i < 2; ++i) odometry.recover(failure<MapFailure>("map: a defect"));
+  for (int i = 0; i < 2; ++i) odometry.recover(kMapFails);
   EXPECT_TRUE(fs::exists(path("ground.map")));
-  odometry.recover(failure<MapFailure>("map: a defect"));
+  odometry.recover(kMapFails);
   EXPECT_FALSE(fs::exists(path("ground.map")));
   EXPECT_TRUE(bytes_of(path("ground.kept-1.map")) == before);
   feed(odometry, drive(1000.0));
@@ -301,7 +265,7 @@ TEST_F(RecoverTest, FailuresOfTheMapMinutesApartAreNoFaultOfTheGround) {
   Odometry odometry(config());
   for (int i = 0; i < 5; ++i) {
     feed(odometry, standing(1.0, kDriveStart + from_seconds(1000.0 + 61.0 * i)));
-    odometry.recover(failure<MapFailure>("map: a defect"));
+    odometry.recover(kMapFails);
   }
   EXPECT_TRUE(fs::exists(path("ground.map")));
 }
@@ -312,8 +276,7 @@ TEST_F(RecoverTest, LearntWheelScaleIsKept) {
   double scale = 0.0, sigma = 0.0;
   const auto last = [&](const std::vector<Input>& inputs) {
     for (const Input& input : inputs) {
-      if (const auto* imu = std::get_if<ImuSample>(&input)) odometry.add(*imu);
-      if (const auto* wheel = std::get_if<WheelSample>(&input)) odometry.add(*wheel);
+      if (!std::holds_alternative<GprTrace>(input)) give(odometry, input);
       const Outputs out = odometry.step();
       if (out.odometry.empty()) continue;
       scale = out.odometry.back().wheel_scale;
@@ -323,7 +286,7 @@ TEST_F(RecoverTest, LearntWheelScaleIsKept) {
   last(drive(0.0));
   const double learnt = scale, learnt_sigma = sigma;
   ASSERT_LT(learnt_sigma, 0.01);
-  odometry.recover(failure<std::runtime_error>("a front end"));
+  odometry.recover(kFrontEndFails);
   last(standing(4.0, kDriveStart + from_seconds(40.0)));
   EXPECT_NEAR(scale, learnt, 0.1 * learnt_sigma);
   EXPECT_LT(sigma, 1.1 * learnt_sigma);
@@ -343,9 +306,7 @@ TEST_F(KeptGroundTest, APoseOfOtherGroundIsNoPlaceInThisOne) {
   Odometry odometry(config());
   feed(odometry, standing(4.0, kDriveStart + from_seconds(2009.0)));
   EXPECT_TRUE(told("resumed from the pose saved"));
-  const auto found = std::find(status_.names.begin(), status_.names.end(), "map.located");
-  ASSERT_NE(found, status_.names.end());
-  EXPECT_EQ(status_.values[static_cast<std::size_t>(found - status_.names.begin())], 0.0);
+  EXPECT_EQ(value_of(status_, "map.located"), 0.0);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "gprodom/user_factor.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/test_drive.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -64,12 +65,6 @@ class HeldCost final : public ceres::SizedCostFunction<1, 3> {
   const Gate& gate_;
 };
 
-TimeNs time_of(const Input& input) {
-  if (const auto* imu = std::get_if<ImuSample>(&input)) return imu->time;
-  if (const auto* wheel = std::get_if<WheelSample>(&input)) return wheel->time;
-  return std::get<GprTrace>(input).time;
-}
-
 class Robot {
  public:
   explicit Robot(Execution execution, const std::vector<std::string>& settings = {},
@@ -82,9 +77,7 @@ class Robot {
     for (const Input& input : inputs) {
       const TimeNs time = time_of(input);
       if (time < from || time >= to) continue;
-      if (const auto* imu = std::get_if<ImuSample>(&input)) pipeline.add(*imu);
-      if (const auto* wheel = std::get_if<WheelSample>(&input)) pipeline.add(*wheel);
-      if (const auto* trace = std::get_if<GprTrace>(&input)) pipeline.add(*trace);
+      give(pipeline, input);
       take(pipeline.step());
       pipeline.start_jobs();
       then();
@@ -102,11 +95,7 @@ class Robot {
     corrections.insert(corrections.end(), out.corrections.begin(), out.corrections.end());
     if (!out.status.empty()) status = out.status.back();
   }
-  double value(const std::string& name) const {
-    for (std::size_t k = 0; k < status.names.size(); ++k)
-      if (status.names[k] == name) return status.values[k];
-    return 0.0;
-  }
+  double value(const std::string& name) const { return value_of(status, name).value_or(0.0); }
   // In map: by the correction in force.
   Eigen::Vector3d place() const {
     const Correction& c = corrections.back();

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,6 +10,8 @@
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
 #include "pipeline/test_drive.h"
+#include "support/temporary_folder.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -31,11 +31,8 @@ struct Driven {
   double true_yaw = 0.0;
   std::vector<std::string> warnings;  // and reasons of STATUS
 
-  bool told(const std::string& part) const {
-    return std::any_of(warnings.begin(), warnings.end(), [&](const std::string& warning) {
-      return warning.find(part) != std::string::npos;
-    });
-  }
+  bool told(const std::string& part) const { return count_with(warnings, part) > 0; }
+  double error_m() const { return (odometry.back().p_odom_body - true_position).norm(); }
 };
 
 // Four seconds of standstill, then ahead, round a bend to the left, and ahead.
@@ -43,6 +40,7 @@ Driven drive(const Config& config, const Mounting& mounted, const Vector3d& arm 
              Execution execution = Execution::kInline) {
   Driven run;
   Odometry odometry(config, execution);
+  Outputs all;
   double wheel_m = 0.0;
   for (int i = 0; i < 20 * kRate; ++i) {
     const double t = i / kRate, dt = 1 / kRate;
@@ -53,27 +51,21 @@ Driven drive(const Config& config, const Mounting& mounted, const Vector3d& arm 
     const Vector3d rate(0, 0, yaw_rate), angular(0, 0, kYawRate / kTurnsIn * (begins - ends));
     const Vector3d by_arm = angular.cross(arm) + rate.cross(rate.cross(arm));
     const double ahead = t > 4.0 && t <= 5.0 ? kSpeed : 0.0;
-    ImuSample imu;
-    imu.time = from_seconds(1000.0 + t);
-    // A little noise, which repeats.
-    const Vector3d force_noise(i % 3 - 1, i % 5 - 2, i % 7 - 3);
-    const Vector3d rate_noise(i % 5 - 2, i % 7 - 3, i % 3 - 1);
-    imu.acceleration =
-        mounted(Vector3d(ahead, speed * yaw_rate, 9.80665) + by_arm + 0.002 * force_noise);
-    imu.angular_velocity = mounted(rate + 4e-4 * rate_noise);
+    ImuSample imu = resting_imu(from_seconds(1000.0 + t), i);
+    imu.acceleration = mounted(imu.acceleration + Vector3d(ahead, speed * yaw_rate, 0) + by_arm);
+    imu.angular_velocity = mounted(imu.angular_velocity + rate);
     odometry.add(imu);
     odometry.add(WheelSample{imu.time, wheel_m});
     wheel_m += speed * dt;
     run.true_position += speed * dt * Vector3d(std::cos(run.true_yaw), std::sin(run.true_yaw), 0);
     run.true_yaw += yaw_rate * dt;
-    const Outputs out = odometry.step();
+    append(all, odometry.step());
     odometry.start_jobs();
-    run.odometry.insert(run.odometry.end(), out.odometry.begin(), out.odometry.end());
-    run.warnings.insert(run.warnings.end(), out.warnings.begin(), out.warnings.end());
-    for (const Status& status : out.status)
-      run.warnings.insert(run.warnings.end(), status.reasons.begin(), status.reasons.end());
   }
   odometry.finish();
+  run.odometry = all.odometry;
+  run.warnings = reasons_in(all);
+  run.warnings.insert(run.warnings.end(), all.warnings.begin(), all.warnings.end());
   return run;
 }
 
@@ -88,7 +80,7 @@ TEST(Mounting, AlignedImuGivesTheTrueDrive) {
   const Driven run = drive(without_radar(), along_body);
   ASSERT_GT(run.odometry.size(), 1000u);
   const OdometryEstimate& end = run.odometry.back();
-  EXPECT_LT((end.p_odom_body - run.true_position).norm(), 0.05);
+  EXPECT_LT(run.error_m(), 0.05);
   EXPECT_NEAR(yaw_of(end), kYawRate * kTurn, 0.02);
 }
 
@@ -147,7 +139,7 @@ TEST(Mounting, AMountingThatIsNotConfiguredIsFound) {
     const Driven found = drive(config, c.mounted);
     ASSERT_GT(found.odometry.size(), 1000u) << c.name;
     const OdometryEstimate& end = found.odometry.back();
-    EXPECT_LT((end.p_odom_body - found.true_position).norm(), 0.06) << c.name;
+    EXPECT_LT(found.error_m(), 0.06) << c.name;
     EXPECT_NEAR(yaw_of(end), kYawRate * kTurn, 0.02) << c.name;
     EXPECT_TRUE(std::is_sorted(found.odometry.begin(), found.odometry.end(),
                                [](const auto& a, const auto& b) { return a.time < b.time; }));
@@ -160,7 +152,7 @@ TEST(Mounting, AWrongYawIsCorrected) {
   config.imu.rpy_body_imu = Vector3d(0, 0, -M_PI / 2);
   const Driven wrong = drive(config, along_body);
   EXPECT_TRUE(wrong.told("contradict"));
-  EXPECT_LT((wrong.odometry.back().p_odom_body - wrong.true_position).norm(), 0.06);
+  EXPECT_LT(wrong.error_m(), 0.06);
 }
 
 // Solutions of threads may come late here, so only the course of events is as above.
@@ -177,33 +169,29 @@ TEST(Mounting, AMountingIsFoundWithThreads) {
 
 // What one run has found is known to the next from its first pose on.
 TEST(Mounting, TheNextRunKnowsWhatWasFound) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "gprodom-XXXXXX").string();
+  const TemporaryFolder folder;
   Config config = without_radar();
   config.imu.rpy_body_imu.rpy.reset();
-  config.state.directory = ::mkdtemp(pattern.data());
+  config.state.directory = folder.path();
   config.state.resume_within = 0;
   const Mounting askew = kCases[4].mounted;
   EXPECT_TRUE(drive(config, askew).told("IMU mounting: being found"));
   const Driven next = drive(config, askew);
   EXPECT_FALSE(next.told("IMU mounting: being found"));
-  EXPECT_LT((next.odometry.back().p_odom_body - next.true_position).norm(), 0.06);
+  EXPECT_LT(next.error_m(), 0.06);
   // It was mounted otherwise in between.
   EXPECT_TRUE(drive(config, along_body).told("its mounting is found anew"));
-  std::filesystem::remove_all(config.state.directory);
 }
 
 // An IMU beside the origin measures what turning adds; imu.lever_arm takes it out.
 TEST(Mounting, ALeverArmIsTakenOut) {
   const Vector3d arm(0.5, -0.2, 0.3);
   Config config = without_radar();
-  const auto error_m = [&](const Config& given) {
-    const Driven run = drive(given, along_body, arm);
-    return (run.odometry.back().p_odom_body - run.true_position).norm();
-  };
-  const double ignored_m = error_m(config);
+  const double ignored_m = drive(config, along_body, arm).error_m();
   config.imu.lever_arm = arm;
-  EXPECT_LT(error_m(config), 0.05);
-  EXPECT_GT(ignored_m, 2 * error_m(config));
+  const double error_m = drive(config, along_body, arm).error_m();
+  EXPECT_LT(error_m, 0.05);
+  EXPECT_GT(ignored_m, 2 * error_m);
 }
 
 // Shows that the test above detects a rotation that is not compensated: the wheel then seems to
@@ -211,7 +199,7 @@ TEST(Mounting, ALeverArmIsTakenOut) {
 TEST(Mounting, WrongConfiguredRotationGivesAWrongEstimate) {
   const Driven wrong = drive(without_radar(), kCases[2].mounted);
   ASSERT_FALSE(wrong.odometry.empty());
-  EXPECT_GT((wrong.odometry.back().p_odom_body - wrong.true_position).norm(), 1.0);
+  EXPECT_GT(wrong.error_m(), 1.0);
 }
 
 }  // namespace

@@ -3,30 +3,95 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+#include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "gpr/synthetic_ground.h"
 #include "gprodom/config.h"
 #include "gprodom/input.h"
+#include "gprodom/outputs.h"
+#include "support/noise.h"
 
 namespace gprodom {
 
 inline constexpr TimeNs kDriveStart = 1'700'000'000'000'000'000;
 inline constexpr TimeNs kImuPeriod = 10'000'000;
 
-// A robot that stands: IMU and wheel at 100 Hz, with a little noise that repeats.
+// The i-th sample of an IMU that is at rest, with a little noise that repeats.
+inline ImuSample resting_imu(TimeNs time, int i) {
+  ImuSample imu;
+  imu.time = time;
+  imu.acceleration = {0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2), 9.80665 + 0.002 * (i % 7 - 3)};
+  imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
+  return imu;
+}
+
+// A robot that stands: IMU and wheel at 100 Hz.
 inline std::vector<Input> standing(double seconds, TimeNs start = kDriveStart) {
   std::vector<Input> inputs;
   for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
-    ImuSample imu;
-    imu.time = start + i * kImuPeriod;
-    imu.acceleration = {0.002 * (i % 3 - 1), 0.002 * (i % 5 - 2), 9.80665 + 0.002 * (i % 7 - 3)};
-    imu.angular_velocity = {4e-4 * (i % 5 - 2), 4e-4 * (i % 3 - 1), 4e-4 * (i % 7 - 3)};
-    inputs.push_back(imu);
-    inputs.push_back(WheelSample{imu.time, 0.0});
+    inputs.push_back(resting_imu(start + i * kImuPeriod, i));
+    inputs.push_back(WheelSample{start + i * kImuPeriod, 0.0});
   }
   return inputs;
+}
+
+// What an estimator takes of an input.
+template <class Estimator>
+void give(Estimator& estimator, const Input& input) {
+  std::visit(
+      [&estimator](const auto& message) {
+        using Message = std::decay_t<decltype(message)>;
+        if constexpr (!std::is_same_v<Message, Command> && !std::is_same_v<Message, Rejection>)
+          estimator.add(message);
+      },
+      input);
+}
+
+// Of a message; a Rejection has none.
+inline TimeNs time_of(const Input& input) {
+  return std::visit(
+      [](const auto& message) -> TimeNs {
+        if constexpr (std::is_same_v<std::decay_t<decltype(message)>, Rejection>)
+          return 0;
+        else
+          return message.time;
+      },
+      input);
+}
+
+inline std::vector<Input> later(std::vector<Input> inputs, double seconds) {
+  for (Input& input : inputs)
+    std::visit(
+        [seconds](auto& message) {
+          if constexpr (!std::is_same_v<std::decay_t<decltype(message)>, Rejection>)
+            message.time += from_seconds(seconds);
+        },
+        input);
+  return inputs;
+}
+
+// What may be told in parts.
+inline void append(Outputs& all, const Outputs& more) {
+  const auto join = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  join(all.odometry, more.odometry);
+  join(all.odometry_in_map, more.odometry_in_map);
+  join(all.corrections, more.corrections);
+  join(all.displacements, more.displacements);
+  join(all.status, more.status);
+  join(all.warnings, more.warnings);
+}
+
+// Of every Status.
+inline std::vector<std::string> reasons_in(const Outputs& outputs) {
+  std::vector<std::string> reasons;
+  for (const Status& status : outputs.status)
+    reasons.insert(reasons.end(), status.reasons.begin(), status.reasons.end());
+  return reasons;
 }
 
 inline Config without_radar() {
@@ -46,19 +111,16 @@ inline std::vector<Input> there_and_back(unsigned seed) {
   const auto speed_at = [&](double t) { return speed_since(t - 3.0) - speed_since(t - 20.0); };
   const gpr::SyntheticGround ground(seed);
   gpr::SyntheticRadar radar(seed, 20.0);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  const auto noise = [&](double sigma) {
-    return Eigen::Vector3d(sigma * normal(random), sigma * normal(random), sigma * normal(random));
-  };
+  Noise noise(seed);
   std::vector<Input> inputs;
   double position = 0.0;
   for (int i = 0; i < 3700; ++i) {
     const double t = 0.01 * i, speed = speed_at(t), next_speed = speed_at(t + 0.01);
     ImuSample imu;
     imu.time = kDriveStart + i * kImuPeriod;
-    imu.acceleration = Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise(0.01);
-    imu.angular_velocity = noise(0.002);
+    imu.acceleration =
+        Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise.vector(0.01);
+    imu.angular_velocity = noise.vector(0.002);
     inputs.push_back(imu);
     inputs.push_back(WheelSample{imu.time, 1.01 * position});
     if (i % 5 == 0) {
@@ -81,6 +143,18 @@ inline PositionFix fix_at(const WheelSample& wheel) {
   fix.covariance = 4e-4 * Eigen::Matrix3d::Identity();
   fix.quality = FixQuality::kSurveyed;
   return fix;
+}
+
+// The drive with a fix after each hundredth wheel message.
+inline std::vector<Input> fixed(const std::vector<Input>& inputs) {
+  std::vector<Input> with;
+  int wheels = 0;
+  for (const Input& input : inputs) {
+    with.push_back(input);
+    const auto* wheel = std::get_if<WheelSample>(&input);
+    if (wheel != nullptr && ++wheels % 100 == 0) with.emplace_back(fix_at(*wheel));
+  }
+  return with;
 }
 
 }  // namespace gprodom
